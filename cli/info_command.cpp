@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#include "cli/commands.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace maxlogdet::cli {
+namespace {
+
+void print_info(bool as_json) {
+  nlohmann::ordered_json info;
+  info["version"] = version();
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    info["isa_built_in"].push_back(built_in_isa(i));
+    if (isa_is_supported(built_in_isa(i))) info["isa_supported"].push_back(built_in_isa(i));
+  }
+  info["isa_active"] = active_isa();
+  info["threads"] = std::thread::hardware_concurrency();
+  if (as_json) {
+    std::cout << info.dump() << '\n';
+    return;
+  }
+  const auto list = [&](const char* key) {
+    std::string names;
+    for (const auto& name : info[key]) names += (names.empty() ? "" : " ") + name.get<std::string>();
+    return names;
+  };
+  std::cout << "maxlogdet " << version() << '\n'
+            << "instruction sets built in:  " << list("isa_built_in") << '\n'
+            << "supported by this machine:  " << list("isa_supported") << '\n'
+            << "active:                     " << active_isa() << "  (MAXLOGDET_ISA forces one)\n"
+            << "hardware threads:           " << info["threads"] << '\n';
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("info", "Version, instruction sets and threads");
+  const auto as_json = std::make_shared<bool>(false);
+  command->add_flag("--json", *as_json, "One JSON object");
+  command->callback([as_json] { print_info(*as_json); });
+}
+
+}  // namespace maxlogdet::cli

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "cli/commands.hpp"
+#include "cli/latency.hpp"
+#include "cli/plot.hpp"
+#include "sim/frame_reader.hpp"
+#include "sim/scene.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace maxlogdet::cli {
+namespace {
+
+struct SelectArguments {
+  std::string input;  // empty: the embedded synthetic frame
+  Options options;
+  BlockOptions block_options;
+  bool stereo = false;
+  std::size_t repeat = 100;
+  bool as_json = false;
+  std::string plot;
+};
+
+constexpr std::size_t embedded_candidates = 2000;
+constexpr std::uint64_t embedded_seed = 1;
+
+struct Timing {
+  Latency blocks;
+  Latency select;
+};
+
+[[noreturn]] void fail(const sim::Frame& frame, const std::string& why) {
+  throw sim::InputError("frame " + frame.name + ": " + why);
+}
+
+// What the user can do about it.
+std::string explained(Status status, const Options& options) {
+  switch (status) {
+    case Status::invalid_epsilon:
+      return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
+    case Status::unsupported_isa:
+      return "MAXLOGDET_ISA names an instruction set that this build or this machine does not have; 'maxlogdet info' "
+             "lists those it has";
+    default: return std::string("selection failed: ") + to_string(status);
+  }
+}
+
+std::string explained(BlockStatus status) {
+  if (status == BlockStatus::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
+  return std::string("blocks cannot be built: ") + to_string(status);
+}
+
+// Throws for what makes the frame unusable; warns about what only makes it poorer.
+void check(const sim::Frame& frame, const BlockReport& report) {
+  if (report.status == BlockStatus::singular_rays) {
+    std::cerr << "maxlogdet: frame " << frame.name << ": " << report.singular_rays
+              << " matches have no world-frame block (viewing ray orthogonal to the world's z axis) and are never "
+                 "selected; map_bias has no such rays\n";
+  } else if (report.status != BlockStatus::ok) {
+    fail(frame, explained(report.status));
+  }
+}
+
+void print_json(const sim::Frame& frame, const SelectArguments& arguments, const Selection& selection,
+                const Timing& timing) {
+  const auto in_us = [](const Latency& latency) {
+    return nlohmann::ordered_json{{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
+  };
+  nlohmann::ordered_json line;
+  line["frame"] = frame.name;
+  line["candidates"] = frame.matches.size();
+  line["invalid_candidates"] = selection.invalid_candidates;
+  line["budget"] = arguments.options.budget;
+  line["strategy"] = to_string(arguments.options.strategy);
+  if (arguments.options.strategy == Strategy::stochastic_greedy) {
+    line["epsilon"] = arguments.options.epsilon;
+    line["seed"] = arguments.options.seed;
+  }
+  line["weighting"] = to_string(arguments.block_options.weighting);
+  line["status"] = to_string(selection.status);
+  line["indices"] = nlohmann::ordered_json::array();
+  line["ids"] = nlohmann::ordered_json::array();
+  for (const std::uint32_t index : selection) {
+    line["indices"].push_back(index);
+    line["ids"].push_back(frame.matches[index].map_point_id);
+  }
+  line["gains"] = std::vector<double>(selection.gains, selection.gains + selection.size);
+  line["log_det"] = selection.log_det;
+  line["evaluations"] = selection.evaluations;
+  line["latency_us"] = in_us(timing.select);
+  line["blocks_latency_us"] = in_us(timing.blocks);
+  line["repeat"] = arguments.repeat;
+  line["isa"] = active_isa();
+  line["version"] = version();
+  std::cout << line.dump() << '\n';
+}
+
+void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
+  char row[256];
+  std::snprintf(row, sizeof row, "%-16s %10zu %8zu  %-16s %10.4f %11zu %9.1f %9.1f %9.1f\n", frame.name.c_str(),
+                frame.matches.size(), selection.size, to_string(selection.status), selection.log_det,
+                selection.evaluations, timing.select.median, timing.select.p99, timing.blocks.median);
+  std::cout << row;
+}
+
+void print_table_header(const SelectArguments& arguments) {
+  std::cout << "maxlogdet " << version() << ", " << active_isa() << ": " << to_string(arguments.options.strategy)
+            << ", budget " << arguments.options.budget << ", " << to_string(arguments.block_options.weighting)
+            << (arguments.stereo ? " with stereo rows" : "") << ", " << arguments.repeat << " calls a frame\n\n"
+            << "frame            candidates selected  status              log det evaluations    select us      blocks us\n"
+            << "                                                           (nats)                median       p99    median\n";
+}
+
+void print_selected(const sim::Frame& frame, const Selection& selection) {
+  std::cout << "\nselected, best first (match: gain in nats, pixel, depth)\n";
+  constexpr std::size_t shown = 10;
+  for (std::size_t i = 0; i < std::min(selection.size, shown); ++i) {
+    const auto& match = frame.matches[selection.indices[i]];
+    char row[128];
+    std::snprintf(row, sizeof row, "%8u: %8.4f   (%6.1f, %6.1f)   %7.2f m\n", selection.indices[i], selection.gains[i],
+                  match.u, match.v, in_camera(frame, match)[2]);
+    std::cout << row;
+  }
+  if (selection.size <= shown) return;
+  std::cout << "  and";
+  for (std::size_t i = shown; i < selection.size; ++i) std::cout << ' ' << selection.indices[i];
+  std::cout << '\n';
+}
+
+// A folder's frames are drawn side by side: selection.svg becomes selection_frame_001.svg and so on.
+std::string plot_file_of(const sim::Frame& frame, const std::string& plot, bool is_only) {
+  if (is_only) return plot;
+  const std::filesystem::path path(plot);
+  return (path.parent_path() / (path.stem().string() + "_" + frame.name + path.extension().string())).string();
+}
+
+void run(const SelectArguments& arguments) {
+  if (!arguments.plot.empty()) check_plot_file(arguments.plot);
+  const std::vector<sim::Frame> frames =
+      arguments.input.empty()
+          ? std::vector<sim::Frame>{sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)}
+          : sim::read_frames(arguments.input);
+
+  std::size_t largest = arguments.options.budget;
+  for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
+  Selector selector(largest);
+  BlockStore blocks(largest);
+
+  for (const auto& frame : frames) {  // nothing is printed unless every frame can be
+    const BlockReport report = build_blocks(frame, arguments.block_options, blocks);
+    check(frame, report);
+    Options trial = arguments.options;
+    trial.budget = 0;
+    const Status status = selector.select(blocks, trial).status;
+    if (status != Status::ok) fail(frame, explained(status, arguments.options));
+  }
+
+  if (!arguments.as_json) print_table_header(arguments);
+  for (const auto& frame : frames) {
+    Timing timing;
+    timing.blocks = measure_latency(arguments.repeat, [&] { build_blocks(frame, arguments.block_options, blocks); });
+    Selection selection{};
+    timing.select = measure_latency(arguments.repeat, [&] { selection = selector.select(blocks, arguments.options); });
+    if (arguments.as_json) {
+      print_json(frame, arguments, selection, timing);
+    } else {
+      print_table_row(frame, selection, timing);
+      if (frames.size() == 1) print_selected(frame, selection);
+    }
+    if (arguments.plot.empty()) continue;
+    const std::string file = plot_file_of(frame, arguments.plot, frames.size() == 1);
+    plot_selection(frame, selection, file);
+    if (!arguments.as_json) std::cout << "\npicture: " << file << '\n';
+  }
+}
+
+}  // namespace
+
+void add_select_command(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("select", "Select matches of frames, and time it");
+  const auto arguments = std::make_shared<SelectArguments>();
+  Options& options = arguments->options;
+  const std::map<std::string, Strategy> strategies{{"greedy", Strategy::greedy},
+                                                   {"lazy_greedy", Strategy::lazy_greedy},
+                                                   {"stochastic_greedy", Strategy::stochastic_greedy}};
+  const std::map<std::string, Weighting> weightings{{"map_bias", Weighting::map_bias},
+                                                    {"map_bias_world", Weighting::map_bias_world},
+                                                    {"measurement", Weighting::measurement},
+                                                    {"measurement_and_map", Weighting::measurement_and_map}};
+  command->add_option("--input", arguments->input,
+                      "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame");
+  command->add_option("--budget", options.budget, "k, how many matches to select")->capture_default_str();
+  command->add_option("--strategy", options.strategy, "greedy, lazy_greedy (default) or stochastic_greedy")
+      ->transform(CLI::Transformer(strategies))
+      ->default_str("lazy_greedy");
+  command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
+      ->capture_default_str();
+  command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
+  command->add_option("--weighting", arguments->block_options.weighting,
+                      "map_bias (default), map_bias_world, measurement or measurement_and_map")
+      ->transform(CLI::Transformer(weightings))
+      ->default_str("map_bias");
+  command->add_flag("--stereo", arguments->stereo, "A third row for the matches that have a right-image column");
+  command->add_option("--repeat", arguments->repeat, "Timed calls a frame")->capture_default_str();
+  command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
+  command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file");
+  command->callback([arguments] {
+    if (arguments->stereo) arguments->block_options.third = ThirdMeasurement::stereo;
+    run(*arguments);
+  });
+}
+
+}  // namespace maxlogdet::cli

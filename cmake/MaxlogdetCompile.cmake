@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: MIT
+
+# Compile options of all our own targets; private, so that none reaches a consumer.
+function(maxlogdet_compile_options target)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+  if(MAXLOGDET_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(MAXLOGDET_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${MAXLOGDET_SANITIZE} -fno-omit-frame-pointer
+                                             -fno-sanitize-recover=all)
+    target_link_options(${target} PUBLIC -fsanitize=${MAXLOGDET_SANITIZE})
+  endif()
+  # The answer is the same on every machine because every operation is rounded as IEEE 754 says, one by one; the flags
+  # that a surrounding project may set for all its code must not take that away.
+  target_compile_options(${target} PRIVATE -fno-fast-math -ffp-contract=off)
+endfunction()

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/block_store.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <utility>
+
+namespace maxlogdet {
+namespace {
+
+constexpr std::size_t alignment = 64;  // bytes: a cache line, and an AVX-512 register
+constexpr std::size_t floats_per_line = alignment / sizeof(float);
+constexpr std::size_t plane_count = static_cast<std::size_t>(state_dimension * max_block_rows);
+
+}  // namespace
+
+BlockStore::BlockStore(std::size_t capacity) { reserve(capacity); }
+
+BlockStore::BlockStore(const BlockStore& other) { *this = other; }
+
+BlockStore::BlockStore(BlockStore&& other) noexcept { *this = std::move(other); }
+
+BlockStore& BlockStore::operator=(const BlockStore& other) {
+  if (this == &other) return *this;
+  clear();
+  reserve(other.size_);
+  for (int row = 0; row < other.rows_; ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      std::copy_n(other.plane(row, column), other.size_, entry(row, column));
+    }
+  }
+  std::copy_n(other.valid_.get(), other.size_, valid_.get());
+  size_ = other.size_;
+  invalid_count_ = other.invalid_count_;
+  max_row_norm_ = other.max_row_norm_;
+  rows_ = other.rows_;
+  return *this;
+}
+
+BlockStore& BlockStore::operator=(BlockStore&& other) noexcept {
+  if (this == &other) return *this;
+  memory_ = std::move(other.memory_);
+  valid_ = std::move(other.valid_);
+  planes_ = std::exchange(other.planes_, nullptr);
+  stride_ = std::exchange(other.stride_, 0);
+  size_ = std::exchange(other.size_, 0);
+  capacity_ = std::exchange(other.capacity_, 0);
+  invalid_count_ = std::exchange(other.invalid_count_, 0);
+  max_row_norm_ = std::exchange(other.max_row_norm_, 0);
+  rows_ = std::exchange(other.rows_, 0);
+  return *this;
+}
+
+void BlockStore::reserve(std::size_t capacity) {
+  if (capacity <= capacity_) return;
+  if (capacity > SIZE_MAX / (plane_count * sizeof(float)) - 2 * floats_per_line) throw std::bad_alloc();
+  // An odd number of cache lines a plane: planes a power of two apart would all fall into the same few cache sets.
+  const std::size_t stride = ((capacity + floats_per_line - 1) / floats_per_line | 1) * floats_per_line;
+  std::unique_ptr<float[]> memory(new float[plane_count * stride + floats_per_line]);
+  std::unique_ptr<unsigned char[]> valid(new unsigned char[capacity]);
+
+  const std::uintptr_t address = reinterpret_cast<std::uintptr_t>(memory.get());
+  float* const planes = memory.get() + (alignment - address % alignment) % alignment / sizeof(float);
+  for (std::size_t p = 0; p < static_cast<std::size_t>(state_dimension * rows_); ++p) {
+    std::copy_n(planes_ + p * stride_, size_, planes + p * stride);
+  }
+  std::copy_n(valid_.get(), size_, valid.get());
+
+  memory_ = std::move(memory);
+  valid_ = std::move(valid);
+  planes_ = planes;
+  stride_ = stride;
+  capacity_ = capacity;
+}
+
+void BlockStore::clear() noexcept {
+  size_ = 0;
+  invalid_count_ = 0;
+  max_row_norm_ = 0;
+  rows_ = 0;
+}
+
+void BlockStore::grow_for_one_more() {
+  if (size_ == capacity_) reserve(std::max<std::size_t>(64, 2 * capacity_));
+}
+
+std::size_t BlockStore::push_back(const double* block, int rows) {
+  if (block == nullptr || rows < 1 || rows > max_block_rows) return push_back_invalid();
+  float stored[max_block_rows][state_dimension] = {};
+  double largest = 0;
+  for (int row = 0; row < rows; ++row) {
+    double squares = 0;
+    for (int column = 0; column < state_dimension; ++column) {
+      const float value = static_cast<float>(block[state_dimension * row + column]);
+      if (!std::isfinite(value)) return push_back_invalid();
+      stored[row][column] = value;
+      squares += static_cast<double>(value) * static_cast<double>(value);
+    }
+    largest = std::max(largest, squares);
+  }
+
+  grow_for_one_more();
+  for (; rows_ < rows; ++rows_) {  // the first block of this height: those before it get zero rows
+    for (int column = 0; column < state_dimension; ++column) std::fill_n(entry(rows_, column), size_, 0.0F);
+  }
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < state_dimension; ++column) entry(row, column)[size_] = stored[row][column];
+  }
+  valid_[size_] = 1;
+  max_row_norm_ = std::max(max_row_norm_, std::sqrt(largest));
+  return size_++;
+}
+
+std::size_t BlockStore::push_back_invalid() {
+  grow_for_one_more();
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < state_dimension; ++column) entry(row, column)[size_] = 0.0F;
+  }
+  valid_[size_] = 0;
+  ++invalid_count_;
+  return size_++;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace maxlogdet {
+
+/// Dimension of the state: camera pose, xi = (translation, rotation).
+constexpr int state_dimension = 6;
+/// Most rows that one candidate may have: a stereo match; a monocular match has 2, a photometric residual 1.
+constexpr int max_block_rows = 3;
+
+/// Candidate blocks H_i (rows x 6) as a structure of arrays in float32: one 64-byte aligned plane per entry (row,
+/// column), so that one vector load reads the same entry of consecutive candidates. Fill it once a frame; clear()
+/// keeps its memory.
+class BlockStore {
+ public:
+  /// Reserves room for `capacity` candidates. Throws std::bad_alloc.
+  explicit BlockStore(std::size_t capacity = 0);
+  BlockStore(const BlockStore& other);
+  BlockStore(BlockStore&& other) noexcept;
+  BlockStore& operator=(const BlockStore& other);
+  BlockStore& operator=(BlockStore&& other) noexcept;
+  ~BlockStore() = default;
+
+  /// Makes room for `capacity` candidates; what is stored stays. Throws std::bad_alloc, and is then without effect.
+  void reserve(std::size_t capacity);
+
+  /// Removes all candidates; keeps the memory.
+  void clear() noexcept;
+
+  std::size_t size() const noexcept { return size_; }
+  std::size_t capacity() const noexcept { return capacity_; }
+
+  /// Appends a block, rows x 6 row-major, rows in {1, 2, 3}, rounded to float32; returns its index. A block that
+  /// float32 cannot hold (NaN, Inf, overflow), another number of rows, or a null block is kept as invalid: it takes an
+  /// index, so that indices stay those of the caller's matches, and is never selected. Allocates only when size()
+  /// has reached capacity(), and throws std::bad_alloc only then.
+  std::size_t push_back(const double* block, int rows);
+
+  /// Appends an invalid candidate: a match that has no block.
+  std::size_t push_back_invalid();
+
+  /// Rows of the tallest block since clear(); 0 while there is no valid block. Shorter blocks are filled up with zero
+  /// rows, which do not change any gain.
+  int rows() const noexcept { return rows_; }
+
+  bool is_valid(std::size_t index) const noexcept { return valid_[index] != 0; }
+  std::size_t invalid_count() const noexcept { return invalid_count_; }
+
+  /// Largest Euclidean norm of any stored row.
+  double max_row_norm() const noexcept { return max_row_norm_; }
+
+  /// Entry (row, column) of every candidate, size() floats; row < rows().
+  const float* plane(int row, int column) const noexcept {
+    return planes_ + static_cast<std::size_t>(state_dimension * row + column) * stride_;
+  }
+  /// Floats from one plane to the next.
+  std::size_t stride() const noexcept { return stride_; }
+  /// One byte a candidate: 1 if valid, else 0.
+  const unsigned char* validity() const noexcept { return valid_.get(); }
+
+ private:
+  void grow_for_one_more();
+  float* entry(int row, int column) noexcept {
+    return planes_ + static_cast<std::size_t>(state_dimension * row + column) * stride_;
+  }
+
+  std::unique_ptr<float[]> memory_;
+  std::unique_ptr<unsigned char[]> valid_;
+  float* planes_ = nullptr;  // in memory_, aligned
+  std::size_t stride_ = 0;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+  std::size_t invalid_count_ = 0;
+  double max_row_norm_ = 0;
+  int rows_ = 0;
+};
+
+}  // namespace maxlogdet

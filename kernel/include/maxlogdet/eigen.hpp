@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Header-only adapter for trackers that hold Eigen types. The library itself has no Eigen symbol: what is here is
+/// compiled by the tracker with the tracker's flags, and reads unaligned memory, so alignment never matters.
+
+#include <maxlogdet/block_store.hpp>
+#include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/options.hpp>
+
+#include <Eigen/Core>
+#include <cstddef>
+
+namespace maxlogdet {
+
+/// Appends an r x 6 block, r in {1, 2, 3}, of any scalar type and storage order; returns its index. Another number of
+/// rows is kept as an invalid candidate; another number of columns does not compile, or, if known at run time only, is
+/// kept as invalid.
+template <class Derived>
+std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& block) {
+  static_assert(Derived::ColsAtCompileTime == state_dimension || Derived::ColsAtCompileTime == Eigen::Dynamic,
+                "a block has 6 columns");
+  static_assert(Derived::RowsAtCompileTime == Eigen::Dynamic || Derived::RowsAtCompileTime <= max_block_rows,
+                "a block has 1, 2 or 3 rows");
+  if (block.cols() != state_dimension || block.rows() < 1 || block.rows() > max_block_rows) {
+    return blocks.push_back_invalid();
+  }
+  double entries[max_block_rows * state_dimension];
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, state_dimension, Eigen::RowMajor>> rows(entries, block.rows(),
+                                                                                           state_dimension);
+  rows = block.template cast<double>();
+  return blocks.push_back(entries, static_cast<int>(block.rows()));
+}
+
+/// A prior information for Options::prior, copied from an Eigen matrix; keep it alive until select() returns.
+class EigenPrior {
+ public:
+  template <class Derived>
+  explicit EigenPrior(const Eigen::MatrixBase<Derived>& information) {
+    EIGEN_STATIC_ASSERT_MATRIX_SPECIFIC_SIZE(Derived, state_dimension, state_dimension);
+    Eigen::Map<Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>> rows(entries_);
+    rows = information.template cast<double>();
+  }
+  const double* data() const noexcept { return entries_; }
+
+ private:
+  double entries_[state_dimension * state_dimension];
+};
+
+/// As append_blocks in jacobian.hpp, with T_cw as a 3 x 4 or 4 x 4 matrix of any scalar type, and the points as the
+/// columns of a 3 x n matrix, which take the place of matches.points and matches.size.
+template <class PoseDerived>
+BlockReport append_blocks(const PinholeCamera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw,
+                          const Eigen::Matrix3Xd& points, Matches matches, const BlockOptions& options,
+                          BlockStore& blocks) {
+  EIGEN_STATIC_ASSERT(int(PoseDerived::ColsAtCompileTime) == 4, THIS_METHOD_IS_ONLY_FOR_MATRICES_OF_A_SPECIFIC_SIZE);
+  double pose[12];
+  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(pose);
+  rows = T_cw.template topRows<3>().template cast<double>();
+  matches.points = points.data();
+  matches.size = static_cast<std::size_t>(points.cols());
+  return append_blocks(camera, pose, matches, options, blocks);
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/block_store.hpp>
+
+#include <cstddef>
+
+// From matches to blocks. World points p_w, pose T_cw = [R | t] (world to camera), p_c = R p_w + t = (X, Y, Z), camera
+// frame x right, y down, z forward, m. Pinhole projection, px:
+//
+//   u = fx X / Z + cx,   v = fy Y / Z + cy,   and optionally one row more:
+//   u_right = u - bf / Z  (stereo)   or   depth = Z  (m).
+//
+// The pose is perturbed on the left, T_cw <- exp(xi^) T_cw, xi = (translation, rotation) in m and rad, so that
+//
+//   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
+//   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
+//
+// A prior that goes with these blocks is an information about this xi.
+
+namespace maxlogdet {
+
+/// A rectified pinhole camera.
+struct PinholeCamera {
+  double fx = 0;  ///< focal length, px
+  double fy = 0;  ///< focal length, px
+  double cx = 0;  ///< principal point, px (no Jacobian depends on it)
+  double cy = 0;  ///< principal point, px
+  double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
+};
+
+/// Which linearised problem a block describes. sigma is the match's measurement deviation.
+enum class Weighting {
+  map_bias,             ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
+                        ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi.
+                        ///< With a third measurement H_p is square as it is: H_c = [I | -[p_c]x], 3 x 6. No sigma.
+  map_bias_world,       ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as the paper writes
+                        ///< it. Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
+  measurement,          ///< H_x / sigma: measurement noise alone.
+  measurement_and_map,  ///< C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises whitened.
+};
+
+/// What a third row measures, for the matches that have one.
+enum class ThirdMeasurement {
+  none,    ///< all matches are monocular, whatever has_third says
+  stereo,  ///< u_right, px; needs camera.bf > 0; its deviation is the match's sigma
+  depth,   ///< depth, m; its deviation is BlockOptions::depth_sigma
+};
+
+/// n matches as the caller's own arrays; nothing is copied or kept. A null optional array means its default for all.
+struct Matches {
+  std::size_t size = 0;                      ///< n
+  const double* points = nullptr;            ///< n x 3 row-major: p_w, m
+  const double* sigmas = nullptr;            ///< n: sigma, px: scale_factor^octave times the base deviation; default 1
+  const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
+  const double* weights = nullptr;           ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
+  const double* map_covariances = nullptr;   ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite;
+                                             ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
+};
+
+struct BlockOptions {
+  Weighting weighting = Weighting::map_bias;        ///< which block
+  ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
+  double map_sigma = 0.05;                          ///< m, deviation of a map point (measurement_and_map)
+  double depth_sigma = 0.05;                        ///< m, deviation of a depth measurement
+};
+
+enum class BlockStatus {
+  ok,               ///< n blocks appended; those that have no Jacobian as invalid candidates
+  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are invalid
+  invalid_camera,   ///< fx, fy not positive and finite, or stereo rows without bf > 0; nothing appended
+  invalid_pose,     ///< T_cw not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
+  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, or an unknown enumerator; nothing appended
+  missing_points,   ///< size > 0 without points; nothing appended
+};
+
+struct BlockReport {
+  BlockStatus status = BlockStatus::ok;
+  std::size_t appended = 0;       ///< n, or 0 on an error
+  std::size_t invalid = 0;        ///< of these, kept as invalid candidates, for any of the reasons below
+  std::size_t behind_camera = 0;  ///< Z <= 0
+  std::size_t singular_rays = 0;  ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
+};
+
+const char* to_string(Weighting weighting) noexcept;
+const char* to_string(BlockStatus status) noexcept;
+
+/// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
+/// match behind the camera or at zero depth, with a value that is not finite, a sigma that is not positive, a negative
+/// weight, or a covariance with which Sigma is not positive definite becomes an invalid candidate.
+/// `T_cw` is 3 x 4 row-major. Allocates only when the blocks' capacity does not suffice.
+BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks);
+
+}  // namespace maxlogdet

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/block_store.hpp>
+#include <maxlogdet/options.hpp>
+#include <maxlogdet/selection.hpp>
+
+#include <cstddef>
+#include <memory>
+
+namespace maxlogdet {
+
+/// Selects candidates. Owns all the memory that a selection needs, so that select() never allocates; keep one per
+/// thread for the life of the tracker. Distinct selectors share nothing.
+class Selector {
+ public:
+  /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc.
+  explicit Selector(std::size_t capacity);
+  ~Selector();
+  Selector(Selector&&) noexcept;
+  Selector& operator=(Selector&&) noexcept;
+
+  std::size_t capacity() const noexcept;
+
+  /// Selects options.budget of the candidates. Never allocates, locks, throws or prints; of the system it asks only
+  /// the time, and that only when options.time_limit is set. Indices are the same on every processor, compiler and
+  /// instruction set; ties go to the lowest index. Errors are named by Selection::status.
+  Selection select(const BlockStore& candidates, const Options& options) noexcept;
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace maxlogdet

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/information_factor.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+constexpr int n = InformationFactor::n;
+constexpr double default_prior_information = 1e-5;
+
+// Asymmetry forgiven in a prior, relative to sqrt(M_ii M_jj): what assembling it in float64 leaves behind.
+constexpr double symmetry_tolerance = 1e-8;
+// A Cholesky pivot below this share of its diagonal entry is rounding, not information.
+constexpr double smallest_relative_pivot = 1e-14;
+// No |W_ij| above this: with any float32 block, W h and the determinant of three rows stay finite in float64.
+constexpr double largest_inverse_entry = 1e10;
+
+constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
+// Generous constants of the error analysis in docs/numerics.md.
+constexpr double update_error = 96 * unit_roundoff;
+constexpr double evaluation_error = 256 * unit_roundoff;
+
+// Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
+bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      if (!std::isfinite(prior[n * i + j])) return false;
+    }
+    if (!(prior[n * i + i] > 0)) return false;
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const double a = prior[n * i + j];
+      const double b = prior[n * j + i];
+      if (std::abs(a - b) > symmetry_tolerance * std::sqrt(prior[n * i + i]) * std::sqrt(prior[n * j + j])) return false;
+      double sum = a / 2 + b / 2;
+      for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
+      if (i == j) {
+        if (!(sum > smallest_relative_pivot * prior[n * i + i])) return false;
+        l[i][i] = std::sqrt(sum);
+      } else {
+        l[i][j] = sum / l[j][j];
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool InformationFactor::reset(const double* prior) noexcept {
+  double diagonal[n * n] = {};
+  if (prior == nullptr) {
+    for (int i = 0; i < n; ++i) diagonal[n * i + i] = default_prior_information;
+    prior = diagonal;
+  }
+  double l[n][n] = {};
+  if (!cholesky(prior, l)) return false;
+
+  trace_ = 0;
+  prior_log_det_ = 0;
+  for (int i = 0; i < n; ++i) {
+    trace_ += prior[n * i + i];
+    prior_log_det_ += 2 * std::log(l[i][i]);
+    for (int j = 0; j < n; ++j) w_[i][j] = 0;
+  }
+  for (int j = 0; j < n; ++j) {  // W = L^-1 by columns: L W = I
+    w_[j][j] = 1 / l[j][j];
+    for (int i = j + 1; i < n; ++i) {
+      double sum = 0;
+      for (int d = j; d < i; ++d) sum -= l[i][d] * w_[d][j];
+      w_[i][j] = sum / l[i][i];
+    }
+  }
+  for (const auto& row : w_) {
+    for (const double entry : row) {
+      if (!(std::abs(entry) <= largest_inverse_entry)) return false;
+    }
+  }
+  const double norm = inverse_norm();
+  relative_error_ = update_error * norm * norm * trace_;
+  return true;
+}
+
+// With y = W h^T, M + h^T h = L (I + y y^T) L^T, and the Cholesky factor of I + y y^T has a closed form. Its inverse,
+// applied to W row by row, with s_i = 1 + y_0^2 + ... + y_i^2 and c_i = y_0 W_0 + ... + y_i W_i:
+//
+//   W_i  <-  sqrt(s_{i-1} / s_i) (W_i - y_i / s_{i-1} c_{i-1}).
+//
+// Products and square roots of positive numbers only: it cannot break down, however large h is.
+void InformationFactor::add_row(const double* row) noexcept {
+  const double norm_before = inverse_norm();
+  double s = 1;
+  double c[n] = {};
+  double y[n];
+  for (int i = 0; i < n; ++i) {
+    y[i] = 0;
+    for (int d = 0; d <= i; ++d) y[i] += w_[i][d] * row[d];
+  }
+  for (int i = 0; i < n; ++i) {
+    const double s_next = s + y[i] * y[i];
+    const double scale = std::sqrt(s / s_next);
+    const double factor = y[i] / s;
+    for (int d = 0; d <= i; ++d) {
+      const double w = w_[i][d];
+      w_[i][d] = scale * (w - factor * c[d]);
+      c[d] += y[i] * w;
+    }
+    s = s_next;
+  }
+  for (int d = 0; d < n; ++d) trace_ += row[d] * row[d];
+  relative_error_ += update_error * norm_before * std::sqrt(trace_);
+}
+
+double InformationFactor::inverse_norm() const noexcept {
+  double squares = 0;
+  for (const auto& row : w_) {
+    for (const double entry : row) squares += entry * entry;
+  }
+  return std::sqrt(squares);
+}
+
+double InformationFactor::gain_error(double max_row_norm) const noexcept {
+  constexpr double largest_usable_relative_error = 0.125;
+  if (!(relative_error_ < largest_usable_relative_error)) return std::numeric_limits<double>::infinity();
+  return 2 * max_block_rows * relative_error_ + evaluation_error * (1 + inverse_norm() * max_row_norm);
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/isa.hpp>
+#include <maxlogdet/options.hpp>
+#include <maxlogdet/selection.hpp>
+#include <maxlogdet/version.hpp>
+
+namespace maxlogdet {
+
+const char* version() noexcept { return MAXLOGDET_VERSION; }
+
+const char* to_string(Strategy strategy) noexcept {
+  switch (strategy) {
+    case Strategy::greedy: return "greedy";
+    case Strategy::lazy_greedy: return "lazy_greedy";
+    case Strategy::stochastic_greedy: return "stochastic_greedy";
+  }
+  return "unknown";
+}
+
+const char* to_string(Status status) noexcept {
+  switch (status) {
+    case Status::ok: return "ok";
+    case Status::all_selected: return "all_selected";
+    case Status::deadline_reached: return "deadline_reached";
+    case Status::invalid_budget: return "invalid_budget";
+    case Status::invalid_epsilon: return "invalid_epsilon";
+    case Status::invalid_prior: return "invalid_prior";
+    case Status::capacity_exceeded: return "capacity_exceeded";
+    case Status::invalid_strategy: return "invalid_strategy";
+    case Status::invalid_time_limit: return "invalid_time_limit";
+    case Status::unsupported_isa: return "unsupported_isa";
+  }
+  return "unknown";
+}
+
+}  // namespace maxlogdet

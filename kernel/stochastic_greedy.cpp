@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/counter_random.hpp"
+#include "kernel/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+// s = ceil(n / k ln(1 / epsilon)), at least 1; the last bits of log, which differ between C libraries, do not matter.
+double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
+  const double s = static_cast<double>(n) / static_cast<double>(k) * std::log(1 / epsilon);
+  return std::max(1.0, std::ceil(s - 1e-9));
+}
+
+}  // namespace
+
+Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept {
+  std::uint32_t* const pool = search.pool;  // what remains; a round moves its sample to the front
+  std::size_t filled = 0;
+  for (std::size_t i = 0; i < search.candidates.size(); ++i) {
+    if (search.eligible[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
+  }
+  const double wanted = sample_size(filled, search.budget, epsilon);
+  CounterRandom random(seed);
+
+  while (search.wants_more()) {
+    if (search.deadline.has_passed()) return Status::deadline_reached;
+    const std::size_t s = wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted)
+                                                                         : search.remaining;
+    for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
+      std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(search.remaining - j))]);
+    }
+    search.evaluator.listed(search.factor.inverse(), pool, s, search.determinants);
+    search.evaluations += s;
+
+    Candidate best = no_candidate;
+    std::size_t position = 0;
+    for (std::size_t j = 0; j < s; ++j) {
+      const Candidate candidate{search.determinants[j], pool[j]};
+      if (candidate.is_better_than(best)) {
+        best = candidate;
+        position = j;
+      }
+    }
+    search.select(best);
+    pool[position] = pool[search.remaining];
+  }
+  return Status::ok;
+}
+
+}  // namespace maxlogdet

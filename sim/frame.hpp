@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// One match between a keypoint and a map point: what a tracker hands to pose optimisation.
+struct Match {
+  std::int64_t keypoint = 0;      ///< keypoint index in the frame
+  std::int64_t map_point_id = 0;  ///< stable over the sequence
+  double point[3] = {};           ///< map point, world frame, m
+  double u = 0;                   ///< rectified left keypoint, px
+  double v = 0;
+  int octave = 0;          ///< pyramid level
+  double u_right = -1;     ///< right-image column of the stereo match, px; -1: monocular
+  double inv_sigma2 = 1;   ///< 1 / (measurement variance), px^-2
+  double desc_dist = 0;    ///< descriptor distance: lower is the better match
+
+  bool is_stereo() const noexcept { return u_right >= 0; }
+};
+
+/// The matches of one image and the pose to linearise at; docs/frame_format.md describes the file it is read from.
+struct Frame {
+  std::string name;
+  PinholeCamera camera;
+  int width = 0;   ///< image, px
+  int height = 0;  ///< image, px
+  std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
+  std::vector<Match> matches;
+};
+
+/// A map point in the camera frame of the frame's prior pose, m.
+std::array<double, 3> in_camera(const Frame& frame, const Match& match);
+
+/// Refills `blocks` with one block a match, index for index. `third` none: as a monocular tracker sees it; stereo: a
+/// third row for the matches that have a right-image column. sigma is 1 / sqrt(inv_sigma2).
+BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks);
+
+}  // namespace maxlogdet::sim

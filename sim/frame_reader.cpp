@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include "sim/frame_reader.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string_view>
+
+namespace maxlogdet::sim {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (;;) {
+    const auto comma = line.find(',');
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+class FrameReader {
+ public:
+  explicit FrameReader(const std::string& file) : file_(file), stream_(file) {
+    if (!stream_) throw InputError(file + ": cannot be opened; expected a readable frame file");
+  }
+
+  Frame read() {
+    frame_.name = std::filesystem::path(file_).stem().string();
+    std::string line;
+    while (std::getline(stream_, line)) {
+      ++line_;
+      const std::string_view text = trimmed(line);
+      if (text.empty()) continue;
+      if (text.front() == '#') {
+        read_comment(text.substr(1));
+      } else if (columns_ == 0) {
+        read_header(text);
+      } else {
+        read_match(text);
+      }
+    }
+    if (stream_.bad()) throw InputError(file_ + ": reading failed after line " + std::to_string(line_));
+    require(has_camera_, "a comment '# fx,fy,cx,cy,bf: ...'");
+    require(has_image_, "a comment '# image width,height: ...'");
+    require(has_pose_, "a comment '# Tcw_prior: ...' with the pose to linearise at");
+    require(columns_ > 0, "a header line that names the columns, then one row a match");
+    return std::move(frame_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& expected) const {
+    throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected);
+  }
+  void require(bool condition, const std::string& expected) const {
+    if (!condition) throw InputError(file_ + ":" + std::to_string(line_) + ": end of file; expected " + expected);
+  }
+
+  double number(std::string_view field, const std::string& what) const {
+    double value = 0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
+      fail("a finite number for " + what + ", not '" + std::string(field) + "'");
+    }
+    return value;
+  }
+
+  std::int64_t integer(std::string_view field, const std::string& what) const {
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (error != std::errc() || end != field.data() + field.size()) {
+      fail("an integer for " + what + ", not '" + std::string(field) + "'");
+    }
+    return value;
+  }
+
+  std::vector<double> numbers(std::string_view text, std::size_t count, const std::string& what) const {
+    const auto fields = split(text);
+    if (fields.size() != count) fail(std::to_string(count) + " numbers for " + what);
+    std::vector<double> values;
+    for (const auto field : fields) values.push_back(number(field, what));
+    return values;
+  }
+
+  // '# key ...: values'; comments with other keys are skipped.
+  void read_comment(std::string_view text) {
+    const auto colon = text.rfind(':');
+    if (colon == std::string_view::npos) return;
+    const std::string_view key = trimmed(text.substr(0, colon));
+    const std::string_view values = text.substr(colon + 1);
+    const auto starts_with = [&](std::string_view name) { return key.substr(0, name.size()) == name; };
+    if (starts_with("fx,fy,cx,cy,bf")) {
+      const auto v = numbers(values, 5, "fx,fy,cx,cy,bf");
+      if (!(v[0] > 0) || !(v[1] > 0)) fail("positive fx and fy");
+      if (!(v[4] >= 0)) fail("bf of 0 (monocular) or more");
+      frame_.camera = {v[0], v[1], v[2], v[3], v[4]};
+      has_camera_ = true;
+    } else if (starts_with("image width,height")) {
+      const auto fields = split(values);
+      if (fields.size() != 2) fail("2 integers for image width,height");
+      const auto width = integer(fields[0], "image width");
+      const auto height = integer(fields[1], "image height");
+      constexpr std::int64_t largest = 1 << 20;
+      if (width < 1 || height < 1 || width > largest || height > largest) fail("an image width and height from 1 to 2^20");
+      frame_.width = static_cast<int>(width);
+      frame_.height = static_cast<int>(height);
+      has_image_ = true;
+    } else if (starts_with("Tcw_prior")) {
+      const auto v = numbers(values, 12, "Tcw_prior (3 x 4 row-major)");
+      const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(v.data());
+      const Eigen::Matrix3d R = T_cw.leftCols<3>();
+      if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) fail("a rotation in the first 3 columns of Tcw_prior");
+      std::copy(v.begin(), v.end(), frame_.T_cw_prior.begin());
+      has_pose_ = true;
+    }
+  }
+
+  void read_header(std::string_view text) {
+    const auto names = split(text);
+    columns_ = names.size();
+    for (std::size_t i = 0; i < columns_; ++i) {
+      if (!column_.emplace(names[i], i).second) fail("each column once, not '" + std::string(names[i]) + "' twice");
+    }
+    for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
+      if (column_.count(name) == 0) fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
+    }
+  }
+
+  void read_match(std::string_view text) {
+    const auto fields = split(text);
+    if (fields.size() != columns_) {
+      fail(std::to_string(columns_) + " fields as in the header, not " + std::to_string(fields.size()));
+    }
+    const auto value = [&](const std::string& name, double fallback) {
+      const auto column = column_.find(name);
+      return column == column_.end() ? fallback : number(fields[column->second], name);
+    };
+    const auto whole = [&](const std::string& name, std::int64_t fallback) {
+      const auto column = column_.find(name);
+      return column == column_.end() ? fallback : integer(fields[column->second], name);
+    };
+    for (const auto& [name, index] : column_) number(fields[index], name);
+
+    Match match;
+    match.keypoint = whole("kp", static_cast<std::int64_t>(frame_.matches.size()));
+    match.map_point_id = whole("mp_id", 0);
+    match.point[0] = value("X", 0);
+    match.point[1] = value("Y", 0);
+    match.point[2] = value("Z", 0);
+    match.u = value("u", 0);
+    match.v = value("v", 0);
+    const std::int64_t octave = whole("octave", 0);
+    if (octave < 0 || octave > 63) fail("an octave from 0 to 63");
+    match.octave = static_cast<int>(octave);
+    match.u_right = value("u_right", -1);
+    match.inv_sigma2 = value("inv_sigma2", 1);
+    if (!(match.inv_sigma2 > 0)) fail("a positive inv_sigma2");
+    match.desc_dist = value("desc_dist", 0);
+    frame_.matches.push_back(match);
+  }
+
+  std::string file_;
+  std::ifstream stream_;
+  std::size_t line_ = 0;
+  std::size_t columns_ = 0;
+  std::map<std::string, std::size_t, std::less<>> column_;
+  bool has_camera_ = false;
+  bool has_image_ = false;
+  bool has_pose_ = false;
+  Frame frame_;
+};
+
+}  // namespace
+
+Frame read_frame(const std::string& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) throw InputError(file + ": is a folder; expected a frame file");
+  return FrameReader(file).read();
+}
+
+std::vector<Frame> read_frames(const std::string& file_or_folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::is_directory(file_or_folder, error)) return {read_frame(file_or_folder)};
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind("frame_", 0) == 0 && entry.path().extension() == ".csv") files.push_back(entry.path().string());
+  }
+  if (error) throw InputError(file_or_folder + ": cannot be listed: " + error.message());
+  if (files.empty()) throw InputError(file_or_folder + ": expected files named frame_*.csv in this folder, found none");
+  std::sort(files.begin(), files.end());
+  std::vector<Frame> frames;
+  for (const auto& file : files) frames.push_back(read_frame(file));
+  return frames;
+}
+
+}  // namespace maxlogdet::sim

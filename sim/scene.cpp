@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "sim/scene.hpp"
+
+#include "kernel/counter_random.hpp"
+
+#include <cmath>
+
+namespace maxlogdet::sim {
+namespace {
+
+// Arithmetic here is limited to what IEEE 754 rounds exactly (no sin, log, ...), so that every machine makes the same
+// frame to the last bit.
+
+double uniform(CounterRandom& random, double low, double high) {
+  return low + (high - low) * (static_cast<double>(random.bits() >> 11) * 0x1p-53);
+}
+
+struct Camera {
+  PinholeCamera pinhole;
+  int width;
+  int height;
+};
+
+constexpr Camera euroc_camera{{458.654, 457.296, 367.215, 248.375, 458.654 * 0.11}, 752, 480};
+constexpr Camera kitti_camera{{707.0912, 707.0912, 601.8873, 183.1104, 379.8145}, 1226, 370};
+
+// Where in the image and how far away the matches of a scene may be.
+struct Region {
+  Camera camera;
+  double u_min, u_max, v_min, v_max;  // px
+  double near, far;                   // m; inverse depth is uniform between them
+  int clusters;                       // 0: none
+};
+
+Region region_of(Scene scene) {
+  constexpr double border = 16;  // px, where ORB finds no corners
+  const Camera& c = scene == Scene::kitti_like ? kitti_camera : euroc_camera;
+  Region region{c, border, c.width - border, border, c.height - border, 1, 25, 0};
+  if (scene == Scene::kitti_like) {
+    region.near = 5;
+    region.far = 100;
+  } else if (scene == Scene::far_narrow) {
+    region = {c, c.pinhole.cx - 48, c.pinhole.cx + 48, c.pinhole.cy - 48, c.pinhole.cy + 48, 50, 500, 0};
+  } else if (scene == Scene::clustered) {
+    region.clusters = 20;
+  }
+  return region;
+}
+
+// A camera pose: looking along the horizontal of a z-up world, turned by up to about 30 degrees about any axis.
+std::array<double, 12> random_pose(CounterRandom& random) {
+  double q[4] = {1, 0, 0, 0};
+  for (int i = 1; i < 4; ++i) q[i] = uniform(random, -0.15, 0.15);
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (double& entry : q) entry /= norm;
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+                             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+                             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
+  // World x forward, y left, z up, seen by a camera with x right, y down, z forward.
+  constexpr int axis[3] = {1, 2, 0};
+  constexpr double sign[3] = {-1, -1, 1};
+  std::array<double, 12> T_cw{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) T_cw[4 * i + static_cast<std::size_t>(axis[j])] = turn[i][j] * sign[j];
+    T_cw[4 * i + 3] = uniform(random, -2, 2);
+  }
+  return T_cw;
+}
+
+// ORB spreads its features over the levels in proportion to their scale: 1.2^-octave.
+int random_octave(CounterRandom& random) {
+  double left = uniform(random, 0, 1);
+  double share = (1 - 1 / 1.2) / (1 - 1 / (1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2));
+  int octave = 0;
+  while (octave < 7 && left >= share) {
+    left -= share;
+    share /= 1.2;
+    ++octave;
+  }
+  return octave;
+}
+
+}  // namespace
+
+std::string to_string(Scene scene) {
+  switch (scene) {
+    case Scene::euroc_like: return "euroc_like";
+    case Scene::kitti_like: return "kitti_like";
+    case Scene::far_narrow: return "far_narrow";
+    case Scene::clustered: return "clustered";
+  }
+  return "unknown";
+}
+
+Frame make_scene(Scene scene, std::size_t n, std::uint64_t seed) {
+  CounterRandom random(seed);
+  const Region region = region_of(scene);
+  const PinholeCamera& camera = region.camera.pinhole;
+  Frame frame;
+  frame.name = to_string(scene) + "_" + std::to_string(seed);
+  frame.camera = camera;
+  frame.width = region.camera.width;
+  frame.height = region.camera.height;
+  frame.T_cw_prior = random_pose(random);
+
+  struct Place {
+    double u, v, inverse_depth;
+  };
+  const auto place = [&] {
+    const double u = uniform(random, region.u_min, region.u_max);
+    const double v = uniform(random, region.v_min, region.v_max);
+    return Place{u, v, uniform(random, 1 / region.far, 1 / region.near)};
+  };
+  std::vector<Place> clusters;
+  for (int i = 0; i < region.clusters; ++i) clusters.push_back(place());
+
+  frame.matches.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    Place at{};
+    if (clusters.empty()) {
+      at = place();
+    } else {
+      at = clusters[random.below(static_cast<std::uint32_t>(clusters.size()))];
+      at.u += uniform(random, -2, 2);
+      at.v += uniform(random, -2, 2);
+    }
+    const double z = 1 / at.inverse_depth;
+    const double p_c[3] = {(at.u - camera.cx) / camera.fx * z, (at.v - camera.cy) / camera.fy * z, z};
+    Match& match = frame.matches[i];
+    match.keypoint = static_cast<std::int64_t>(i);
+    match.map_point_id = static_cast<std::int64_t>(i);
+    const auto& t = frame.T_cw_prior;
+    for (std::size_t j = 0; j < 3; ++j) {  // p_w = R^T (p_c - t)
+      match.point[j] = 0;
+      for (std::size_t d = 0; d < 3; ++d) match.point[j] += t[4 * d + j] * (p_c[d] - t[4 * d + 3]);
+    }
+    match.u = at.u;
+    match.v = at.v;
+    match.octave = random_octave(random);
+    for (int level = 0; level < match.octave; ++level) match.inv_sigma2 /= 1.2 * 1.2;
+    match.desc_dist = random.below(100);
+    const double disparity = camera.bf * at.inverse_depth;
+    if (disparity >= 2 && at.u >= disparity) match.u_right = at.u - disparity;
+  }
+  return frame;
+}
+
+}  // namespace maxlogdet::sim
