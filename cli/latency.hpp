@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 
 namespace maxlogdet::cli {
 
@@ -13,7 +14,8 @@ struct Latency {
   double max = 0;
 };
 
-/// Calls `work` once to warm up and then `repeat` times (at least once), each timed by itself.
-Latency measure_latency(std::size_t repeat, const std::function<void()>& work);
+/// Calls `work` once to warm up and then `repeat` times (at least once), each timed by itself. What takes over two
+/// seconds shows its progress on stderr, under the name of `what`, when that is a terminal.
+Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work);
 
 }  // namespace maxlogdet::cli

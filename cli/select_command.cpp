@@ -11,19 +11,39 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 namespace maxlogdet::cli {
 namespace {
+
+constexpr Strategy strategies[] = {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy};
+constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
+                                    Weighting::measurement_and_map};
+
+template <class Enum, std::size_t n>
+std::vector<std::string> names_of(const Enum (&values)[n]) {
+  std::vector<std::string> names;
+  for (const Enum value : values) names.emplace_back(to_string(value));
+  return names;
+}
+
+// The value of that name; one of names_of(values), as the command line has checked.
+template <class Enum, std::size_t n>
+Enum named(const Enum (&values)[n], const std::string& name) {
+  return *std::find_if(values, values + n, [&](Enum value) { return name == to_string(value); });
+}
 
 struct SelectArguments {
   std::string input;  // empty: the embedded synthetic frame
   Options options;
   BlockOptions block_options;
+  std::int64_t budget = 100;
+  std::string strategy = "lazy_greedy";
+  std::string weighting = "map_bias";
   bool stereo = false;
-  std::size_t repeat = 100;
+  std::int64_t repeat = 100;
   bool as_json = false;
   std::string plot;
 };
@@ -77,7 +97,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["frame"] = frame.name;
   line["candidates"] = frame.matches.size();
   line["invalid_candidates"] = selection.invalid_candidates;
-  line["budget"] = arguments.options.budget;
+  line["budget"] = arguments.budget;
   line["strategy"] = to_string(arguments.options.strategy);
   if (arguments.options.strategy == Strategy::stochastic_greedy) {
     line["epsilon"] = arguments.options.epsilon;
@@ -99,7 +119,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["repeat"] = arguments.repeat;
   line["isa"] = active_isa();
   line["version"] = version();
-  std::cout << line.dump() << '\n';
+  std::cout << line.dump() << std::endl;
 }
 
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
@@ -107,18 +127,19 @@ void print_table_row(const sim::Frame& frame, const Selection& selection, const 
   std::snprintf(row, sizeof row, "%-16s %10zu %8zu  %-16s %10.4f %11zu %9.1f %9.1f %9.1f\n", frame.name.c_str(),
                 frame.matches.size(), selection.size, to_string(selection.status), selection.log_det,
                 selection.evaluations, timing.select.median, timing.select.p99, timing.blocks.median);
-  std::cout << row;
+  std::cout << row << std::flush;
 }
 
 void print_table_header(const SelectArguments& arguments) {
   std::cout << "maxlogdet " << version() << ", " << active_isa() << ": " << to_string(arguments.options.strategy)
-            << ", budget " << arguments.options.budget << ", " << to_string(arguments.block_options.weighting)
+            << ", budget " << arguments.budget << ", " << to_string(arguments.block_options.weighting)
             << (arguments.stereo ? " with stereo rows" : "") << ", " << arguments.repeat << " calls a frame\n\n"
             << "frame            candidates selected  status              log det evaluations    select us      blocks us\n"
             << "                                                           (nats)                median       p99    median\n";
 }
 
 void print_selected(const sim::Frame& frame, const Selection& selection) {
+  if (selection.size == 0) return;
   std::cout << "\nselected, best first (match: gain in nats, pixel, depth)\n";
   constexpr std::size_t shown = 10;
   for (std::size_t i = 0; i < std::min(selection.size, shown); ++i) {
@@ -148,26 +169,31 @@ void run(const SelectArguments& arguments) {
           ? std::vector<sim::Frame>{sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)}
           : sim::read_frames(arguments.input);
 
-  std::size_t largest = arguments.options.budget;
+  std::size_t largest = 0;
   for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
   Selector selector(largest);
   BlockStore blocks(largest);
+  Options options = arguments.options;  // a budget above every frame's size selects everything
+  options.budget = std::min(static_cast<std::size_t>(arguments.budget), largest);
+  const auto repeat = static_cast<std::size_t>(arguments.repeat);
 
   for (const auto& frame : frames) {  // nothing is printed unless every frame can be
-    const BlockReport report = build_blocks(frame, arguments.block_options, blocks);
-    check(frame, report);
-    Options trial = arguments.options;
+    check(frame, build_blocks(frame, arguments.block_options, blocks));
+    Options trial = options;
     trial.budget = 0;
     const Status status = selector.select(blocks, trial).status;
-    if (status != Status::ok) fail(frame, explained(status, arguments.options));
+    if (status != Status::ok) fail(frame, explained(status, options));
   }
 
   if (!arguments.as_json) print_table_header(arguments);
   for (const auto& frame : frames) {
+    const sim::MatchArrays matches(frame);
     Timing timing;
-    timing.blocks = measure_latency(arguments.repeat, [&] { build_blocks(frame, arguments.block_options, blocks); });
+    timing.blocks = measure_latency(frame.name + ", blocks", repeat,
+                                    [&] { build_blocks(frame, matches, arguments.block_options, blocks); });
     Selection selection{};
-    timing.select = measure_latency(arguments.repeat, [&] { selection = selector.select(blocks, arguments.options); });
+    timing.select =
+        measure_latency(frame.name + ", select", repeat, [&] { selection = selector.select(blocks, options); });
     if (arguments.as_json) {
       print_json(frame, arguments, selection, timing);
     } else {
@@ -187,31 +213,30 @@ void add_select_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("select", "Select matches of frames, and time it");
   const auto arguments = std::make_shared<SelectArguments>();
   Options& options = arguments->options;
-  const std::map<std::string, Strategy> strategies{{"greedy", Strategy::greedy},
-                                                   {"lazy_greedy", Strategy::lazy_greedy},
-                                                   {"stochastic_greedy", Strategy::stochastic_greedy}};
-  const std::map<std::string, Weighting> weightings{{"map_bias", Weighting::map_bias},
-                                                    {"map_bias_world", Weighting::map_bias_world},
-                                                    {"measurement", Weighting::measurement},
-                                                    {"measurement_and_map", Weighting::measurement_and_map}};
   command->add_option("--input", arguments->input,
                       "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame");
-  command->add_option("--budget", options.budget, "k, how many matches to select")->capture_default_str();
-  command->add_option("--strategy", options.strategy, "greedy, lazy_greedy (default) or stochastic_greedy")
-      ->transform(CLI::Transformer(strategies))
-      ->default_str("lazy_greedy");
+  constexpr std::int64_t most = 1'000'000'000;
+  command->add_option("--budget", arguments->budget, "k, how many matches to select")
+      ->check(CLI::Range(std::int64_t{0}, most))
+      ->capture_default_str();
+  command->add_option("--strategy", arguments->strategy, "How to search")
+      ->check(CLI::IsMember(names_of(strategies)))
+      ->capture_default_str();
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->capture_default_str();
   command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
-  command->add_option("--weighting", arguments->block_options.weighting,
-                      "map_bias (default), map_bias_world, measurement or measurement_and_map")
-      ->transform(CLI::Transformer(weightings))
-      ->default_str("map_bias");
+  command->add_option("--weighting", arguments->weighting, "Which block a match contributes")
+      ->check(CLI::IsMember(names_of(weightings)))
+      ->capture_default_str();
   command->add_flag("--stereo", arguments->stereo, "A third row for the matches that have a right-image column");
-  command->add_option("--repeat", arguments->repeat, "Timed calls a frame")->capture_default_str();
+  command->add_option("--repeat", arguments->repeat, "Timed calls a frame")
+      ->check(CLI::Range(std::int64_t{1}, most))
+      ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
   command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file");
   command->callback([arguments] {
+    arguments->options.strategy = named(strategies, arguments->strategy);
+    arguments->block_options.weighting = named(weightings, arguments->weighting);
     if (arguments->stereo) arguments->block_options.third = ThirdMeasurement::stereo;
     run(*arguments);
   });

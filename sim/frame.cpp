@@ -14,22 +14,31 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   return p;
 }
 
-BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks) {
-  std::vector<double> points;
-  std::vector<double> sigmas;
-  std::vector<unsigned char> is_stereo;
+MatchArrays::MatchArrays(const Frame& frame) {
   for (const Match& match : frame.matches) {
-    points.insert(points.end(), match.point, match.point + 3);
-    sigmas.push_back(1 / std::sqrt(match.inv_sigma2));
-    is_stereo.push_back(match.is_stereo() ? 1 : 0);
+    points_.insert(points_.end(), match.point, match.point + 3);
+    sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
+    is_stereo_.push_back(match.is_stereo() ? 1 : 0);
   }
+}
+
+Matches MatchArrays::view() const noexcept {
   Matches matches;
-  matches.size = frame.matches.size();
-  matches.points = points.data();
-  matches.sigmas = sigmas.data();
-  matches.has_third = is_stereo.data();
+  matches.size = sigmas_.size();
+  matches.points = points_.data();
+  matches.sigmas = sigmas_.data();
+  matches.has_third = is_stereo_.data();
+  return matches;
+}
+
+BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
+                         BlockStore& blocks) {
   blocks.clear();
-  return append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, blocks);
+  return append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, blocks);
+}
+
+BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks) {
+  return build_blocks(frame, MatchArrays(frame), options, blocks);
 }
 
 }  // namespace maxlogdet::sim

@@ -38,8 +38,24 @@ struct Frame {
 /// A map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 
-/// Refills `blocks` with one block a match, index for index. `third` none: as a monocular tracker sees it; stereo: a
-/// third row for the matches that have a right-image column. sigma is 1 / sqrt(inv_sigma2).
+/// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with a
+/// right-image column are those that have a third measurement.
+class MatchArrays {
+ public:
+  explicit MatchArrays(const Frame& frame);
+
+  /// Views into this object.
+  Matches view() const noexcept;
+
+ private:
+  std::vector<double> points_;
+  std::vector<double> sigmas_;
+  std::vector<unsigned char> is_stereo_;
+};
+
+/// Refills `blocks` with one block a match, index for index, at the frame's prior pose.
+BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
+                         BlockStore& blocks);
 BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks);
 
 }  // namespace maxlogdet::sim

@@ -35,7 +35,7 @@ struct Region {
 Region region_of(Scene scene) {
   constexpr double border = 16;  // px, where ORB finds no corners
   const Camera& c = scene == Scene::kitti_like ? kitti_camera : euroc_camera;
-  Region region{c, border, c.width - border, border, c.height - border, 1, 25, 0};
+  Region region{c, border, c.width - border, border, c.height - border, 2, 20, 0};
   if (scene == Scene::kitti_like) {
     region.near = 5;
     region.far = 100;

@@ -11,7 +11,7 @@ namespace maxlogdet::sim {
 
 /// Families of synthetic frames: what a selector meets, from the ordinary to the hard.
 enum class Scene {
-  euroc_like,  ///< 752 x 480 px, fx 458.654, baseline 0.11 m; points all over the image, 1 to 25 m away
+  euroc_like,  ///< 752 x 480 px, fx 458.654, baseline 0.11 m; points all over the image, 2 to 20 m away
   kitti_like,  ///< 1226 x 370 px, fx 707.09, baseline 0.54 m; points 5 to 100 m away
   far_narrow,  ///< EuRoC camera; points 50 to 500 m away in the central 96 x 96 px: translation hardly observable
   clustered,   ///< EuRoC camera; 20 clusters 4 px wide, each at one depth: nearly equal gains

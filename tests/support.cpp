@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "tests/support.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace maxlogdet::test {
+namespace {
+
+std::uint64_t hash(const std::string& text) {  // FNV-1a: the same on every machine, unlike std::hash
+  std::uint64_t h = 0xCBF29CE484222325u;
+  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+  return h;
+}
+
+std::string running_test() {
+  const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
+  return info == nullptr ? "no test" : std::string(info->test_suite_name()) + "." + info->name();
+}
+
+}  // namespace
+
+Random::Random(std::uint64_t variation) : Random(running_test(), variation) {}
+
+Random::Random(const std::string& name, std::uint64_t variation) : seed_(hash(name) + variation), random_(seed_) {}
+
+double Random::uniform(double low, double high) {
+  return low + (high - low) * (static_cast<double>(random_.bits() >> 11) * 0x1p-53);
+}
+
+int Random::integer(int low, int high) {
+  return low + static_cast<int>(random_.below(static_cast<std::uint32_t>(high - low + 1)));
+}
+
+Block random_block(Random& random, int rows, double scale) {
+  Block block(rows, state_dimension);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < state_dimension; ++j) block(i, j) = random.uniform(-scale, scale);
+  }
+  return block;
+}
+
+Matrix6 random_prior(Random& random) {
+  const Matrix6 a = random_block(random, state_dimension);
+  return a * a.transpose() + 0.1 * Matrix6::Identity();
+}
+
+Block stored_block(const BlockStore& blocks, std::size_t i) {
+  Block block(blocks.rows(), state_dimension);
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      block(row, column) = static_cast<double>(blocks.plane(row, column)[i]);
+    }
+  }
+  return block;
+}
+
+BlockStore awkward_blocks(Random& random, std::size_t n) {
+  BlockStore blocks;
+  std::vector<Block> made;
+  for (std::size_t i = 0; i < n; ++i) {
+    Block block = random_block(random, random.integer(1, 3));
+    if (!made.empty()) {
+      const Block& other = made[static_cast<std::size_t>(random.integer(0, static_cast<int>(made.size()) - 1))];
+      const int kind = random.integer(0, 9);
+      if (kind == 0) block = other;
+      if (kind == 1) block = other * random.uniform(-2, 2);
+      if (kind == 2) block.setZero();
+      if (kind == 3) block = other + 1e-6 * random_block(random, static_cast<int>(other.rows()));
+      if (kind == 4) block *= 1e3;
+      if (kind == 5) block *= 1e-3;
+    }
+    push_back(blocks, block);
+    made.push_back(block);
+  }
+  return blocks;
+}
+
+std::vector<std::uint32_t> indices_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
+
+std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options) {
+  Selector selector(std::max(blocks.size(), options.budget));
+  return indices_of(selector.select(blocks, options));
+}
+
+std::string data_folder() {
+  const char* const overridden = std::getenv("MAXLOGDET_DATA");
+  const std::string folder = overridden != nullptr ? overridden : MAXLOGDET_DEFAULT_DATA;
+  std::error_code error;
+  return std::filesystem::is_directory(folder, error) ? folder : "";
+}
+
+BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {
+  BlockOptions options;
+  options.weighting = kind.weighting;
+  options.third = kind.third;
+  BlockStore blocks;
+  const BlockReport report = build_blocks(frame, options, blocks);
+  EXPECT_EQ(report.status, BlockStatus::ok) << frame.name << ' ' << kind.name;
+  return blocks;
+}
+
+}  // namespace maxlogdet::test

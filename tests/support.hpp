@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/counter_random.hpp"
+#include "sim/scene.hpp"
+
+#include <gtest/gtest.h>
+#include <maxlogdet/eigen.hpp>
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::test {
+
+/// Random numbers that are the same on every machine. The seed derives from the running test's own name, so that no two
+/// tests share data, and is printed when an assertion in the same scope fails:  Random random; SCOPED_TRACE(random.name());
+class Random {
+ public:
+  explicit Random(std::uint64_t variation = 0);
+  Random(const std::string& name, std::uint64_t variation);
+
+  double uniform(double low, double high);
+  int integer(int low, int high);  ///< low <= result <= high
+  bool chance(double probability) { return uniform(0, 1) < probability; }
+  std::uint64_t seed() const { return seed_; }
+  std::string name() const { return "seed " + std::to_string(seed_); }
+
+ private:
+  std::uint64_t seed_;
+  CounterRandom random_;
+};
+
+using Block = Eigen::Matrix<double, Eigen::Dynamic, state_dimension, Eigen::RowMajor>;
+using Matrix6 = Eigen::Matrix<double, state_dimension, state_dimension>;
+
+/// Entries uniform in [-scale, scale].
+Block random_block(Random& random, int rows, double scale = 1);
+
+/// A well-conditioned symmetric positive definite matrix.
+Matrix6 random_prior(Random& random);
+
+/// What the store holds for candidate i, exactly, with all its planes as rows.
+Block stored_block(const BlockStore& blocks, std::size_t i);
+
+/// n blocks of 1 to 3 rows; some duplicated, scaled, zero or nearly parallel to others.
+BlockStore awkward_blocks(Random& random, std::size_t n);
+
+/// The indices of an answer, or of an error none.
+std::vector<std::uint32_t> indices_of(const Selection& selection);
+
+/// Selects with a selector of just enough capacity; indices only.
+std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options);
+
+/// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
+std::string data_folder();
+
+/// What the tests over real and synthetic frames vary.
+struct BlockKind {
+  const char* name;
+  Weighting weighting;
+  ThirdMeasurement third;
+};
+constexpr BlockKind block_kinds[] = {
+    {"map_bias", Weighting::map_bias, ThirdMeasurement::none},
+    {"map_bias_stereo", Weighting::map_bias, ThirdMeasurement::stereo},
+    {"map_bias_world", Weighting::map_bias_world, ThirdMeasurement::none},
+    {"measurement", Weighting::measurement, ThirdMeasurement::none},
+    {"measurement_stereo", Weighting::measurement, ThirdMeasurement::stereo},
+    {"measurement_and_map_stereo", Weighting::measurement_and_map, ThirdMeasurement::stereo},
+};
+
+BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
+
+}  // namespace maxlogdet::test
