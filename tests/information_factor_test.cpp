@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The incremental factor, its error bound, and the determinants computed from it.
+#include "kernel/information_factor.hpp"
+#include "simd/kernel.hpp"
+#include "tests/oracle.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::test {
+namespace {
+
+using LowerTriangle = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+Matrix6 inverse_of(const InformationFactor& factor) {
+  const LowerTriangle w = Eigen::Map<const LowerTriangle>(factor.inverse());
+  return w.transpose() * w;
+}
+
+TEST(InformationFactor, follows_the_information_through_updates) {
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    Matrix6 information = random_prior(random);
+    InformationFactor factor;
+    const EigenPrior prior(information);
+    ASSERT_TRUE(factor.reset(prior.data()));
+    EXPECT_NEAR(factor.prior_log_det(), std::log(information.determinant()), 1e-12);
+    for (int update = 0; update < 20; ++update) {
+      const Block row = random_block(random, 1, std::pow(10.0, random.integer(-3, 3)));
+      factor.add_row(row.data());
+      information += row.transpose() * row;
+      const Matrix6 identity = inverse_of(factor) * information;
+      ASSERT_LT((identity - Matrix6::Identity()).norm(), 1e-6);
+    }
+    const LowerTriangle w = Eigen::Map<const LowerTriangle>(factor.inverse());
+    EXPECT_TRUE(w.isLowerTriangular());
+  }
+}
+
+// |computed - exact| <= gain_error for every gain that a selection looks at, ill-conditioned rounds included.
+TEST(InformationFactor, gain_error_bounds_the_error_of_every_gain) {
+  long double tightest = 0;
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      const Random random;
+      const sim::Frame frame = make_scene(scene, 60, random.seed());
+      SCOPED_TRACE(frame.name + " " + kind.name);
+      const BlockStore blocks = blocks_of(frame, kind);
+      GreedyOracle<long double> oracle(blocks);
+      InformationFactor factor;
+      ASSERT_TRUE(factor.reset(nullptr));
+      std::vector<double> determinants(blocks.size());
+      const simd::Kernel& kernel = **simd::built_in();
+      for (int round = 0; round < 30; ++round) {
+        const double bound = factor.gain_error(blocks.max_row_norm());
+        kernel.evaluate_range[blocks.rows() - 1]({blocks.plane(0, 0), blocks.stride()}, factor.inverse(), 0,
+                                                 blocks.size(), determinants.data());
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+          const long double error = std::abs(std::log(static_cast<long double>(determinants[i])) - oracle.gain(i));
+          ASSERT_LE(error, bound) << "round " << round << ", candidate " << i;
+          tightest = std::max(tightest, error / bound);
+        }
+        const std::size_t chosen = oracle.best();
+        oracle.take(chosen);
+        const Block block = stored_block(blocks, chosen);
+        for (int row = 0; row < blocks.rows(); ++row) factor.add_row(block.row(row).data());
+      }
+    }
+  }
+  std::printf("largest error seen: %.2Le of its bound\n", tightest);
+  EXPECT_GT(tightest, 0);
+}
+
+TEST(InformationFactor, gives_up_on_laziness_where_float64_has_no_digits) {
+  InformationFactor factor;
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_LT(factor.gain_error(1e3), 1e-6);
+  const double row[6] = {1e13, -2e13, 3e12, 1e13, 5e12, -1e13};
+  factor.add_row(row);
+  EXPECT_EQ(factor.gain_error(1e13), std::numeric_limits<double>::infinity());
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
