@@ -201,7 +201,8 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
     const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
     const double weight = matches.weights == nullptr ? 1 : matches.weights[i];
     if (p.z <= 0) ++report.behind_camera;
-    if (!(p.z > 0) || !is_positive(sigma) || !(weight >= 0)) {
+    const bool is_in_view = is_positive(p.z) && std::isfinite(p.x) && std::isfinite(p.y);
+    if (!is_in_view || !is_positive(sigma) || !(weight >= 0)) {
       blocks.push_back_invalid();
       continue;
     }

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The same answer on every instruction set, and what MAXLOGDET_ISA does.
+#include "simd/kernel.hpp"
+#include "tests/support.hpp"
+
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+// Sets MAXLOGDET_ISA for a scope.
+class ForcedIsa {
+ public:
+  explicit ForcedIsa(const char* name) {
+    const char* const previous = std::getenv("MAXLOGDET_ISA");
+    had_previous_ = previous != nullptr;
+    if (had_previous_) previous_ = previous;
+    set(name);
+  }
+  ~ForcedIsa() { set(had_previous_ ? previous_.c_str() : nullptr); }
+  ForcedIsa(const ForcedIsa&) = delete;
+  ForcedIsa& operator=(const ForcedIsa&) = delete;
+
+ private:
+  static void set(const char* name) {
+    if (name == nullptr) {
+      unsetenv("MAXLOGDET_ISA");
+    } else {
+      setenv("MAXLOGDET_ISA", name, 1);
+    }
+  }
+  bool had_previous_;
+  std::string previous_;
+};
+
+std::vector<std::string> supported_isas() {
+  std::vector<std::string> names;
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    if (isa_is_supported(built_in_isa(i))) names.emplace_back(built_in_isa(i));
+  }
+  return names;
+}
+
+TEST(Isa, the_baseline_is_always_there) {
+  ASSERT_NE(built_in_isa(0), nullptr);
+  EXPECT_TRUE(isa_is_supported(built_in_isa(0)));
+  EXPECT_EQ(built_in_isa(-1), nullptr);
+  EXPECT_EQ(built_in_isa(100), nullptr);
+  EXPECT_FALSE(isa_is_supported("mmx"));
+}
+
+TEST(Isa, the_widest_supported_one_is_active_unless_another_is_named) {
+  for (const char* const unset : {static_cast<const char*>(nullptr), ""}) {
+    const ForcedIsa forced(unset);
+    EXPECT_EQ(active_isa(), supported_isas().back());
+  }
+  for (const std::string& isa : supported_isas()) {
+    const ForcedIsa forced(isa.c_str());
+    EXPECT_EQ(active_isa(), isa);
+  }
+}
+
+TEST(Isa, an_unknown_name_is_an_error_and_never_a_fallback) {
+  BlockStore blocks;
+  push_back(blocks, Block::Ones(2, 6));
+  for (const char* const name : {"avx1024", "AVX2", "sse2 ", "scalar"}) {
+    const ForcedIsa forced(name);
+    EXPECT_STREQ(active_isa(), "none");
+    Selector selector(1);
+    Options options;
+    options.budget = 1;
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_EQ(selection.status, Status::unsupported_isa);
+    EXPECT_EQ(selection.size, 0U);
+  }
+}
+
+TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    if (isa_is_supported(built_in_isa(i))) continue;
+    const ForcedIsa forced(built_in_isa(i));
+    EXPECT_STREQ(active_isa(), "none");
+  }
+}
+
+TEST(Isa, determinants_are_the_same_bits_on_all) {
+  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto n = static_cast<std::size_t>(random.integer(1, 100));
+    const BlockStore blocks = awkward_blocks(random, n);
+    double w[36];
+    for (double& entry : w) entry = random.uniform(-300, 300);
+    std::vector<std::uint32_t> listed;
+    for (int j = random.integer(1, 50); j > 0; --j) {
+      listed.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1)));
+    }
+    const auto begin = static_cast<std::size_t>(random.integer(0, static_cast<int>(n)));
+    const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+    std::vector<double> expected(n, -1);
+    std::vector<double> expected_listed(listed.size());
+    for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
+      if (!simd::is_supported(**kernel)) continue;
+      std::vector<double> of_range(n, -1);
+      std::vector<double> of_listed(listed.size());
+      (*kernel)->evaluate_range[blocks.rows() - 1](planes, w, begin, n, of_range.data());
+      (*kernel)->evaluate_listed[blocks.rows() - 1](planes, w, listed.data(), listed.size(), of_listed.data());
+      if (kernel == simd::built_in()) {
+        expected = of_range;
+        expected_listed = of_listed;
+      }
+      EXPECT_EQ(std::memcmp(of_range.data(), expected.data(), n * sizeof(double)), 0) << (*kernel)->isa;
+      EXPECT_EQ(std::memcmp(of_listed.data(), expected_listed.data(), listed.size() * sizeof(double)), 0);
+      for (std::size_t j = 0; j < listed.size(); ++j) {
+        if (listed[j] >= begin) {
+          EXPECT_EQ(of_listed[j], of_range[listed[j]]);
+        }
+      }
+      for (std::size_t i = 0; i < begin; ++i) EXPECT_EQ(of_range[i], -1) << "written outside its range";
+    }
+  }
+}
+
+TEST(Isa, selections_are_the_same_on_all) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      const Random random;
+      const sim::Frame frame = make_scene(scene, 1000, random.seed());
+      SCOPED_TRACE(frame.name + " " + kind.name);
+      const BlockStore blocks = blocks_of(frame, kind);
+      for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+        Options options;
+        options.strategy = strategy;
+        std::vector<std::uint32_t> expected;
+        for (const std::string& isa : supported_isas()) {
+          const ForcedIsa forced(isa.c_str());
+          const auto indices = select_indices(blocks, options);
+          ASSERT_EQ(indices.size(), 100U);
+          if (expected.empty()) expected = indices;
+          EXPECT_EQ(indices, expected) << isa << ' ' << to_string(strategy);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
+// replaces the allocation functions to count calls, so it stands alone.
+#include "tests/support.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+std::atomic<long> allocations{0};  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+}  // namespace
+
+// A sanitizer's runtime has malloc to itself; operator new is ours there too.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define MAXLOGDET_HAS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define MAXLOGDET_HAS_SANITIZER
+#endif
+#endif
+
+#if defined(MAXLOGDET_HAS_SANITIZER)
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#else
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  *memory = __libc_memalign(alignment, size);
+  return *memory == nullptr ? 12 : 0;
+}
+}
+#endif
+
+namespace maxlogdet::test {
+namespace {
+
+template <class Work>
+long allocations_in(const Work& work) {
+  const long before = allocations;
+  work();
+  return allocations - before;
+}
+
+// Everything `work` writes to stdout and stderr, in bytes.
+template <class Work>
+long bytes_written_in(const Work& work) {
+  std::fflush(nullptr);
+  char name[] = "/tmp/maxlogdet_output_XXXXXX";
+  const int file = mkstemp(name);
+  const int out = dup(1);
+  const int err = dup(2);
+  dup2(file, 1);
+  dup2(file, 2);
+  work();
+  std::fflush(nullptr);
+  dup2(out, 1);
+  dup2(err, 2);
+  const long size = lseek(file, 0, SEEK_END);
+  for (const int descriptor : {file, out, err}) close(descriptor);
+  unlink(name);
+  return size;
+}
+
+// Selections of every kind, errors included; returns how many gave an answer.
+int select_in_every_way(Selector& selector, const BlockStore& blocks) {
+  int answers = 0;
+  for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+    for (const std::size_t budget : {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
+      for (const double epsilon : {0.1, -1.0}) {
+        for (const double limit : {0.0, 1e-5, -1.0}) {
+          const double zeros[36] = {};
+          for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
+            Options options;
+            options.strategy = strategy;
+            options.budget = budget;
+            options.epsilon = epsilon;
+            options.time_limit = limit;
+            options.prior = prior;
+            if (selector.select(blocks, options).has_answer()) ++answers;
+          }
+        }
+      }
+    }
+  }
+  return answers;
+}
+
+TEST(RealTime, the_counter_counts) {
+  EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
+  EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
+  EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
+  EXPECT_EQ(bytes_written_in([] { std::fputs("four", stderr); }), 4);
+}
+
+TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks = awkward_blocks(random, 800);
+  blocks.push_back_invalid();
+  Selector selector(blocks.size());
+  int answers = 0;
+  EXPECT_EQ(allocations_in([&] { answers = select_in_every_way(selector, blocks); }), 0);
+  EXPECT_GT(answers, 20);
+  EXPECT_EQ(bytes_written_in([&] { select_in_every_way(selector, blocks); }), 0);
+  static_assert(noexcept(selector.select(blocks, Options())), "select() throws nothing");
+}
+
+TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
+  Random random;
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, random.seed());
+  const sim::MatchArrays matches(frame);
+  const Block block = random_block(random, 3);
+  BlockStore blocks(500);
+  for (const BlockKind& kind : block_kinds) {
+    BlockOptions options;
+    options.weighting = kind.weighting;
+    options.third = kind.third;
+    EXPECT_EQ(allocations_in([&] { build_blocks(frame, matches, options, blocks); }), 0) << kind.name;
+    EXPECT_EQ(blocks.size(), 500U);
+  }
+  EXPECT_EQ(allocations_in([&] {
+              blocks.clear();
+              for (int i = 0; i < 500; ++i) push_back(blocks, block);
+            }),
+            0);
+  EXPECT_GT(allocations_in([&] { push_back(blocks, block); }), 0) << "beyond its capacity it grows";
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
