@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "sim/frame_reader.hpp"
+
+#include <maxlogdet/version.hpp>
 
 #include <exception>
 #include <iostream>
+#include <string>
 
 namespace {
 
 constexpr int exit_bad_input = 2;
 
-int fail(const char* message) {
+int fail(const std::string& message) {
   std::cerr << "maxlogdet: " << message << '\n';
   return exit_bad_input;
 }
@@ -17,21 +19,22 @@ int fail(const char* message) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App program("Picks the feature matches that keep a camera-pose least-squares problem best conditioned.");
-  program.name("maxlogdet");
-  program.require_subcommand(1);
-  program.set_version_flag("--version", maxlogdet::version());
-  maxlogdet::cli::add_select_command(program);
-  maxlogdet::cli::add_info_command(program);
   try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-    return fail((std::string(error.what()) + " (maxlogdet --help tells the commands and options)").c_str());
-  } catch (const maxlogdet::sim::InputError& error) {
-    return fail(error.what());
-  } catch (const std::exception& error) {
+    CLI::App program("Picks the feature matches that keep a camera-pose least-squares problem best conditioned.");
+    program.name("maxlogdet");
+    program.require_subcommand(0, 1);
+    program.set_version_flag("--version", maxlogdet::version());
+    maxlogdet::cli::add_select_command(program);
+    maxlogdet::cli::add_info_command(program);
+    try {
+      program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+      return fail(std::string(error.what()) + " (maxlogdet --help tells the commands and options)");
+    }
+    if (program.get_subcommands().empty()) return fail("a command is missing: select or info (maxlogdet --help)");
+    return std::cout.flush() ? 0 : fail("standard output could not be written");
+  } catch (const std::exception& error) {  // sim::InputError among them
     return fail(error.what());
   }
-  return std::cout.flush() ? 0 : fail("standard output could not be written");
 }

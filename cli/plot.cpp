@@ -3,12 +3,13 @@
 
 #include "sim/frame_reader.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <vector>
 
@@ -80,18 +81,24 @@ std::string script(const sim::Frame& frame, const Selection& selection, const st
 
 }  // namespace
 
-void check_plot_file(const std::string& file) { terminal_of(file); }
+void check_plot_file(const std::string& file) {
+  terminal_of(file);
+  const std::string folder = std::filesystem::path(file).parent_path().string();
+  if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0) {
+    throw sim::InputError(file + ": cannot be written; expected a folder that exists and can be written to");
+  }
+}
 
 void plot_selection(const sim::Frame& frame, const Selection& selection, const std::string& file) {
   const std::string commands = script(frame, selection, file);
-  if (!std::ofstream(file)) throw sim::InputError(file + ": cannot be written; expected a place for the plot");
   const auto previous = std::signal(SIGPIPE, SIG_IGN);  // a gnuplot that is not there shows in its exit code
   std::FILE* const gnuplot = popen("gnuplot", "w");
   bool is_drawn = gnuplot != nullptr && std::fwrite(commands.data(), 1, commands.size(), gnuplot) == commands.size();
   is_drawn = gnuplot != nullptr && pclose(gnuplot) == 0 && is_drawn;
   std::signal(SIGPIPE, previous);
   if (!is_drawn) {
-    throw sim::InputError(file + ": gnuplot could not draw it; is it installed? (Debian: apt-get install gnuplot-nox)");
+    throw sim::InputError(
+        file + ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install gnuplot-nox)");
   }
 }
 

@@ -29,10 +29,13 @@ std::vector<std::string> names_of(const Enum (&values)[n]) {
   return names;
 }
 
-// The value of that name; one of names_of(values), as the command line has checked.
+// The value of that name.
 template <class Enum, std::size_t n>
 Enum named(const Enum (&values)[n], const std::string& name) {
-  return *std::find_if(values, values + n, [&](Enum value) { return name == to_string(value); });
+  for (const Enum value : values) {
+    if (name == to_string(value)) return value;
+  }
+  throw sim::InputError("unknown name " + name);
 }
 
 struct SelectArguments {
@@ -124,7 +127,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
 
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
   char row[256];
-  std::snprintf(row, sizeof row, "%-16s %10zu %8zu  %-16s %10.4f %11zu %9.1f %9.1f %9.1f\n", frame.name.c_str(),
+  std::snprintf(row, sizeof row, "%-16s %10zu %8zu  %-16s %10.4f %11zu %7.1f %6.1f %9.1f\n", frame.name.c_str(),
                 frame.matches.size(), selection.size, to_string(selection.status), selection.log_det,
                 selection.evaluations, timing.select.median, timing.select.p99, timing.blocks.median);
   std::cout << row << std::flush;
@@ -133,9 +136,10 @@ void print_table_row(const sim::Frame& frame, const Selection& selection, const 
 void print_table_header(const SelectArguments& arguments) {
   std::cout << "maxlogdet " << version() << ", " << active_isa() << ": " << to_string(arguments.options.strategy)
             << ", budget " << arguments.budget << ", " << to_string(arguments.block_options.weighting)
-            << (arguments.stereo ? " with stereo rows" : "") << ", " << arguments.repeat << " calls a frame\n\n"
-            << "frame            candidates selected  status              log det evaluations    select us      blocks us\n"
-            << "                                                           (nats)                median       p99    median\n";
+            << (arguments.stereo ? " with stereo rows" : "") << ", " << arguments.repeat << " calls a frame\n\n";
+  std::cout
+      << "frame            candidates selected  status              log det evaluations    select us   blocks us\n"
+         "                                                           (nats)              median    p99    median\n";
 }
 
 void print_selected(const sim::Frame& frame, const Selection& selection) {
@@ -224,7 +228,9 @@ void add_select_command(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->capture_default_str();
-  command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
+  command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")
+      ->check([](const std::string& text) { return text.front() == '-' ? "expected 0 or more" : ""; })
+      ->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which block a match contributes")
       ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();

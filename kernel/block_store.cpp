@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t alignment = 64;  // bytes: a cache line, and an AVX-512 register
 constexpr std::size_t floats_per_line = alignment / sizeof(float);
-constexpr std::size_t plane_count = static_cast<std::size_t>(state_dimension * max_block_rows);
+constexpr std::size_t planes_per_row = state_dimension;
+constexpr std::size_t plane_count = planes_per_row * max_block_rows;
 
 }  // namespace
 
@@ -62,9 +63,9 @@ void BlockStore::reserve(std::size_t capacity) {
   std::unique_ptr<float[]> memory(new float[plane_count * stride + floats_per_line]);
   std::unique_ptr<unsigned char[]> valid(new unsigned char[capacity]);
 
-  const std::uintptr_t address = reinterpret_cast<std::uintptr_t>(memory.get());
+  const auto address = reinterpret_cast<std::uintptr_t>(memory.get());
   float* const planes = memory.get() + (alignment - address % alignment) % alignment / sizeof(float);
-  for (std::size_t p = 0; p < static_cast<std::size_t>(state_dimension * rows_); ++p) {
+  for (std::size_t p = 0; p < planes_per_row * static_cast<std::size_t>(rows_); ++p) {
     std::copy_n(planes_ + p * stride_, size_, planes + p * stride);
   }
   std::copy_n(valid_.get(), size_, valid.get());
@@ -94,7 +95,7 @@ std::size_t BlockStore::push_back(const double* block, int rows) {
   for (int row = 0; row < rows; ++row) {
     double squares = 0;
     for (int column = 0; column < state_dimension; ++column) {
-      const float value = static_cast<float>(block[state_dimension * row + column]);
+      const auto value = static_cast<float>(block[state_dimension * row + column]);
       if (!std::isfinite(value)) return push_back_invalid();
       stored[row][column] = value;
       squares += static_cast<double>(value) * static_cast<double>(value);

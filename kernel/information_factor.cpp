@@ -34,7 +34,8 @@ bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
     for (int j = 0; j <= i; ++j) {
       const double a = prior[n * i + j];
       const double b = prior[n * j + i];
-      if (std::abs(a - b) > symmetry_tolerance * std::sqrt(prior[n * i + i]) * std::sqrt(prior[n * j + j])) return false;
+      if (std::abs(a - b) > symmetry_tolerance * std::sqrt(prior[n * i + i]) * std::sqrt(prior[n * j + j]))
+        return false;
       double sum = a / 2 + b / 2;
       for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
       if (i == j) {

@@ -7,8 +7,8 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double rotation_tolerance = 1e-3;    // of R R^T - I: poses kept in float32 pass
-constexpr double singular_ray_cosine = 1e-6;   // below it H_p^n has lost more digits than float32 has
+constexpr double rotation_tolerance = 1e-3;   // of R R^T - I: poses kept in float32 pass
+constexpr double singular_ray_cosine = 1e-6;  // below it H_p^n has lost more digits than float32 has
 
 bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
 
@@ -105,8 +105,8 @@ Block map_bias_block(const Vector3& p, int rows) noexcept {
 }
 
 // H_c in the world frame. H_c = B [I | -[p]x] where the columns of B solve [J R; e_3^T] B = [J; 0]: J (R B - I) = 0, so
-// R B = I - p g^T, since p spans the null space of J; and e_3^T B = 0 gives g = R e_3 / (e_3^T R^T p), the world's z axis
-// seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
+// R B = I - p g^T, since p spans the null space of J; and e_3^T B = 0 gives g = R e_3 / (e_3^T R^T p), the world's z
+// axis seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
 Block map_bias_world_block(const Pose& pose, const Vector3& p, int rows, bool& is_singular) noexcept {
   const auto& r = pose.r;
   double g[3] = {0, 0, 0};

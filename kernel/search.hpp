@@ -13,8 +13,8 @@
 
 namespace maxlogdet {
 
-/// A candidate and its gain as a determinant ratio det(M + H^T H) / det M, which is at least 1. Ratios are compared, not
-/// their logarithms: they take no library call that could differ from machine to machine.
+/// A candidate and its gain as a determinant ratio det(M + H^T H) / det M, which is at least 1. Ratios are compared,
+/// not their logarithms: they take no library call that could differ from machine to machine.
 struct Candidate {
   double determinant;
   std::uint32_t index;
@@ -27,8 +27,8 @@ struct Candidate {
 
 constexpr Candidate no_candidate{0, UINT32_MAX};
 
-/// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it grows.
-/// All arrays belong to the Selector and have room for as many entries as it has capacity.
+/// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
+/// grows. All arrays belong to the Selector and have room for as many entries as it has capacity.
 struct Search {
   const BlockStore& candidates;
   threading::SerialEvaluator evaluator;

@@ -27,8 +27,8 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
 
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
-    const std::size_t s = wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted)
-                                                                         : search.remaining;
+    const std::size_t s =
+        wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted) : search.remaining;
     for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
       std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(search.remaining - j))]);
     }

@@ -17,10 +17,10 @@ struct Match {
   double point[3] = {};           ///< map point, world frame, m
   double u = 0;                   ///< rectified left keypoint, px
   double v = 0;
-  int octave = 0;          ///< pyramid level
-  double u_right = -1;     ///< right-image column of the stereo match, px; -1: monocular
-  double inv_sigma2 = 1;   ///< 1 / (measurement variance), px^-2
-  double desc_dist = 0;    ///< descriptor distance: lower is the better match
+  int octave = 0;         ///< pyramid level
+  double u_right = -1;    ///< right-image column of the stereo match, px; -1: monocular
+  double inv_sigma2 = 1;  ///< 1 / (measurement variance), px^-2
+  double desc_dist = 0;   ///< descriptor distance: lower is the better match
 
   bool is_stereo() const noexcept { return u_right >= 0; }
 };
@@ -29,8 +29,8 @@ struct Match {
 struct Frame {
   std::string name;
   PinholeCamera camera;
-  int width = 0;   ///< image, px
-  int height = 0;  ///< image, px
+  int width = 0;                                                             ///< image, px
+  int height = 0;                                                            ///< image, px
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
 };
@@ -38,8 +38,8 @@ struct Frame {
 /// A map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 
-/// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with a
-/// right-image column are those that have a third measurement.
+/// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with
+/// a right-image column are those that have a third measurement.
 class MatchArrays {
  public:
   explicit MatchArrays(const Frame& frame);

@@ -113,7 +113,8 @@ class FrameReader {
       const auto width = integer(fields[0], "image width");
       const auto height = integer(fields[1], "image height");
       constexpr std::int64_t largest = 1 << 20;
-      if (width < 1 || height < 1 || width > largest || height > largest) fail("an image width and height from 1 to 2^20");
+      if (width < 1 || height < 1 || width > largest || height > largest)
+        fail("an image width and height from 1 to 2^20");
       frame_.width = static_cast<int>(width);
       frame_.height = static_cast<int>(height);
       has_image_ = true;
@@ -121,7 +122,8 @@ class FrameReader {
       const auto v = numbers(values, 12, "Tcw_prior (3 x 4 row-major)");
       const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(v.data());
       const Eigen::Matrix3d R = T_cw.leftCols<3>();
-      if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) fail("a rotation in the first 3 columns of Tcw_prior");
+      if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
+        fail("a rotation in the first 3 columns of Tcw_prior");
       std::copy(v.begin(), v.end(), frame_.T_cw_prior.begin());
       has_pose_ = true;
     }
@@ -134,7 +136,8 @@ class FrameReader {
       if (!column_.emplace(names[i], i).second) fail("each column once, not '" + std::string(names[i]) + "' twice");
     }
     for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
-      if (column_.count(name) == 0) fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
+      if (column_.count(name) == 0)
+        fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
     }
   }
 

@@ -64,7 +64,8 @@ inline Pack evaluate(const Planes& planes, const double* w, const Load& load) {
   Pack y[Rows][dimension];
   for (int a = 0; a < Rows; ++a) {
     Pack h[dimension];
-    for (int d = 0; d < dimension; ++d) h[d] = load(planes.data + (dimension * a + d) * planes.stride);
+    for (int d = 0; d < dimension; ++d)
+      h[d] = load(planes.data + static_cast<std::size_t>(dimension * a + d) * planes.stride);
     for (int c = 0; c < dimension; ++c) {
       y[a][c] = Pack(w[dimension * c]) * h[0];
       for (int d = 1; d <= c; ++d) y[a][c] += Pack(w[dimension * c + d]) * h[d];
@@ -94,7 +95,8 @@ void evaluate_listed(const Planes& planes, const double* w, const std::uint32_t*
                      double* determinants) {
   for (std::size_t j = 0; j < count; j += lanes) {
     Listed pack;
-    for (std::size_t lane = 0; lane < lanes; ++lane) pack.index[lane] = indices[j + lane < count ? j + lane : count - 1];
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      pack.index[lane] = indices[j + lane < count ? j + lane : count - 1];
     alignas(sizeof(Pack)) double values[lanes];
     evaluate<Rows>(planes, w, pack).store_aligned(values);
     for (std::size_t lane = 0; lane < lanes && j + lane < count; ++lane) determinants[j + lane] = values[lane];

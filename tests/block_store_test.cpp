@@ -116,7 +116,7 @@ TEST(BlockStore, copies_are_independent_and_moves_leave_an_empty_store) {
   EXPECT_EQ(stored_block(assigned, 7), kept);
   BlockStore moved = std::move(assigned);
   EXPECT_EQ(stored_block(moved, 7), kept);
-  EXPECT_EQ(assigned.size(), 0U);  // NOLINT(bugprone-use-after-move)
+  EXPECT_EQ(assigned.size(), 0U);  // NOLINT(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
   EXPECT_EQ(assigned.capacity(), 0U);
   push_back(assigned, kept);
   expect_holds(assigned, 0, kept);

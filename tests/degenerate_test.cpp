@@ -200,9 +200,9 @@ TEST_P(Degenerate, extreme_values_that_float32_can_hold) {
 TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
   Random random;
   const BlockStore blocks = random_blocks(random, 20);
-  Options options = with_budget(5);
   const auto status_with = [&](const Matrix6& information) {
     const EigenPrior prior(information);
+    Options options = with_budget(5);
     options.prior = prior.data();
     const Selection selection = selector_.select(blocks, options);
     if (selection.status != Status::ok) expect_error(selection, Status::invalid_prior);
@@ -241,7 +241,8 @@ TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
   const BlockStore blocks = random_blocks(random, 20);
   Matrix6 graded = Matrix6::Zero();
   for (int i = 0; i < 6; ++i) graded(i, i) = std::pow(10.0, 4 * i - 10);
-  for (const Matrix6& information : {Matrix6(1e-20 * Matrix6::Identity()), Matrix6(1e300 * Matrix6::Identity()), graded}) {
+  for (const Matrix6& information :
+       {Matrix6(1e-20 * Matrix6::Identity()), Matrix6(1e300 * Matrix6::Identity()), graded}) {
     const EigenPrior prior(information);
     Options options = with_budget(10);
     options.prior = prior.data();
@@ -337,7 +338,8 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
   first = Selector(1);
   expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);
   Selector third = std::move(first);
-  expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);  // NOLINT(bugprone-use-after-move)
+  // NOLINTNEXTLINE(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+  expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Degenerate,

@@ -41,7 +41,8 @@ Instance random_instance(Random& random) {
   if (kind == 4) {
     instance.blocks = awkward_blocks(random, static_cast<std::size_t>(n));
   } else {
-    for (int i = 0; i < n; ++i) push_back(instance.blocks, random_block(random, kind == 3 ? random.integer(1, 3) : kind + 1));
+    for (int i = 0; i < n; ++i)
+      push_back(instance.blocks, random_block(random, kind == 3 ? random.integer(1, 3) : kind + 1));
   }
   instance.has_prior = random.chance(0.5);
   if (instance.has_prior) instance.prior = random_prior(random);

@@ -29,14 +29,15 @@ class FrameReader : public ::testing::Test {
   ~FrameReader() override { std::filesystem::remove_all(folder_); }
 
   std::string write(const std::vector<std::string>& lines, const std::string& name = "frame_007.csv") const {
-    const std::string file = folder_ + "/" + name;
+    std::string file = folder_ + "/" + name;
     std::ofstream stream(file);
     for (const std::string& line : lines) stream << line << '\n';
     return file;
   }
 
   // The message must name file, line and what was expected.
-  void expect_error(const std::vector<std::string>& lines, const std::string& place, const std::string& expected) const {
+  void expect_error(const std::vector<std::string>& lines, const std::string& place,
+                    const std::string& expected) const {
     const std::string file = write(lines);
     try {
       sim::read_frame(file);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every block against numerical differentiation of the measurement functions, put together with Eigen as the equations in
-// jacobian.hpp say.
+// Every block against numerical differentiation of the measurement functions, put together with Eigen as the equations
+// in jacobian.hpp say.
 #include "tests/support.hpp"
 
 #include <Eigen/Cholesky>
@@ -97,7 +97,8 @@ struct Input {
   Eigen::Matrix3d map_covariance = Eigen::Matrix3d::Identity();
 };
 
-BlockStore library_blocks(const Case& c, const BlockOptions& options, const Input& input, BlockReport* report = nullptr) {
+BlockStore library_blocks(const Case& c, const BlockOptions& options, const Input& input,
+                          BlockReport* report = nullptr) {
   const Eigen::Matrix3Xd points = c.p_w.cast<double>();
   Matches matches;
   matches.sigmas = &input.sigma;
@@ -114,7 +115,9 @@ void expect_near(const Matrix& actual, const Matrix& expected) {
   ASSERT_EQ(actual.rows(), expected.rows());
   ASSERT_EQ(actual.cols(), expected.cols());
   EXPECT_LT((actual - expected).cwiseAbs().maxCoeff(), 1e-6L * expected.cwiseAbs().maxCoeff())
-      << "actual\n" << actual << "\nexpected\n" << expected;
+      << "actual\n"
+      << actual << "\nexpected\n"
+      << expected;
 }
 
 constexpr ThirdMeasurement thirds[] = {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth};
@@ -205,8 +208,8 @@ TEST(Jacobian, measurement_and_map_is_whitened_by_both_covariances) {
 
 TEST(Jacobian, a_weight_multiplies_the_information) {
   for_many_cases([](Random& random, const Case& c) {
-    for (const Weighting weighting : {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
-                                      Weighting::measurement_and_map}) {
+    for (const Weighting weighting :
+         {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
       const BlockOptions options = options_of(weighting, c);
       Input input;
       const Block unweighted = stored_block(library_blocks(c, options, input), 0);
@@ -249,8 +252,8 @@ TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidate
   matches.sigmas = sigmas;
   matches.weights = weights;
   const PinholeCamera camera{400, 400, 320, 240, 40};
-  for (const Weighting weighting : {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
-                                    Weighting::measurement_and_map}) {
+  for (const Weighting weighting :
+       {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
     BlockOptions options;
     options.weighting = weighting;
     BlockStore blocks;
@@ -331,7 +334,8 @@ TEST(Jacobian, bad_arguments_append_nothing) {
   BlockStore blocks;
   Matches matches;
   matches.size = 1;
-  EXPECT_EQ(append_blocks(camera, identity.data(), matches, BlockOptions(), blocks).status, BlockStatus::missing_points);
+  EXPECT_EQ(append_blocks(camera, identity.data(), matches, BlockOptions(), blocks).status,
+            BlockStatus::missing_points);
   matches.points = points.data();
   EXPECT_EQ(append_blocks(camera, nullptr, matches, BlockOptions(), blocks).status, BlockStatus::invalid_pose);
 }

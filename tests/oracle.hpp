@@ -30,9 +30,7 @@ class GreedyOracle {
 
   Scalar log_det() const { return 2 * r_.diagonal().array().abs().log().sum(); }
 
-  Scalar gain(std::size_t i) const {
-    return 2 * stacked(blocks_[i]).diagonal().array().abs().log().sum() - log_det();
-  }
+  Scalar gain(std::size_t i) const { return 2 * stacked(blocks_[i]).diagonal().array().abs().log().sum() - log_det(); }
 
   /// The remaining candidate of largest gain, the first of them on ties.
   std::size_t best() const {

@@ -35,6 +35,7 @@ void* operator new(std::size_t size) {
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 #else
+// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -63,6 +64,7 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
   return *memory == nullptr ? 12 : 0;
 }
 }
+// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
 #endif
 
 namespace maxlogdet::test {
@@ -99,7 +101,8 @@ long bytes_written_in(const Work& work) {
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
   for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
-    for (const std::size_t budget : {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
+    for (const std::size_t budget :
+         {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
       for (const double epsilon : {0.1, -1.0}) {
         for (const double limit : {0.0, 1e-5, -1.0}) {
           const double zeros[36] = {};

@@ -47,7 +47,8 @@ TEST(StochasticGreedy, same_seed_same_answer_and_other_seeds_differ) {
 // Recorded once; every machine, compiler and instruction set must give it.
 TEST(StochasticGreedy, gives_the_recorded_answer) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, 1), block_kinds[0]);
-  const std::vector<std::uint32_t> recorded = {1628,1887,352,616,755,940,732,833,1954,1905,458,1852,1949,1616,1551,770,437,1893,1819,798};
+  const std::vector<std::uint32_t> recorded = {1628, 1887, 352,  616,  755,  940, 732, 833,  1954, 1905,
+                                               458,  1852, 1949, 1616, 1551, 770, 437, 1893, 1819, 798};
   EXPECT_EQ(select_indices(blocks, stochastic(20, 0.1, 42)), recorded);
 }
 

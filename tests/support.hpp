@@ -10,13 +10,22 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <ostream>
 #include <string>
 #include <vector>
+
+namespace maxlogdet {
+
+/// How gtest prints a parameter.
+inline void PrintTo(Strategy strategy, std::ostream* out) { *out << to_string(strategy); }
+
+}  // namespace maxlogdet
 
 namespace maxlogdet::test {
 
 /// Random numbers that are the same on every machine. The seed derives from the running test's own name, so that no two
-/// tests share data, and is printed when an assertion in the same scope fails:  Random random; SCOPED_TRACE(random.name());
+/// tests share data, and is printed when an assertion in the same scope fails:  Random random;
+/// SCOPED_TRACE(random.name());
 class Random {
  public:
   explicit Random(std::uint64_t variation = 0);

@@ -20,8 +20,7 @@ template <class Derived>
 std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& block) {
   static_assert(Derived::ColsAtCompileTime == state_dimension || Derived::ColsAtCompileTime == Eigen::Dynamic,
                 "a block has 6 columns");
-  static_assert(Derived::RowsAtCompileTime == Eigen::Dynamic || Derived::RowsAtCompileTime <= max_block_rows,
-                "a block has 1, 2 or 3 rows");
+  static_assert(Derived::RowsAtCompileTime <= max_block_rows, "a block has 1, 2 or 3 rows");  // Eigen::Dynamic is -1
   if (block.cols() != state_dimension || block.rows() < 1 || block.rows() > max_block_rows) {
     return blocks.push_back_invalid();
   }

@@ -31,13 +31,14 @@ struct PinholeCamera {
 
 /// Which linearised problem a block describes. sigma is the match's measurement deviation.
 enum class Weighting {
-  map_bias,             ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
-                        ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi.
-                        ///< With a third measurement H_p is square as it is: H_c = [I | -[p_c]x], 3 x 6. No sigma.
-  map_bias_world,       ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as the paper writes
-                        ///< it. Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
-  measurement,          ///< H_x / sigma: measurement noise alone.
-  measurement_and_map,  ///< C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises whitened.
+  map_bias,  ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
+             ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi.
+             ///< With a third measurement H_p is square as it is: H_c = [I | -[p_c]x], 3 x 6. No sigma.
+  map_bias_world,  ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as the paper writes
+                   ///< it. Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
+  measurement,     ///< H_x / sigma: measurement noise alone.
+  measurement_and_map,  ///< C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises
+                        ///< whitened.
 };
 
 /// What a third row measures, for the matches that have one.
@@ -53,9 +54,9 @@ struct Matches {
   const double* points = nullptr;            ///< n x 3 row-major: p_w, m
   const double* sigmas = nullptr;            ///< n: sigma, px: scale_factor^octave times the base deviation; default 1
   const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
-  const double* weights = nullptr;           ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
-  const double* map_covariances = nullptr;   ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite;
-                                             ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
+  const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
+  const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite;
+                                            ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
 };
 
 struct BlockOptions {
@@ -67,10 +68,12 @@ struct BlockOptions {
 
 enum class BlockStatus {
   ok,               ///< n blocks appended; those that have no Jacobian as invalid candidates
-  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are invalid
+  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
+                    ///< invalid
   invalid_camera,   ///< fx, fy not positive and finite, or stereo rows without bf > 0; nothing appended
   invalid_pose,     ///< T_cw not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
-  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, or an unknown enumerator; nothing appended
+  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, or an unknown enumerator;
+                    ///< nothing appended
   missing_points,   ///< size > 0 without points; nothing appended
 };
 

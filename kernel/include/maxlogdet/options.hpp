@@ -15,13 +15,13 @@ enum class Strategy {
 
 /// What to select and how. Every default is one that a tracker can ship.
 struct Options {
-  std::size_t budget = 100;                    ///< k, the number of candidates to select; 0 selects none
-  Strategy strategy = Strategy::lazy_greedy;   ///< how to search
-  double epsilon = 0.1;                        ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
-  std::uint64_t seed = 0;                      ///< stochastic_greedy only: same seed, same answer, on every machine
-  const double* prior = nullptr;               ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the
-                                               ///< frame of the blocks; the caller owns it; nullptr: 1e-5 * I
-  double time_limit = 0;                       ///< s, looked at between rounds; 0: none
+  std::size_t budget = 100;                   ///< k, the number of candidates to select; 0 selects none
+  Strategy strategy = Strategy::lazy_greedy;  ///< how to search
+  double epsilon = 0.1;                       ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
+  std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine
+  const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the
+                                  ///< frame of the blocks; the caller owns it; nullptr: 1e-5 * I
+  double time_limit = 0;          ///< s, looked at between rounds; 0: none
 };
 
 const char* to_string(Strategy strategy) noexcept;

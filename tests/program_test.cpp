@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+// The program as its user meets it: what it prints, and how it refuses.
+#include "sim/frame_reader.hpp"
+#include "tests/support.hpp"
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+namespace maxlogdet::test {
+namespace {
+
+struct Outcome {
+  int exit_code;
+  std::string out;
+  std::string err;
+};
+
+std::string contents_of(const std::string& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+class Program : public ::testing::Test {
+ protected:
+  Program() : folder_(::testing::TempDir() + "maxlogdet_program_" + std::to_string(Random().seed())) {
+    std::filesystem::create_directories(folder_ + "/frames");
+  }
+  ~Program() override { std::filesystem::remove_all(folder_); }
+
+  // `environment` as in the shell: "NAME=value ".
+  Outcome run(const std::string& arguments, const std::string& environment = "") const {
+    const std::string command = "cd '" + folder_ + "' && " + environment + "'" MAXLOGDET_PROGRAM "' " + arguments +
+                                " >out.txt 2>err.txt </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents_of(folder_ + "/out.txt"),
+            contents_of(folder_ + "/err.txt")};
+  }
+
+  std::vector<nlohmann::json> run_json(const std::string& arguments) const {
+    const Outcome outcome = run(arguments + " --json --repeat 2");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::istringstream lines(outcome.out);
+    std::vector<nlohmann::json> objects;
+    for (std::string line; std::getline(lines, line);) objects.push_back(nlohmann::json::parse(line));
+    return objects;
+  }
+
+  void expect_refused(const Outcome& outcome, const std::string& message) const {
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "") << "no partial output";
+    EXPECT_EQ(outcome.err.rfind("maxlogdet: ", 0), 0U) << outcome.err;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+
+  // A synthetic frame in the frame format, `n` matches.
+  void write_frame(const std::string& name, std::size_t n, const std::string& more = "") const {
+    const sim::Frame frame = make_scene(sim::Scene::euroc_like, n, Random().seed());
+    std::ofstream file(folder_ + "/frames/" + name);
+    file.precision(17);
+    file << "# fx,fy,cx,cy,bf: " << frame.camera.fx << ',' << frame.camera.fy << ',' << frame.camera.cx << ','
+         << frame.camera.cy << ',' << frame.camera.bf << "\n# image width,height: 752,480\n# Tcw_prior: ";
+    for (std::size_t i = 0; i < 12; ++i) file << (i == 0 ? "" : ",") << frame.T_cw_prior[i];
+    file << "\nmp_id,X,Y,Z,u,v,u_right,inv_sigma2\n";
+    for (const sim::Match& m : frame.matches) {
+      file << 1000 + m.map_point_id << ',' << m.point[0] << ',' << m.point[1] << ',' << m.point[2] << ',' << m.u << ','
+           << m.v << ',' << m.u_right << ',' << m.inv_sigma2 << '\n';
+    }
+    file << more;
+  }
+
+  std::string folder_;
+};
+
+TEST_F(Program, selects_on_the_embedded_frame) {
+  const Outcome outcome = run("select --repeat 3");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  for (const char* const text : {"euroc_like_1", "2000", "100", "ok", "median", "p99", "log det"}) {
+    EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
+  }
+}
+
+TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
+  write_frame("frame_001.csv", 150);
+  write_frame("frame_002.csv", 30);
+  for (const std::string strategy : {"greedy", "lazy_greedy", "stochastic_greedy"}) {
+    for (const BlockKind& kind : block_kinds) {
+      const std::string stereo = kind.third == ThirdMeasurement::stereo ? " --stereo" : "";
+      const auto objects = run_json("select --input frames --budget 40 --seed 5 --epsilon 0.2 --strategy " + strategy +
+                                    " --weighting " + to_string(kind.weighting) + stereo);
+      const auto frames = sim::read_frames(folder_ + "/frames");
+      ASSERT_EQ(objects.size(), 2U);
+      for (std::size_t i = 0; i < 2; ++i) {
+        Options options;
+        options.budget = std::min<std::size_t>(40, frames[i].matches.size());
+        options.seed = 5;
+        options.epsilon = 0.2;
+        for (const Strategy s : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+          if (strategy == to_string(s)) options.strategy = s;
+        }
+        const auto expected = select_indices(blocks_of(frames[i], kind), options);
+        const auto& object = objects[i];
+        EXPECT_EQ(object["frame"], frames[i].name);
+        EXPECT_EQ(object["candidates"], frames[i].matches.size());
+        EXPECT_EQ(object["budget"], 40);
+        EXPECT_EQ(object["status"], i == 0 ? "ok" : "all_selected");
+        EXPECT_EQ(object["strategy"], strategy);
+        EXPECT_EQ(object["weighting"], to_string(kind.weighting));
+        EXPECT_EQ(object["isa"], active_isa());
+        EXPECT_EQ(object["indices"].get<std::vector<std::uint32_t>>(), expected);
+        EXPECT_EQ(object["gains"].size(), expected.size());
+        EXPECT_TRUE(object["log_det"].is_number());
+        for (std::size_t j = 0; j < expected.size(); ++j) {
+          EXPECT_EQ(object["ids"][j], frames[i].matches[expected[j]].map_point_id);
+        }
+        const auto& latency = object["latency_us"];
+        EXPECT_GT(latency["median"], 0);
+        EXPECT_LE(latency["median"], latency["p99"]);
+        EXPECT_LE(latency["p99"], latency["max"]);
+      }
+    }
+  }
+}
+
+TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
+  write_frame("frame_001.csv", 50);
+  write_frame("frame_002.csv", 50, "7,1,2,oops,4,5,-1,1\n");
+  for (const char* const json : {"", " --json"}) {
+    const Outcome outcome = run(std::string("select --input frames") + json);
+    expect_refused(outcome, "frames/frame_002.csv:55: expected a finite number for Z, not 'oops'");
+  }
+}
+
+TEST_F(Program, refuses_arguments_that_make_no_sense) {
+  expect_refused(run(""), "select or info");
+  expect_refused(run("selct"), "selct");
+  expect_refused(run("select --bogus"), "--bogus");
+  expect_refused(run("select --budget"), "--budget");
+  expect_refused(run("select --budget -1"), "--budget");
+  expect_refused(run("select --budget 1.5"), "--budget");
+  expect_refused(run("select --budget 99999999999999999999"), "--budget");
+  expect_refused(run("select --strategy best"), "best");
+  expect_refused(run("select --weighting best"), "best");
+  expect_refused(run("select --seed x"), "--seed");
+  expect_refused(run("select --seed -1"), "--seed");
+  expect_refused(run("select --repeat 0"), "--repeat");
+  expect_refused(run("select --epsilon x"), "--epsilon");
+  for (const char* const epsilon : {"0", "1", "-1", "nan", "inf"}) {
+    expect_refused(run(std::string("select --strategy stochastic_greedy --epsilon ") + epsilon), "0 < epsilon < 1");
+  }
+  expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
+  expect_refused(run("select --input ."), "found none");
+  expect_refused(run("select --plot picture.bmp"), ".svg or .png");
+  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA");
+}
+
+TEST_F(Program, refuses_stereo_rows_for_a_camera_without_baseline) {
+  write_frame("frame_001.csv", 20);
+  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
+  text.replace(text.find("50.45"), text.find('\n') - text.find("50.45"), "0");
+  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  EXPECT_EQ(run("select --input frames").exit_code, 0);
+  expect_refused(run("select --input frames --stereo"), "bf > 0");
+}
+
+TEST_F(Program, says_which_rays_have_no_world_frame_block) {
+  std::ofstream(folder_ + "/frames/frame_001.csv")
+      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 0,-1,0,0,0,0,-1,0,1,0,0,0\n"
+         "mp_id,X,Y,Z,u,v\n1,5,1,0,296,240\n2,5,0,1,376,160\n";
+  const Outcome outcome = run("select --input frames --json --weighting map_bias_world");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["invalid_candidates"], 1);
+}
+
+TEST_F(Program, draws_pictures) {
+  write_frame("frame_001.csv", 50);
+  EXPECT_EQ(run("select --input frames --repeat 1 --plot \"it's.svg\"").exit_code, 0);
+  const std::string svg = contents_of(folder_ + "/it's.svg");
+  for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
+  write_frame("frame_002.csv", 50);
+  EXPECT_EQ(run("select --input frames --repeat 1 --budget 0 --plot picture.png").exit_code, 0);
+  EXPECT_EQ(contents_of(folder_ + "/picture_frame_001.png").substr(1, 3), "PNG");
+  EXPECT_EQ(contents_of(folder_ + "/picture_frame_002.png").substr(1, 3), "PNG");
+  expect_refused(run("select --repeat 1 --plot nowhere/picture.svg"), "nowhere/picture.svg: cannot be written");
+}
+
+TEST_F(Program, info_tells_version_instruction_sets_and_threads) {
+  const Outcome outcome = run("info");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.out.find(version()), std::string::npos);
+  EXPECT_NE(outcome.out.find(active_isa()), std::string::npos);
+  const auto info = nlohmann::json::parse(run("info --json").out);
+  EXPECT_EQ(info["version"], version());
+  EXPECT_EQ(info["isa_active"], active_isa());
+  EXPECT_GE(info["threads"], 1);
+  std::vector<std::string> built_in;
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) built_in.emplace_back(built_in_isa(i));
+  EXPECT_EQ(info["isa_built_in"].get<std::vector<std::string>>(), built_in);
+  EXPECT_EQ(run("--version").out, std::string(version()) + "\n");
+  EXPECT_EQ(run("--help").exit_code, 0);
+}
+
+TEST_F(Program, selects_on_every_real_frame) {
+  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
+  const std::string input = std::filesystem::absolute(data_folder()).string() + "/orb_slam2_frames";
+  const auto objects = run_json("select --budget 100 --input '" + input + "'");
+  ASSERT_EQ(objects.size(), 50U);
+  for (const auto& object : objects) {
+    EXPECT_EQ(object["status"], "ok");
+    const auto indices = object["indices"].get<std::vector<std::size_t>>();
+    EXPECT_EQ((std::set<std::size_t>(indices.begin(), indices.end()).size()), 100U);
+    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object["candidates"].get<std::size_t>());
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
