@@ -77,9 +77,9 @@ void grid(benchmark::internal::Benchmark* benchmark) {
 
 BENCHMARK_CAPTURE(select, greedy, Strategy::greedy, 0.1)->Apply(grid);
 BENCHMARK_CAPTURE(select, lazy_greedy, Strategy::lazy_greedy, 0.1)->Apply(grid);
-BENCHMARK_CAPTURE(select, stochastic_greedy_0.5, Strategy::stochastic_greedy, 0.5)->Apply(grid);
-BENCHMARK_CAPTURE(select, stochastic_greedy_0.1, Strategy::stochastic_greedy, 0.1)->Apply(grid);
-BENCHMARK_CAPTURE(select, stochastic_greedy_0.01, Strategy::stochastic_greedy, 0.01)->Apply(grid);
+BENCHMARK_CAPTURE(select, stochastic_greedy_0p5, Strategy::stochastic_greedy, 0.5)->Apply(grid);
+BENCHMARK_CAPTURE(select, stochastic_greedy_0p1, Strategy::stochastic_greedy, 0.1)->Apply(grid);
+BENCHMARK_CAPTURE(select, stochastic_greedy_0p01, Strategy::stochastic_greedy, 0.01)->Apply(grid);
 
 }  // namespace
 

@@ -28,7 +28,7 @@ def cpu_model():
 
 def row(result):
     _, strategy, n, k, rows = result["name"].removesuffix("/manual_time").split("/")
-    strategy = re.sub(r"_(0\.\d+)$", r", ε = \1", strategy)
+    strategy = re.sub(r"_0p(\d+)$", r", ε = 0.\1", strategy)
     delta = round(result["delta_nats"], 4) + 0.0  # no -0.0000
     n, k, rows = (text.split(":")[1] for text in (n, k, rows))
     return {

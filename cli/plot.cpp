@@ -66,7 +66,8 @@ std::string script(const sim::Frame& frame, const Selection& selection, const st
                 " matches selected")
       << "\nset style line 1 lc rgb '#3465c4' pt 7 ps 0.3\nset style line 2 lc rgb '#d62020' pt 7 ps 0.6\n"
       << "set tics nomirror out\nset key outside bottom center horizontal\n"
-      << "set title 'map view (from above; farthest 3 % beyond the edge)'\nset xlabel 'right (m)'\nset ylabel 'forward (m)'\n"
+      << "set title 'map view (from above; farthest 3 % beyond the edge)'\nset xlabel 'right (m)'\nset ylabel 'forward "
+         "(m)'\n"
       << "set xrange [" << -side << ':' << side << "]\nset yrange [0:" << depth << "]\n"
       << "plot $unselected using 1:2 with points ls 1 title 'unselected', "
       << "$selected using 1:2 with points ls 2 title 'selected', "

@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   maxlogdet::Options options;
-  for (const maxlogdet::Strategy strategy : {maxlogdet::Strategy::greedy, maxlogdet::Strategy::lazy_greedy,
-                                             maxlogdet::Strategy::stochastic_greedy}) {
+  for (const maxlogdet::Strategy strategy :
+       {maxlogdet::Strategy::greedy, maxlogdet::Strategy::lazy_greedy, maxlogdet::Strategy::stochastic_greedy}) {
     if (std::string(argv[1]) == to_string(strategy)) options.strategy = strategy;
   }
   const std::size_t n = std::strtoul(argv[2], nullptr, 10);

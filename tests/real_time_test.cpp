@@ -17,7 +17,7 @@ std::atomic<long> allocations{0};  // NOLINT(cppcoreguidelines-avoid-non-const-g
 
 }  // namespace
 
-// A sanitizer's runtime has malloc to itself; operator new is ours there too.
+// A sanitizer's runtime has malloc to itself, and tells who asks for it.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define MAXLOGDET_HAS_SANITIZER
 #elif defined(__has_feature)
@@ -27,13 +27,14 @@ std::atomic<long> allocations{0};  // NOLINT(cppcoreguidelines-avoid-non-const-g
 #endif
 
 #if defined(MAXLOGDET_HAS_SANITIZER)
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* const memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+// As in sanitizer/allocator_interface.h, which gcc does not install.
+extern "C" int
+__sanitizer_install_malloc_and_free_hooks(  // NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
+    void (*malloc_hook)(const volatile void*, std::size_t), void (*free_hook)(const volatile void*));
+namespace {
+const int hook = __sanitizer_install_malloc_and_free_hooks([](const volatile void*, std::size_t) { ++allocations; },
+                                                           [](const volatile void*) {});
+}  // namespace
 #else
 // NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
 extern "C" {
@@ -123,6 +124,9 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
 }
 
 TEST(RealTime, the_counter_counts) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  ASSERT_GT(hook, 0);
+#endif
   EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
   EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
   EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
