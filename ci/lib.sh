@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+# Shared by the scripts beside it; sourced.
+
+# run_logged LABEL LOG COMMAND...: runs COMMAND with its output in LOG, and returns its exit code. On a terminal, a command
+# that takes over two seconds shows the last line of LOG behind LABEL until it ends.
+run_logged() {
+  local label=$1 log=$2 ticker='' status=0
+  shift 2
+  : >"$log"
+  if [ -t 1 ]; then
+    show_progress "$label" "$log" &
+    ticker=$!
+  fi
+  "$@" >"$log" 2>&1 </dev/null || status=$?
+  if [ -n "$ticker" ]; then
+    kill "$ticker" 2>/dev/null || true
+    wait "$ticker" 2>/dev/null || true
+    printf '\r\033[K'
+  fi
+  return "$status"
+}
+
+show_progress() {
+  local start=$SECONDS
+  sleep 2
+  while kill -0 $$ 2>/dev/null; do  # as long as the script lives
+    printf '\r\033[K%-34s %3d s  %s' "$1" $((SECONDS - start)) "$(tail -n 1 "$2" | tr -d '\r' | cut -c1-60)"
+    sleep 0.5
+  done
+}
