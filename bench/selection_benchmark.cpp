@@ -17,12 +17,13 @@ using maxlogdet::Strategy;
 
 constexpr std::uint64_t scene_seed = 1;
 
-maxlogdet::BlockStore make_blocks(std::size_t n, int rows) {
-  maxlogdet::BlockOptions options;  // 2 rows: map_bias; 3 rows: measurement with stereo rows
-  if (rows == 3) {
-    options.weighting = maxlogdet::Weighting::measurement;
-    options.third = maxlogdet::ThirdMeasurement::stereo;
-  }
+// 2-row blocks, and two kinds of 3-row blocks.
+enum Blocks { map_bias, map_bias_stereo, measurement_stereo };
+
+maxlogdet::BlockStore make_blocks(std::size_t n, Blocks kind) {
+  maxlogdet::BlockOptions options;
+  if (kind == measurement_stereo) options.weighting = maxlogdet::Weighting::measurement;
+  if (kind != map_bias) options.third = maxlogdet::ThirdMeasurement::stereo;
   maxlogdet::BlockStore blocks(n);
   build_blocks(make_scene(maxlogdet::sim::Scene::euroc_like, n, scene_seed), options, blocks);
   return blocks;
@@ -35,7 +36,7 @@ double quantile(const std::vector<double>& sorted, double q) {  // nearest rank
 
 void select(benchmark::State& state, Strategy strategy, double epsilon) {
   const auto n = static_cast<std::size_t>(state.range(0));
-  const maxlogdet::BlockStore blocks = make_blocks(n, static_cast<int>(state.range(2)));
+  const maxlogdet::BlockStore blocks = make_blocks(n, static_cast<Blocks>(state.range(2)));
   maxlogdet::Selector selector(n);
   maxlogdet::Options options;
   options.budget = static_cast<std::size_t>(state.range(1));
@@ -67,10 +68,10 @@ void select(benchmark::State& state, Strategy strategy, double epsilon) {
 }
 
 void grid(benchmark::internal::Benchmark* benchmark) {
-  benchmark->ArgNames({"n", "k", "rows"})->UseManualTime()->Unit(benchmark::kMicrosecond);
+  benchmark->ArgNames({"n", "k", "blocks"})->UseManualTime()->Unit(benchmark::kMicrosecond);
   for (const int n : {200, 500, 1000, 2000, 5000}) {
     for (const int k : {60, 100}) {
-      for (const int rows : {2, 3}) benchmark->Args({n, k, rows});
+      for (const Blocks blocks : {map_bias, map_bias_stereo, measurement_stereo}) benchmark->Args({n, k, blocks});
     }
   }
 }

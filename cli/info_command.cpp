@@ -3,6 +3,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -32,7 +33,9 @@ void print_info(bool as_json) {
   std::cout << "maxlogdet " << version() << '\n'
             << "instruction sets built in:  " << list("isa_built_in") << '\n'
             << "supported by this machine:  " << list("isa_supported") << '\n'
-            << "active:                     " << active_isa() << "  (MAXLOGDET_ISA forces one)\n"
+            << "active:                     " << active_isa()
+            << (std::getenv("MAXLOGDET_ISA") == nullptr ? "  (MAXLOGDET_ISA forces one)\n"
+                                                        : "  (as MAXLOGDET_ISA asks)\n")
             << "hardware threads:           " << info["threads"] << '\n';
 }
 

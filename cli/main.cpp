@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
       program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-      return fail(std::string(error.what()) + " (maxlogdet --help tells the commands and options)");
+      return fail(std::string(error.what()) + " (see maxlogdet --help, maxlogdet select --help)");
     }
     if (program.get_subcommands().empty()) return fail("a command is missing: select or info (maxlogdet --help)");
     return std::cout.flush() ? 0 : fail("standard output could not be written");

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -63,14 +64,22 @@ struct Timing {
   throw sim::InputError("frame " + frame.name + ": " + why);
 }
 
+std::string unsupported_isa_message() {
+  std::string supported;
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    if (isa_is_supported(built_in_isa(i))) supported += std::string(supported.empty() ? "" : ", ") + built_in_isa(i);
+  }
+  const char* const forced = std::getenv("MAXLOGDET_ISA");
+  return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
+         "'; expected one that this build and this machine have: " + supported;
+}
+
 // What the user can do about it.
 std::string explained(Status status, const Options& options) {
   switch (status) {
     case Status::invalid_epsilon:
       return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
-    case Status::unsupported_isa:
-      return "MAXLOGDET_ISA names an instruction set that this build or this machine does not have; 'maxlogdet info' "
-             "lists those it has";
+    case Status::unsupported_isa: return unsupported_isa_message();
     default: return std::string("selection failed: ") + to_string(status);
   }
 }
@@ -78,6 +87,17 @@ std::string explained(Status status, const Options& options) {
 std::string explained(BlockStatus status) {
   if (status == BlockStatus::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
   return std::string("blocks cannot be built: ") + to_string(status);
+}
+
+void warn(const sim::Frame& frame, const SelectArguments& arguments) {
+  for (const std::string& column : frame.unknown_columns) {
+    std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is skipped\n";
+  }
+  const bool has_stereo =
+      std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.is_stereo(); });
+  if (arguments.stereo && !has_stereo) {
+    std::cerr << "maxlogdet: frame " << frame.name << ": --stereo, but no match has a right-image column (u_right)\n";
+  }
 }
 
 // Throws for what makes the frame unusable; warns about what only makes it poorer.
@@ -182,13 +202,15 @@ void run(const SelectArguments& arguments) {
   const auto repeat = static_cast<std::size_t>(arguments.repeat);
 
   for (const auto& frame : frames) {  // nothing is printed unless every frame can be
+    warn(frame, arguments);
     check(frame, build_blocks(frame, arguments.block_options, blocks));
     Options trial = options;
     trial.budget = 0;
     const Status status = selector.select(blocks, trial).status;
-    if (status != Status::ok) fail(frame, explained(status, options));
+    if (status != Status::ok) throw sim::InputError(explained(status, options));
   }
 
+  std::vector<std::string> pictures;
   if (!arguments.as_json) print_table_header(arguments);
   for (const auto& frame : frames) {
     const sim::MatchArrays matches(frame);
@@ -207,8 +229,11 @@ void run(const SelectArguments& arguments) {
     if (arguments.plot.empty()) continue;
     const std::string file = plot_file_of(frame, arguments.plot, frames.size() == 1);
     plot_selection(frame, selection, file);
-    if (!arguments.as_json) std::cout << "\npicture: " << file << '\n';
+    pictures.push_back(file);
   }
+  if (arguments.as_json) return;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    std::cout << (i == 0 ? "\n" : "") << "picture: " << pictures[i] << '\n';
 }
 
 }  // namespace
@@ -229,10 +254,14 @@ void add_select_command(CLI::App& program) {
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->capture_default_str();
   command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")
-      ->check([](const std::string& text) { return text.front() == '-' ? "expected 0 or more" : ""; })
+      ->check([](const std::string& text) { return text.empty() || text.front() == '-' ? "expected 0 or more" : ""; })
       ->capture_default_str();
-  command->add_option("--weighting", arguments->weighting, "Which block a match contributes")
+  command->add_option("--weighting", arguments->weighting, "Which noise the blocks assume (docs/frame_format.md)")
       ->check(CLI::IsMember(names_of(weightings)))
+      ->capture_default_str();
+  command
+      ->add_option("--map-sigma", arguments->block_options.map_sigma,
+                   "measurement_and_map: deviation of a map point, m")
       ->capture_default_str();
   command->add_flag("--stereo", arguments->stereo, "A third row for the matches that have a right-image column");
   command->add_option("--repeat", arguments->repeat, "Timed calls a frame")

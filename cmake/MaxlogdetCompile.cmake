@@ -16,3 +16,12 @@ function(maxlogdet_compile_options target)
   # that a surrounding project may set for all its code must not take that away.
   target_compile_options(${target} PRIVATE -fno-fast-math -ffp-contract=off)
 endfunction()
+
+# find_package for an optional part: says what to install, or how to do without.
+macro(maxlogdet_require package debian_package option)
+  find_package(${package} QUIET)
+  if(NOT ${package}_FOUND)
+    message(FATAL_ERROR "${package} is missing. On Debian: apt-get install ${debian_package} (ci/install_packages test "
+                        "installs everything). To do without it: -D${option}=OFF")
+  endif()
+endmacro()

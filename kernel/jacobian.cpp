@@ -197,6 +197,10 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
   if (needed > blocks.capacity()) blocks.reserve(std::max(needed, 2 * blocks.capacity()));
   const std::size_t invalid_before = blocks.invalid_count();
   for (std::size_t i = 0; i < matches.size; ++i) {
+    if (matches.usable != nullptr && matches.usable[i] == 0) {
+      blocks.push_back_invalid();
+      continue;
+    }
     const Vector3 p = pose.transform(matches.points + 3 * i);
     const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
     const double weight = matches.weights == nullptr ? 1 : matches.weights[i];

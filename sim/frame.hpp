@@ -33,6 +33,7 @@ struct Frame {
   int height = 0;                                                            ///< image, px
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
+  std::vector<std::string> unknown_columns;  ///< of the file, skipped: perhaps misspelt
 };
 
 /// A map point in the camera frame of the frame's prior pose, m.

@@ -31,6 +31,12 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
+// All columns of docs/frame_format.md; some are for other readers.
+constexpr std::string_view known_columns[] = {"kp",         "mp_id",      "X",         "Y",           "Z",
+                                              "u",          "v",          "octave",    "u_right",     "depth",
+                                              "inv_sigma2", "desc_dist",  "src",       "n_obs",       "found_ratio",
+                                              "response",   "chi2_prior", "chi2_post", "outlier_post"};
+
 class FrameReader {
  public:
   explicit FrameReader(const std::string& file) : file_(file), stream_(file) {
@@ -42,7 +48,9 @@ class FrameReader {
     std::string line;
     while (std::getline(stream_, line)) {
       ++line_;
-      const std::string_view text = trimmed(line);
+      std::string_view text = trimmed(line);
+      constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+      if (line_ == 1 && text.substr(0, 3) == byte_order_mark) text = trimmed(text.substr(3));
       if (text.empty()) continue;
       if (text.front() == '#') {
         read_comment(text.substr(1));
@@ -94,20 +102,33 @@ class FrameReader {
     return values;
   }
 
-  // '# key ...: values'; comments with other keys are skipped.
+  // The name of '# name (remark): values' without blanks.
+  static std::string comment_name(std::string_view text) {
+    std::string name;
+    for (const char c : text.substr(0, text.find('('))) {
+      if (c != ' ' && c != '\t') name += c;
+    }
+    return name;
+  }
+
+  // Comments with other names are skipped.
   void read_comment(std::string_view text) {
     const auto colon = text.rfind(':');
     if (colon == std::string_view::npos) return;
-    const std::string_view key = trimmed(text.substr(0, colon));
+    const std::string name = comment_name(text.substr(0, colon));
     const std::string_view values = text.substr(colon + 1);
-    const auto starts_with = [&](std::string_view name) { return key.substr(0, name.size()) == name; };
-    if (starts_with("fx,fy,cx,cy,bf")) {
+    const auto is_new = [&](bool& was_seen) {
+      if (was_seen) fail("one comment '" + name + "', not a second one");
+      was_seen = true;
+    };
+    if (name == "fx,fy,cx,cy,bf") {
+      is_new(has_camera_);
       const auto v = numbers(values, 5, "fx,fy,cx,cy,bf");
       if (!(v[0] > 0) || !(v[1] > 0)) fail("positive fx and fy");
       if (!(v[4] >= 0)) fail("bf of 0 (monocular) or more");
       frame_.camera = {v[0], v[1], v[2], v[3], v[4]};
-      has_camera_ = true;
-    } else if (starts_with("image width,height")) {
+    } else if (name == "imagewidth,height") {
+      is_new(has_image_);
       const auto fields = split(values);
       if (fields.size() != 2) fail("2 integers for image width,height");
       const auto width = integer(fields[0], "image width");
@@ -117,15 +138,14 @@ class FrameReader {
         fail("an image width and height from 1 to 2^20");
       frame_.width = static_cast<int>(width);
       frame_.height = static_cast<int>(height);
-      has_image_ = true;
-    } else if (starts_with("Tcw_prior")) {
+    } else if (name == "Tcw_prior") {
+      is_new(has_pose_);
       const auto v = numbers(values, 12, "Tcw_prior (3 x 4 row-major)");
       const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(v.data());
       const Eigen::Matrix3d R = T_cw.leftCols<3>();
       if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
         fail("a rotation in the first 3 columns of Tcw_prior");
       std::copy(v.begin(), v.end(), frame_.T_cw_prior.begin());
-      has_pose_ = true;
     }
   }
 
@@ -134,6 +154,9 @@ class FrameReader {
     columns_ = names.size();
     for (std::size_t i = 0; i < columns_; ++i) {
       if (!column_.emplace(names[i], i).second) fail("each column once, not '" + std::string(names[i]) + "' twice");
+      if (std::find(std::begin(known_columns), std::end(known_columns), names[i]) == std::end(known_columns)) {
+        frame_.unknown_columns.emplace_back(names[i]);
+      }
     }
     for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
       if (column_.count(name) == 0)

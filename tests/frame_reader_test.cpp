@@ -88,6 +88,24 @@ TEST_F(FrameReader, forgives_white_space_line_ends_empty_lines_and_the_order_of_
   EXPECT_EQ(frame.matches[0].inv_sigma2, 1);
 }
 
+TEST_F(FrameReader, takes_comments_by_their_whole_name) {
+  auto lines = good_lines;
+  lines[1] = "#fx, fy, cx, cy, bf : 458.654, 457.296, 367.215, 248.375, 50.5";
+  lines.emplace_back("# Tcw_prior_gt: 1,0,0,9,0,1,0,9,0,0,1,9");
+  lines.emplace_back("# Tcw_prior_covariance: 1,2,3");
+  lines[0] = "\xEF\xBB\xBF" + lines[0];
+  const sim::Frame frame = sim::read_frame(write(lines));
+  EXPECT_EQ(frame.T_cw_prior[3], 0.5);
+  EXPECT_EQ(frame.camera.cy, 248.375);
+}
+
+TEST_F(FrameReader, tells_unknown_columns) {
+  auto lines = good_lines;
+  EXPECT_TRUE(sim::read_frame(write(lines)).unknown_columns.empty());
+  lines[5] = "kp,mp_id,X,Y,Z,u,v,octave,uR,depth,invSigma2,desc_dist";
+  EXPECT_EQ(sim::read_frame(write(lines)).unknown_columns, (std::vector<std::string>{"uR", "invSigma2"}));
+}
+
 TEST_F(FrameReader, a_frame_without_matches_is_a_frame) {
   EXPECT_EQ(sim::read_frame(write({good_lines.begin(), good_lines.begin() + 6})).matches.size(), 0U);
 }
@@ -124,6 +142,9 @@ TEST_F(FrameReader, names_the_line_and_what_it_expected) {
   expect_error(with(5, "# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1"), ":5: ", "12 numbers");
   expect_error(with(5, "# Tcw_prior: 2,0,0,0,0,1,0,0,0,0,1,0"), ":5: ", "rotation");
   expect_error(with(5, "# Tcw_prior: -1,0,0,0,0,-1,0,0,0,0,-1,0"), ":5: ", "rotation");
+  expect_error(with(4, good_lines[4]), ":5: ", "one comment 'Tcw_prior'");
+  expect_error(with(4, good_lines[1]), ":4: ", "one comment 'fx,fy,cx,cy,bf'");
+  expect_error(with(4, good_lines[2]), ":4: ", "one comment 'imagewidth,height'");
   expect_error(without(2), ":7: end of file", "fx,fy,cx,cy,bf");
   expect_error(without(3), ":7: end of file", "image width,height");
   expect_error(without(5), ":7: end of file", "Tcw_prior");

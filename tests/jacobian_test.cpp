@@ -236,6 +236,23 @@ TEST(Jacobian, missing_third_measurements_give_two_rows) {
   EXPECT_GT(stored_block(blocks, 1).row(2).norm(), 0);
 }
 
+TEST(Jacobian, matches_that_are_not_usable_keep_their_index_as_invalid_candidates) {
+  Random random;
+  const Case c = random_case(random, ThirdMeasurement::none);
+  Eigen::Matrix3Xd points(3, 3);
+  points.colwise() = c.p_w.cast<double>();
+  const unsigned char usable[3] = {1, 0, 7};
+  Matches matches;
+  matches.usable = usable;
+  BlockStore blocks;
+  const BlockReport report = append_blocks(c.camera, c.T_cw.matrix(), points, matches, BlockOptions(), blocks);
+  EXPECT_EQ(report.status, BlockStatus::ok);
+  EXPECT_EQ(report.invalid, 1U);
+  EXPECT_TRUE(blocks.is_valid(0));
+  EXPECT_FALSE(blocks.is_valid(1));
+  EXPECT_TRUE(blocks.is_valid(2));
+}
+
 TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidates) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -338,6 +355,9 @@ TEST(Jacobian, bad_arguments_append_nothing) {
             BlockStatus::missing_points);
   matches.points = points.data();
   EXPECT_EQ(append_blocks(camera, nullptr, matches, BlockOptions(), blocks).status, BlockStatus::invalid_pose);
+  for (const Eigen::MatrixXd& T_cw : {Eigen::MatrixXd(2, 4), Eigen::MatrixXd(5, 4), Eigen::MatrixXd(4, 3)}) {
+    EXPECT_EQ(append_blocks(camera, T_cw, points, Matches(), BlockOptions(), blocks).status, BlockStatus::invalid_pose);
+  }
 }
 
 // Fact 3 of the field: left or right perturbation changes log det by a constant, so the selection is the same.

@@ -161,7 +161,8 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
   expect_refused(run("select --input ."), "found none");
   expect_refused(run("select --plot picture.bmp"), ".svg or .png");
-  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA");
+  expect_refused(run("select --seed ''"), "--seed");
+  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
 TEST_F(Program, refuses_stereo_rows_for_a_camera_without_baseline) {
@@ -171,6 +172,17 @@ TEST_F(Program, refuses_stereo_rows_for_a_camera_without_baseline) {
   std::ofstream(folder_ + "/frames/frame_001.csv") << text;
   EXPECT_EQ(run("select --input frames").exit_code, 0);
   expect_refused(run("select --input frames --stereo"), "bf > 0");
+}
+
+TEST_F(Program, warns_about_columns_that_may_be_misspelt_and_stereo_without_stereo) {
+  write_frame("frame_001.csv", 20);
+  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
+  text.replace(text.find("u_right"), 7, "uR");
+  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  const Outcome outcome = run("select --input frames --stereo");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("unknown column 'uR'"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("no match has a right-image column"), std::string::npos) << outcome.err;
 }
 
 TEST_F(Program, says_which_rays_have_no_world_frame_block) {

@@ -10,8 +10,8 @@
 std::vector<std::uint32_t> select_matches(const std::vector<double>& points) {
   const maxlogdet::PinholeCamera camera{458.654, 457.296, 367.215, 248.375, 0};
   const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  const maxlogdet::Selection selection = select_good_features(camera, T_cw, points);
-  return std::vector<std::uint32_t>(selection.begin(), selection.end());
+  const std::vector<unsigned> selected = select_good_features(camera, T_cw, points);
+  return std::vector<std::uint32_t>(selected.begin(), selected.end());
 }
 
 // An Eigen type of the consumer's own alignment (-march=native) next to the library's baseline code.

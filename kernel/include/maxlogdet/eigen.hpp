@@ -31,7 +31,9 @@ std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& bloc
   return blocks.push_back(entries, static_cast<int>(block.rows()));
 }
 
-/// A prior information for Options::prior, copied from an Eigen matrix; keep it alive until select() returns.
+/// A prior information for Options::prior, copied from an Eigen matrix; keep it alive until select() returns. Its order
+/// is that of the blocks, (translation, rotation): a Hessian of g2o's VertexSE3Expmap is (rotation, translation) and
+/// must be permuted first.
 class EigenPrior {
  public:
   template <class Derived>
@@ -40,19 +42,25 @@ class EigenPrior {
     Eigen::Map<Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>> rows(entries_);
     rows = information.template cast<double>();
   }
-  const double* data() const noexcept { return entries_; }
+  const double* data() const& noexcept { return entries_; }
+  const double* data() const&& = delete;  // would dangle
 
  private:
   double entries_[state_dimension * state_dimension];
 };
 
-/// As append_blocks in jacobian.hpp, with T_cw as a 3 x 4 or 4 x 4 matrix of any scalar type, and the points as the
-/// columns of a 3 x n matrix, which take the place of matches.points and matches.size.
+/// As append_blocks in jacobian.hpp, with T_cw as a 3 x 4 or 4 x 4 matrix of any scalar type (of an Isometry3d its
+/// matrix()), and the points as the columns of a 3 x n matrix of double, which take the place of matches.points and
+/// matches.size. A T_cw of another size is BlockStatus::invalid_pose.
 template <class PoseDerived>
 BlockReport append_blocks(const PinholeCamera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw,
                           const Eigen::Matrix3Xd& points, Matches matches, const BlockOptions& options,
                           BlockStore& blocks) {
-  EIGEN_STATIC_ASSERT(int(PoseDerived::ColsAtCompileTime) == 4, THIS_METHOD_IS_ONLY_FOR_MATRICES_OF_A_SPECIFIC_SIZE);
+  if (T_cw.cols() != 4 || T_cw.rows() < 3 || T_cw.rows() > 4) {
+    BlockReport report;
+    report.status = BlockStatus::invalid_pose;
+    return report;
+  }
   double pose[12];
   Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(pose);
   rows = T_cw.template topRows<3>().template cast<double>();

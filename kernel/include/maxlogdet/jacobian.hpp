@@ -16,7 +16,13 @@
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
 //
-// A prior that goes with these blocks is an information about this xi.
+// A prior that goes with these blocks is an information about this xi, in this order, and in the units of the blocks:
+// with `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` it is
+// one only up to the variance of the map error.
+//
+// Which weighting? `map_bias` is the paper's: it assumes that errors of the map dominate, and looks at geometry alone,
+// not at octaves. `measurement` assumes that pixel noise dominates, and makes the information that of the tracker's own
+// optimiser. `measurement_and_map` weighs the two when both sigmas are known.
 
 namespace maxlogdet {
 
@@ -54,6 +60,8 @@ struct Matches {
   const double* points = nullptr;            ///< n x 3 row-major: p_w, m
   const double* sigmas = nullptr;            ///< n: sigma, px: scale_factor^octave times the base deviation; default 1
   const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
+  const unsigned char* usable = nullptr;     ///< n: zero keeps a match as an invalid candidate (an empty slot, an
+                                             ///< outlier); default: all are usable
   const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
   const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite;
                                             ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
@@ -89,8 +97,8 @@ const char* to_string(Weighting weighting) noexcept;
 const char* to_string(BlockStatus status) noexcept;
 
 /// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
-/// match behind the camera or at zero depth, with a value that is not finite, a sigma that is not positive, a negative
-/// weight, or a covariance with which Sigma is not positive definite becomes an invalid candidate.
+/// match behind the camera or at zero depth, or not usable, with a value that is not finite, a sigma that is not
+/// positive, a negative weight, or a covariance with which Sigma is not positive definite becomes an invalid candidate.
 /// `T_cw` is 3 x 4 row-major. Allocates only when the blocks' capacity does not suffice.
 BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks);

@@ -15,7 +15,7 @@ enum class Strategy {
 
 /// What to select and how. Every default is one that a tracker can ship.
 struct Options {
-  std::size_t budget = 100;                   ///< k, the number of candidates to select; 0 selects none
+  std::size_t budget = 100;                   ///< k, how many to select; 0: none; at most the selector's capacity
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   double epsilon = 0.1;                       ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
   std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine

@@ -10,7 +10,7 @@ namespace maxlogdet {
 /// is NaN.
 enum class Status {
   ok,                  ///< as many as the budget asks for were selected (none for a budget or a store of 0)
-  all_selected,        ///< the budget covers every valid candidate: all of them were selected
+  all_selected,        ///< the budget covers every valid candidate: all of them, be it none, were selected
   deadline_reached,    ///< time_limit passed: what was selected until then, a prefix of the full answer
   invalid_budget,      ///< budget above the selector's capacity
   invalid_epsilon,     ///< stochastic_greedy with epsilon not in (0, 1)
@@ -31,7 +31,7 @@ struct Selection {
   const double* gains;             ///< `size` gains: the growth of log det by each when it was selected, nats
   double log_det;                  ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;         ///< candidate gains computed
-  std::size_t invalid_candidates;  ///< blocks that float32 cannot hold (NaN, Inf, overflow): never selected
+  std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
 
   /// Whether this is an answer (perhaps cut short by the deadline), not an error.
   bool has_answer() const noexcept {
