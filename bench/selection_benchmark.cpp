@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Latency of select() from a filled store, each call timed by itself, with the quality of its answer beside it.
+#include "sim/latency.hpp"
 #include "sim/scene.hpp"
 
 #include <benchmark/benchmark.h>
 #include <maxlogdet/maxlogdet.hpp>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -27,11 +26,6 @@ maxlogdet::BlockStore make_blocks(std::size_t n, Blocks kind) {
   maxlogdet::BlockStore blocks(n);
   build_blocks(make_scene(maxlogdet::sim::Scene::euroc_like, n, scene_seed), options, blocks);
   return blocks;
-}
-
-double quantile(const std::vector<double>& sorted, double q) {  // nearest rank
-  const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
-  return sorted[std::max<std::size_t>(rank, 1) - 1];
 }
 
 void select(benchmark::State& state, Strategy strategy, double epsilon) {
@@ -58,11 +52,11 @@ void select(benchmark::State& state, Strategy strategy, double epsilon) {
     evaluations += selection.evaluations;
     ++options.seed;  // stochastic_greedy: the mean over samples
   }
-  std::sort(microseconds.begin(), microseconds.end());
   const auto calls = static_cast<double>(microseconds.size());
-  state.counters["median_us"] = quantile(microseconds, 0.5);
-  state.counters["p99_us"] = quantile(microseconds, 0.99);
-  state.counters["max_us"] = microseconds.back();
+  const maxlogdet::sim::Latency latency = maxlogdet::sim::latency_of(std::move(microseconds));
+  state.counters["median_us"] = latency.median;
+  state.counters["p99_us"] = latency.p99;
+  state.counters["max_us"] = latency.max;
   state.counters["delta_nats"] = log_det / calls - exact;
   state.counters["evaluations"] = static_cast<double>(evaluations) / calls;
 }

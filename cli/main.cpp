@@ -11,7 +11,13 @@ namespace {
 
 constexpr int exit_bad_input = 2;
 
-int fail(const std::string& message) {
+// One line, whatever a file name or a field may hold.
+int fail(std::string message) {
+  constexpr std::size_t longest = 1000;
+  if (message.size() > longest) message = message.substr(0, longest) + "...";
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  }
   std::cerr << "maxlogdet: " << message << '\n';
   return exit_bad_input;
 }

@@ -49,10 +49,16 @@ std::string script(const sim::Frame& frame, const Selection& selection, const st
     sides.push_back(std::abs(p[0]));
     data[is_selected[i] ? 1 : 0] << p[0] << ' ' << p[2] << ' ' << match.u << ' ' << match.v << '\n';
   }
-  // A few points at hundreds of metres would squeeze all the others into a corner.
-  constexpr double shown = 0.97;
-  const double depth = std::max(1.05 * quantile(depths, shown), 1.0);
-  const double side = std::max(1.05 * quantile(sides, shown), 1.0);
+  // A few points at hundreds of metres would squeeze all the others into a corner: the map view reaches as far as 97 %
+  // of them, and as the selected ones.
+  double depth = std::max(quantile(depths, 0.97), 1.0);
+  double side = std::max(quantile(sides, 0.97), 1.0);
+  for (const std::uint32_t index : selection) {
+    depth = std::max(depth, depths[index]);
+    side = std::max(side, sides[index]);
+  }
+  depth *= 1.05;
+  side *= 1.05;
 
   std::ostringstream out;
   out << "set terminal " << terminal_of(file) << "\nset output " << quoted(file) << '\n';
@@ -66,7 +72,7 @@ std::string script(const sim::Frame& frame, const Selection& selection, const st
                 " matches selected")
       << "\nset style line 1 lc rgb '#3465c4' pt 7 ps 0.3\nset style line 2 lc rgb '#d62020' pt 7 ps 0.6\n"
       << "set tics nomirror out\nset key outside bottom center horizontal\n"
-      << "set title 'map view (from above; farthest 3 % beyond the edge)'\nset xlabel 'right (m)'\nset ylabel 'forward "
+      << "set title 'map view (from above, camera at the bottom)'\nset xlabel 'right (m)'\nset ylabel 'forward "
          "(m)'\n"
       << "set xrange [" << -side << ':' << side << "]\nset yrange [0:" << depth << "]\n"
       << "plot $unselected using 1:2 with points ls 1 title 'unselected', "
@@ -84,6 +90,8 @@ std::string script(const sim::Frame& frame, const Selection& selection, const st
 
 void check_plot_file(const std::string& file) {
   terminal_of(file);
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) throw sim::InputError(file + ": is a folder; expected a plot file");
   const std::string folder = std::filesystem::path(file).parent_path().string();
   if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0) {
     throw sim::InputError(file + ": cannot be written; expected a folder that exists and can be written to");
@@ -93,13 +101,14 @@ void check_plot_file(const std::string& file) {
 void plot_selection(const sim::Frame& frame, const Selection& selection, const std::string& file) {
   const std::string commands = script(frame, selection, file);
   const auto previous = std::signal(SIGPIPE, SIG_IGN);  // a gnuplot that is not there shows in its exit code
-  std::FILE* const gnuplot = popen("gnuplot", "w");
+  std::FILE* const gnuplot = popen("gnuplot 2>/dev/null", "w");
   bool is_drawn = gnuplot != nullptr && std::fwrite(commands.data(), 1, commands.size(), gnuplot) == commands.size();
   is_drawn = gnuplot != nullptr && pclose(gnuplot) == 0 && is_drawn;
   std::signal(SIGPIPE, previous);
   if (!is_drawn) {
-    throw sim::InputError(
-        file + ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install gnuplot-nox)");
+    throw sim::InputError(file +
+                          ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
+                          "gnuplot-nox) and the file to be writable");
   }
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "cli/latency.hpp"
 #include "cli/plot.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/latency.hpp"
 #include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -46,6 +47,7 @@ struct SelectArguments {
   std::int64_t budget = 100;
   std::string strategy = "lazy_greedy";
   std::string weighting = "map_bias";
+  std::string seed = "0";
   bool stereo = false;
   std::int64_t repeat = 100;
   bool as_json = false;
@@ -56,9 +58,18 @@ constexpr std::size_t embedded_candidates = 2000;
 constexpr std::uint64_t embedded_seed = 1;
 
 struct Timing {
-  Latency blocks;
-  Latency select;
+  sim::Latency blocks;
+  sim::Latency select;
 };
+
+std::uint64_t seed_of(const std::string& text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw sim::InputError("--seed '" + text + "'; expected a number from 0 to 2^64 - 1");
+  }
+  return seed;
+}
 
 [[noreturn]] void fail(const sim::Frame& frame, const std::string& why) {
   throw sim::InputError("frame " + frame.name + ": " + why);
@@ -113,7 +124,7 @@ void check(const sim::Frame& frame, const BlockReport& report) {
 
 void print_json(const sim::Frame& frame, const SelectArguments& arguments, const Selection& selection,
                 const Timing& timing) {
-  const auto in_us = [](const Latency& latency) {
+  const auto in_us = [](const sim::Latency& latency) {
     return nlohmann::ordered_json{{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
   };
   nlohmann::ordered_json line;
@@ -142,7 +153,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["repeat"] = arguments.repeat;
   line["isa"] = active_isa();
   line["version"] = version();
-  std::cout << line.dump() << std::endl;
+  std::cout << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
 }
 
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
@@ -206,8 +217,8 @@ void run(const SelectArguments& arguments) {
     check(frame, build_blocks(frame, arguments.block_options, blocks));
     Options trial = options;
     trial.budget = 0;
-    const Status status = selector.select(blocks, trial).status;
-    if (status != Status::ok) throw sim::InputError(explained(status, options));
+    const Selection selection = selector.select(blocks, trial);
+    if (!selection.has_answer()) throw sim::InputError(explained(selection.status, options));
   }
 
   std::vector<std::string> pictures;
@@ -215,11 +226,11 @@ void run(const SelectArguments& arguments) {
   for (const auto& frame : frames) {
     const sim::MatchArrays matches(frame);
     Timing timing;
-    timing.blocks = measure_latency(frame.name + ", blocks", repeat,
-                                    [&] { build_blocks(frame, matches, arguments.block_options, blocks); });
+    timing.blocks = sim::measure_latency(frame.name + ", blocks", repeat,
+                                         [&] { build_blocks(frame, matches, arguments.block_options, blocks); });
     Selection selection{};
     timing.select =
-        measure_latency(frame.name + ", select", repeat, [&] { selection = selector.select(blocks, options); });
+        sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector.select(blocks, options); });
     if (arguments.as_json) {
       print_json(frame, arguments, selection, timing);
     } else {
@@ -242,8 +253,11 @@ void add_select_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("select", "Select matches of frames, and time it");
   const auto arguments = std::make_shared<SelectArguments>();
   Options& options = arguments->options;
-  command->add_option("--input", arguments->input,
-                      "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame");
+  const CLI::Validator is_given([](const std::string& text) { return text.empty() ? "a value is missing" : ""; }, "");
+  command
+      ->add_option("--input", arguments->input,
+                   "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame")
+      ->check(is_given);
   constexpr std::int64_t most = 1'000'000'000;
   command->add_option("--budget", arguments->budget, "k, how many matches to select")
       ->check(CLI::Range(std::int64_t{0}, most))
@@ -252,10 +266,9 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::IsMember(names_of(strategies)))
       ->capture_default_str();
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
+      ->check(is_given)
       ->capture_default_str();
-  command->add_option("--seed", options.seed, "stochastic_greedy: same seed, same answer")
-      ->check([](const std::string& text) { return text.empty() || text.front() == '-' ? "expected 0 or more" : ""; })
-      ->capture_default_str();
+  command->add_option("--seed", arguments->seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which noise the blocks assume (docs/frame_format.md)")
       ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();
@@ -270,6 +283,7 @@ void add_select_command(CLI::App& program) {
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
   command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file");
   command->callback([arguments] {
+    arguments->options.seed = seed_of(arguments->seed);
     arguments->options.strategy = named(strategies, arguments->strategy);
     arguments->block_options.weighting = named(weightings, arguments->weighting);
     if (arguments->stereo) arguments->block_options.third = ThirdMeasurement::stereo;

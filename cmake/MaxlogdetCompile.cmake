@@ -3,9 +3,11 @@
 # Compile options of all our own targets; private, so that none reaches a consumer.
 function(maxlogdet_compile_options target)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
-  if(MAXLOGDET_WERROR)
-    target_compile_options(${target} PRIVATE -Werror)
+  if(MAXLOGDET_IS_TOP_LEVEL)  # inside another project, that one chooses
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+    if(MAXLOGDET_WERROR)
+      target_compile_options(${target} PRIVATE -Werror)
+    endif()
   endif()
   if(MAXLOGDET_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${MAXLOGDET_SANITIZE} -fno-omit-frame-pointer

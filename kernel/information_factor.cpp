@@ -19,7 +19,7 @@ constexpr double largest_inverse_entry = 1e10;
 
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // Generous constants of the error analysis in docs/numerics.md.
-constexpr double update_error = 96 * unit_roundoff;
+constexpr double update_error = 192 * unit_roundoff;
 constexpr double evaluation_error = 256 * unit_roundoff;
 
 // Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
@@ -124,9 +124,10 @@ double InformationFactor::inverse_norm() const noexcept {
 }
 
 double InformationFactor::gain_error(double max_row_norm) const noexcept {
-  constexpr double largest_usable_relative_error = 0.125;
-  if (!(relative_error_ < largest_usable_relative_error)) return std::numeric_limits<double>::infinity();
-  return 2 * max_block_rows * relative_error_ + evaluation_error * (1 + inverse_norm() * max_row_norm);
+  constexpr double usable = 0.125;  // beyond it the first-order analysis says nothing
+  const double evaluation = evaluation_error * (1 + inverse_norm() * max_row_norm);
+  if (!(relative_error_ < usable) || !(evaluation < usable)) return std::numeric_limits<double>::infinity();
+  return 2 * max_block_rows * relative_error_ + evaluation;
 }
 
 }  // namespace maxlogdet

@@ -19,6 +19,7 @@ const char* built_in_isa(int i) noexcept {
 }
 
 bool isa_is_supported(const char* name) noexcept {
+  if (name == nullptr) return false;
   for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
     if (std::strcmp((*kernel)->isa, name) == 0) return simd::is_supported(**kernel);
   }

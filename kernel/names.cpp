@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <maxlogdet/isa.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 #include <maxlogdet/version.hpp>

@@ -6,18 +6,18 @@
 namespace maxlogdet {
 
 Candidate Search::evaluate(std::size_t begin, std::size_t end) noexcept {
-  evaluator.range(factor.inverse(), begin, end, determinants);
+  evaluator.range(factor.inverse(), begin, end, growths);
   Candidate best = no_candidate;
   for (std::size_t i = begin; i < end; ++i) {
     evaluations += eligible[i];
-    if (eligible[i] != 0 && determinants[i] > best.determinant) best = {determinants[i], static_cast<std::uint32_t>(i)};
+    if (eligible[i] != 0 && growths[i] > best.growth) best = {growths[i], static_cast<std::uint32_t>(i)};
   }
   return best;
 }
 
 void Search::select(const Candidate& chosen) noexcept {
   indices[selected] = chosen.index;
-  gains[selected] = std::log(chosen.determinant);
+  gains[selected] = std::log1p(chosen.growth);
   ++selected;
   --remaining;
   eligible[chosen.index] = 0;

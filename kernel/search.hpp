@@ -13,19 +13,20 @@
 
 namespace maxlogdet {
 
-/// A candidate and its gain as a determinant ratio det(M + H^T H) / det M, which is at least 1. Ratios are compared,
-/// not their logarithms: they take no library call that could differ from machine to machine.
+/// A candidate and its gain as the relative growth of the determinant, det(M + H^T H) / det M - 1, not below 0. Growths
+/// are compared, not the logarithms that gains are reported as: those take a library call that could differ between
+/// machines.
 struct Candidate {
-  double determinant;
+  double growth;
   std::uint32_t index;
 
   /// The greater gain first; ties to the lowest index.
   bool is_better_than(const Candidate& other) const noexcept {
-    return determinant > other.determinant || (determinant == other.determinant && index < other.index);
+    return growth > other.growth || (growth == other.growth && index < other.index);
   }
 };
 
-constexpr Candidate no_candidate{0, UINT32_MAX};
+constexpr Candidate no_candidate{-1, UINT32_MAX};
 
 /// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
 /// grows. All arrays belong to the Selector and have room for as many entries as it has capacity.
@@ -34,16 +35,16 @@ struct Search {
   threading::SerialEvaluator evaluator;
   InformationFactor factor;
   Deadline deadline;
-  std::size_t budget;       ///< how many to select; at most `remaining` at the start
-  std::size_t remaining;    ///< valid candidates not selected yet
-  unsigned char* eligible;  ///< per candidate: 1 while it remains
-  double* determinants;     ///< per candidate: gain when last evaluated
-  std::uint32_t* pool;      ///< scratch
-  double* bounds;           ///< scratch, per tile
-  std::uint32_t* indices;   ///< the answer, in order of selection
-  double* gains;            ///< its gains, nats
-  std::size_t selected = 0;
-  std::size_t evaluations = 0;
+  std::size_t budget = 0;             ///< how many to select; at most `remaining` at the start
+  std::size_t remaining = 0;          ///< valid candidates not selected yet
+  std::size_t selected = 0;           ///< entries of the answer so far
+  std::size_t evaluations = 0;        ///< gains computed so far
+  unsigned char* eligible = nullptr;  ///< per candidate: 1 while it remains
+  double* growths = nullptr;          ///< per candidate: gain when last evaluated
+  std::uint32_t* pool = nullptr;      ///< scratch
+  double* bounds = nullptr;           ///< scratch, per tile
+  std::uint32_t* indices = nullptr;   ///< the answer, in order of selection
+  double* gains = nullptr;            ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget; }
 

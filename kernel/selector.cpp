@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 #include <numeric>
 #include <vector>
 
@@ -16,7 +17,7 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 struct Selector::Memory {
   explicit Memory(std::size_t capacity)
       : eligible(capacity),
-        determinants(capacity),
+        growths(capacity),
         bounds(capacity / tile_size + 1),
         pool(capacity),
         indices(capacity),
@@ -24,14 +25,17 @@ struct Selector::Memory {
 
   const simd::Kernel* kernel = simd::active();
   std::vector<unsigned char> eligible;
-  std::vector<double> determinants;
+  std::vector<double> growths;
   std::vector<double> bounds;
   std::vector<std::uint32_t> pool;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
 };
 
-Selector::Selector(std::size_t capacity) : memory_(new Memory(capacity)) {}
+Selector::Selector(std::size_t capacity) {
+  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
+  memory_.reset(new Memory(capacity));
+}
 Selector::~Selector() = default;
 Selector::Selector(Selector&&) noexcept = default;
 Selector& Selector::operator=(Selector&&) noexcept = default;
@@ -41,9 +45,7 @@ std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->indi
 namespace {
 
 // The first thing wrong with what the caller asks for; ok if nothing is.
-Status check(const BlockStore& candidates, const Options& options, std::size_t capacity,
-             const simd::Kernel* kernel) noexcept {
-  if (kernel == nullptr) return Status::unsupported_isa;
+Status check(const BlockStore& candidates, const Options& options, std::size_t capacity) noexcept {
   if (candidates.size() > capacity) return Status::capacity_exceeded;
   if (options.budget > capacity) return Status::invalid_budget;
   if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
@@ -71,29 +73,31 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   Selection selection{};
   selection.log_det = std::numeric_limits<double>::quiet_NaN();
   selection.invalid_candidates = candidates.invalid_count();
-  selection.status = check(candidates, options, capacity(), memory_ ? memory_->kernel : simd::active());
+  selection.status = Status::capacity_exceeded;
+  if (!memory_) return selection;  // moved from: no capacity for anything
+  selection.status = memory_->kernel == nullptr ? Status::unsupported_isa : check(candidates, options, capacity());
   InformationFactor factor;
   if (selection.status == Status::ok && !factor.reset(options.prior)) selection.status = Status::invalid_prior;
   if (selection.status != Status::ok) return selection;
 
   const std::size_t n = candidates.size();
   const std::size_t valid = n - candidates.invalid_count();
-  Search search{candidates,
-                {*memory_->kernel, {candidates.plane(0, 0), candidates.stride()}, std::max(candidates.rows(), 1)},
-                factor,
-                Deadline(options.time_limit),
-                std::min(options.budget, valid),
-                valid,
-                memory_->eligible.data(),
-                memory_->determinants.data(),
-                memory_->pool.data(),
-                memory_->bounds.data(),
-                memory_->indices.data(),
-                memory_->gains.data()};
+  const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
+  Search search{
+      candidates, {*memory_->kernel, planes, std::max(candidates.rows(), 1)}, factor, Deadline(options.time_limit)};
+  search.budget = std::min(options.budget, valid);
+  search.remaining = valid;
+  search.eligible = memory_->eligible.data();
+  search.growths = memory_->growths.data();
+  search.pool = memory_->pool.data();
+  search.bounds = memory_->bounds.data();
+  search.indices = memory_->indices.data();
+  search.gains = memory_->gains.data();
   std::copy_n(candidates.validity(), n, search.eligible);
 
   selection.status = run(search, options);
-  if (selection.status == Status::ok && n > 0 && options.budget >= valid) selection.status = Status::all_selected;
+  const bool takes_all = n > 0 && options.budget > 0 && options.budget >= valid;
+  if (selection.status == Status::ok && takes_all) selection.status = Status::all_selected;
   selection.indices = search.indices;
   selection.gains = search.gains;
   selection.size = search.selected;

@@ -32,13 +32,13 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
     for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
       std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(search.remaining - j))]);
     }
-    search.evaluator.listed(search.factor.inverse(), pool, s, search.determinants);
+    search.evaluator.listed(search.factor.inverse(), pool, s, search.growths);
     search.evaluations += s;
 
     Candidate best = no_candidate;
     std::size_t position = 0;
     for (std::size_t j = 0; j < s; ++j) {
-      const Candidate candidate{search.determinants[j], pool[j]};
+      const Candidate candidate{search.growths[j], pool[j]};
       if (candidate.is_better_than(best)) {
         best = candidate;
         position = j;

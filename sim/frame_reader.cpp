@@ -76,11 +76,17 @@ class FrameReader {
     if (!condition) throw InputError(file_ + ":" + std::to_string(line_) + ": end of file; expected " + expected);
   }
 
+  // A field as a message shows it.
+  static std::string shown(std::string_view field) {
+    constexpr std::size_t longest = 40;
+    return "'" + std::string(field.substr(0, longest)) + (field.size() > longest ? "...'" : "'");
+  }
+
   double number(std::string_view field, const std::string& what) const {
     double value = 0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
     if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
-      fail("a finite number for " + what + ", not '" + std::string(field) + "'");
+      fail("a finite number for " + what + ", not " + shown(field));
     }
     return value;
   }
@@ -89,7 +95,7 @@ class FrameReader {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
     if (error != std::errc() || end != field.data() + field.size()) {
-      fail("an integer for " + what + ", not '" + std::string(field) + "'");
+      fail("an integer for " + what + ", not " + shown(field));
     }
     return value;
   }
@@ -153,7 +159,7 @@ class FrameReader {
     const auto names = split(text);
     columns_ = names.size();
     for (std::size_t i = 0; i < columns_; ++i) {
-      if (!column_.emplace(names[i], i).second) fail("each column once, not '" + std::string(names[i]) + "' twice");
+      if (!column_.emplace(names[i], i).second) fail("each column once, not " + shown(names[i]) + " twice");
       if (std::find(std::begin(known_columns), std::end(known_columns), names[i]) == std::end(known_columns)) {
         frame_.unknown_columns.emplace_back(names[i]);
       }

@@ -7,7 +7,7 @@
 namespace maxlogdet {
 namespace simd {
 
-#if defined(MAXLOGDET_X86)
+#if defined(__x86_64__)
 extern const Kernel sse2_kernel;
 extern const Kernel avx2_kernel;
 extern const Kernel avx512_kernel;
@@ -17,7 +17,7 @@ extern const Kernel neon_kernel;
 
 namespace {
 
-#if defined(MAXLOGDET_X86)
+#if defined(__x86_64__)
 const Kernel* const kernels[] = {&sse2_kernel, &avx2_kernel, &avx512_kernel, nullptr};
 #else
 const Kernel* const kernels[] = {&neon_kernel, nullptr};
@@ -28,7 +28,7 @@ const Kernel* const kernels[] = {&neon_kernel, nullptr};
 const Kernel* const* built_in() noexcept { return kernels; }
 
 bool is_supported(const Kernel& kernel) noexcept {
-#if defined(MAXLOGDET_X86)
+#if defined(__x86_64__)
   __builtin_cpu_init();
   if (&kernel == &avx2_kernel) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   if (&kernel == &avx512_kernel) {

@@ -34,29 +34,31 @@ struct Listed {
   }
 };
 
-// det(I + Y Y^T) as the product of squared diagonals of R in a QR decomposition of [Y^T; I] by modified Gram-Schmidt.
-// Each factor is 1 + a sum of squares: nothing cancels, where 1 + a - b^2 / c would lose |Y|^2 eps (1e-6 in the first
-// rounds against a prior of 1e-5 I, where |Y|^2 is 1e10). Rows of zeros multiply by exactly 1.
+// det(I + Y Y^T) - 1, from the squared diagonal of R in a QR decomposition of [Y^T; I] by modified Gram-Schmidt: each
+// entry is 1 + a sum of squares, and (1 + g) (1 + s) - 1 = g + s + g s. Nothing cancels, where det = 1 + a - b^2 / c
+// would lose |Y|^2 eps (1e-6 in the first rounds against a prior of 1e-5 I, where |Y|^2 is 1e10). Rows of zeros add
+// nothing.
 template <int Rows>
-inline Pack gram_determinant(Pack (&y)[Rows][dimension]) {
+inline Pack determinant_growth(Pack (&y)[Rows][dimension]) {
   Pack tail[Rows][Rows];  // the identity below Y^T, orthogonalised along with it; tail[a][a] = 1 is implied
-  Pack determinant(1.0);
+  Pack growth(0.0);
   for (int a = 0; a < Rows; ++a) {
-    Pack norm(1.0);
-    for (int c = 0; c < a; ++c) norm += tail[a][c] * tail[a][c];
-    for (int d = 0; d < dimension; ++d) norm += y[a][d] * y[a][d];
-    determinant *= norm;
+    Pack squares = y[a][0] * y[a][0];
+    for (int d = 1; d < dimension; ++d) squares += y[a][d] * y[a][d];
+    for (int c = 0; c < a; ++c) squares += tail[a][c] * tail[a][c];
+    growth = a == 0 ? squares : growth + (squares + growth * squares);
+    const Pack norm = Pack(1.0) + squares;
     for (int b = a + 1; b < Rows; ++b) {
-      Pack dot(0.0);
+      Pack dot = y[a][0] * y[b][0];
+      for (int d = 1; d < dimension; ++d) dot += y[a][d] * y[b][d];
       for (int c = 0; c < a; ++c) dot += tail[a][c] * tail[b][c];
-      for (int d = 0; d < dimension; ++d) dot += y[a][d] * y[b][d];
       const Pack factor = dot / norm;
       for (int c = 0; c < a; ++c) tail[b][c] -= factor * tail[a][c];
       tail[b][a] = Pack(0.0) - factor;
       for (int d = 0; d < dimension; ++d) y[b][d] -= factor * y[a][d];
     }
   }
-  return determinant;
+  return growth;
 }
 
 template <int Rows, class Load>
@@ -71,14 +73,14 @@ inline Pack evaluate(const Planes& planes, const double* w, const Load& load) {
       for (int d = 1; d <= c; ++d) y[a][c] += Pack(w[dimension * c + d]) * h[d];
     }
   }
-  return gram_determinant<Rows>(y);
+  return determinant_growth<Rows>(y);
 }
 
 template <int Rows>
-void evaluate_range(const Planes& planes, const double* w, std::size_t begin, std::size_t end, double* determinants) {
+void evaluate_range(const Planes& planes, const double* w, std::size_t begin, std::size_t end, double* growths) {
   std::size_t i = begin;
   for (; i + lanes <= end; i += lanes) {
-    evaluate<Rows>(planes, w, Consecutive{i}).store_unaligned(determinants + i);
+    evaluate<Rows>(planes, w, Consecutive{i}).store_unaligned(growths + i);
   }
   if (i == end) return;
   Listed rest;  // a last pack that is not full repeats its last candidate
@@ -87,19 +89,19 @@ void evaluate_range(const Planes& planes, const double* w, std::size_t begin, st
   }
   alignas(sizeof(Pack)) double last[lanes];
   evaluate<Rows>(planes, w, rest).store_aligned(last);
-  for (std::size_t lane = 0; i < end; ++i, ++lane) determinants[i] = last[lane];
+  for (std::size_t lane = 0; i < end; ++i, ++lane) growths[i] = last[lane];
 }
 
 template <int Rows>
 void evaluate_listed(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count,
-                     double* determinants) {
+                     double* growths) {
   for (std::size_t j = 0; j < count; j += lanes) {
     Listed pack;
     for (std::size_t lane = 0; lane < lanes; ++lane)
       pack.index[lane] = indices[j + lane < count ? j + lane : count - 1];
     alignas(sizeof(Pack)) double values[lanes];
     evaluate<Rows>(planes, w, pack).store_aligned(values);
-    for (std::size_t lane = 0; lane < lanes && j + lane < count; ++lane) determinants[j + lane] = values[lane];
+    for (std::size_t lane = 0; lane < lanes && j + lane < count; ++lane) growths[j + lane] = values[lane];
   }
 }
 

@@ -19,16 +19,17 @@ struct Planes {
   std::size_t stride;
 };
 
-/// determinants[i] for every candidate i in [begin, end).
+/// growths[i] for every candidate i in [begin, end).
 using EvaluateRange = void (*)(const Planes& planes, const double* inverse_factor, std::size_t begin, std::size_t end,
-                               double* determinants);
-/// determinants[j] for candidate indices[j], j in [0, count).
+                               double* growths);
+/// growths[j] for candidate indices[j], j in [0, count).
 using EvaluateListed = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
-                                std::size_t count, double* determinants);
+                                std::size_t count, double* growths);
 
-/// The gain of a candidate H (r x 6) at information M = L L^T, as a determinant ratio,
-///     det(M + H^T H) / det(M) = det(I_r + Y Y^T),   Y = H L^-T,
-/// in float64, in one fixed order of operations: the same bits on every instruction set.
+/// The gain of a candidate H (r x 6) at information M = L L^T, as the relative growth of the determinant,
+///     det(M + H^T H) / det(M) - 1 = det(I_r + Y Y^T) - 1,   Y = H L^-T,
+/// not below 0, in float64, in one fixed order of operations: the same bits on every instruction set. Without the 1,
+/// gains far below 2^-53 keep their digits.
 /// `inverse_factor` is W = L^-1, 6 x 6 row-major, of which the lower triangle is read.
 struct Kernel {
   const char* isa;

@@ -59,12 +59,15 @@ TEST(BlockStore, grows_keeps_and_clears) {
   EXPECT_EQ(blocks.capacity(), 1000U) << "never shrinks";
   expect_holds(blocks, 0, first);
   blocks.push_back_invalid();
+  push_back(blocks, first);
+  blocks.reserve(5000);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(blocks.is_valid(i), i != 1) << "after growing";
   blocks.clear();
   EXPECT_EQ(blocks.size(), 0U);
   EXPECT_EQ(blocks.rows(), 0);
   EXPECT_EQ(blocks.invalid_count(), 0U);
   EXPECT_EQ(blocks.max_row_norm(), 0);
-  EXPECT_EQ(blocks.capacity(), 1000U);
+  EXPECT_EQ(blocks.capacity(), 5000U);
   const Block tall = random_block(random, 3);
   push_back(blocks, first);
   push_back(blocks, tall);

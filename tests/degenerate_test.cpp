@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <set>
 
 namespace maxlogdet::test {
@@ -142,6 +143,18 @@ TEST_P(Degenerate, scales_from_1e_minus_12_to_1e12) {
   }
 }
 
+TEST_P(Degenerate, gains_far_below_one_keep_their_digits) {
+  BlockStore blocks;  // each gains less than 2^-53, but the later ones a hundred times more than the earlier
+  for (const double size : {1e-12, 1e-11}) {
+    for (int i = 0; i < 5; ++i) push_back(blocks, size * Block::Identity(1, 6));
+  }
+  Options options = with_budget(5);
+  options.epsilon = 1e-9;  // stochastic_greedy: samples of all that remain
+  const Selection selection = selector_.select(blocks, options);
+  EXPECT_EQ(indices_of(selection), (std::vector<std::uint32_t>{5, 6, 7, 8, 9}));
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(selection.gains[i], 1e-22 / 1e-5, 1e-23);
+}
+
 TEST_P(Degenerate, scales_mixed_in_one_store) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -181,6 +194,7 @@ TEST_P(Degenerate, nothing_but_invalid_blocks) {
   EXPECT_EQ(selection.status, Status::all_selected);
   EXPECT_EQ(selection.invalid_candidates, 10U);
   expect_valid(blocks, selection, 0);
+  EXPECT_EQ(selector_.select(blocks, with_budget(0)).status, Status::ok);
 }
 
 TEST_P(Degenerate, extreme_values_that_float32_can_hold) {
@@ -235,6 +249,32 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
   }
 }
 
+// The limits that docs/numerics.md states, from both sides.
+TEST_P(Degenerate, priors_on_both_sides_of_each_limit) {
+  const BlockStore blocks;
+  const auto status_with = [&](const Matrix6& information) {
+    const EigenPrior prior(information);
+    Options options = with_budget(0);
+    options.prior = prior.data();
+    return selector_.select(blocks, options).status;
+  };
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    Matrix6 information = size * Matrix6::Identity();
+    information(4, 2) = 0.5e-8 * size;
+    EXPECT_EQ(status_with(information), Status::ok) << "asymmetry";
+    information(4, 2) = 2e-8 * size;
+    EXPECT_EQ(status_with(information), Status::invalid_prior) << "asymmetry";
+
+    information = size * Matrix6::Identity();
+    information(3, 1) = information(1, 3) = size * (1 - 1e-13);  // pivot 2e-13
+    EXPECT_EQ(status_with(information), Status::ok) << "pivot";
+    information(3, 1) = information(1, 3) = size * (1 - 1e-15);  // pivot 2e-15
+    EXPECT_EQ(status_with(information), Status::invalid_prior) << "pivot";
+  }
+  EXPECT_EQ(status_with(1.01e-20 * Matrix6::Identity()), Status::ok);
+  EXPECT_EQ(status_with(0.99e-20 * Matrix6::Identity()), Status::invalid_prior);
+}
+
 TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -262,6 +302,11 @@ TEST_P(Degenerate, more_candidates_than_capacity) {
   expect_error(selector_.select(blocks, with_budget(10)), Status::capacity_exceeded);
   Selector none(0);
   expect_error(none.select(blocks, with_budget(0)), Status::capacity_exceeded);
+}
+
+TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
+  EXPECT_THROW(Selector(std::size_t{1} << 32U), std::bad_alloc);
+  EXPECT_THROW(Selector(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
 }
 
 TEST_P(Degenerate, budget_above_capacity) {
@@ -337,7 +382,10 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
   EXPECT_EQ(second.capacity(), 20U);
   first = Selector(1);
   expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);
+  EXPECT_EQ(first.capacity(), 1U);
   Selector third = std::move(first);
+  // NOLINTNEXTLINE(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+  expect_error(first.select(BlockStore(), with_budget(0)), Status::capacity_exceeded);
   // NOLINTNEXTLINE(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
   expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_reader.hpp"
+#include "sim/latency.hpp"
 #include "tests/support.hpp"
 
 #include <cmath>
@@ -169,6 +170,35 @@ TEST_F(FrameReader, names_what_cannot_be_read) {
   EXPECT_THROW(sim::read_frames(folder_), sim::InputError) << "an empty folder";
   EXPECT_THROW(sim::read_frames(folder_ + "/nowhere.csv"), sim::InputError);
   EXPECT_THROW(sim::read_frame(folder_), sim::InputError) << "a folder";
+}
+
+TEST(MatchArrays, hold_what_the_frame_holds) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 100, 5);
+  const sim::MatchArrays arrays(frame);
+  const Matches view = arrays.view();
+  ASSERT_EQ(view.size, 100U);
+  int stereo = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    EXPECT_NEAR(view.sigmas[i] * view.sigmas[i] * frame.matches[i].inv_sigma2, 1, 1e-12);
+    for (std::size_t j = 0; j < 3; ++j) EXPECT_EQ(view.points[3 * i + j], frame.matches[i].point[j]);
+    EXPECT_EQ(view.has_third[i] != 0, frame.matches[i].is_stereo());
+    stereo += view.has_third[i];
+  }
+  EXPECT_GT(stereo, 0);
+  EXPECT_LT(stereo, 100);
+}
+
+TEST(Latency, is_the_nearest_rank) {
+  std::vector<double> times;
+  for (int i = 200; i >= 1; --i) times.push_back(i);
+  const sim::Latency latency = sim::latency_of(times);
+  EXPECT_EQ(latency.median, 100);
+  EXPECT_EQ(latency.p99, 198);
+  EXPECT_EQ(latency.max, 200);
+  EXPECT_EQ(sim::latency_of({7}).p99, 7);
+  int calls = 0;
+  sim::measure_latency("test", 5, [&] { ++calls; });
+  EXPECT_EQ(calls, 6) << "one to warm up";
 }
 
 TEST(Scene, is_the_same_for_the_same_arguments_and_in_front_of_the_camera) {

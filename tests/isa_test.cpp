@@ -50,6 +50,7 @@ TEST(Isa, the_baseline_is_always_there) {
   EXPECT_EQ(built_in_isa(-1), nullptr);
   EXPECT_EQ(built_in_isa(100), nullptr);
   EXPECT_FALSE(isa_is_supported("mmx"));
+  EXPECT_FALSE(isa_is_supported(nullptr));
 }
 
 TEST(Isa, the_widest_supported_one_is_active_unless_another_is_named) {
@@ -86,7 +87,7 @@ TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
   }
 }
 
-TEST(Isa, determinants_are_the_same_bits_on_all) {
+TEST(Isa, gains_are_the_same_bits_on_all) {
   for (std::uint64_t variation = 0; variation < 100; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());

@@ -221,6 +221,41 @@ TEST(Jacobian, a_weight_multiplies_the_information) {
   });
 }
 
+TEST(Jacobian, each_match_of_a_batch_gets_its_own_values) {
+  constexpr std::size_t n = 20;
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Case c = random_case(random, ThirdMeasurement::stereo);
+  Eigen::Matrix3Xd points(3, n);
+  std::vector<double> sigmas;
+  std::vector<double> weights;
+  std::vector<double> covariances;
+  std::vector<Input> inputs;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double z = random.uniform(1, 10);
+    points.col(static_cast<Eigen::Index>(i)) =
+        (c.T_cw.inverse() * Vector3(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z)).cast<double>();
+    const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
+    inputs.push_back({random.uniform(0.5, 4), random.uniform(0, 2), true, 0.01 * a * a.transpose()});
+    sigmas.push_back(inputs.back().sigma);
+    weights.push_back(inputs.back().weight);
+    covariances.insert(covariances.end(), inputs.back().map_covariance.data(), inputs.back().map_covariance.data() + 9);
+  }
+  Matches matches;
+  matches.sigmas = sigmas.data();
+  matches.weights = weights.data();
+  matches.map_covariances = covariances.data();
+  const BlockOptions options = options_of(Weighting::measurement_and_map, c);
+  BlockStore blocks;
+  append_blocks(c.camera, c.T_cw.matrix(), points, matches, options, blocks);
+  for (std::size_t i = 0; i < n; ++i) {
+    Case alone = c;
+    alone.p_w = points.col(static_cast<Eigen::Index>(i)).cast<long double>();
+    expect_near(stored_block(blocks, i).cast<long double>(),
+                stored_block(library_blocks(alone, options, inputs[i]), 0).cast<long double>());
+  }
+}
+
 TEST(Jacobian, missing_third_measurements_give_two_rows) {
   Random random;
   const Case c = random_case(random, ThirdMeasurement::stereo);

@@ -161,7 +161,16 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
   expect_refused(run("select --input ."), "found none");
   expect_refused(run("select --plot picture.bmp"), ".svg or .png");
-  expect_refused(run("select --seed ''"), "--seed");
+  for (const char* const seed : {"''", "' -1'", "18446744073709551616", "99999999999999999999999", "1e3"}) {
+    expect_refused(run(std::string("select --seed ") + seed), "--seed");
+  }
+  EXPECT_EQ(run("select --repeat 1 --seed 18446744073709551615").exit_code, 0);
+  expect_refused(run("select --input ''"), "--input");
+  expect_refused(run("select --epsilon ''"), "--epsilon");
+  expect_refused(run("select --plot frames"), ".svg or .png");
+  std::filesystem::create_directories(folder_ + "/folder.png");
+  expect_refused(run("select --plot folder.png"), "is a folder");
+  expect_refused(run("select --input 'two\nlines'"), "two?lines: cannot be opened");
   expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
@@ -193,6 +202,36 @@ TEST_F(Program, says_which_rays_have_no_world_frame_block) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["invalid_candidates"], 1);
+}
+
+TEST_F(Program, a_frame_with_everything_behind_the_camera_is_an_answer) {
+  write_frame("frame_001.csv", 20);
+  std::ofstream(folder_ + "/frames/frame_002.csv")
+      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1,0\n"
+         "mp_id,X,Y,Z,u,v\n1,5,1,-3,296,240\n2,5,0,-1,376,160\n";
+  const auto objects = run_json("select --input frames --budget 10");
+  ASSERT_EQ(objects.size(), 2U);
+  EXPECT_EQ(objects[0]["indices"].size(), 10U);
+  EXPECT_EQ(objects[1]["status"], "all_selected");
+  EXPECT_EQ(objects[1]["invalid_candidates"], 2);
+  EXPECT_EQ(objects[1]["indices"].size(), 0U);
+}
+
+TEST_F(Program, draws_the_selected_red_and_in_both_views) {
+  ASSERT_EQ(run("select --repeat 1 --plot picture.svg").exit_code, 0);
+  const std::string svg = contents_of(folder_ + "/picture.svg");
+  // gnuplot marks each point by <use xlink:href=... color='rgb(...)'/>, and once more in the legend of each view.
+  const auto count = [&](const std::string& colour) {
+    std::size_t marks = 0;
+    std::istringstream lines(svg);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.find("<use") != std::string::npos && line.find("color='" + colour + "'") != std::string::npos) ++marks;
+    }
+    return marks;
+  };
+  EXPECT_EQ(count("rgb(214,  32,  32)"), 2U * (100 + 1)) << "every selected match is inside the axes";
+  EXPECT_GT(count("rgb( 52, 101, 196)"), 3500U);
+  EXPECT_LE(count("rgb( 52, 101, 196)"), 2U * (1900 + 1));
 }
 
 TEST_F(Program, draws_pictures) {

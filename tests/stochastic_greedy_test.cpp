@@ -31,6 +31,42 @@ TEST(StochasticGreedy, evaluates_s_candidates_a_round) {
   }
 }
 
+TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
+  Random random;
+  BlockStore blocks = awkward_blocks(random, 300);
+  for (int i = 0; i < 200; ++i) blocks.push_back_invalid();
+  const auto s = static_cast<std::size_t>(std::ceil(300.0 / 10 * std::log(10.0)));
+  Selector selector(500);
+  EXPECT_EQ(selector.select(blocks, stochastic(10, 0.1, 1)).evaluations, 10 * s);
+}
+
+// The best of a sample of equal candidates is its lowest index: with s distinct ones out of n it is i with probability
+// C(n - 1 - i, s - 1) / C(n, s).
+TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
+  constexpr int n = 40;
+  constexpr int s = 5;
+  BlockStore blocks;
+  for (int i = 0; i < n; ++i) push_back(blocks, Block::Zero(2, 6));
+  Selector selector(n);
+  std::vector<int> lowest(n, 0);
+  constexpr int runs = 20000;
+  for (int run = 0; run < runs; ++run) {
+    const Selection selection =
+        selector.select(blocks, stochastic(1, std::exp(-4.8 / n), static_cast<std::uint64_t>(run)));
+    ASSERT_EQ(selection.evaluations, static_cast<std::size_t>(s));
+    ++lowest[selection.indices[0]];
+  }
+  const auto choose = [](int from, int count) {
+    double result = 1;
+    for (int j = 0; j < count; ++j) result *= static_cast<double>(from - j) / (j + 1);
+    return result;
+  };
+  for (int i = 0; i < n; ++i) {
+    const double probability = choose(n - 1 - i, s - 1) / choose(n, s);
+    EXPECT_NEAR(lowest[static_cast<std::size_t>(i)], runs * probability, 5 * std::sqrt(runs * probability) + 1) << i;
+  }
+}
+
 TEST(StochasticGreedy, same_seed_same_answer_and_other_seeds_differ) {
   Random random;
   SCOPED_TRACE(random.name());

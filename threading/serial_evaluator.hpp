@@ -17,15 +17,15 @@ class SerialEvaluator {
   SerialEvaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows) noexcept
       : range_(kernel.evaluate_range[rows - 1]), listed_(kernel.evaluate_listed[rows - 1]), planes_(planes) {}
 
-  /// determinants[i] for every candidate i in [begin, end).
-  void range(const double* inverse_factor, std::size_t begin, std::size_t end, double* determinants) const noexcept {
-    range_(planes_, inverse_factor, begin, end, determinants);
+  /// growths[i] for every candidate i in [begin, end).
+  void range(const double* inverse_factor, std::size_t begin, std::size_t end, double* growths) const noexcept {
+    range_(planes_, inverse_factor, begin, end, growths);
   }
 
-  /// determinants[j] for candidate indices[j], j in [0, count).
+  /// growths[j] for candidate indices[j], j in [0, count).
   void listed(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
-              double* determinants) const noexcept {
-    listed_(planes_, inverse_factor, indices, count, determinants);
+              double* growths) const noexcept {
+    listed_(planes_, inverse_factor, indices, count, growths);
   }
 
  private:

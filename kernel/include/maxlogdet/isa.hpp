@@ -11,7 +11,7 @@ const char* active_isa() noexcept;
 /// Name of the i-th instruction set built into this library, narrowest first; nullptr when there are fewer.
 const char* built_in_isa(int i) noexcept;
 
-/// Whether this machine can run the instruction set of that name; false for an unknown name.
+/// Whether this machine can run the instruction set of that name; false for an unknown name or nullptr.
 bool isa_is_supported(const char* name) noexcept;
 
 }  // namespace maxlogdet

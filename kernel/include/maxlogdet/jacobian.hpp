@@ -93,6 +93,7 @@ struct BlockReport {
   std::size_t singular_rays = 0;  ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
 };
 
+/// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Weighting weighting) noexcept;
 const char* to_string(BlockStatus status) noexcept;
 

@@ -24,6 +24,7 @@ struct Options {
   double time_limit = 0;          ///< s, looked at between rounds; 0: none
 };
 
+/// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Strategy strategy) noexcept;
 
 }  // namespace maxlogdet

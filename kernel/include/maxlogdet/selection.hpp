@@ -21,6 +21,7 @@ enum class Status {
   unsupported_isa,     ///< MAXLOGDET_ISA names an instruction set not built in, or one that this machine lacks
 };
 
+/// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Status status) noexcept;
 
 /// The answer: views into the Selector that gave it, valid until its next select() or its end.

@@ -14,17 +14,19 @@ namespace maxlogdet {
 /// thread for the life of the tracker. Distinct selectors share nothing.
 class Selector {
  public:
-  /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc.
+  /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
   explicit Selector(std::size_t capacity);
   ~Selector();
   Selector(Selector&&) noexcept;
   Selector& operator=(Selector&&) noexcept;
 
+  /// Most candidates, and largest budget, that select() accepts; 0 once moved from.
   std::size_t capacity() const noexcept;
 
   /// Selects options.budget of the candidates. Never allocates, locks, throws or prints; of the system it asks only
   /// the time, and that only when options.time_limit is set. Indices are the same on every processor, compiler and
-  /// instruction set; ties go to the lowest index. Errors are named by Selection::status.
+  /// instruction set; ties (equal computed gains, as of identical blocks) go to the lowest index. Errors are named by
+  /// Selection::status.
   Selection select(const BlockStore& candidates, const Options& options) noexcept;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cli/latency.hpp"
+#include "sim/latency.hpp"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 
 namespace {
 
@@ -43,22 +43,26 @@ class Progress {
 
 }  // namespace
 
-Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work) {
-  work();
-  std::vector<double> times(std::max<std::size_t>(repeat, 1));
-  Progress progress(what);
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const auto start = Clock::now();
-    work();
-    times[i] = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-    progress.update(i + 1, times.size());
-  }
-  std::sort(times.begin(), times.end());
-  const auto quantile = [&](double q) {  // nearest rank
-    const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(times.size())));
-    return times[std::max<std::size_t>(rank, 1) - 1];
+Latency latency_of(std::vector<double> microseconds) {
+  std::sort(microseconds.begin(), microseconds.end());
+  const auto quantile = [&](double q) {
+    const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(microseconds.size())));
+    return microseconds[std::max<std::size_t>(rank, 1) - 1];
   };
-  return {quantile(0.5), quantile(0.99), times.back()};
+  return {quantile(0.5), quantile(0.99), microseconds.back()};
 }
 
-}  // namespace maxlogdet::cli
+Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work) {
+  work();
+  std::vector<double> microseconds(std::max<std::size_t>(repeat, 1));
+  Progress progress(what);
+  for (std::size_t i = 0; i < microseconds.size(); ++i) {
+    const auto start = Clock::now();
+    work();
+    microseconds[i] = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+    progress.update(i + 1, microseconds.size());
+  }
+  return latency_of(std::move(microseconds));
+}
+
+}  // namespace maxlogdet::sim
