@@ -74,8 +74,7 @@ TEST(InformationFactor, gain_error_bounds_the_error_of_every_gain) {
   EXPECT_GT(tightest, 0);
 }
 
-// Large rows that are nearly parallel, on a prior near the identity: cancellation at its worst, where each term of the
-// bound is needed.
+// Large rows that are nearly parallel, on a prior near the identity: cancellation at its worst.
 TEST(InformationFactor, gain_error_bounds_the_error_of_nearly_parallel_rows) {
   for (std::uint64_t variation = 0; variation < 3000; ++variation) {
     Random random(variation);
