@@ -305,8 +305,8 @@ TEST_P(Degenerate, more_candidates_than_capacity) {
 }
 
 TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
-  EXPECT_THROW(Selector(std::size_t{1} << 32U), std::bad_alloc);
-  EXPECT_THROW(Selector(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
+  EXPECT_THROW(Selector{std::size_t{1} << 32U}, std::bad_alloc);
+  EXPECT_THROW(Selector{std::numeric_limits<std::size_t>::max()}, std::bad_alloc);
 }
 
 TEST_P(Degenerate, budget_above_capacity) {
