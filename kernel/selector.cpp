@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <new>
 #include <numeric>
 #include <vector>
@@ -34,7 +35,7 @@ struct Selector::Memory {
 
 Selector::Selector(std::size_t capacity) {
   if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  memory_.reset(new Memory(capacity));
+  memory_ = std::make_unique<Memory>(capacity);
 }
 Selector::~Selector() = default;
 Selector::Selector(Selector&&) noexcept = default;
