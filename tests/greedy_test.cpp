@@ -29,14 +29,7 @@ void expect_greedy(const BlockStore& blocks, std::size_t budget) {
 }
 
 TEST(Greedy, equals_the_oracle_on_generated_frames) {
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      const Random random;
-      const sim::Frame frame = make_scene(scene, 300, random.seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      expect_greedy(blocks_of(frame, kind), 60);
-    }
-  }
+  for_every_family(300, [&](const BlockStore& blocks) { expect_greedy(blocks, 60); });
 }
 
 TEST(Greedy, equals_the_oracle_on_a_frame_of_2000) {
@@ -46,16 +39,10 @@ TEST(Greedy, equals_the_oracle_on_a_frame_of_2000) {
 }
 
 TEST(Greedy, gives_away_nothing_in_any_round) {
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      const Random random;
-      const sim::Frame frame = make_scene(scene, 200, random.seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frame, kind);
-      const auto indices = select_indices(blocks, with(Strategy::greedy, 40));
-      EXPECT_LE(gain_given_away(blocks, indices), allowed_loss);
-    }
-  }
+  for_every_family(200, [&](const BlockStore& blocks) {
+    const auto indices = select_indices(blocks, with(Strategy::greedy, 40));
+    EXPECT_LE(gain_given_away(blocks, indices), allowed_loss);
+  });
 }
 
 TEST(Greedy, takes_the_lowest_index_of_duplicated_candidates) {
@@ -178,21 +165,15 @@ TEST(LazyGreedy, equals_greedy_at_every_scale) {
 }
 
 TEST(LazyGreedy, equals_greedy_on_2000_candidates_and_evaluates_less) {
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      const Random random;
-      const sim::Frame frame = make_scene(scene, 2000, random.seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frame, kind);
-      Selector greedy(2000);
-      Selector lazy(2000);
-      const Selection of_greedy = greedy.select(blocks, with(Strategy::greedy, 100));
-      const Selection of_lazy = lazy.select(blocks, with(Strategy::lazy_greedy, 100));
-      EXPECT_EQ(indices_of(of_lazy), indices_of(of_greedy));
-      EXPECT_EQ(of_lazy.log_det, of_greedy.log_det);
-      EXPECT_LT(of_lazy.evaluations, of_greedy.evaluations);
-    }
-  }
+  for_every_family(2000, [&](const BlockStore& blocks) {
+    Selector greedy(2000);
+    Selector lazy(2000);
+    const Selection of_greedy = greedy.select(blocks, with(Strategy::greedy, 100));
+    const Selection of_lazy = lazy.select(blocks, with(Strategy::lazy_greedy, 100));
+    EXPECT_EQ(indices_of(of_lazy), indices_of(of_greedy));
+    EXPECT_EQ(of_lazy.log_det, of_greedy.log_det);
+    EXPECT_LT(of_lazy.evaluations, of_greedy.evaluations);
+  });
 }
 
 // One number for all selections on all families, recorded once: no compiler, instruction set or C library may change

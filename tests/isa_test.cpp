@@ -126,26 +126,20 @@ TEST(Isa, gains_are_the_same_bits_on_all) {
 }
 
 TEST(Isa, selections_are_the_same_on_all) {
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      const Random random;
-      const sim::Frame frame = make_scene(scene, 1000, random.seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frame, kind);
-      for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
-        Options options;
-        options.strategy = strategy;
-        std::vector<std::uint32_t> expected;
-        for (const std::string& isa : supported_isas()) {
-          const ForcedIsa forced(isa.c_str());
-          const auto indices = select_indices(blocks, options);
-          ASSERT_EQ(indices.size(), 100U);
-          if (expected.empty()) expected = indices;
-          EXPECT_EQ(indices, expected) << isa << ' ' << to_string(strategy);
-        }
+  for_every_family(1000, [&](const BlockStore& blocks) {
+    for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+      Options options;
+      options.strategy = strategy;
+      std::vector<std::uint32_t> expected;
+      for (const std::string& isa : supported_isas()) {
+        const ForcedIsa forced(isa.c_str());
+        const auto indices = select_indices(blocks, options);
+        ASSERT_EQ(indices.size(), 100U);
+        if (expected.empty()) expected = indices;
+        EXPECT_EQ(indices, expected) << isa << ' ' << to_string(strategy);
       }
     }
-  }
+  });
 }
 
 }  // namespace

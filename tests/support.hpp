@@ -83,4 +83,16 @@ constexpr BlockKind block_kinds[] = {
 
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
 
+/// Calls body(blocks) with n candidates of every scene and every kind of block, under a trace that names them.
+template <class Body>
+void for_every_family(std::size_t n, const Body& body) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      const sim::Frame frame = make_scene(scene, n, Random().seed());
+      SCOPED_TRACE(frame.name + " " + kind.name);
+      body(blocks_of(frame, kind));
+    }
+  }
+}
+
 }  // namespace maxlogdet::test
