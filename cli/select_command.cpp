@@ -97,6 +97,7 @@ std::string explained(Status status, const Options& options) {
 
 std::string explained(BlockStatus status) {
   if (status == BlockStatus::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
+  if (status == BlockStatus::invalid_options) return "expected a finite --map-sigma of 0 or more";
   return std::string("blocks cannot be built: ") + to_string(status);
 }
 
@@ -157,8 +158,8 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
 }
 
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
-  char row[256];
-  std::snprintf(row, sizeof row, "%-16s %10zu %8zu  %-16s %10.4f %11zu %7.1f %6.1f %9.1f\n", frame.name.c_str(),
+  char row[512];
+  std::snprintf(row, sizeof row, "%-16.255s %10zu %8zu  %-16s %10.4f %11zu %7.1f %6.1f %9.1f\n", frame.name.c_str(),
                 frame.matches.size(), selection.size, to_string(selection.status), selection.log_det,
                 selection.evaluations, timing.select.median, timing.select.p99, timing.blocks.median);
   std::cout << row << std::flush;
@@ -281,7 +282,8 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::Range(std::int64_t{1}, most))
       ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
-  command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file");
+  command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file")
+      ->check(is_given);
   command->callback([arguments] {
     arguments->options.seed = seed_of(arguments->seed);
     arguments->options.strategy = named(strategies, arguments->strategy);

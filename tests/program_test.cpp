@@ -166,6 +166,8 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   }
   EXPECT_EQ(run("select --repeat 1 --seed 18446744073709551615").exit_code, 0);
   expect_refused(run("select --input ''"), "--input");
+  expect_refused(run("select --plot ''"), "--plot");
+  expect_refused(run("select --weighting measurement_and_map --map-sigma -1"), "--map-sigma of 0 or more");
   expect_refused(run("select --epsilon ''"), "--epsilon");
   expect_refused(run("select --plot frames"), ".svg or .png");
   std::filesystem::create_directories(folder_ + "/folder.png");
