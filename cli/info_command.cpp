@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
+#include "sim/names.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -15,24 +16,17 @@ namespace {
 void print_info(bool as_json) {
   nlohmann::ordered_json info;
   info["version"] = version();
-  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
-    info["isa_built_in"].push_back(built_in_isa(i));
-    if (isa_is_supported(built_in_isa(i))) info["isa_supported"].push_back(built_in_isa(i));
-  }
+  info["isa_built_in"] = sim::built_in_isas();
+  info["isa_supported"] = sim::supported_isas();
   info["isa_active"] = active_isa();
   info["threads"] = std::thread::hardware_concurrency();
   if (as_json) {
     std::cout << info.dump() << '\n';
     return;
   }
-  const auto list = [&](const char* key) {
-    std::string names;
-    for (const auto& name : info[key]) names += (names.empty() ? "" : " ") + name.get<std::string>();
-    return names;
-  };
   std::cout << "maxlogdet " << version() << '\n'
-            << "instruction sets built in:  " << list("isa_built_in") << '\n'
-            << "supported by this machine:  " << list("isa_supported") << '\n'
+            << "instruction sets built in:  " << sim::joined(sim::built_in_isas(), " ") << '\n'
+            << "supported by this machine:  " << sim::joined(sim::supported_isas(), " ") << '\n'
             << "active:                     " << active_isa()
             << (std::getenv("MAXLOGDET_ISA") == nullptr ? "  (MAXLOGDET_ISA forces one)\n"
                                                         : "  (as MAXLOGDET_ISA asks)\n")

@@ -3,6 +3,7 @@
 #include "cli/plot.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/latency.hpp"
+#include "sim/names.hpp"
 #include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
@@ -19,26 +20,6 @@
 
 namespace maxlogdet::cli {
 namespace {
-
-constexpr Strategy strategies[] = {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy};
-constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
-                                    Weighting::measurement_and_map};
-
-template <class Enum, std::size_t n>
-std::vector<std::string> names_of(const Enum (&values)[n]) {
-  std::vector<std::string> names;
-  for (const Enum value : values) names.emplace_back(to_string(value));
-  return names;
-}
-
-// The value of that name.
-template <class Enum, std::size_t n>
-Enum named(const Enum (&values)[n], const std::string& name) {
-  for (const Enum value : values) {
-    if (name == to_string(value)) return value;
-  }
-  throw sim::InputError("unknown name " + name);
-}
 
 struct SelectArguments {
   std::string input;  // empty: the embedded synthetic frame
@@ -76,13 +57,9 @@ std::uint64_t seed_of(const std::string& text) {
 }
 
 std::string unsupported_isa_message() {
-  std::string supported;
-  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
-    if (isa_is_supported(built_in_isa(i))) supported += std::string(supported.empty() ? "" : ", ") + built_in_isa(i);
-  }
   const char* const forced = std::getenv("MAXLOGDET_ISA");
   return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
-         "'; expected one that this build and this machine have: " + supported;
+         "'; expected one that this build and this machine have: " + sim::joined(sim::supported_isas(), ", ");
 }
 
 // What the user can do about it.
@@ -264,14 +241,14 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::Range(std::int64_t{0}, most))
       ->capture_default_str();
   command->add_option("--strategy", arguments->strategy, "How to search")
-      ->check(CLI::IsMember(names_of(strategies)))
+      ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->check(is_given)
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which noise the blocks assume (docs/frame_format.md)")
-      ->check(CLI::IsMember(names_of(weightings)))
+      ->check(CLI::IsMember(sim::names_of(sim::weightings)))
       ->capture_default_str();
   command
       ->add_option("--map-sigma", arguments->block_options.map_sigma,
@@ -286,8 +263,8 @@ void add_select_command(CLI::App& program) {
       ->check(is_given);
   command->callback([arguments] {
     arguments->options.seed = seed_of(arguments->seed);
-    arguments->options.strategy = named(strategies, arguments->strategy);
-    arguments->block_options.weighting = named(weightings, arguments->weighting);
+    arguments->options.strategy = sim::find_named(sim::strategies, arguments->strategy).value();
+    arguments->block_options.weighting = sim::find_named(sim::weightings, arguments->weighting).value();
     if (arguments->stereo) arguments->block_options.third = ThirdMeasurement::stereo;
     run(*arguments);
   });

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: MIT
 // One call of select(), for tools that watch it. Usage: one_selection STRATEGY N K
+#include "sim/names.hpp"
 #include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <cstdio>
 #include <cstdlib>
-#include <string>
+#include <optional>
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    std::fputs("usage: one_selection greedy|lazy_greedy|stochastic_greedy N K\n", stderr);
+  const auto strategy = argc == 4 ? maxlogdet::sim::find_named(maxlogdet::sim::strategies, argv[1])
+                                  : std::optional<maxlogdet::Strategy>();
+  if (!strategy) {
+    std::fprintf(stderr, "usage: one_selection %s N K\n",
+                 maxlogdet::sim::joined(maxlogdet::sim::names_of(maxlogdet::sim::strategies), "|").c_str());
     return 2;
   }
   maxlogdet::Options options;
-  for (const maxlogdet::Strategy strategy :
-       {maxlogdet::Strategy::greedy, maxlogdet::Strategy::lazy_greedy, maxlogdet::Strategy::stochastic_greedy}) {
-    if (std::string(argv[1]) == to_string(strategy)) options.strategy = strategy;
-  }
+  options.strategy = *strategy;
   const std::size_t n = std::strtoul(argv[2], nullptr, 10);
   options.budget = std::strtoul(argv[3], nullptr, 10);
   maxlogdet::BlockStore blocks(n);

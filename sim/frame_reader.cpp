@@ -54,7 +54,7 @@ class FrameReader {
       if (text.empty()) continue;
       if (text.front() == '#') {
         read_comment(text.substr(1));
-      } else if (columns_ == 0) {
+      } else if (names_.empty()) {
         read_header(text);
       } else {
         read_match(text);
@@ -64,7 +64,7 @@ class FrameReader {
     require(has_camera_, "a comment '# fx,fy,cx,cy,bf: ...'");
     require(has_image_, "a comment '# image width,height: ...'");
     require(has_pose_, "a comment '# Tcw_prior: ...' with the pose to linearise at");
-    require(columns_ > 0, "a header line that names the columns, then one row a match");
+    require(!names_.empty(), "a header line that names the columns, then one row a match");
     return std::move(frame_);
   }
 
@@ -157,8 +157,8 @@ class FrameReader {
 
   void read_header(std::string_view text) {
     const auto names = split(text);
-    columns_ = names.size();
-    for (std::size_t i = 0; i < columns_; ++i) {
+    names_.assign(names.begin(), names.end());
+    for (std::size_t i = 0; i < names.size(); ++i) {
       if (!column_.emplace(names[i], i).second) fail("each column once, not " + shown(names[i]) + " twice");
       if (std::find(std::begin(known_columns), std::end(known_columns), names[i]) == std::end(known_columns)) {
         frame_.unknown_columns.emplace_back(names[i]);
@@ -172,18 +172,19 @@ class FrameReader {
 
   void read_match(std::string_view text) {
     const auto fields = split(text);
-    if (fields.size() != columns_) {
-      fail(std::to_string(columns_) + " fields as in the header, not " + std::to_string(fields.size()));
+    if (fields.size() != names_.size()) {
+      fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields.size()));
     }
+    std::vector<double> values;
+    for (std::size_t i = 0; i < fields.size(); ++i) values.push_back(number(fields[i], names_[i]));
     const auto value = [&](const std::string& name, double fallback) {
       const auto column = column_.find(name);
-      return column == column_.end() ? fallback : number(fields[column->second], name);
+      return column == column_.end() ? fallback : values[column->second];
     };
     const auto whole = [&](const std::string& name, std::int64_t fallback) {
       const auto column = column_.find(name);
       return column == column_.end() ? fallback : integer(fields[column->second], name);
     };
-    for (const auto& [name, index] : column_) number(fields[index], name);
 
     Match match;
     match.keypoint = whole("kp", static_cast<std::int64_t>(frame_.matches.size()));
@@ -206,7 +207,7 @@ class FrameReader {
   std::string file_;
   std::ifstream stream_;
   std::size_t line_ = 0;
-  std::size_t columns_ = 0;
+  std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
   bool has_camera_ = false;
   bool has_image_ = false;

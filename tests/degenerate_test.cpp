@@ -390,8 +390,7 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
   expect_error(first.select(blocks, with_budget(1)), Status::capacity_exceeded);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Degenerate,
-                         ::testing::Values(Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy),
+INSTANTIATE_TEST_SUITE_P(, Degenerate, ::testing::ValuesIn(sim::strategies),
                          [](const auto& parameter) { return std::string(to_string(parameter.param)); });
 
 }  // namespace

@@ -36,14 +36,6 @@ class ForcedIsa {
   std::string previous_;
 };
 
-std::vector<std::string> supported_isas() {
-  std::vector<std::string> names;
-  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
-    if (isa_is_supported(built_in_isa(i))) names.emplace_back(built_in_isa(i));
-  }
-  return names;
-}
-
 TEST(Isa, the_baseline_is_always_there) {
   ASSERT_NE(built_in_isa(0), nullptr);
   EXPECT_TRUE(isa_is_supported(built_in_isa(0)));
@@ -56,9 +48,9 @@ TEST(Isa, the_baseline_is_always_there) {
 TEST(Isa, the_widest_supported_one_is_active_unless_another_is_named) {
   for (const char* const unset : {static_cast<const char*>(nullptr), ""}) {
     const ForcedIsa forced(unset);
-    EXPECT_EQ(active_isa(), supported_isas().back());
+    EXPECT_EQ(active_isa(), sim::supported_isas().back());
   }
-  for (const std::string& isa : supported_isas()) {
+  for (const std::string& isa : sim::supported_isas()) {
     const ForcedIsa forced(isa.c_str());
     EXPECT_EQ(active_isa(), isa);
   }
@@ -127,11 +119,11 @@ TEST(Isa, gains_are_the_same_bits_on_all) {
 
 TEST(Isa, selections_are_the_same_on_all) {
   for_every_family(1000, [&](const BlockStore& blocks) {
-    for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+    for (const Strategy strategy : sim::strategies) {
       Options options;
       options.strategy = strategy;
       std::vector<std::uint32_t> expected;
-      for (const std::string& isa : supported_isas()) {
+      for (const std::string& isa : sim::supported_isas()) {
         const ForcedIsa forced(isa.c_str());
         const auto indices = select_indices(blocks, options);
         ASSERT_EQ(indices.size(), 100U);

@@ -93,7 +93,7 @@ TEST_F(Program, selects_on_the_embedded_frame) {
 TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
   write_frame("frame_001.csv", 150);
   write_frame("frame_002.csv", 30);
-  for (const std::string strategy : {"greedy", "lazy_greedy", "stochastic_greedy"}) {
+  for (const std::string& strategy : sim::names_of(sim::strategies)) {
     for (const BlockKind& kind : block_kinds) {
       const std::string stereo = kind.third == ThirdMeasurement::stereo ? " --stereo" : "";
       const auto objects = run_json("select --input frames --budget 40 --seed 5 --epsilon 0.2 --strategy " + strategy +
@@ -105,9 +105,7 @@ TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
         options.budget = std::min<std::size_t>(40, frames[i].matches.size());
         options.seed = 5;
         options.epsilon = 0.2;
-        for (const Strategy s : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
-          if (strategy == to_string(s)) options.strategy = s;
-        }
+        options.strategy = sim::find_named(sim::strategies, strategy).value();
         const auto expected = select_indices(blocks_of(frames[i], kind), options);
         const auto& object = objects[i];
         EXPECT_EQ(object["frame"], frames[i].name);
@@ -259,9 +257,7 @@ TEST_F(Program, info_tells_version_instruction_sets_and_threads) {
   EXPECT_EQ(info["version"], version());
   EXPECT_EQ(info["isa_active"], active_isa());
   EXPECT_GE(info["threads"], 1);
-  std::vector<std::string> built_in;
-  for (int i = 0; built_in_isa(i) != nullptr; ++i) built_in.emplace_back(built_in_isa(i));
-  EXPECT_EQ(info["isa_built_in"].get<std::vector<std::string>>(), built_in);
+  EXPECT_EQ(info["isa_built_in"].get<std::vector<std::string>>(), sim::built_in_isas());
   EXPECT_EQ(run("--version").out, std::string(version()) + "\n");
   EXPECT_EQ(run("--help").exit_code, 0);
 }

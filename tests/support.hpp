@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernel/counter_random.hpp"
+#include "sim/names.hpp"
 #include "sim/scene.hpp"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include "sim/names.hpp"
+
+namespace maxlogdet::sim {
+
+std::vector<std::string> built_in_isas() {
+  std::vector<std::string> names;
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) names.emplace_back(built_in_isa(i));
+  return names;
+}
+
+std::vector<std::string> supported_isas() {
+  std::vector<std::string> names;
+  for (const std::string& name : built_in_isas()) {
+    if (isa_is_supported(name.c_str())) names.push_back(name);
+  }
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& separator) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
+}  // namespace maxlogdet::sim
