@@ -37,6 +37,7 @@ BlockStore& BlockStore::operator=(const BlockStore& other) {
   size_ = other.size_;
   invalid_count_ = other.invalid_count_;
   max_row_norm_ = other.max_row_norm_;
+  std::copy_n(other.column_max_, state_dimension, column_max_);
   rows_ = other.rows_;
   return *this;
 }
@@ -51,6 +52,7 @@ BlockStore& BlockStore::operator=(BlockStore&& other) noexcept {
   capacity_ = std::exchange(other.capacity_, 0);
   invalid_count_ = std::exchange(other.invalid_count_, 0);
   max_row_norm_ = std::exchange(other.max_row_norm_, 0);
+  std::copy_n(other.column_max_, state_dimension, column_max_);
   rows_ = std::exchange(other.rows_, 0);
   return *this;
 }
@@ -81,6 +83,7 @@ void BlockStore::clear() noexcept {
   size_ = 0;
   invalid_count_ = 0;
   max_row_norm_ = 0;
+  std::fill_n(column_max_, state_dimension, 0.0);
   rows_ = 0;
 }
 
@@ -108,7 +111,10 @@ std::size_t BlockStore::push_back(const double* block, int rows) {
     for (int column = 0; column < state_dimension; ++column) std::fill_n(entry(rows_, column), size_, 0.0F);
   }
   for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < state_dimension; ++column) entry(row, column)[size_] = stored[row][column];
+    for (int column = 0; column < state_dimension; ++column) {
+      entry(row, column)[size_] = stored[row][column];
+      column_max_[column] = std::max(column_max_[column], std::abs(static_cast<double>(stored[row][column])));
+    }
   }
   valid_[size_] = 1;
   max_row_norm_ = std::max(max_row_norm_, std::sqrt(largest));

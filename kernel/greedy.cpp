@@ -6,7 +6,9 @@ namespace maxlogdet {
 Status greedy(Search& search) noexcept {
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
-    search.select(search.evaluate(0, search.candidates.size()));
+    search.screening.begin_round(search.factor);
+    search.screening.evaluate_all();
+    search.select_best();
   }
   return Status::ok;
 }

@@ -18,9 +18,8 @@ constexpr double smallest_relative_pivot = 1e-14;
 constexpr double largest_inverse_entry = 1e10;
 
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
-// Generous constants of the error analysis in docs/numerics.md.
+// A generous constant of the error analysis in docs/numerics.md.
 constexpr double update_error = 192 * unit_roundoff;
-constexpr double evaluation_error = 256 * unit_roundoff;
 
 // Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
 bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
@@ -91,28 +90,44 @@ bool InformationFactor::reset(const double* prior) noexcept {
 //   W_i  <-  sqrt(s_{i-1} / s_i) (W_i - y_i / s_{i-1} c_{i-1}).
 //
 // Products and square roots of positive numbers only: it cannot break down, however large h is.
-void InformationFactor::add_row(const double* row) noexcept {
-  const double norm_before = inverse_norm();
-  double s = 1;
-  double c[n] = {};
+double InformationFactor::add_row(const double* row) noexcept {
   double y[n];
+  double s[n + 1];
+  double growth = 0;  // s - 1, with all its digits
+  s[0] = 1;
   for (int i = 0; i < n; ++i) {
     y[i] = 0;
     for (int d = 0; d <= i; ++d) y[i] += w_[i][d] * row[d];
+    growth += y[i] * y[i];
+    s[i + 1] = s[i] + y[i] * y[i];
   }
+  double scale[n];
+  double factor[n];
   for (int i = 0; i < n; ++i) {
-    const double s_next = s + y[i] * y[i];
-    const double scale = std::sqrt(s / s_next);
-    const double factor = y[i] / s;
+    scale[i] = std::sqrt(s[i] / s[i + 1]);
+    factor[i] = y[i] / s[i];
+  }
+  double c[n] = {};
+  for (int i = 0; i < n; ++i) {
     for (int d = 0; d <= i; ++d) {
       const double w = w_[i][d];
-      w_[i][d] = scale * (w - factor * c[d]);
+      w_[i][d] = scale[i] * (w - factor[i] * c[d]);
       c[d] += y[i] * w;
     }
-    s = s_next;
   }
   for (int d = 0; d < n; ++d) trace_ += row[d] * row[d];
-  relative_error_ += update_error * norm_before * std::sqrt(trace_);
+  return growth;
+}
+
+double InformationFactor::add_block(const double (*rows)[n], int count) noexcept {
+  const double norm_before = inverse_norm();  // it only shrinks
+  double growth = 0;
+  for (int row = 0; row < count; ++row) {
+    const double of_row = add_row(rows[row]);
+    growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
+  }
+  relative_error_ += count * update_error * norm_before * std::sqrt(trace_);
+  return growth;
 }
 
 double InformationFactor::inverse_norm() const noexcept {
@@ -121,13 +136,6 @@ double InformationFactor::inverse_norm() const noexcept {
     for (const double entry : row) squares += entry * entry;
   }
   return std::sqrt(squares);
-}
-
-double InformationFactor::gain_error(double max_row_norm) const noexcept {
-  constexpr double usable = 0.125;  // beyond it the first-order analysis says nothing
-  const double evaluation = evaluation_error * (1 + inverse_norm() * max_row_norm);
-  if (!(relative_error_ < usable) || !(evaluation < usable)) return std::numeric_limits<double>::infinity();
-  return 2 * max_block_rows * relative_error_ + evaluation;
 }
 
 }  // namespace maxlogdet

@@ -15,8 +15,8 @@ class InformationFactor {
   /// definite (docs/numerics.md).
   bool reset(const double* prior) noexcept;
 
-  /// M <- M + h^T h for a 1 x 6 row, in O(n^2).
-  void add_row(const double* row) noexcept;
+  /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative growth of det M.
+  double add_block(const double (*rows)[n], int count) noexcept;
 
   /// W, n x n row-major, lower triangular.
   const double* inverse() const noexcept { return &w_[0][0]; }
@@ -24,16 +24,17 @@ class InformationFactor {
   /// log det M of the prior, nats.
   double prior_log_det() const noexcept { return prior_log_det_; }
 
-  /// Bound of the rounding error of a gain computed from W, in nats, for blocks whose rows have at most this norm:
-  /// |computed - exact| <= gain_error. Infinite where W has no digits to offer. Derived in docs/numerics.md.
-  double gain_error(double max_row_norm) const noexcept;
+  /// f, a bound of how far W is from the exact inverse factor: (1 - f) M^-1 <= W^T W <= (1 + f) M^-1 in the order of
+  /// symmetric matrices. Derived in docs/numerics.md.
+  double relative_error() const noexcept { return relative_error_; }
 
  private:
+  double add_row(const double* row) noexcept;
   double inverse_norm() const noexcept;  // Frobenius norm of W
 
   double w_[n][n];
   double trace_;           // of M
-  double relative_error_;  // f: (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, in the order of symmetric matrices
+  double relative_error_;  // f
   double prior_log_det_;
 };
 

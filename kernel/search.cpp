@@ -5,27 +5,32 @@
 
 namespace maxlogdet {
 
-Candidate Search::evaluate(std::size_t begin, std::size_t end) noexcept {
-  evaluator.range(factor.inverse(), begin, end, growths);
-  Candidate best = no_candidate;
-  for (std::size_t i = begin; i < end; ++i) {
-    evaluations += eligible[i];
-    if (eligible[i] != 0 && growths[i] > best.growth) best = {growths[i], static_cast<std::uint32_t>(i)};
+std::size_t Search::select_best() noexcept {
+  const std::size_t count = screening.survivors(lanes);
+  std::size_t best = 0;
+  for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
+  if (count > 1) {
+    evaluator.decide(factor.inverse(), contenders, count, growths);
+    float64_decisions += count;
+    for (std::size_t j = 1; j < count; ++j) {
+      const bool ties = growths[j] == growths[best];
+      if (growths[j] > growths[best] || (ties && contenders[j] < contenders[best])) best = j;
+    }
   }
-  return best;
-}
-
-void Search::select(const Candidate& chosen) noexcept {
-  indices[selected] = chosen.index;
-  gains[selected] = std::log1p(chosen.growth);
+  const std::uint32_t chosen = contenders[best];
+  double h[max_block_rows][state_dimension];
+  for (int row = 0; row < candidates.rows(); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      h[row][column] = static_cast<double>(candidates.plane(row, column)[chosen]);
+    }
+  }
+  const double growth = factor.add_block(h, candidates.rows());
+  indices[selected] = chosen;
+  gains[selected] = std::log1p(growth);
   ++selected;
   --remaining;
-  eligible[chosen.index] = 0;
-  for (int row = 0; row < candidates.rows(); ++row) {
-    double h[state_dimension];
-    for (int column = 0; column < state_dimension; ++column) h[column] = candidates.plane(row, column)[chosen.index];
-    factor.add_row(h);
-  }
+  screening.remove(lanes[best]);
+  return lanes[best];
 }
 
 }  // namespace maxlogdet

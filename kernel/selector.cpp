@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
+#include "kernel/aligned_array.hpp"
 #include "kernel/search.hpp"
 #include "simd/kernel.hpp"
 
@@ -17,19 +18,32 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 
 struct Selector::Memory {
   explicit Memory(std::size_t capacity)
-      : eligible(capacity),
+      : packed(lanes_of(capacity) * simd::dimension * max_block_rows),
+        remaining(lanes_of(capacity)),
+        screened(lanes_of(capacity)),
+        sorted(lanes_of(capacity)),
+        highest(lanes_of(tiles_of(capacity))),
+        bounds(lanes_of(tiles_of(capacity))),
+        bucket(lanes_of(capacity)),
+        candidate(lanes_of(capacity)),
+        list(lanes_of(tiles_of(capacity))),
+        tile_remaining(tiles_of(capacity)),
         growths(capacity),
-        bounds(capacity / tile_size + 1),
+        lanes(lanes_of(capacity)),
+        contenders(capacity),
         pool(capacity),
         indices(capacity),
         gains(capacity) {}
 
+  static std::size_t tiles_of(std::size_t count) { return count / simd::tile_size + 1; }
+  static std::size_t lanes_of(std::size_t count) { return tiles_of(count) * simd::tile_size; }
+
   const simd::Kernel* kernel = simd::active();
-  std::vector<unsigned char> eligible;
+  AlignedArray<float> packed, remaining, screened, sorted, highest, bounds;
+  AlignedArray<std::uint32_t> bucket, candidate, list;
+  std::vector<unsigned char> tile_remaining;
   std::vector<double> growths;
-  std::vector<double> bounds;
-  std::vector<std::uint32_t> pool;
-  std::vector<std::uint32_t> indices;
+  std::vector<std::uint32_t> lanes, contenders, pool, indices;
   std::vector<double> gains;
 };
 
@@ -84,17 +98,24 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   const std::size_t n = candidates.size();
   const std::size_t valid = n - candidates.invalid_count();
   const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
-  Search search{
-      candidates, {*memory_->kernel, planes, std::max(candidates.rows(), 1)}, factor, Deadline(options.time_limit)};
+  const int rows = std::max(candidates.rows(), 1);
+  const ScreeningMemory screening{memory_->packed.data(),    memory_->candidate.data(), memory_->remaining.data(),
+                                  memory_->screened.data(),  memory_->sorted.data(), memory_->bucket.data(), memory_->highest.data(),
+                                  memory_->bounds.data(),    memory_->list.data(),      memory_->tile_remaining.data()};
+  Search search{candidates,
+                {*memory_->kernel, planes, rows},
+                {*memory_->kernel, planes, rows, candidates.column_max(), screening},
+                factor,
+                Deadline(options.time_limit)};
   search.budget = std::min(options.budget, valid);
   search.remaining = valid;
-  search.eligible = memory_->eligible.data();
   search.growths = memory_->growths.data();
+  search.lanes = memory_->lanes.data();
+  search.contenders = memory_->contenders.data();
   search.pool = memory_->pool.data();
-  search.bounds = memory_->bounds.data();
   search.indices = memory_->indices.data();
   search.gains = memory_->gains.data();
-  std::copy_n(candidates.validity(), n, search.eligible);
+  search.screening.use_store(candidates.validity(), n);
 
   selection.status = run(search, options);
   const bool takes_all = n > 0 && options.budget > 0 && options.budget >= valid;
@@ -103,7 +124,8 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.gains = search.gains;
   selection.size = search.selected;
   selection.log_det = std::accumulate(search.gains, search.gains + search.selected, factor.prior_log_det());
-  selection.evaluations = search.evaluations;
+  selection.evaluations = search.screening.evaluations();
+  selection.float64_decisions = search.float64_decisions;
   return selection;
 }
 

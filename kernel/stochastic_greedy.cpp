@@ -20,7 +20,7 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
   std::uint32_t* const pool = search.pool;  // what remains; a round moves its sample to the front
   std::size_t filled = 0;
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
-    if (search.eligible[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
+    if (search.candidates.is_valid(i)) pool[filled++] = static_cast<std::uint32_t>(i);
   }
   const double wanted = sample_size(filled, search.budget, epsilon);
   CounterRandom random(seed);
@@ -32,20 +32,11 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
     for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
       std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(search.remaining - j))]);
     }
-    search.evaluator.listed(search.factor.inverse(), pool, s, search.growths);
-    search.evaluations += s;
-
-    Candidate best = no_candidate;
-    std::size_t position = 0;
-    for (std::size_t j = 0; j < s; ++j) {
-      const Candidate candidate{search.growths[j], pool[j]};
-      if (candidate.is_better_than(best)) {
-        best = candidate;
-        position = j;
-      }
-    }
-    search.select(best);
-    pool[position] = pool[search.remaining];
+    search.screening.use_listed(pool, s);
+    search.screening.begin_round(search.factor);
+    search.screening.evaluate_all();
+    const std::size_t chosen = search.select_best();  // lane j is pool[j]
+    pool[chosen] = pool[search.remaining];
   }
   return Status::ok;
 }

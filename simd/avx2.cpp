@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
 #define MAXLOGDET_KERNEL avx2_kernel
 #define MAXLOGDET_ISA_NAME "avx2"
-#include "simd/evaluate.inl"
+#include "simd/kernel.inl"

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
 #define MAXLOGDET_KERNEL avx512_kernel
 #define MAXLOGDET_ISA_NAME "avx512"
-#include "simd/evaluate.inl"
+#include "simd/kernel.inl"

@@ -10,7 +10,8 @@
 namespace maxlogdet {
 namespace simd {
 
-constexpr int dimension = 6;  ///< of the state: translation, rotation
+constexpr int dimension = 6;           ///< of the state: translation, rotation
+constexpr std::size_t tile_size = 16;  ///< candidates that are screened together: one AVX-512 register of float32
 
 /// Candidates as a structure of arrays: entry (row, column) of candidate i is at
 /// data[(dimension * row + column) * stride + i].
@@ -19,22 +20,55 @@ struct Planes {
   std::size_t stride;
 };
 
-/// growths[i] for every candidate i in [begin, end).
-using EvaluateRange = void (*)(const Planes& planes, const double* inverse_factor, std::size_t begin, std::size_t end,
-                               double* growths);
-/// growths[j] for candidate indices[j], j in [0, count).
-using EvaluateListed = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
-                                std::size_t count, double* growths);
+/// Candidates by tiles of 16. Entry (row, column) of lane l of tile t is at
+/// data[t * tile_stride + (dimension * row + column) * entry_stride + l]: the planes of a store as they are, or a copy
+/// in which each tile is contiguous. All arrays hold whole tiles.
+struct Tiles {
+  const float* data;
+  std::size_t tile_stride;
+  std::size_t entry_stride;
+  const float* remaining;  ///< per lane: 1 where there is a candidate that remains, else 0
+};
 
-/// The gain of a candidate H (r x 6) at information M = L L^T, as the relative growth of the determinant,
+/// Decides: the gain of a candidate H (r x 6) at information M = L L^T, as the relative growth of the determinant,
 ///     det(M + H^T H) / det(M) - 1 = det(I_r + Y Y^T) - 1,   Y = H L^-T,
 /// not below 0, in float64, in one fixed order of operations: the same bits on every instruction set. Without the 1,
-/// gains far below 2^-53 keep their digits.
-/// `inverse_factor` is W = L^-1, 6 x 6 row-major, of which the lower triangle is read.
+/// gains far below 2^-53 keep their digits. `inverse_factor` is W = L^-1, 6 x 6 row-major, its lower triangle is read.
+/// growths[j] is for candidate indices[j], j in [0, count).
+using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
+                        std::size_t count, double* growths);
+
+/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Lanes that
+/// do not remain get -1. growths[16 t + l] is the growth of lane l of tile t, highest[t] the largest of them. Returns
+/// the largest of all.
+using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
+                         float* growths, float* highest);
+
+/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows, each
+/// candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit. Returns the largest
+/// lower bound.
+using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, float unit, const std::uint32_t* list,
+                                 std::size_t count, float* growths, float* highest);
+
+/// Copies the listed candidates to consecutive lanes: entry e of candidate indices[16 t + l] to
+/// tiles[(rows * dimension * t + e) * 16 + l]. `count` is a multiple of 16.
+using Gather = void (*)(const Planes& planes, const std::uint32_t* indices, std::size_t count, float* tiles);
+
+/// Lists the positions i in [0, count) of values[i] >= threshold, in order; returns how many. `values` may be read, and
+/// `list` written, up to the next multiple of 16.
+using ListAtLeast = std::size_t (*)(const float* values, std::size_t count, float threshold, std::uint32_t* list);
+
+/// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
+using Largest = float (*)(const float* values, std::size_t count);
+
 struct Kernel {
   const char* isa;
-  EvaluateRange evaluate_range[3];    ///< [rows - 1]
-  EvaluateListed evaluate_listed[3];  ///< [rows - 1]
+  Decide decide[3];                    ///< [rows - 1]
+  Screen screen[3];                    ///< [rows - 1]
+  ScreenWithCare screen_with_care[3];  ///< [rows - 1]
+  Gather gather[3];                    ///< [rows - 1]
+  ListAtLeast list_at_least;
+  Largest largest;
 };
 
 /// Kernels built into this library, narrowest first, then nullptr.

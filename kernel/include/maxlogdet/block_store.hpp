@@ -52,6 +52,9 @@ class BlockStore {
   /// Largest Euclidean norm of any stored row.
   double max_row_norm() const noexcept { return max_row_norm_; }
 
+  /// Largest |entry| of each column over all stored rows, state_dimension values.
+  const double* column_max() const noexcept { return column_max_; }
+
   /// Entry (row, column) of every candidate, size() floats; row < rows().
   const float* plane(int row, int column) const noexcept {
     return planes_ + static_cast<std::size_t>(state_dimension * row + column) * stride_;
@@ -75,6 +78,7 @@ class BlockStore {
   std::size_t capacity_ = 0;
   std::size_t invalid_count_ = 0;
   double max_row_norm_ = 0;
+  double column_max_[state_dimension] = {};
   int rows_ = 0;
 };
 

@@ -31,7 +31,8 @@ struct Selection {
   std::size_t size;                ///< number selected
   const double* gains;             ///< `size` gains: the growth of log det by each when it was selected, nats
   double log_det;                  ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;         ///< candidate gains computed
+  std::size_t evaluations;         ///< candidate gains computed, in float32
+  std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell which is best
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
 
   /// Whether this is an answer (perhaps cut short by the deadline), not an error.

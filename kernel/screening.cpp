@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/screening.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+using simd::tile_size;
+
+constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
+// Rounding errors of a row of Y and of a growth, in units of 2^-24 and per row of the block; generous, see
+// docs/numerics.md.
+constexpr double errors_per_row = 12;
+// |Y| within which no float32 operation of the kernels overflows, or loses what it should not to underflow.
+constexpr double largest_norm = 1e6;
+constexpr double smallest_norm = 1e-15;
+// An error of sqrt(det) below which one bound for all candidates is as good as one for each.
+constexpr double small_volume_error = 1e-3;
+// More survivors than this are looked at again with care before float64 has to decide.
+constexpr std::size_t many_survivors = 24;
+// Thresholds that must not let a lane through that has no candidate (growth -1).
+constexpr float any_candidate = -0.5F;
+
+// The next float32 at or beyond a bound, with room for the few roundings that lead to it.
+float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
+float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
+
+std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
+
+}  // namespace
+
+void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
+  is_store_order_ = true;
+  tile_count_ = tiles_of(n);
+  tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
+  for (std::size_t i = 0; i < n; ++i) memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
+  std::fill(memory_.remaining + n, memory_.remaining + tile_size * tile_count_, 0.0F);
+  bound_tiles();
+}
+
+void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
+  is_store_order_ = false;
+  tile_count_ = tiles_of(count);
+  const std::size_t lanes = tile_size * tile_count_;
+  const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(rows_);
+  tiles_ = {memory_.packed, tile_floats, tile_size, memory_.remaining};
+  if (candidates != memory_.candidate) std::copy_n(candidates, count, memory_.candidate);
+  std::fill(memory_.candidate + count, memory_.candidate + lanes, memory_.candidate[0]);
+  std::fill_n(memory_.remaining, count, 1.0F);
+  std::fill(memory_.remaining + count, memory_.remaining + lanes, 0.0F);
+  kernel_.gather[rows_ - 1](planes_, memory_.candidate, lanes, memory_.packed);
+  bound_tiles();
+}
+
+// Nothing is known of the tiles yet.
+void Screening::bound_tiles() noexcept {
+  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
+    int count = 0;
+    for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane] > 0;
+    memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
+    memory_.bounds[tile] = std::numeric_limits<float>::infinity();
+  }
+}
+
+void Screening::order_by_gain() noexcept {
+  // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
+  constexpr int shift = 18;
+  constexpr std::size_t buckets = 1024;
+  std::uint32_t first[buckets + 1] = {};
+  std::uint32_t top;
+  const float largest = std::max(best_, 0.0F);
+  std::memcpy(&top, &largest, sizeof top);
+  const std::size_t lanes = tile_size * tile_count_;
+  std::uint32_t* const bucket = memory_.bucket;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    std::uint32_t bits;
+    std::memcpy(&bits, memory_.growths + lane, sizeof bits);
+    const std::uint32_t below = (top - std::min(bits, top)) >> shift;
+    bucket[lane] = memory_.remaining[lane] > 0 ? std::min<std::uint32_t>(below, buckets - 1) : buckets;
+  }
+  for (std::size_t lane = 0; lane < lanes; ++lane) ++first[bucket[lane]];
+  std::uint32_t count = 0;
+  for (std::uint32_t& entry : first) {
+    const std::uint32_t in_bucket = entry;
+    entry = count;
+    count += in_bucket;
+  }
+  count = first[buckets];  // the last bucket is of those that do not remain
+  std::uint32_t* const order = memory_.candidate;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const std::uint32_t place = first[bucket[lane]]++;
+    order[place] = static_cast<std::uint32_t>(lane);
+    memory_.sorted[place] = memory_.growths[lane];
+  }
+  std::copy_n(memory_.sorted, count, memory_.growths);
+  std::fill(memory_.growths + count, memory_.growths + tile_size * tiles_of(count), -1.0F);
+  use_listed(order, count);
+  listed_ = tile_count_;
+  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
+    memory_.highest[tile] = kernel_.largest(memory_.growths + tile * tile_size, tile_size);
+    memory_.list[tile] = static_cast<std::uint32_t>(tile);
+  }
+  slope_ = all_slope_;
+  offset_ = all_offset_;
+  raise_bounds();
+}
+
+void Screening::begin_round(const InformationFactor& factor) noexcept {
+  constexpr int n = InformationFactor::n;
+  const double* const w = factor.inverse();
+  double squares = 0;  // of | |W| |h| | for the row h whose entries are the largest of their columns
+  for (int c = 0; c < n; ++c) {
+    double sum = 0;
+    for (int d = 0; d <= c; ++d) {
+      w_[n * c + d] = static_cast<float>(w[n * c + d]);
+      sum += std::abs(w[n * c + d]) * column_max_[d];
+    }
+    squares += sum * sum;
+  }
+  const double norm = std::sqrt(squares);
+  unit_ = errors_per_row * rows_ * unit_roundoff;
+  shrink_ = std::min(1.0, norm);
+  const double delta = unit_ * norm;
+  const double length = std::sqrt(1 + squares) + delta;
+  volume_error_ = rows_ * delta;
+  for (int row = 1; row < rows_; ++row) volume_error_ *= length;
+
+  double product = 1;  // of the squared lengths of as many rows as a block has
+  for (int row = 0; row < rows_; ++row) product *= 1 + squares;
+  constexpr double minors_errors[] = {8, 24, 102};
+  minors_error_ = minors_errors[rows_ - 1] * unit_roundoff * (product - 1) + 1e-36;
+
+  const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
+  with_care_ = overflows || (with_care_ && volume_error_ > small_volume_error);
+  const double f = factor.relative_error();
+  factor_drift_ = f < 0.125 ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
+  listed_ = 0;
+  best_ = -1;
+  assured_ = -1;
+}
+
+void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
+  if (with_care_) {
+    evaluate_with_care(first, last);
+    return;
+  }
+  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths,
+                                               memory_.highest);
+  best_ = std::max(best_, best);
+  if (best_ < 0) return;
+  // |growth - exact| <= unit growth + 2 volume error + error^2, for each of growths up to best_.
+  const auto growth = static_cast<double>(best_);
+  slope_ = 1;
+  offset_ = 2 * std::sqrt(1 + growth) * volume_error_ * shrink_ + volume_error_ * volume_error_ + minors_error_;
+  assured_ = growth - offset_;
+}
+
+void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
+  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, static_cast<float>(unit_), memory_.list + first,
+                                                            last - first, memory_.growths, memory_.highest);
+  assured_ = std::max(assured_, static_cast<double>(assured));
+  best_ = std::max(best_, assured);
+  slope_ = 1;
+  offset_ = 0;
+}
+
+void Screening::raise_bounds() noexcept {
+  const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and the next
+  const float offset = rounded_up(offset_);
+  for (std::size_t j = 0; j < listed_; ++j) {
+    const std::uint32_t tile = memory_.list[j];
+    const float highest = memory_.highest[tile];
+    memory_.bounds[tile] = highest < 0 ? -1.0F : slope * highest + offset;
+    evaluations_ += memory_.tile_remaining[tile];
+  }
+}
+
+void Screening::evaluate_all() noexcept {
+  for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
+  evaluate(0, tile_count_);
+  listed_ = tile_count_;
+  raise_bounds();
+  all_slope_ = slope_;
+  all_offset_ = offset_;
+}
+
+// What a bound found earlier must reach for its tile to matter.
+float Screening::stale_threshold() const noexcept {
+  const double threshold = assured_ - (1 + assured_) * factor_drift_;
+  return threshold > 0 ? rounded_down(threshold) : any_candidate;
+}
+
+void Screening::evaluate_promising() noexcept {
+  // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound in
+  // earlier rounds: they are evaluated in any case. What they hold then decides about the others.
+  const auto highest = static_cast<double>(kernel_.largest(memory_.bounds, tile_count_));
+  const auto clearly = rounded_down(highest * (0.25 + 0.75 * expected_share_));
+  const std::size_t leaders = kernel_.list_at_least(memory_.bounds, tile_count_, clearly, memory_.list);
+  evaluate(0, leaders);
+  for (std::size_t j = 0; j < leaders; ++j) memory_.bounds[memory_.list[j]] = -1;  // not to be listed again
+  const float threshold = stale_threshold();
+  listed_ = leaders + kernel_.list_at_least(memory_.bounds, tile_count_, threshold, memory_.list + leaders);
+  if (listed_ > leaders) evaluate(leaders, listed_);
+  raise_bounds();
+  if (highest < std::numeric_limits<double>::max()) expected_share_ += 0.5 * (best_ / highest - expected_share_);
+}
+
+std::size_t Screening::list_survivors(std::uint32_t* lanes) const noexcept {
+  const double least = (assured_ - offset_) / slope_;
+  const float threshold = least > 0 ? rounded_down(least) : any_candidate;
+  std::size_t found = 0;
+  for (std::size_t j = 0; j < listed_; ++j) {
+    const std::uint32_t tile = memory_.list[j];
+    if (memory_.highest[tile] < threshold) continue;
+    const std::size_t first = tile * tile_size;
+    const std::size_t more = kernel_.list_at_least(memory_.growths + first, tile_size, threshold, lanes + found);
+    for (std::size_t i = found; i < found + more; ++i) lanes[i] += static_cast<std::uint32_t>(first);
+    found += more;
+  }
+  return found;
+}
+
+std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
+  const std::size_t found = list_survivors(lanes);
+  if (with_care_ || found <= many_survivors) return found;
+  // One bound for all candidates tells too few of them apart.
+  with_care_ = true;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found; ++i) {
+    const auto tile = static_cast<std::uint32_t>(lanes[i] / tile_size);
+    if (kept == 0 || memory_.list[kept - 1] != tile) memory_.list[kept++] = tile;
+  }
+  listed_ = kept;
+  evaluate_with_care(0, listed_);
+  raise_bounds();
+  return list_survivors(lanes);
+}
+
+void Screening::remove(std::size_t lane) noexcept {
+  memory_.remaining[lane] = 0;
+  --memory_.tile_remaining[lane / tile_size];
+}
+
+}  // namespace maxlogdet

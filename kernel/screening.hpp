@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/information_factor.hpp"
+#include "simd/kernel.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace maxlogdet {
+
+/// Memory of a Screening, owned by the Selector. Per lane: an entry for each candidate, in whole tiles; per tile: one for
+/// each tile, up to the next multiple of 16.
+struct ScreeningMemory {
+  float* packed;                 ///< per lane, 18 each: tiles of rearranged candidates
+  std::uint32_t* candidate;      ///< per lane
+  float* remaining;              ///< per lane
+  float* growths;                ///< per lane
+  float* sorted;                 ///< per lane: scratch
+  std::uint32_t* bucket;         ///< per lane: scratch
+  float* highest;                ///< per tile
+  float* bounds;                 ///< per tile
+  std::uint32_t* list;           ///< per tile
+  unsigned char* tile_remaining; ///< per tile
+};
+
+/// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
+/// (docs/numerics.md), every candidate whose float64 gain could be the largest; usually that is a single one.
+class Screening {
+ public:
+  /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row.
+  Screening(const simd::Kernel& kernel, const simd::Planes& planes, int rows, const double* column_max,
+            const ScreeningMemory& memory) noexcept
+      : kernel_(kernel), planes_(planes), rows_(rows), column_max_(column_max), memory_(memory) {}
+
+  /// Tiles of all `n` candidates in the order of the store, where they are; `valid`: per candidate, 0 excludes it.
+  void use_store(const unsigned char* valid, std::size_t n) noexcept;
+
+  /// Tiles of these candidates in this order, copied together.
+  void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
+
+  /// Tiles of what remains, in descending order of the gains that evaluate_all has just found, so that a tile holds
+  /// like gains.
+  void order_by_gain() noexcept;
+
+  /// Starts a round with this information; nothing is evaluated yet.
+  void begin_round(const InformationFactor& factor) noexcept;
+
+  /// Evaluates every tile.
+  void evaluate_all() noexcept;
+
+  /// Evaluates the tile of the highest bound, then every other tile whose bound does not prove that the best candidate is
+  /// elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
+  void evaluate_promising() noexcept;
+
+  /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
+  std::size_t survivors(std::uint32_t* lanes) noexcept;
+
+  std::uint32_t candidate(std::size_t lane) const noexcept {
+    return is_store_order_ ? static_cast<std::uint32_t>(lane) : memory_.candidate[lane];
+  }
+
+  /// Takes a candidate out.
+  void remove(std::size_t lane) noexcept;
+
+  int rows() const noexcept { return rows_; }
+
+  /// Gains evaluated so far.
+  std::size_t evaluations() const noexcept { return evaluations_; }
+
+ private:
+  void evaluate(std::size_t first, std::size_t last) noexcept;
+  void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
+  void raise_bounds() noexcept;
+  std::size_t list_survivors(std::uint32_t* lanes) const noexcept;
+  float stale_threshold() const noexcept;
+  void bound_tiles() noexcept;
+
+  const simd::Kernel& kernel_;
+  simd::Planes planes_;
+  int rows_;
+  const double* column_max_;
+  ScreeningMemory memory_;
+
+  simd::Tiles tiles_{};
+  std::size_t tile_count_ = 0;
+  bool is_store_order_ = true;
+  std::size_t evaluations_ = 0;
+
+  double expected_share_ = 0.9;  // of the highest bound that the best growth of a round reaches
+
+  // This round.
+  float w_[InformationFactor::n * InformationFactor::n];  // W, rounded
+  std::size_t listed_ = 0;                                // tiles evaluated: list[0 .. listed_)
+  bool with_care_ = false;       // bounds of the rounding error for each candidate, not one for all
+  double unit_ = 0;              // of the rounding error
+  double volume_error_ = 0;      // of sqrt(det) of any candidate, divided by how much a gain can feel of it
+  double shrink_ = 0;            // min(1, |Y|): how much
+  double minors_error_ = 0;      // of the growth of any candidate, by the arithmetic after Y
+  double factor_drift_ = 0;      // relative error of det between this round and any earlier one
+  float best_ = -1;              // the largest growth found
+  double assured_ = -1;          // the largest lower bound of an exact growth
+  double slope_ = 1, offset_ = 0;          // an exact growth is at most slope * growth + offset
+  double all_slope_ = 1, all_offset_ = 0;  // when evaluate_all was last called
+};
+
+}  // namespace maxlogdet

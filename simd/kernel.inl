@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// All that an instruction set offers, compiled once for each. The including unit defines MAXLOGDET_KERNEL (the name of
+// the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
+// symbol would let the linker run wide code on a narrow machine (tests/check_symbols looks).
+
+#include "simd/kernel.hpp"
+#include "simd/xsimd_compat.hpp"
+
+namespace {
+
+using maxlogdet::simd::dimension;
+using maxlogdet::simd::Planes;
+using maxlogdet::simd::tile_size;
+using maxlogdet::simd::Tiles;
+
+}  // namespace
+
+#include "simd/decide.inl"
+#include "simd/screen.inl"
+
+namespace maxlogdet {
+namespace simd {
+
+extern const Kernel MAXLOGDET_KERNEL;
+const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
+                                 {decide<1>, decide<2>, decide<3>},
+                                 {screen<1>, screen<2>, screen<3>},
+                                 {screen_with_care<1>, screen_with_care<2>, screen_with_care<3>},
+                                 {gather<1>, gather<2>, gather<3>},
+                                 list_at_least,
+                                 largest};
+
+}  // namespace simd
+}  // namespace maxlogdet

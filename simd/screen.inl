@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// Gains in float32, fast and with a bound of their error. Fused and unfused units give different bits; the bounds of
+// docs/numerics.md hold for both.
+
+namespace {
+
+using Floats = xsimd::batch<float>;  // one candidate a lane
+constexpr std::size_t float_lanes = Floats::size;
+static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
+
+// y = h W^T for one row of a pack of candidates: entry c is the dot product with row c of the lower triangle W.
+inline void whiten(const float* entries, std::size_t stride, const float* w, Floats (&y)[dimension]) {
+  Floats h[dimension];
+  for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride);
+  for (int c = 0; c < dimension; ++c) y[c] = Floats(w[dimension * c]) * h[0];
+  for (int d = 1; d < dimension; ++d) {
+    for (int c = d; c < dimension; ++c) y[c] = multiply_add(Floats(w[dimension * c + d]), h[d], y[c]);
+  }
+}
+
+inline Floats dot(const Floats (&a)[dimension], const Floats (&b)[dimension]) {
+  Floats even = a[0] * b[0];
+  Floats odd = a[1] * b[1];
+  for (int d = 2; d < dimension; d += 2) {
+    even = multiply_add(a[d], b[d], even);
+    odd = multiply_add(a[d + 1], b[d + 1], odd);
+  }
+  return even + odd;
+}
+
+// det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as decide.inl does it. Also what the error bound needs: of
+// row a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its share of row b
+// before that is orthogonalised to it, and product[a][b] their dot product.
+template <int Rows>
+struct Orthogonalised {
+  Floats squares[Rows];
+  Floats projection[Rows][Rows];
+  Floats product[Rows][Rows];
+  Floats growth;
+};
+
+template <int Rows>
+inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
+  Orthogonalised<Rows> r;
+  Floats tail[Rows][Rows];  // the identity below Y^T
+  for (int a = 0; a < Rows; ++a) {
+    r.squares[a] = dot(y[a], y[a]);
+    for (int c = 0; c < a; ++c) r.squares[a] = multiply_add(tail[a][c], tail[a][c], r.squares[a]);
+    r.growth = a == 0 ? r.squares[a] : r.growth + multiply_add(r.growth, r.squares[a], r.squares[a]);
+    const Floats inverse_norm = Floats(1.0F) / (Floats(1.0F) + r.squares[a]);
+    for (int b = a + 1; b < Rows; ++b) {
+      Floats product = dot(y[a], y[b]);
+      for (int c = 0; c < a; ++c) product = multiply_add(tail[a][c], tail[b][c], product);
+      const Floats projection = product * inverse_norm;
+      r.product[a][b] = product;
+      r.projection[a][b] = projection;
+      const Floats minus = Floats(0.0F) - projection;
+      for (int c = 0; c < a; ++c) tail[b][c] = multiply_add(minus, tail[a][c], tail[b][c]);
+      tail[b][a] = minus;
+      for (int d = 0; d < dimension; ++d) y[b][d] = multiply_add(minus, y[a][d], y[b][d]);
+    }
+  }
+  return r;
+}
+
+// det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent operations;
+// but where the rows of Y are long and nearly parallel, minors cancel.
+template <int Rows>
+inline Floats growth_by_minors(const Floats (&y)[Rows][dimension]) {
+  const Floats aa = dot(y[0], y[0]);
+  if constexpr (Rows == 1) {
+    return aa;
+  } else {
+    const Floats bb = dot(y[1], y[1]);
+    const Floats ab = dot(y[0], y[1]);
+    if constexpr (Rows == 2) {
+      return minus_product(ab, ab, multiply_add(aa, bb, aa + bb));
+    } else {
+      const Floats cc = dot(y[2], y[2]);
+      const Floats ac = dot(y[0], y[2]);
+      const Floats bc = dot(y[1], y[2]);
+      const Floats minor_a = minus_product(bc, bc, bb * cc);
+      const Floats minor_b = minus_product(ac, ac, aa * cc);
+      const Floats minor_c = minus_product(ab, ab, aa * bb);
+      const Floats all = multiply_add(aa, minor_a, multiply_add(ab, minus_product(ab, cc, ac * bc), ac * minus_product(ac, bb, ab * bc)));
+      return ((aa + bb) + (cc + minor_a)) + ((minor_b + minor_c) + all);
+    }
+  }
+}
+
+template <int Rows>
+float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
+             float* highest) {
+  Floats best(-1.0F);
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::size_t tile = list[j];
+    Floats most(-1.0F);
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      Floats y[Rows][dimension];
+      for (int a = 0; a < Rows; ++a) {
+        const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
+        whiten(tiles.data + tile * tiles.tile_stride + entry + lane, tiles.entry_stride, w, y[a]);
+      }
+      const std::size_t at = tile * tile_size + lane;
+      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
+      const Floats clamped = xsimd::max(growth_by_minors<Rows>(y), Floats(0.0F));  // cancelled minors may go below
+      const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
+      growth.store_unaligned(growths + at);
+      most = xsimd::max(most, growth);
+    }
+    highest[tile] = largest_lane(most);
+    best = xsimd::max(best, most);
+  }
+  return largest_lane(best);
+}
+
+// | |W| |h| |: what rounding can move a row of Y by, in units.
+inline Floats rounding_norm(const float* entries, std::size_t stride, const float* w) {
+  Floats h[dimension];
+  for (int d = 0; d < dimension; ++d) {
+    h[d] = xsimd::abs(Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride));
+  }
+  Floats squares(0.0F);
+  for (int c = 0; c < dimension; ++c) {
+    Floats sum = xsimd::abs(Floats(w[dimension * c])) * h[0];
+    for (int d = 1; d <= c; ++d) sum = multiply_add(xsimd::abs(Floats(w[dimension * c + d])), h[d], sum);
+    squares = multiply_add(sum, sum, squares);
+  }
+  return xsimd::sqrt(squares);
+}
+
+// By how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a]: the volume is linear in each row,
+// so this is the sum over rows of delta times the volume that the other rows span, and the mixed terms.
+template <int Rows>
+inline Floats volume_error(const Orthogonalised<Rows>& r, const Floats (&delta)[Rows]) {
+  const Floats one(1.0F);
+  if constexpr (Rows == 1) {
+    return delta[0];
+  } else {
+    const Floats a = xsimd::sqrt(one + r.squares[0]);                         // |a|
+    const Floats b_left = one + r.squares[1];                                 // |b|^2 without its share of a
+    const Floats b = xsimd::sqrt(b_left + r.projection[0][1] * r.product[0][1]);
+    if constexpr (Rows == 2) {
+      return delta[0] * (b + delta[1]) + delta[1] * a;
+    } else {
+      const Floats c_last = one + r.squares[2];                               // |c|^2 without its shares of a and b
+      const Floats c_left = c_last + r.projection[1][2] * r.product[1][2];    // without that of a
+      const Floats c = xsimd::sqrt(c_left + r.projection[0][2] * r.product[0][2]);
+      const Floats b_side = xsimd::sqrt(b_left);
+      const Floats c_side = xsimd::sqrt(c_left);
+      // b ^ c with b = s a + b', c = t a + c':  a ^ (s c' - t b') + b' ^ c'
+      const Floats bc = a * (xsimd::abs(r.projection[0][1]) * c_side + xsimd::abs(r.projection[0][2]) * b_side) +
+                        b_side * xsimd::sqrt(c_last);
+      return delta[0] * (bc + delta[1] * c + delta[2] * (b + delta[1])) + delta[1] * (a * c_side + delta[2] * a) +
+             delta[2] * (a * b_side);
+    }
+  }
+}
+
+template <int Rows>
+float screen_with_care(const Tiles& tiles, const float* w, float unit, const std::uint32_t* list, std::size_t count,
+                       float* growths, float* highest) {
+  // Below it products can underflow; above it they may have overflowed on the way.
+  const Floats tiny(1e-36F);
+  const Floats huge(1e36F);
+  const Floats nothing(-1.0F);
+  Floats best_assured = nothing;
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::size_t tile = list[j];
+    Floats most = nothing;
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      Floats y[Rows][dimension];
+      Floats delta[Rows];
+      for (int a = 0; a < Rows; ++a) {
+        const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
+        const float* const row = tiles.data + tile * tiles.tile_stride + entry + lane;
+        whiten(row, tiles.entry_stride, w, y[a]);
+        delta[a] = Floats(unit) * rounding_norm(row, tiles.entry_stride, w);
+      }
+      const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
+      const Floats volume = xsimd::sqrt(Floats(1.0F) + r.growth);
+      const Floats error = volume_error<Rows>(r, delta);
+      const Floats both = multiply_add(Floats(unit), r.growth, Floats(2.0F) * error * volume) + tiny;
+      const Floats above = r.growth + both + error * error;
+      const Floats below = r.growth - both - error * error;
+
+      const std::size_t at = tile * tile_size + lane;
+      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
+      const auto is_sound = above < huge;  // false for NaN too
+      const Floats infinity(std::numeric_limits<float>::infinity());
+      const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
+      const Floats lower = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
+      upper.store_unaligned(growths + at);
+      most = xsimd::max(most, upper);
+      best_assured = xsimd::max(best_assured, lower);
+    }
+    highest[tile] = largest_lane(most);
+  }
+  return largest_lane(best_assured);
+}
+
+// Plane by plane, so that the plane stays in the L1 cache; by integer moves, two a cycle, which beats gathering
+// instructions and vectors put together from scalars.
+template <int Rows>
+void gather(const Planes& planes, const std::uint32_t* indices, std::size_t count, float* tiles) {
+  constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
+  for (std::size_t e = 0; e < entries; ++e) {
+    const float* const plane = planes.data + e * planes.stride;
+    float* to = tiles + e * tile_size;
+    for (std::size_t j = 0; j < count; j += tile_size, to += entries * tile_size) {
+      for (std::size_t lane = 0; lane < tile_size; ++lane) {
+        std::uint32_t bits;
+        __builtin_memcpy(&bits, plane + indices[j + lane], sizeof bits);
+        __builtin_memcpy(to + lane, &bits, sizeof bits);
+        __asm__ volatile("" : : : "memory");  // keeps the moves scalar
+      }
+    }
+  }
+}
+
+std::size_t list_at_least(const float* values, std::size_t count, float threshold, std::uint32_t* list) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < count; i += float_lanes) {
+    std::uint32_t bits = lanes_set<Floats>(Floats::load_unaligned(values + i) >= Floats(threshold));
+    if (count - i < float_lanes) bits &= (1U << (count - i)) - 1;
+    for (; bits != 0; bits &= bits - 1) list[found++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(__builtin_ctz(bits));
+  }
+  return found;
+}
+
+float largest(const float* values, std::size_t count) {
+  Floats most(-1.0F);
+  std::size_t i = 0;
+  for (; i + float_lanes <= count; i += float_lanes) most = xsimd::max(most, Floats::load_unaligned(values + i));
+  float result = largest_lane(most);
+  for (; i < count; ++i) result = values[i] > result ? values[i] : result;
+  return result;
+}
+
+}  // namespace
