@@ -64,7 +64,7 @@ bool InformationFactor::reset(const double* prior) noexcept {
   for (int i = 0; i < n; ++i) {
     trace_ += prior[n * i + i];
     prior_log_det_ += 2 * std::log(l[i][i]);
-    for (int j = 0; j < n; ++j) w_[i][j] = 0;
+    for (double& entry : w_[i]) entry = 0;
   }
   for (int j = 0; j < n; ++j) {  // W = L^-1 by columns: L W = I
     w_[j][j] = 1 / l[j][j];
@@ -84,46 +84,12 @@ bool InformationFactor::reset(const double* prior) noexcept {
   return true;
 }
 
-// With y = W h^T, M + h^T h = L (I + y y^T) L^T, and the Cholesky factor of I + y y^T has a closed form. Its inverse,
-// applied to W row by row, with s_i = 1 + y_0^2 + ... + y_i^2 and c_i = y_0 W_0 + ... + y_i W_i:
-//
-//   W_i  <-  sqrt(s_{i-1} / s_i) (W_i - y_i / s_{i-1} c_{i-1}).
-//
-// Products and square roots of positive numbers only: it cannot break down, however large h is.
-double InformationFactor::add_row(const double* row) noexcept {
-  double y[n];
-  double s[n + 1];
-  double growth = 0;  // s - 1, with all its digits
-  s[0] = 1;
-  for (int i = 0; i < n; ++i) {
-    y[i] = 0;
-    for (int d = 0; d <= i; ++d) y[i] += w_[i][d] * row[d];
-    growth += y[i] * y[i];
-    s[i + 1] = s[i] + y[i] * y[i];
-  }
-  double scale[n];
-  double factor[n];
-  for (int i = 0; i < n; ++i) {
-    scale[i] = std::sqrt(s[i] / s[i + 1]);
-    factor[i] = y[i] / s[i];
-  }
-  double c[n] = {};
-  for (int i = 0; i < n; ++i) {
-    for (int d = 0; d <= i; ++d) {
-      const double w = w_[i][d];
-      w_[i][d] = scale[i] * (w - factor[i] * c[d]);
-      c[d] += y[i] * w;
-    }
-  }
-  for (int d = 0; d < n; ++d) trace_ += row[d] * row[d];
-  return growth;
-}
-
-double InformationFactor::add_block(const double (*rows)[n], int count) noexcept {
+double InformationFactor::add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
   const double norm_before = inverse_norm();  // it only shrinks
   double growth = 0;
   for (int row = 0; row < count; ++row) {
-    const double of_row = add_row(rows[row]);
+    for (int d = 0; d < n; ++d) trace_ += rows[row][d] * rows[row][d];
+    const double of_row = kernel.add_row(&w_[0][0], rows[row]);
     growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
   }
   relative_error_ += count * update_error * norm_before * std::sqrt(trace_);
@@ -131,11 +97,13 @@ double InformationFactor::add_block(const double (*rows)[n], int count) noexcept
 }
 
 double InformationFactor::inverse_norm() const noexcept {
-  double squares = 0;
+  double squares[simd::padded_dimension] = {};  // by columns: sums that do not wait for each other
   for (const auto& row : w_) {
-    for (const double entry : row) squares += entry * entry;
+    for (int d = 0; d < simd::padded_dimension; ++d) squares[d] += row[d] * row[d];
   }
-  return std::sqrt(squares);
+  double sum = 0;
+  for (const double square : squares) sum += square;
+  return std::sqrt(sum);
 }
 
 }  // namespace maxlogdet

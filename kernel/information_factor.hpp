@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/kernel.hpp"
+
 #include <maxlogdet/block_store.hpp>
 
 namespace maxlogdet {
@@ -16,9 +18,9 @@ class InformationFactor {
   bool reset(const double* prior) noexcept;
 
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative growth of det M.
-  double add_block(const double (*rows)[n], int count) noexcept;
+  double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 
-  /// W, n x n row-major, lower triangular.
+  /// W, n x 8 row-major, lower triangular.
   const double* inverse() const noexcept { return &w_[0][0]; }
 
   /// log det M of the prior, nats.
@@ -29,10 +31,9 @@ class InformationFactor {
   double relative_error() const noexcept { return relative_error_; }
 
  private:
-  double add_row(const double* row) noexcept;
   double inverse_norm() const noexcept;  // Frobenius norm of W
 
-  double w_[n][n];
+  alignas(64) double w_[n][simd::padded_dimension];
   double trace_;           // of M
   double relative_error_;  // f
   double prior_log_det_;

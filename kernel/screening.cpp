@@ -42,6 +42,8 @@ void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   bound_tiles();
 }
 
+void Screening::make_records(std::size_t n) noexcept { kernel_.make_records[rows_ - 1](planes_, n, memory_.records); }
+
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
   is_store_order_ = false;
   tile_count_ = tiles_of(count);
@@ -52,18 +54,18 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   std::fill(memory_.candidate + count, memory_.candidate + lanes, memory_.candidate[0]);
   std::fill_n(memory_.remaining, count, 1.0F);
   std::fill(memory_.remaining + count, memory_.remaining + lanes, 0.0F);
-  kernel_.gather[rows_ - 1](planes_, memory_.candidate, lanes, memory_.packed);
+  kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
   bound_tiles();
 }
 
 // Nothing is known of the tiles yet.
 void Screening::bound_tiles() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
-    int count = 0;
-    for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane] > 0;
+    float count = 0;
+    for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
-    memory_.bounds[tile] = std::numeric_limits<float>::infinity();
   }
+  std::fill_n(memory_.bounds, tile_count_, std::numeric_limits<float>::infinity());
 }
 
 void Screening::order_by_gain() noexcept {
@@ -98,6 +100,7 @@ void Screening::order_by_gain() noexcept {
   }
   std::copy_n(memory_.sorted, count, memory_.growths);
   std::fill(memory_.growths + count, memory_.growths + tile_size * tiles_of(count), -1.0F);
+  make_records(lanes);
   use_listed(order, count);
   listed_ = tile_count_;
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
@@ -111,15 +114,15 @@ void Screening::order_by_gain() noexcept {
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
   constexpr int n = InformationFactor::n;
-  const double* const w = factor.inverse();
   double squares = 0;  // of | |W| |h| | for the row h whose entries are the largest of their columns
   for (int c = 0; c < n; ++c) {
-    double sum = 0;
-    for (int d = 0; d <= c; ++d) {
-      w_[n * c + d] = static_cast<float>(w[n * c + d]);
-      sum += std::abs(w[n * c + d]) * column_max_[d];
+    const double* const w = factor.inverse() + simd::padded_dimension * c;
+    double sums[2] = {0, 0};
+    for (int d = 0; d < n; ++d) {  // zeros above the diagonal
+      w_[n * c + d] = static_cast<float>(w[d]);
+      sums[d % 2] += std::abs(w[d]) * column_max_[d];
     }
-    squares += sum * sum;
+    squares += (sums[0] + sums[1]) * (sums[0] + sums[1]);
   }
   const double norm = std::sqrt(squares);
   unit_ = errors_per_row * rows_ * unit_roundoff;

@@ -12,6 +12,7 @@ namespace maxlogdet {
 /// Memory of a Screening, owned by the Selector. Per lane: an entry for each candidate, in whole tiles; per tile: one for
 /// each tile, up to the next multiple of 16.
 struct ScreeningMemory {
+  float* records;                ///< per lane, 20 each: the store by candidates
   float* packed;                 ///< per lane, 18 each: tiles of rearranged candidates
   std::uint32_t* candidate;      ///< per lane
   float* remaining;              ///< per lane
@@ -36,7 +37,10 @@ class Screening {
   /// Tiles of all `n` candidates in the order of the store, where they are; `valid`: per candidate, 0 excludes it.
   void use_store(const unsigned char* valid, std::size_t n) noexcept;
 
-  /// Tiles of these candidates in this order, copied together.
+  /// Prepares for use_listed.
+  void make_records(std::size_t n) noexcept;
+
+  /// Tiles of these candidates in this order, copied together. After make_records.
   void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
 
   /// Tiles of what remains, in descending order of the gains that evaluate_all has just found, so that a tile holds

@@ -24,7 +24,7 @@ std::size_t Search::select_best() noexcept {
       h[row][column] = static_cast<double>(candidates.plane(row, column)[chosen]);
     }
   }
-  const double growth = factor.add_block(h, candidates.rows());
+  const double growth = factor.add_block(kernel, h, candidates.rows());
   indices[selected] = chosen;
   gains[selected] = std::log1p(growth);
   ++selected;

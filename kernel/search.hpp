@@ -18,6 +18,7 @@ namespace maxlogdet {
 /// grows. All arrays belong to the Selector and have room for as many entries as it has capacity.
 struct Search {
   const BlockStore& candidates;
+  const simd::Kernel& kernel;
   threading::SerialEvaluator evaluator;
   Screening screening;
   InformationFactor factor;

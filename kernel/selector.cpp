@@ -18,7 +18,8 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 
 struct Selector::Memory {
   explicit Memory(std::size_t capacity)
-      : packed(lanes_of(capacity) * simd::dimension * max_block_rows),
+      : records(lanes_of(capacity) * simd::record_size(max_block_rows)),
+        packed(lanes_of(capacity) * simd::dimension * max_block_rows),
         remaining(lanes_of(capacity)),
         screened(lanes_of(capacity)),
         sorted(lanes_of(capacity)),
@@ -39,7 +40,7 @@ struct Selector::Memory {
   static std::size_t lanes_of(std::size_t count) { return tiles_of(count) * simd::tile_size; }
 
   const simd::Kernel* kernel = simd::active();
-  AlignedArray<float> packed, remaining, screened, sorted, highest, bounds;
+  AlignedArray<float> records, packed, remaining, screened, sorted, highest, bounds;
   AlignedArray<std::uint32_t> bucket, candidate, list;
   std::vector<unsigned char> tile_remaining;
   std::vector<double> growths;
@@ -99,10 +100,11 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   const std::size_t valid = n - candidates.invalid_count();
   const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
   const int rows = std::max(candidates.rows(), 1);
-  const ScreeningMemory screening{memory_->packed.data(),    memory_->candidate.data(), memory_->remaining.data(),
+  const ScreeningMemory screening{memory_->records.data(), memory_->packed.data(),    memory_->candidate.data(), memory_->remaining.data(),
                                   memory_->screened.data(),  memory_->sorted.data(), memory_->bucket.data(), memory_->highest.data(),
                                   memory_->bounds.data(),    memory_->list.data(),      memory_->tile_remaining.data()};
   Search search{candidates,
+                *memory_->kernel,
                 {*memory_->kernel, planes, rows},
                 {*memory_->kernel, planes, rows, candidates.column_max(), screening},
                 factor,

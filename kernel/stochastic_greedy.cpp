@@ -24,6 +24,7 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
   }
   const double wanted = sample_size(filled, search.budget, epsilon);
   CounterRandom random(seed);
+  search.screening.make_records(search.candidates.size());
 
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;

@@ -51,8 +51,8 @@ inline Doubles exact_growth(const Planes& planes, const double* w, const Listed&
     for (int d = 0; d < dimension; ++d)
       h[d] = load(planes.data + static_cast<std::size_t>(dimension * a + d) * planes.stride);
     for (int c = 0; c < dimension; ++c) {
-      y[a][c] = Doubles(w[dimension * c]) * h[0];
-      for (int d = 1; d <= c; ++d) y[a][c] += Doubles(w[dimension * c + d]) * h[d];
+      y[a][c] = Doubles(w[padded_dimension * c]) * h[0];
+      for (int d = 1; d <= c; ++d) y[a][c] += Doubles(w[padded_dimension * c + d]) * h[d];
     }
   }
   return determinant_growth<Rows>(y);

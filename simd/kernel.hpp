@@ -11,6 +11,7 @@ namespace maxlogdet {
 namespace simd {
 
 constexpr int dimension = 6;           ///< of the state: translation, rotation
+constexpr int padded_dimension = 8;    ///< of a row of the inverse factor: 64 bytes
 constexpr std::size_t tile_size = 16;  ///< candidates that are screened together: one AVX-512 register of float32
 
 /// Candidates as a structure of arrays: entry (row, column) of candidate i is at
@@ -33,14 +34,14 @@ struct Tiles {
 /// Decides: the gain of a candidate H (r x 6) at information M = L L^T, as the relative growth of the determinant,
 ///     det(M + H^T H) / det(M) - 1 = det(I_r + Y Y^T) - 1,   Y = H L^-T,
 /// not below 0, in float64, in one fixed order of operations: the same bits on every instruction set. Without the 1,
-/// gains far below 2^-53 keep their digits. `inverse_factor` is W = L^-1, 6 x 6 row-major, its lower triangle is read.
+/// gains far below 2^-53 keep their digits. `inverse_factor` is W = L^-1, 6 x 8 row-major, its lower triangle is read.
 /// growths[j] is for candidate indices[j], j in [0, count).
 using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
                         std::size_t count, double* growths);
 
 /// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Lanes that
 /// do not remain get -1. growths[16 t + l] is the growth of lane l of tile t, highest[t] the largest of them. Returns
-/// the largest of all.
+/// the largest of all. `inverse_factor` is W, 6 x 6 row-major.
 using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
                          float* growths, float* highest);
 
@@ -50,9 +51,16 @@ using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const 
 using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, float unit, const std::uint32_t* list,
                                  std::size_t count, float* growths, float* highest);
 
+/// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
+constexpr std::size_t record_size(int rows) { return static_cast<std::size_t>(rows * dimension + 3) / 4 * 4; }
+
+/// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes; written
+/// up to the next multiple of 4 candidates.
+using MakeRecords = void (*)(const Planes& planes, std::size_t count, float* records);
+
 /// Copies the listed candidates to consecutive lanes: entry e of candidate indices[16 t + l] to
 /// tiles[(rows * dimension * t + e) * 16 + l]. `count` is a multiple of 16.
-using Gather = void (*)(const Planes& planes, const std::uint32_t* indices, std::size_t count, float* tiles);
+using Gather = void (*)(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles);
 
 /// Lists the positions i in [0, count) of values[i] >= threshold, in order; returns how many. `values` may be read, and
 /// `list` written, up to the next multiple of 16.
@@ -61,12 +69,18 @@ using ListAtLeast = std::size_t (*)(const float* values, std::size_t count, floa
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);
 
+/// W <- the inverse Cholesky factor of M + h^T h, for a 1 x 6 row h; W is 6 x 8 row-major, zero above the diagonal.
+/// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
+using AddRow = double (*)(double* inverse_factor, const double* row);
+
 struct Kernel {
   const char* isa;
   Decide decide[3];                    ///< [rows - 1]
   Screen screen[3];                    ///< [rows - 1]
   ScreenWithCare screen_with_care[3];  ///< [rows - 1]
+  MakeRecords make_records[3];         ///< [rows - 1]
   Gather gather[3];                    ///< [rows - 1]
+  AddRow add_row;
   ListAtLeast list_at_least;
   Largest largest;
 };

@@ -9,6 +9,7 @@
 namespace {
 
 using maxlogdet::simd::dimension;
+using maxlogdet::simd::padded_dimension;
 using maxlogdet::simd::Planes;
 using maxlogdet::simd::tile_size;
 using maxlogdet::simd::Tiles;
@@ -17,6 +18,7 @@ using maxlogdet::simd::Tiles;
 
 #include "simd/decide.inl"
 #include "simd/screen.inl"
+#include "simd/update.inl"
 
 namespace maxlogdet {
 namespace simd {
@@ -26,7 +28,9 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {decide<1>, decide<2>, decide<3>},
                                  {screen<1>, screen<2>, screen<3>},
                                  {screen_with_care<1>, screen_with_care<2>, screen_with_care<3>},
+                                 {make_records<1>, make_records<2>, make_records<3>},
                                  {gather<1>, gather<2>, gather<3>},
+                                 add_row,
                                  list_at_least,
                                  largest};
 

@@ -114,45 +114,48 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
   return largest_lane(best);
 }
 
-// | |W| |h| |: what rounding can move a row of Y by, in units.
-inline Floats rounding_norm(const float* entries, std::size_t stride, const float* w) {
+// The square of | |W| |h| |: what rounding can move a row of Y by, in units.
+inline Floats rounding_squares(const float* entries, std::size_t stride, const float* absolute_w) {
   Floats h[dimension];
   for (int d = 0; d < dimension; ++d) {
     h[d] = xsimd::abs(Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride));
   }
   Floats squares(0.0F);
   for (int c = 0; c < dimension; ++c) {
-    Floats sum = xsimd::abs(Floats(w[dimension * c])) * h[0];
-    for (int d = 1; d <= c; ++d) sum = multiply_add(xsimd::abs(Floats(w[dimension * c + d])), h[d], sum);
+    Floats sum = Floats(absolute_w[dimension * c]) * h[0];
+    for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(absolute_w[dimension * c + d]), h[d], sum);
     squares = multiply_add(sum, sum, squares);
   }
-  return xsimd::sqrt(squares);
+  return squares;
 }
 
-// By how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a]: the volume is linear in each row,
-// so this is the sum over rows of delta times the volume that the other rows span, and the mixed terms.
+// The square of how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a], given their squares.
+// The volume is linear in each row, so it is the sum over rows of delta times (the volume that the other rows span + mixed
+// terms); here by (x + y + z)^2 <= 3 (x^2 + y^2 + z^2) and, mixed terms being small, (x + y)^2 <= 1.1 x^2 + 11 y^2.
 template <int Rows>
-inline Floats volume_error(const Orthogonalised<Rows>& r, const Floats (&delta)[Rows]) {
-  const Floats one(1.0F);
+inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (&delta)[Rows]) {
+  const Floats most(1.1F);
+  const Floats mixed(11.0F);
   if constexpr (Rows == 1) {
     return delta[0];
   } else {
-    const Floats a = xsimd::sqrt(one + r.squares[0]);                         // |a|
+    const Floats one(1.0F);
+    const Floats a = one + r.squares[0];                                      // |a|^2
     const Floats b_left = one + r.squares[1];                                 // |b|^2 without its share of a
-    const Floats b = xsimd::sqrt(b_left + r.projection[0][1] * r.product[0][1]);
+    const Floats b = multiply_add(r.projection[0][1], r.product[0][1], b_left);
     if constexpr (Rows == 2) {
-      return delta[0] * (b + delta[1]) + delta[1] * a;
+      return Floats(2.0F) * (delta[0] * (most * b + mixed * delta[1]) + delta[1] * a);
     } else {
-      const Floats c_last = one + r.squares[2];                               // |c|^2 without its shares of a and b
-      const Floats c_left = c_last + r.projection[1][2] * r.product[1][2];    // without that of a
-      const Floats c = xsimd::sqrt(c_left + r.projection[0][2] * r.product[0][2]);
-      const Floats b_side = xsimd::sqrt(b_left);
-      const Floats c_side = xsimd::sqrt(c_left);
-      // b ^ c with b = s a + b', c = t a + c':  a ^ (s c' - t b') + b' ^ c'
-      const Floats bc = a * (xsimd::abs(r.projection[0][1]) * c_side + xsimd::abs(r.projection[0][2]) * b_side) +
-                        b_side * xsimd::sqrt(c_last);
-      return delta[0] * (bc + delta[1] * c + delta[2] * (b + delta[1])) + delta[1] * (a * c_side + delta[2] * a) +
-             delta[2] * (a * b_side);
+      const Floats s = r.projection[0][1];
+      const Floats t = r.projection[0][2];
+      const Floats c_last = one + r.squares[2];                                             // without those of a and b
+      const Floats c_left = multiply_add(r.projection[1][2], r.product[1][2], c_last);      // without that of a
+      const Floats c = multiply_add(t, r.product[0][2], c_left);
+      // b ^ c with b = s a + b', c = t a + c':  a ^ (s c' - t b') + b' ^ c', two that are orthogonal
+      const Floats bc = Floats(2.0F) * a * (s * s * c_left + t * t * b_left) + b_left * c_last;
+      const Floats bc_mixed = Floats(3.0F) * (delta[1] * c + delta[2] * (b + delta[1]));
+      return Floats(3.0F) * (delta[0] * (most * bc + mixed * bc_mixed) +
+                             delta[1] * a * (most * c_left + mixed * delta[2]) + delta[2] * a * b_left);
     }
   }
 }
@@ -164,6 +167,8 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
   const Floats tiny(1e-36F);
   const Floats huge(1e36F);
   const Floats nothing(-1.0F);
+  float absolute_w[dimension * dimension];
+  for (int i = 0; i < dimension * dimension; ++i) absolute_w[i] = w[i] < 0 ? -w[i] : w[i];
   Floats best_assured = nothing;
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = list[j];
@@ -175,11 +180,11 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
         const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
         const float* const row = tiles.data + tile * tiles.tile_stride + entry + lane;
         whiten(row, tiles.entry_stride, w, y[a]);
-        delta[a] = Floats(unit) * rounding_norm(row, tiles.entry_stride, w);
+        delta[a] = Floats(unit * unit) * rounding_squares(row, tiles.entry_stride, absolute_w);
       }
       const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
       const Floats volume = xsimd::sqrt(Floats(1.0F) + r.growth);
-      const Floats error = volume_error<Rows>(r, delta);
+      const Floats error = xsimd::sqrt(volume_error_squared<Rows>(r, delta));
       const Floats both = multiply_add(Floats(unit), r.growth, Floats(2.0F) * error * volume) + tiny;
       const Floats above = r.growth + both + error * error;
       const Floats below = r.growth - both - error * error;
@@ -199,20 +204,55 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
   return largest_lane(best_assured);
 }
 
-// Plane by plane, so that the plane stays in the L1 cache; by integer moves, two a cycle, which beats gathering
-// instructions and vectors put together from scalars.
+// Four entries of four candidates: between planes or tiles (an entry a row) and records (a candidate a row).
+using Four = xsimd::make_sized_batch_t<float, 4>;
+
+inline void transpose(const float* const (&from)[4], float* const (&to)[4]) {
+  const Four a = Four::load_unaligned(from[0]);
+  const Four b = Four::load_unaligned(from[1]);
+  const Four c = Four::load_unaligned(from[2]);
+  const Four d = Four::load_unaligned(from[3]);
+  const Four ac_low = xsimd::zip_lo(a, c);
+  const Four ac_high = xsimd::zip_hi(a, c);
+  const Four bd_low = xsimd::zip_lo(b, d);
+  const Four bd_high = xsimd::zip_hi(b, d);
+  xsimd::zip_lo(ac_low, bd_low).store_unaligned(to[0]);
+  xsimd::zip_hi(ac_low, bd_low).store_unaligned(to[1]);
+  xsimd::zip_lo(ac_high, bd_high).store_unaligned(to[2]);
+  xsimd::zip_hi(ac_high, bd_high).store_unaligned(to[3]);
+}
+
 template <int Rows>
-void gather(const Planes& planes, const std::uint32_t* indices, std::size_t count, float* tiles) {
+void make_records(const Planes& planes, std::size_t count, float* records) {
+  constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
   constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
-  for (std::size_t e = 0; e < entries; ++e) {
-    const float* const plane = planes.data + e * planes.stride;
-    float* to = tiles + e * tile_size;
-    for (std::size_t j = 0; j < count; j += tile_size, to += entries * tile_size) {
-      for (std::size_t lane = 0; lane < tile_size; ++lane) {
-        std::uint32_t bits;
-        __builtin_memcpy(&bits, plane + indices[j + lane], sizeof bits);
-        __builtin_memcpy(to + lane, &bits, sizeof bits);
-        __asm__ volatile("" : : : "memory");  // keeps the moves scalar
+  for (std::size_t i = 0; i < count; i += 4, records += 4 * size) {
+    for (std::size_t e = 0; e < size; e += 4) {
+      const float* from[4];
+      float* to[4];
+      for (std::size_t j = 0; j < 4; ++j) {
+        from[j] = planes.data + (e + j < entries ? e + j : 0) * planes.stride + i;  // beyond the last entry: filling
+        to[j] = records + j * size + e;
+      }
+      transpose({from[0], from[1], from[2], from[3]}, {to[0], to[1], to[2], to[3]});
+    }
+  }
+}
+
+template <int Rows>
+void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) {
+  constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
+  constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
+  alignas(16) float filling[4];
+  for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
+    for (std::size_t lane = 0; lane < tile_size; lane += 4) {
+      const std::uint32_t* const four = indices + j + lane;
+      for (std::size_t e = 0; e < size; e += 4) {
+        float* to[4];
+        for (std::size_t d = 0; d < 4; ++d) to[d] = e + d < entries ? tiles + (e + d) * tile_size + lane : filling;
+        transpose({records + four[0] * size + e, records + four[1] * size + e, records + four[2] * size + e,
+                   records + four[3] * size + e},
+                  {to[0], to[1], to[2], to[3]});
       }
     }
   }
