@@ -17,7 +17,7 @@ class AlignedArray {
     const auto address = reinterpret_cast<std::uintptr_t>(memory_.get());
     data_ = memory_.get() + (alignment - address % alignment) % alignment / sizeof(T);
   }
-  T* data() const noexcept { return data_; }
+  operator T*() const noexcept { return data_; }  // NOLINT(google-explicit-constructor): it is used as one
 
  private:
   std::unique_ptr<T[]> memory_;

@@ -31,7 +31,23 @@ float rounded_up(double value) noexcept { return static_cast<float>(value + std:
 
 std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
 
+// Room for whole tiles, and for whole vectors of values per tile.
+std::size_t lanes_for(std::size_t count) noexcept { return tile_size * (tiles_of(count) + 1); }
+
 }  // namespace
+
+ScreeningMemory::ScreeningMemory(std::size_t capacity)
+    : records(lanes_for(capacity) * simd::record_size(max_block_rows)),
+      packed(lanes_for(capacity) * simd::dimension * max_block_rows),
+      candidate(lanes_for(capacity)),
+      remaining(lanes_for(capacity)),
+      growths(lanes_for(capacity)),
+      sorted(lanes_for(capacity)),
+      bucket(lanes_for(capacity)),
+      highest(lanes_for(tiles_of(capacity))),
+      bounds(lanes_for(tiles_of(capacity))),
+      list(lanes_for(tiles_of(capacity))),
+      tile_remaining(tiles_of(capacity)) {}
 
 void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   is_store_order_ = true;
@@ -50,10 +66,12 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   const std::size_t lanes = tile_size * tile_count_;
   const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(rows_);
   tiles_ = {memory_.packed, tile_floats, tile_size, memory_.remaining};
-  if (candidates != memory_.candidate) std::copy_n(candidates, count, memory_.candidate);
-  std::fill(memory_.candidate + count, memory_.candidate + lanes, memory_.candidate[0]);
-  std::fill_n(memory_.remaining, count, 1.0F);
-  std::fill(memory_.remaining + count, memory_.remaining + lanes, 0.0F);
+  std::uint32_t* const candidate = memory_.candidate;
+  float* const remaining = memory_.remaining;
+  if (candidates != candidate) std::copy_n(candidates, count, candidate);
+  std::fill(candidate + count, candidate + lanes, candidate[0]);
+  std::fill_n(remaining, count, 1.0F);
+  std::fill(remaining + count, remaining + lanes, 0.0F);
   kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
   bound_tiles();
 }
@@ -65,7 +83,7 @@ void Screening::bound_tiles() noexcept {
     for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
   }
-  std::fill_n(memory_.bounds, tile_count_, std::numeric_limits<float>::infinity());
+  std::fill_n(static_cast<float*>(memory_.bounds), tile_count_, std::numeric_limits<float>::infinity());
 }
 
 void Screening::order_by_gain() noexcept {
@@ -98,7 +116,7 @@ void Screening::order_by_gain() noexcept {
     order[place] = static_cast<std::uint32_t>(lane);
     memory_.sorted[place] = memory_.growths[lane];
   }
-  std::copy_n(memory_.sorted, count, memory_.growths);
+  std::copy_n(static_cast<float*>(memory_.sorted), count, static_cast<float*>(memory_.growths));
   std::fill(memory_.growths + count, memory_.growths + tile_size * tiles_of(count), -1.0F);
   make_records(lanes);
   use_listed(order, count);
@@ -138,7 +156,9 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   minors_error_ = minors_errors[rows_ - 1] * unit_roundoff * (product - 1) + 1e-36;
 
   const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
-  with_care_ = overflows || (with_care_ && volume_error_ > small_volume_error);
+  // Three long rows are hardly ever far from parallel.
+  const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
+  with_care_ = overflows || is_hopeless || (with_care_ && volume_error_ > small_volume_error);
   const double f = factor.relative_error();
   factor_drift_ = f < 0.125 ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
   listed_ = 0;
@@ -178,14 +198,18 @@ void Screening::raise_bounds() noexcept {
     const std::uint32_t tile = memory_.list[j];
     const float highest = memory_.highest[tile];
     memory_.bounds[tile] = highest < 0 ? -1.0F : slope * highest + offset;
-    evaluations_ += memory_.tile_remaining[tile];
   }
+}
+
+void Screening::count_evaluations() noexcept {
+  for (std::size_t j = 0; j < listed_; ++j) evaluations_ += memory_.tile_remaining[memory_.list[j]];
 }
 
 void Screening::evaluate_all() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
   evaluate(0, tile_count_);
   listed_ = tile_count_;
+  count_evaluations();
   raise_bounds();
   all_slope_ = slope_;
   all_offset_ = offset_;
@@ -208,6 +232,7 @@ void Screening::evaluate_promising() noexcept {
   const float threshold = stale_threshold();
   listed_ = leaders + kernel_.list_at_least(memory_.bounds, tile_count_, threshold, memory_.list + leaders);
   if (listed_ > leaders) evaluate(leaders, listed_);
+  count_evaluations();
   raise_bounds();
   if (highest < std::numeric_limits<double>::max()) expected_share_ += 0.5 * (best_ / highest - expected_share_);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/aligned_array.hpp"
 #include "kernel/information_factor.hpp"
 #include "simd/kernel.hpp"
 
@@ -9,20 +10,22 @@
 
 namespace maxlogdet {
 
-/// Memory of a Screening, owned by the Selector. Per lane: an entry for each candidate, in whole tiles; per tile: one for
-/// each tile, up to the next multiple of 16.
+/// Memory of a Screening for up to `capacity` candidates; it grows no more.
 struct ScreeningMemory {
-  float* records;                ///< per lane, 20 each: the store by candidates
-  float* packed;                 ///< per lane, 18 each: tiles of rearranged candidates
-  std::uint32_t* candidate;      ///< per lane
-  float* remaining;              ///< per lane
-  float* growths;                ///< per lane
-  float* sorted;                 ///< per lane: scratch
-  std::uint32_t* bucket;         ///< per lane: scratch
-  float* highest;                ///< per tile
-  float* bounds;                 ///< per tile
-  std::uint32_t* list;           ///< per tile
-  unsigned char* tile_remaining; ///< per tile
+  explicit ScreeningMemory(std::size_t capacity);
+
+  // A lane is a place for a candidate; lanes come in whole tiles.
+  AlignedArray<float> records;              ///< the store by candidates
+  AlignedArray<float> packed;               ///< tiles of rearranged candidates
+  AlignedArray<std::uint32_t> candidate;    ///< per lane: whose it is
+  AlignedArray<float> remaining;            ///< per lane: 1 where there is a candidate that remains, else 0
+  AlignedArray<float> growths;              ///< per lane: when last evaluated
+  AlignedArray<float> sorted;               ///< per lane: scratch
+  AlignedArray<std::uint32_t> bucket;       ///< per lane: scratch
+  AlignedArray<float> highest;              ///< per tile: the largest growth, when last evaluated
+  AlignedArray<float> bounds;               ///< per tile: no exact growth is above it
+  AlignedArray<std::uint32_t> list;         ///< per tile: scratch
+  AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
 };
 
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
@@ -31,7 +34,7 @@ class Screening {
  public:
   /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row.
   Screening(const simd::Kernel& kernel, const simd::Planes& planes, int rows, const double* column_max,
-            const ScreeningMemory& memory) noexcept
+            ScreeningMemory& memory) noexcept
       : kernel_(kernel), planes_(planes), rows_(rows), column_max_(column_max), memory_(memory) {}
 
   /// Tiles of all `n` candidates in the order of the store, where they are; `valid`: per candidate, 0 excludes it.
@@ -60,9 +63,14 @@ class Screening {
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
   std::size_t survivors(std::uint32_t* lanes) noexcept;
 
+  std::size_t lanes() const noexcept { return simd::tile_size * tile_count_; }
+
   std::uint32_t candidate(std::size_t lane) const noexcept {
     return is_store_order_ ? static_cast<std::uint32_t>(lane) : memory_.candidate[lane];
   }
+
+  /// No exact growth in the tile of this lane is above it, in this round or a later one.
+  float bound(std::size_t lane) const noexcept { return memory_.bounds[lane / simd::tile_size]; }
 
   /// Takes a candidate out.
   void remove(std::size_t lane) noexcept;
@@ -76,6 +84,7 @@ class Screening {
   void evaluate(std::size_t first, std::size_t last) noexcept;
   void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
   void raise_bounds() noexcept;
+  void count_evaluations() noexcept;
   std::size_t list_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
   void bound_tiles() noexcept;
@@ -84,7 +93,7 @@ class Screening {
   simd::Planes planes_;
   int rows_;
   const double* column_max_;
-  ScreeningMemory memory_;
+  ScreeningMemory& memory_;
 
   simd::Tiles tiles_{};
   std::size_t tile_count_ = 0;

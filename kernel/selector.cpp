@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
-#include "kernel/aligned_array.hpp"
 #include "kernel/search.hpp"
 #include "simd/kernel.hpp"
 
@@ -18,33 +17,21 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 
 struct Selector::Memory {
   explicit Memory(std::size_t capacity)
-      : records(lanes_of(capacity) * simd::record_size(max_block_rows)),
-        packed(lanes_of(capacity) * simd::dimension * max_block_rows),
-        remaining(lanes_of(capacity)),
-        screened(lanes_of(capacity)),
-        sorted(lanes_of(capacity)),
-        highest(lanes_of(tiles_of(capacity))),
-        bounds(lanes_of(tiles_of(capacity))),
-        bucket(lanes_of(capacity)),
-        candidate(lanes_of(capacity)),
-        list(lanes_of(tiles_of(capacity))),
-        tile_remaining(tiles_of(capacity)),
+      : screening(capacity),
         growths(capacity),
-        lanes(lanes_of(capacity)),
+        lanes(capacity + simd::tile_size),
         contenders(capacity),
         pool(capacity),
         indices(capacity),
         gains(capacity) {}
 
-  static std::size_t tiles_of(std::size_t count) { return count / simd::tile_size + 1; }
-  static std::size_t lanes_of(std::size_t count) { return tiles_of(count) * simd::tile_size; }
-
   const simd::Kernel* kernel = simd::active();
-  AlignedArray<float> records, packed, remaining, screened, sorted, highest, bounds;
-  AlignedArray<std::uint32_t> bucket, candidate, list;
-  std::vector<unsigned char> tile_remaining;
+  ScreeningMemory screening;
   std::vector<double> growths;
-  std::vector<std::uint32_t> lanes, contenders, pool, indices;
+  std::vector<std::uint32_t> lanes;
+  std::vector<std::uint32_t> contenders;
+  std::vector<std::uint32_t> pool;
+  std::vector<std::uint32_t> indices;
   std::vector<double> gains;
 };
 
@@ -100,13 +87,10 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   const std::size_t valid = n - candidates.invalid_count();
   const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
   const int rows = std::max(candidates.rows(), 1);
-  const ScreeningMemory screening{memory_->records.data(), memory_->packed.data(),    memory_->candidate.data(), memory_->remaining.data(),
-                                  memory_->screened.data(),  memory_->sorted.data(), memory_->bucket.data(), memory_->highest.data(),
-                                  memory_->bounds.data(),    memory_->list.data(),      memory_->tile_remaining.data()};
   Search search{candidates,
                 *memory_->kernel,
                 {*memory_->kernel, planes, rows},
-                {*memory_->kernel, planes, rows, candidates.column_max(), screening},
+                {*memory_->kernel, planes, rows, candidates.column_max(), memory_->screening},
                 factor,
                 Deadline(options.time_limit)};
   search.budget = std::min(options.budget, valid);

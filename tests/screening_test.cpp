@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+// Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames nearly nobody else does.
+#include "kernel/screening.hpp"
+#include "kernel/information_factor.hpp"
+#include "tests/oracle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+// det(I + Y Y^T) - 1, Y = H W^T for the stored W, in long double.
+long double exact_growth(const Block& block, const InformationFactor& factor) {
+  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  Eigen::Matrix<long double, 6, 6> w;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
+  }
+  Matrix stacked(6 + block.rows(), block.rows());
+  stacked << w * block.cast<long double>().transpose(), Matrix::Identity(block.rows(), block.rows());
+  const Eigen::HouseholderQR<Matrix> qr(stacked);  // squares no condition number
+  long double determinant = 1;
+  for (int i = 0; i < block.rows(); ++i) determinant *= qr.matrixQR()(i, i) * qr.matrixQR()(i, i);
+  return determinant - 1;
+}
+
+std::vector<const simd::Kernel*> supported_kernels() {
+  std::vector<const simd::Kernel*> kernels;
+  for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
+    if (simd::is_supported(**kernel)) kernels.push_back(*kernel);
+  }
+  return kernels;
+}
+
+// Rounds of greedy over a store. In each, everything that a Screening promises.
+class Screened {
+ public:
+  Screened(const simd::Kernel& kernel, const BlockStore& blocks)
+      : kernel_(kernel),
+        blocks_(blocks),
+        planes_{blocks.plane(0, 0), blocks.stride()},
+        memory_(blocks.size()),
+        screening_(kernel, planes_, blocks.rows(), blocks.column_max(), memory_),
+        remains_(blocks.validity(), blocks.validity() + blocks.size()),
+        lanes_(blocks.size() + simd::tile_size) {
+    screening_.use_store(blocks.validity(), blocks.size());
+  }
+
+  // Starts from this prior; returns false if it is refused.
+  bool start(const double* prior) { return factor_.reset(prior); }
+
+  // One round; `lazily`: only what is promising. Returns how many survived.
+  std::size_t round(bool lazily) {
+    screening_.begin_round(factor_);
+    lazily ? screening_.evaluate_promising() : screening_.evaluate_all();
+    const std::size_t count = screening_.survivors(lanes_.data());
+    expect_bounds_hold();
+    const std::uint32_t best = decide_among_all();
+    std::vector<std::uint32_t> survivors;
+    std::size_t lane_of_best = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      survivors.push_back(screening_.candidate(lanes_[j]));
+      if (survivors.back() == best) lane_of_best = lanes_[j];
+    }
+    EXPECT_NE(std::find(survivors.begin(), survivors.end(), best), survivors.end()) << "lost the best, " << best;
+    if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
+
+    double rows[max_block_rows][6] = {};
+    for (int row = 0; row < blocks_.rows(); ++row) {
+      for (int column = 0; column < 6; ++column) rows[row][column] = blocks_.plane(row, column)[best];
+    }
+    factor_.add_block(kernel_, rows, blocks_.rows());
+    screening_.remove(lane_of_best);
+    remains_[best] = 0;
+    return count;
+  }
+
+  void order_by_gain() { screening_.order_by_gain(); }
+
+ private:
+  // The float64 winner among everything that remains, the lowest index on ties.
+  std::uint32_t decide_among_all() const {
+    std::vector<std::uint32_t> all(blocks_.size());
+    std::iota(all.begin(), all.end(), 0U);
+    std::vector<double> growths(all.size());
+    kernel_.decide[blocks_.rows() - 1](planes_, factor_.inverse(), all.data(), all.size(), growths.data());
+    std::uint32_t best = UINT32_MAX;
+    for (const std::uint32_t i : all) {
+      if (remains_[i] != 0 && (best == UINT32_MAX || growths[i] > growths[best])) best = i;
+    }
+    return best;
+  }
+
+  void expect_bounds_hold() const {
+    std::vector<bool> seen(blocks_.size(), false);
+    for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
+      if (!(memory_.remaining[lane] > 0)) continue;
+      const std::uint32_t i = screening_.candidate(lane);
+      ASSERT_FALSE(seen[i]) << "twice";
+      seen[i] = true;
+      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L), exact_growth(stored_block(blocks_, i), factor_))
+          << "candidate " << i;
+    }
+  }
+
+  const simd::Kernel& kernel_;
+  const BlockStore& blocks_;
+  simd::Planes planes_;
+  ScreeningMemory memory_;
+  Screening screening_;
+  InformationFactor factor_;
+  std::vector<unsigned char> remains_;
+  std::vector<std::uint32_t> lanes_;
+};
+
+void expect_screening_holds(const BlockStore& blocks, const double* prior, int rounds) {
+  for (const simd::Kernel* const kernel : supported_kernels()) {
+    SCOPED_TRACE(kernel->isa);
+    Screened screened(*kernel, blocks);
+    ASSERT_TRUE(screened.start(prior));
+    for (int round = 0; round < rounds; ++round) {
+      SCOPED_TRACE("round " + std::to_string(round));
+      screened.round(round > 5);
+      if (round == 5) screened.order_by_gain();
+      if (::testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+TEST(Screening, holds_on_every_family) {
+  for_every_family(100, [](const BlockStore& blocks) { expect_screening_holds(blocks, nullptr, 20); });
+}
+
+TEST(Screening, holds_on_awkward_candidates) {
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 60)));
+    const EigenPrior prior(random_prior(random));
+    expect_screening_holds(blocks, random.chance(0.5) ? prior.data() : nullptr, 12);
+  }
+}
+
+// Long rows that are nearly parallel to each other: minors cancel, and so does what is left by orthogonalising.
+TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
+  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const double scale = std::pow(10.0, random.uniform(-9, 9));
+    const double distance = std::pow(10.0, random.uniform(-9, 0));
+    const int rows = random.integer(1, 3);
+    const Block direction = random_block(random, 1);
+    BlockStore blocks;
+    for (int i = 0; i < 24; ++i) {
+      Block block(rows, 6);
+      const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
+      for (int row = 0; row < rows; ++row) block.row(row) = own * scale * (direction + distance * random_block(random, 1));
+      push_back(blocks, block);
+    }
+    expect_screening_holds(blocks, nullptr, 10);
+  }
+}
+
+TEST(Screening, holds_where_float32_overflows_or_underflows) {
+  for (int exponent = -44; exponent <= 38; ++exponent) {
+    for (const int rows : {1, 2, 3}) {
+      Random random(static_cast<std::uint64_t>(3 * (exponent + 44) + rows));
+      SCOPED_TRACE(random.name() + ", 1e" + std::to_string(exponent));
+      BlockStore blocks;
+      for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, std::pow(10.0, exponent)));
+      for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, 1));
+      expect_screening_holds(blocks, nullptr, 10);
+    }
+  }
+}
+
+// A margin that is too wide would hold as well, and be of no use.
+TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
+  for (const sim::Scene scene : {sim::Scene::euroc_like, sim::Scene::kitti_like, sim::Scene::far_narrow}) {
+    for (const BlockKind& kind : block_kinds) {
+      const sim::Frame frame = make_scene(scene, 2000, Random().seed());
+      SCOPED_TRACE(frame.name + " " + kind.name);
+      const BlockStore blocks = blocks_of(frame, kind);
+      for (const Strategy strategy : sim::strategies) {
+        Options options;
+        options.strategy = strategy;
+        Selector selector(2000);
+        const Selection selection = selector.select(blocks, options);
+        EXPECT_LE(selection.float64_decisions, 8U * selection.size) << to_string(strategy);
+        std::printf("%s %s %s: %zu decided in float64, %zu evaluated\n", frame.name.c_str(), kind.name,
+                    to_string(strategy), selection.float64_decisions, selection.evaluations);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
