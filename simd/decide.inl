@@ -3,7 +3,6 @@
 
 namespace {
 
-using Doubles = xsimd::batch<double>;  // one candidate a lane, as wide as this unit's flags allow
 constexpr std::size_t double_lanes = Doubles::size;
 
 // Entries of listed candidates.

@@ -4,7 +4,7 @@
 
 namespace {
 
-using Floats = xsimd::batch<float>;  // one candidate a lane
+// A pack holds one candidate a lane.
 constexpr std::size_t float_lanes = Floats::size;
 static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 
@@ -47,7 +47,7 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
     r.squares[a] = dot(y[a], y[a]);
     for (int c = 0; c < a; ++c) r.squares[a] = multiply_add(tail[a][c], tail[a][c], r.squares[a]);
     r.growth = a == 0 ? r.squares[a] : r.growth + multiply_add(r.growth, r.squares[a], r.squares[a]);
-    const Floats inverse_norm = Floats(1.0F) / (Floats(1.0F) + r.squares[a]);
+    const Floats inverse_norm = quotient(Floats(1.0F), Floats(1.0F) + r.squares[a]);
     for (int b = a + 1; b < Rows; ++b) {
       Floats product = dot(y[a], y[b]);
       for (int c = 0; c < a; ++c) product = multiply_add(tail[a][c], tail[b][c], product);
@@ -183,8 +183,8 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
         delta[a] = Floats(unit * unit) * rounding_squares(row, tiles.entry_stride, absolute_w);
       }
       const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
-      const Floats volume = xsimd::sqrt(Floats(1.0F) + r.growth);
-      const Floats error = xsimd::sqrt(volume_error_squared<Rows>(r, delta));
+      const Floats volume = square_root(Floats(1.0F) + r.growth);
+      const Floats error = square_root(volume_error_squared<Rows>(r, delta));
       const Floats both = multiply_add(Floats(unit), r.growth, Floats(2.0F) * error * volume) + tiny;
       const Floats above = r.growth + both + error * error;
       const Floats below = r.growth - both - error * error;
@@ -261,7 +261,7 @@ void gather(const float* records, const std::uint32_t* indices, std::size_t coun
 std::size_t list_at_least(const float* values, std::size_t count, float threshold, std::uint32_t* list) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
-    std::uint32_t bits = lanes_set<Floats>(Floats::load_unaligned(values + i) >= Floats(threshold));
+    std::uint32_t bits = lane_mask(Floats::load_unaligned(values + i) >= Floats(threshold));
     if (count - i < float_lanes) bits &= (1U << (count - i)) - 1;
     for (; bits != 0; bits &= bits - 1) list[found++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(__builtin_ctz(bits));
   }

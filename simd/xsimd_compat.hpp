@@ -1,98 +1,98 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What differs between xsimd 8.1 (Debian 12) and newer releases, or is missing from the older. Internal linkage, like
-// everything that an object for one instruction set holds.
-
+// gcc 12 takes the undefined operand of its own AVX-512 intrinsics for a mistake (gcc bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
 #include <xsimd/xsimd.hpp>
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
 #include <cstdint>
-#include <limits>
+
+// What xsimd 8.1 (Debian 12) and 14 do differently, or both not as IEEE 754 says; included by the per-ISA units alone.
+// Internal linkage: a weak symbol would let the linker run wide code on a narrow machine.
+//
+// Loads, stores, + - *, comparisons, select, min, max and abs are the same in both. Mind that
+//   - max(x, NaN) is x or NaN, as the instruction set likes: screen NaN out before;
+//   - load_aligned asserts its alignment in xsimd 14 (without NDEBUG) and not in 8.1.
 
 namespace {
 
-#if XSIMD_VERSION_MAJOR < 10
+using Floats = xsimd::batch<float>;
+using Doubles = xsimd::batch<double>;
 
-// a b + c, fused where the instruction set can: 8.1 forgets that AVX-512 does.
-template <class Batch>
-inline Batch multiply_add(const Batch& a, const Batch& b, const Batch& c) {
+// The largest of all lanes, none of which is NaN; xsimd::reduce_max came after 8.1.
+inline float largest_lane(const Floats& x) {
 #if defined(__AVX512F__)
-  return _mm512_fmadd_ps(a, b, c);
-#else
-  return xsimd::fma(a, b, c);
-#endif
-}
-
-// c - a b, fused likewise.
-template <class Batch>
-inline Batch minus_product(const Batch& a, const Batch& b, const Batch& c) {
-#if defined(__AVX512F__)
-  return _mm512_fnmadd_ps(a, b, c);
-#else
-  return xsimd::fnma(a, b, c);
-#endif
-}
-
-// Bit l is set where lane l is true.
-template <class Batch>
-inline std::uint32_t lanes_set(const xsimd::batch_bool<typename Batch::value_type, typename Batch::arch_type>& mask) {
-#if defined(__AVX512F__)
-  return static_cast<std::uint32_t>(mask.data);
-#elif defined(__AVX__)
-  return static_cast<std::uint32_t>(_mm256_movemask_ps(mask));
-#elif defined(__SSE2__)
-  return static_cast<std::uint32_t>(_mm_movemask_ps(mask));
-#else
-  bool lanes[Batch::size];
-  mask.store_unaligned(lanes);
-  std::uint32_t bits = 0;
-  for (std::size_t lane = 0; lane < Batch::size; ++lane) bits |= static_cast<std::uint32_t>(lanes[lane]) << lane;
-  return bits;
-#endif
-}
-
-// The largest lane of a batch<float>.
-template <class Batch>
-inline float largest_lane(const Batch& batch) {
-#if defined(__AVX512F__)
-  return _mm512_reduce_max_ps(batch);
+  return _mm512_reduce_max_ps(x);
+#elif defined(__aarch64__)
+  return vmaxvq_f32(x);
 #else
 #if defined(__AVX__)
-  const __m128 four = _mm_max_ps(_mm256_castps256_ps128(batch), _mm256_extractf128_ps(batch, 1));
-#elif defined(__SSE2__)
-  const __m128 four = batch;
-#endif
-#if defined(__SSE2__)
-  const __m128 two = _mm_max_ps(four, _mm_movehl_ps(four, four));
-  return _mm_cvtss_f32(_mm_max_ss(two, _mm_shuffle_ps(two, two, 1)));
+  const __m256 all = x;
+  __m128 most = _mm_max_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
 #else
-  return vmaxvq_f32(batch);
+  __m128 most = x;
 #endif
+  most = _mm_max_ps(most, _mm_movehl_ps(most, most));
+  return _mm_cvtss_f32(_mm_max_ss(most, _mm_shuffle_ps(most, most, 1)));
 #endif
 }
 
+// Bit i tells whether lane i is true; batch_bool::mask() came after 8.1.
+inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
+#if defined(__AVX512F__)
+  const __mmask16 mask = condition;
+  return mask;
+#elif defined(__AVX__)
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(condition));
+#elif defined(__aarch64__)
+  const uint32x4_t bits = {1, 2, 4, 8};
+  return vaddvq_u32(vandq_u32(condition, bits));
 #else
-
-template <class Batch>
-inline Batch multiply_add(const Batch& a, const Batch& b, const Batch& c) {
-  return xsimd::fma(a, b, c);
-}
-
-template <class Batch>
-inline Batch minus_product(const Batch& a, const Batch& b, const Batch& c) {
-  return xsimd::fnma(a, b, c);
-}
-
-template <class Batch>
-inline std::uint32_t lanes_set(const xsimd::batch_bool<typename Batch::value_type, typename Batch::arch_type>& mask) {
-  return static_cast<std::uint32_t>(mask.mask());
-}
-
-template <class Batch>
-inline float largest_lane(const Batch& batch) {
-  return xsimd::reduce_max(batch);
-}
-
+  return static_cast<std::uint32_t>(_mm_movemask_ps(condition));
 #endif
+}
+
+// x y + z, rounded once where the instruction set can (AVX2, AVX-512, NEON) and twice on SSE2: for what has an error
+// bound, not for what must be the same bits everywhere. On AVX-512 xsimd 8.1 rounds twice and later ones once.
+inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) {
+#if defined(__AVX512F__)
+  return _mm512_fmadd_ps(x, y, z);
+#else
+  return xsimd::fma(x, y, z);
+#endif
+}
+
+// z - x y, likewise.
+inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) {
+#if defined(__AVX512F__)
+  return _mm512_fnmadd_ps(x, y, z);
+#else
+  return xsimd::fnma(x, y, z);
+#endif
+}
+
+// Rounded as IEEE 754 says. On NEON xsimd (14.3 too) refines an estimate instead, for float alone: some ulp off, and
+// NaN for the root of infinity.
+inline Floats quotient(const Floats& x, const Floats& y) {
+#if defined(__aarch64__)
+  return vdivq_f32(x, y);
+#else
+  return x / y;
+#endif
+}
+inline Floats square_root(const Floats& x) {
+#if defined(__aarch64__)
+  return vsqrtq_f32(x);
+#else
+  return xsimd::sqrt(x);
+#endif
+}
 
 }  // namespace

@@ -38,8 +38,8 @@ class Program : public ::testing::Test {
 
   // `environment` as in the shell: "NAME=value ".
   Outcome run(const std::string& arguments, const std::string& environment = "") const {
-    const std::string command = "cd '" + folder_ + "' && " + environment + "'" MAXLOGDET_PROGRAM "' " + arguments +
-                                " >out.txt 2>err.txt </dev/null";
+    const std::string command =
+        "cd '" + folder_ + "' && " + environment + MAXLOGDET_PROGRAM " " + arguments + " >out.txt 2>err.txt </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents_of(folder_ + "/out.txt"),
             contents_of(folder_ + "/err.txt")};
