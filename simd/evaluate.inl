@@ -3,9 +3,11 @@
 // table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
 // symbol would let the linker run wide code on a narrow machine (tests/check_symbols looks).
 
-#include <xsimd/xsimd.hpp>
+#include "simd/xsimd_compat.hpp"
 
 #include "simd/kernel.hpp"
+
+#include <cstring>
 
 namespace {
 
@@ -107,13 +109,16 @@ void evaluate_listed(const Planes& planes, const double* w, const std::uint32_t*
 
 }  // namespace
 
+#include "simd/blocks.inl"
+
 namespace maxlogdet {
 namespace simd {
 
 extern const Kernel MAXLOGDET_KERNEL;
 const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {evaluate_range<1>, evaluate_range<2>, evaluate_range<3>},
-                                 {evaluate_listed<1>, evaluate_listed<2>, evaluate_listed<3>}};
+                                 {evaluate_listed<1>, evaluate_listed<2>, evaluate_listed<3>},
+                                 build_blocks};
 
 }  // namespace simd
 }  // namespace maxlogdet

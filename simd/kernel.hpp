@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/blocks.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -35,6 +37,7 @@ struct Kernel {
   const char* isa;
   EvaluateRange evaluate_range[3];    ///< [rows - 1]
   EvaluateListed evaluate_listed[3];  ///< [rows - 1]
+  BuildBlocks build_blocks;           ///< see simd/blocks.hpp
 };
 
 /// Kernels built into this library, narrowest first, then nullptr.
