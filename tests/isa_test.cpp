@@ -1,40 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The same answer on every instruction set, and what MAXLOGDET_ISA does.
 #include "simd/kernel.hpp"
+#include "tests/forced_isa.hpp"
 #include "tests/support.hpp"
 
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::test {
 namespace {
-
-// Sets MAXLOGDET_ISA for a scope.
-class ForcedIsa {
- public:
-  explicit ForcedIsa(const char* name) {
-    const char* const previous = std::getenv("MAXLOGDET_ISA");
-    had_previous_ = previous != nullptr;
-    if (had_previous_) previous_ = previous;
-    set(name);
-  }
-  ~ForcedIsa() { set(had_previous_ ? previous_.c_str() : nullptr); }
-  ForcedIsa(const ForcedIsa&) = delete;
-  ForcedIsa& operator=(const ForcedIsa&) = delete;
-
- private:
-  static void set(const char* name) {
-    if (name == nullptr) {
-      unsetenv("MAXLOGDET_ISA");
-    } else {
-      setenv("MAXLOGDET_ISA", name, 1);
-    }
-  }
-  bool had_previous_;
-  std::string previous_;
-};
 
 TEST(Isa, the_baseline_is_always_there) {
   ASSERT_NE(built_in_isa(0), nullptr);
