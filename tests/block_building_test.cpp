@@ -121,9 +121,9 @@ Expected expected_block(const Batch& batch, std::size_t i) {
     const bool is_depth = batch.options.third == ThirdMeasurement::depth;
     const int rows = has_third ? 3 : 2;
     Eigen::Matrix3d j;
-    j.row(0) << camera.fx / p.z(), 0, -camera.fx * p.x() / (p.z() * p.z());
-    j.row(1) << 0, camera.fy / p.z(), -camera.fy * p.y() / (p.z() * p.z());
-    j.row(2) << j(0, 0), 0, j(0, 2) + camera.bf / (p.z() * p.z());
+    j.row(0) << camera.fx / p.z(), 0, -camera.fx * (p.x() / p.z()) / p.z();
+    j.row(1) << 0, camera.fy / p.z(), -camera.fy * (p.y() / p.z()) / p.z();
+    j.row(2) << j(0, 0), 0, j(0, 2) + camera.bf / p.z() / p.z();
     if (is_depth) j.row(2) << 0, 0, 1;
     Eigen::Vector3d sigmas(sigma, sigma, is_depth ? batch.options.depth_sigma : sigma);
     Eigen::MatrixXd covariance = Eigen::MatrixXd(sigmas.head(rows).cwiseAbs2().asDiagonal());
