@@ -379,16 +379,18 @@ void build_blocks_of(const BlockInput& input, BlockOutput& output) {
     const bool is_full = used == lanes;
     float* const entries = is_full ? output.planes + i : last;
     const std::size_t stride = is_full ? output.stride : lanes;
-    const bool are_all_valid = xsimd::all(valid);
-    if (!are_all_valid) clear_where_not(valid, h);
-    Squares<rows> squares = store(h, entries, stride);
-    Pack sum = squares.rows[0];
-    for (int row = 1; row < rows; ++row) sum += squares.rows[row];
-    const Mask is_held = is_finite(sum);  // entries that float32 holds have finite squares in float64
-    const bool are_all_held = xsimd::all(is_held);
-    if (!are_all_held) {
-      clear_where_not(is_held, h);
+    const bool are_all_computed = xsimd::all(valid);
+    if (!are_all_computed) clear_where_not(valid, h);
+    Squares<rows> squares;
+    bool are_all_held = true;
+    for (;;) {  // again only where float32 cannot hold a block
       squares = store(h, entries, stride);
+      Pack sum = squares.rows[0];
+      for (int row = 1; row < rows; ++row) sum += squares.rows[row];
+      const Mask is_held = is_finite(sum);  // entries that float32 holds have finite squares in float64
+      if (xsimd::all(is_held)) break;
+      are_all_held = false;
+      clear_where_not(is_held, h);
       valid = valid & is_held;
     }
     for (int row = 0; row < rows; ++row) row_squares = xsimd::max(row_squares, squares.rows[row]);
@@ -400,7 +402,7 @@ void build_blocks_of(const BlockInput& input, BlockOutput& output) {
         std::memcpy(output.planes + plane * output.stride + i, last + plane * lanes, used * sizeof(float));
       }
     }
-    if (are_all_valid && are_all_held && is_full) {
+    if (are_all_computed && are_all_held && is_full) {
       std::memset(output.validity + i, 1, lanes);
     } else {
       store_validity(valid, used, output.validity + i);
