@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/block_store.hpp>
 
+#include "kernel/block_writer.hpp"
+#include "simd/kernel.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -16,13 +19,20 @@ constexpr std::size_t floats_per_line = alignment / sizeof(float);
 constexpr std::size_t planes_per_row = state_dimension;
 constexpr std::size_t plane_count = planes_per_row * max_block_rows;
 
+// Filling a store never fails for its instruction set: where MAXLOGDET_ISA names none, the Selector says so.
+const simd::Kernel* kernel_to_use() noexcept {
+  const simd::Kernel* const active = simd::active();
+  return active != nullptr ? active : simd::built_in()[0];
+}
+
 }  // namespace
 
-BlockStore::BlockStore(std::size_t capacity) { reserve(capacity); }
+// Picked once, like a Selector's: a tracker's loop should not read the environment, which another thread may change.
+BlockStore::BlockStore(std::size_t capacity) : kernel_(kernel_to_use()) { reserve(capacity); }
 
-BlockStore::BlockStore(const BlockStore& other) { *this = other; }
+BlockStore::BlockStore(const BlockStore& other) : kernel_(other.kernel_) { *this = other; }
 
-BlockStore::BlockStore(BlockStore&& other) noexcept { *this = std::move(other); }
+BlockStore::BlockStore(BlockStore&& other) noexcept : kernel_(other.kernel_) { *this = std::move(other); }
 
 BlockStore& BlockStore::operator=(const BlockStore& other) {
   if (this == &other) return *this;
@@ -53,6 +63,7 @@ BlockStore& BlockStore::operator=(BlockStore&& other) noexcept {
   invalid_count_ = std::exchange(other.invalid_count_, 0);
   max_row_norm_ = std::exchange(other.max_row_norm_, 0);
   std::copy_n(other.column_max_, state_dimension, column_max_);
+  std::fill_n(other.column_max_, state_dimension, 0.0);
   rows_ = std::exchange(other.rows_, 0);
   return *this;
 }
@@ -91,6 +102,13 @@ void BlockStore::grow_for_one_more() {
   if (size_ == capacity_) reserve(std::max<std::size_t>(64, 2 * capacity_));
 }
 
+// The first block of this height: those before it get zero rows.
+void BlockStore::grow_to_rows(int rows) noexcept {
+  for (; rows_ < rows; ++rows_) {
+    for (int column = 0; column < state_dimension; ++column) std::fill_n(entry(rows_, column), size_, 0.0F);
+  }
+}
+
 std::size_t BlockStore::push_back(const double* block, int rows) {
   if (block == nullptr || rows < 1 || rows > max_block_rows) return push_back_invalid();
   float stored[max_block_rows][state_dimension] = {};
@@ -107,9 +125,7 @@ std::size_t BlockStore::push_back(const double* block, int rows) {
   }
 
   grow_for_one_more();
-  for (; rows_ < rows; ++rows_) {  // the first block of this height: those before it get zero rows
-    for (int column = 0; column < state_dimension; ++column) std::fill_n(entry(rows_, column), size_, 0.0F);
-  }
+  grow_to_rows(rows);
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < state_dimension; ++column) {
       entry(row, column)[size_] = stored[row][column];
@@ -129,6 +145,35 @@ std::size_t BlockStore::push_back_invalid() {
   valid_[size_] = 0;
   ++invalid_count_;
   return size_++;
+}
+
+BlockWriter::BlockWriter(BlockStore& blocks, std::size_t count) : blocks_(blocks) {
+  const std::size_t needed = blocks.size_ + count;
+  if (needed > blocks.capacity_) blocks.reserve(std::max(needed, 2 * blocks.capacity_));
+}
+
+simd::BlockOutput BlockWriter::append(const simd::BlockInput& input) noexcept {
+  simd::BlockOutput output{};
+  if (input.size == 0) return output;
+  output.planes = blocks_.planes_ + blocks_.size_;
+  output.stride = blocks_.stride_;
+  output.validity = blocks_.valid_.get() + blocks_.size_;
+  blocks_.kernel_->build_blocks(input, output);
+
+  blocks_.grow_to_rows(output.rows);
+  for (int row = output.rows_written; row < blocks_.rows_; ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      std::fill_n(blocks_.entry(row, column) + blocks_.size_, input.size, 0.0F);
+    }
+  }
+  blocks_.size_ += input.size;
+  blocks_.invalid_count_ += output.invalid;
+  blocks_.max_row_norm_ = std::max(blocks_.max_row_norm_, std::sqrt(output.row_squares));
+  for (int column = 0; column < state_dimension; ++column) {
+    double& largest = blocks_.column_max_[column];
+    largest = std::max(largest, std::sqrt(output.column_squares[column]));
+  }
+  return output;
 }
 
 }  // namespace maxlogdet

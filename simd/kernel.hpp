@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/blocks.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -83,6 +85,7 @@ struct Kernel {
   AddRow add_row;
   ListAtLeast list_at_least;
   Largest largest;
+  BuildBlocks build_blocks;            ///< see simd/blocks.hpp
 };
 
 /// Kernels built into this library, narrowest first, then nullptr.

@@ -6,6 +6,9 @@
 #include "simd/kernel.hpp"
 #include "simd/xsimd_compat.hpp"
 
+#include <cstring>
+#include <limits>
+
 namespace {
 
 using maxlogdet::simd::dimension;
@@ -17,6 +20,7 @@ using maxlogdet::simd::Tiles;
 }  // namespace
 
 #include "simd/decide.inl"
+#include "simd/blocks.inl"
 #include "simd/screen.inl"
 #include "simd/update.inl"
 
@@ -32,7 +36,8 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {gather<1>, gather<2>, gather<3>},
                                  add_row,
                                  list_at_least,
-                                 largest};
+                                 largest,
+                                 build_blocks};
 
 }  // namespace simd
 }  // namespace maxlogdet

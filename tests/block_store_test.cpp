@@ -134,6 +134,35 @@ TEST(BlockStore, refuses_a_capacity_beyond_memory) {
   EXPECT_EQ(blocks.capacity(), 0U);
 }
 
+TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
+  const auto expect_largest = [](const BlockStore& blocks, const Eigen::Matrix<double, 6, 1>& expected) {
+    for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], expected(column)) << column;
+  };
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks;
+  Eigen::Matrix<double, 6, 1> largest = Eigen::Matrix<double, 6, 1>::Zero();
+  expect_largest(blocks, largest);
+  for (int i = 0; i < 50; ++i) {
+    Block block = random_block(random, random.integer(1, 3), random.uniform(0.1, 2));
+    push_back(blocks, block);
+    largest = largest.cwiseMax(block.cast<float>().cast<double>().cwiseAbs().colwise().maxCoeff().transpose());
+    block *= 100;
+    block(block.rows() - 1, 5) = std::numeric_limits<double>::quiet_NaN();
+    push_back(blocks, block);  // kept as invalid: none of its entries is stored
+    expect_largest(blocks, largest);
+  }
+  const BlockStore copy = blocks;
+  expect_largest(copy, largest);
+  const BlockStore moved = std::move(blocks);
+  expect_largest(moved, largest);
+  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());  // NOLINT(bugprone-use-after-move)
+  blocks = copy;
+  expect_largest(blocks, largest);
+  blocks.clear();
+  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());
+}
+
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
   Random random;
   const Block block = random_block(random, 2).cast<float>().cast<double>();

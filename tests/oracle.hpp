@@ -28,6 +28,9 @@ class GreedyOracle {
     }
   }
 
+  /// R, upper triangular.
+  const Square& factor() const { return r_; }
+
   Scalar log_det() const { return 2 * r_.diagonal().array().abs().log().sum(); }
 
   Scalar gain(std::size_t i) const { return 2 * stacked(blocks_[i]).diagonal().array().abs().log().sum() - log_det(); }

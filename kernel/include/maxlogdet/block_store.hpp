@@ -5,6 +5,9 @@
 #include <memory>
 
 namespace maxlogdet {
+namespace simd {
+struct Kernel;
+}
 
 /// Dimension of the state: camera pose, xi = (translation, rotation).
 constexpr int state_dimension = 6;
@@ -13,7 +16,7 @@ constexpr int max_block_rows = 3;
 
 /// Candidate blocks H_i (rows x 6) as a structure of arrays in float32: one 64-byte aligned plane per entry (row,
 /// column), so that one vector load reads the same entry of consecutive candidates. Fill it once a frame; clear()
-/// keeps its memory.
+/// keeps its memory. The instruction set that append_blocks uses is picked when the store is made, as a Selector's is.
 class BlockStore {
  public:
   /// Reserves room for `capacity` candidates. Throws std::bad_alloc.
@@ -52,7 +55,7 @@ class BlockStore {
   /// Largest Euclidean norm of any stored row.
   double max_row_norm() const noexcept { return max_row_norm_; }
 
-  /// Largest |entry| of each column over all stored rows, state_dimension values.
+  /// Largest |entry| of each column of any stored row, state_dimension values.
   const double* column_max() const noexcept { return column_max_; }
 
   /// Entry (row, column) of every candidate, size() floats; row < rows().
@@ -65,6 +68,8 @@ class BlockStore {
   const unsigned char* validity() const noexcept { return valid_.get(); }
 
  private:
+  friend class BlockWriter;
+  void grow_to_rows(int rows) noexcept;
   void grow_for_one_more();
   float* entry(int row, int column) noexcept {
     return planes_ + static_cast<std::size_t>(state_dimension * row + column) * stride_;
@@ -79,6 +84,7 @@ class BlockStore {
   std::size_t invalid_count_ = 0;
   double max_row_norm_ = 0;
   double column_max_[state_dimension] = {};
+  const simd::Kernel* kernel_;
   int rows_ = 0;
 };
 

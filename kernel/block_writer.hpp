@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/blocks.hpp"
+
+#include <maxlogdet/block_store.hpp>
+
+#include <cstddef>
+
+namespace maxlogdet {
+
+/// How append_blocks writes whole planes of a store.
+class BlockWriter {
+ public:
+  /// Makes room for `count` more candidates; throws std::bad_alloc.
+  BlockWriter(BlockStore& blocks, std::size_t count);
+
+  /// Makes the candidates, `input.size` of them, and counts them in.
+  simd::BlockOutput append(const simd::BlockInput& input) noexcept;
+
+ private:
+  BlockStore& blocks_;
+};
+
+}  // namespace maxlogdet
