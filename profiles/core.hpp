@@ -16,8 +16,8 @@ struct Core {
 
   /// `steps` times x <- x * factor + addend on every chain; returns something that depends on all of it.
   float (*multiply_add)(std::size_t steps, float factor, float addend);
-  /// The sum of data[0, count): 64-byte aligned, count a multiple of sum_block.
-  float (*sum)(const float* data, std::size_t count);
+  /// Adds up data[0, count) `passes` times: 64-byte aligned, count a multiple of sum_block.
+  float (*sum)(const float* data, std::size_t count, std::size_t passes);
 };
 
 constexpr std::size_t sum_block = 128;  ///< 8 vectors of the widest instruction set
