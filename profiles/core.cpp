@@ -47,7 +47,7 @@ float multiply_add(std::size_t steps, float factor, float addend) {
   Pack x[chains] = {};
   for (int chain = 0; chain < chains; ++chain) x[chain] += static_cast<float>(chain);  // equal ones would be merged
   for (std::size_t step = 0; step < steps; ++step) {
-    for (int chain = 0; chain < chains; ++chain) x[chain] = x[chain] * factor + addend;
+    for (Pack& chain : x) chain = chain * factor + addend;
   }
   return total(x);
 }

@@ -2,11 +2,11 @@
 #include "profiles/full_round.hpp"
 
 #include "kernel/information_factor.hpp"
+#include "sim/scene.hpp"
 #include "simd/kernel.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
-#include <random>
 #include <stdexcept>
 #include <vector>
 
@@ -27,19 +27,16 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   }
   if (state_->kernel == nullptr) throw std::invalid_argument(isa + " is not supported here");
 
-  // Any blocks of ordinary size will do: no operation takes longer for one value than for another.
-  std::mt19937 random(1);
-  const auto entry = [&] { return static_cast<double>(random() % 2001) - 1000; };
-  for (std::size_t i = 0; i < candidates; ++i) {
-    double block[3 * state_dimension];
-    for (double& value : block) value = entry();
-    state_->blocks.push_back(block, rows);
-  }
+  BlockOptions options;
+  if (rows == 3) options.third = ThirdMeasurement::stereo;
+  build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
   state_->factor.reset(nullptr);
-  for (int selected = 0; selected < 50; ++selected) {
-    double row[state_dimension];
-    for (double& value : row) value = entry();
-    state_->factor.add_row(row);
+  for (std::size_t selected = 0; selected < 50; ++selected) {
+    for (int row = 0; row < rows; ++row) {
+      double h[state_dimension];
+      for (int column = 0; column < state_dimension; ++column) h[column] = state_->blocks.plane(row, column)[selected];
+      state_->factor.add_row(h);
+    }
   }
 }
 

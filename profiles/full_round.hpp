@@ -27,7 +27,7 @@ class FullRound {
  public:
   static constexpr std::size_t candidates = 2000;
 
-  /// `isa` is one that this machine supports; rows is 1, 2 or 3.
+  /// `isa` is one that this machine supports; rows is 2 or 3.
   FullRound(const std::string& isa, int rows);
   FullRound(FullRound&&) noexcept;
   FullRound& operator=(FullRound&&) noexcept;
