@@ -66,4 +66,5 @@ def main():
     replace_between(ROOT / "docs/performance.md", "grid", [machine, "", *HEADER, *(r["line"] for r in rows)])
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One call of select(), for tools that watch it. Usage: one_selection STRATEGY N K
+// One call of select(), or REPEAT calls, for tools that watch it. Usage: one_selection STRATEGY N K [REPEAT]
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
 
@@ -10,10 +10,10 @@
 #include <optional>
 
 int main(int argc, char** argv) {
-  const auto strategy = argc == 4 ? maxlogdet::sim::find_named(maxlogdet::sim::strategies, argv[1])
-                                  : std::optional<maxlogdet::Strategy>();
+  const auto strategy = argc == 4 || argc == 5 ? maxlogdet::sim::find_named(maxlogdet::sim::strategies, argv[1])
+                                               : std::optional<maxlogdet::Strategy>();
   if (!strategy) {
-    std::fprintf(stderr, "usage: one_selection %s N K\n",
+    std::fprintf(stderr, "usage: one_selection %s N K [REPEAT]\n",
                  maxlogdet::sim::joined(maxlogdet::sim::names_of(maxlogdet::sim::strategies), "|").c_str());
     return 2;
   }
@@ -24,7 +24,9 @@ int main(int argc, char** argv) {
   maxlogdet::BlockStore blocks(n);
   build_blocks(make_scene(maxlogdet::sim::Scene::euroc_like, n, 1), maxlogdet::BlockOptions(), blocks);
   maxlogdet::Selector selector(n);
-  const maxlogdet::Selection selection = selector.select(blocks, options);
+  maxlogdet::Selection selection = selector.select(blocks, options);
+  const std::size_t repeat = argc == 5 ? std::strtoul(argv[4], nullptr, 10) : 1;
+  for (std::size_t call = 1; call < repeat; ++call) selection = selector.select(blocks, options);
   std::printf("%s: %s, %zu of %zu, %zu gains evaluated, %s\n", to_string(options.strategy), to_string(selection.status),
               selection.size, n, selection.evaluations, maxlogdet::active_isa());
   return selection.has_answer() ? 0 : 1;

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Draws docs/images/roofline.{svg,png} from profiles/roofline.json."""
+
+import json
+import pathlib
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+COLOURS = ["#7f8c8d", "#1f77b4", "#d95f02"]  # narrowest instruction set first
+POINT_TYPES = {2: 7, 3: 5}  # rows: circle, square
+LEAST, MOST = 0.1, 32.0  # flop / byte
+TERMINALS = {
+    "svg": "svg size 900,560 dynamic noenhanced font 'sans-serif,14' background 'white'",
+    "png": "pngcairo size 900,560 noenhanced font 'sans-serif,11' background 'white'",
+}
+
+
+def script(record):
+    peaks = record["peak_gflops"]
+    colours = dict(zip(peaks, COLOURS[-len(peaks) :]))
+    top = max(peaks.values())
+    commands = [
+        f"set title '{record['machine']}: full round of {record['candidates']}, {record['arithmetic']}'",
+        "set logscale xy 2",
+        f"set xrange [{LEAST}:{MOST}]",
+        f"set yrange [{min(r['gflops'] for r in record['full_round']) / 2}:{2 * top}]",
+        "set xtics (0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32)",
+        "set xlabel 'arithmetic intensity, flop per byte of blocks read and gains written'",
+        "set ylabel 'GFLOP/s'",
+        "set grid back lt 1 lc rgb '#e0e0e0'",
+        "set key bottom right",
+    ]
+    for isa, peak in peaks.items():
+        commands.append(f"set label '{isa} peak, float32 multiply-adds: {peak:.0f}' at {0.98 * MOST},{1.12 * peak} right "
+                        f"tc rgb '{colours[isa]}'")
+    plots = []
+    for cache, dash in (("L1", 1), ("L2", 2)):
+        bandwidth = record[f"{cache.lower()}_gb_s"]
+        ridge = top / bandwidth
+        plots.append(f"[{LEAST}:{ridge}] {bandwidth} * x with lines lw 2 dt {dash} lc rgb '#404040' "
+                     f"title '{cache} loads, {bandwidth:.0f} GB/s'")
+    for isa, peak in peaks.items():
+        plots.append(f"[{peak / record['l1_gb_s']}:{MOST}] {peak} with lines lw 2 lc rgb '{colours[isa]}' notitle")
+    for rows, point in POINT_TYPES.items():
+        for isa, colour in colours.items():
+            r = next(r for r in record["full_round"] if r["rows"] == rows and r["isa"] == isa)
+            commands.append(f"${isa}_{rows} << EOD\n{r['intensity']} {r['gflops']}\nEOD")
+            plots.append(f"${isa}_{rows} with points pt {point} ps 1.4 lc rgb '{colour}' "
+                         f"title '{isa}, {rows} rows: {r['gflops']:.0f}'")
+    return "\n".join(commands) + "\nplot sample " + ", \\\n".join(plots) + "\n"
+
+
+def main():
+    record = json.loads((ROOT / "profiles/roofline.json").read_text())
+    for kind, terminal in TERMINALS.items():
+        file = ROOT / f"docs/images/roofline.{kind}"
+        text = f"set terminal {terminal}\nset output '{file}'\n{script(record)}"
+        subprocess.run(["gnuplot"], input=text, text=True, check=True)
+        print(f"drew {file.relative_to(ROOT)}")
+
+
+main()

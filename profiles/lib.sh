@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+# Shared by the scripts beside it, which run from the root of the project; sourced after ci/lib.sh.
+build=build/profile
+strategies=(greedy lazy_greedy stochastic_greedy)
+
+# build_profile TARGET: builds it in $build, as released but with symbols.
+build_profile() {
+  ci/install_packages test
+  ci/install_packages profile
+  mkdir -p "$build"
+  if ! run_logged "building $1" "$build/build.log" build_target "$1"; then
+    tail -40 "$build/build.log" >&2
+    exit 1
+  fi
+}
+build_target() {
+  configure_release "$build" -DMAXLOGDET_BUILD_BENCHMARKS=ON -DCMAKE_CXX_FLAGS=-g && cmake --build "$build" --target "$1"
+}
+
+machine() {
+  local model
+  model=$(grep -m1 'model name' /proc/cpuinfo | cut -d: -f2 | xargs || true)
+  echo "${model:-$(uname -m)}, $(nproc) cores"
+}
+
+# record_header COMMAND: where, with what and when a record was made.
+record_header() {
+  echo "# machine: $(machine)"
+  echo "# compiler: $(compiler)"
+  echo "# command: $1"
+  echo "# date: $(date -u +%F)"
+}
+compiler() {
+  sed -nE 's/^set\(CMAKE_CXX_COMPILER_(ID|VERSION) "(.*)"\)$/\2/p' "$build"/CMakeFiles/*/CMakeCXXCompiler.cmake |
+    xargs printf '%s '
+  echo Release
+}

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Rewrites the tables of docs/profiles.md from the records beside this script.
+
+Usage: write_tables.py [perf|callgrind|roofline]...    (all of them when none is named)
+"""
+
+import collections
+import json
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / "bench"))
+from write_tables import replace_between  # noqa: E402
+
+PAGE = ROOT / "docs/profiles.md"
+RECORDS = ROOT / "profiles"
+SMALLEST_SHARE = 1.0  # per cent, of what is listed
+
+
+def plain_name(symbol):
+    """The name of a function without its namespace, template arguments, arguments and type."""
+    symbol = symbol.replace("(anonymous namespace)", "").replace("operator()", "call")
+    kept, depth = "", 0
+    for letter in symbol:
+        depth += letter == "<"
+        if depth == 0:
+            kept += letter
+        depth -= letter == ">"
+    words = kept.split("(")[0].split()
+    return words[-1].removeprefix("::").removeprefix("maxlogdet::") if words else symbol
+
+
+def read_record(path):
+    """The header as a dictionary, and the lines of each strategy, the first of which is what the program printed."""
+    lines = path.read_text().splitlines()
+    header = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
+    body = "\n".join(line for line in lines if not line.startswith("#"))
+    return header, [block.splitlines() for block in body.strip().split("\n\n")]
+
+
+def caption(header):
+    return f"{header['machine']}, {header['compiler']}, {header['date']}; `{header['command']}`: {header['events']}."
+
+
+def program_line(line):
+    """Strategy, gains evaluated and instruction set, as one_selection prints them."""
+    match = re.fullmatch(r"(\w+): .*, (\d+) gains evaluated, (\w+)", line)
+    if not match:
+        sys.exit(f"not a line of one_selection: {line}")
+    return match.groups()
+
+
+def shares(functions):
+    """'name 76.2 %, other 20.8 %' of (name, per cent) pairs, equal names added up, largest first."""
+    total = collections.Counter()
+    for name, share in functions:
+        total[name] += share
+    return ", ".join(f"`{name}` {share:.1f} %" for name, share in total.most_common() if share >= SMALLEST_SHARE)
+
+
+def perf():
+    header, blocks = read_record(RECORDS / "perf.txt")
+    rows, events = [], []
+    for first, *lines in blocks:
+        counts = dict(reversed(m.groups()) for m in (re.fullmatch(r" +([0-9.]+)  (\S.*)", line) for line in lines) if m)
+        samples = [re.fullmatch(r" +([0-9.]+)%  (?:\[.\] )?(.*)", line) for line in lines]
+        events = events or list(counts)
+        strategy, _, isa = program_line(first)
+        functions = shares((plain_name(m[2]), float(m[1])) for m in samples if m)
+        values = [f"{float(counts[event]):.1f}" if event in counts else "" for event in events]
+        rows.append(f"| {strategy} | {isa} | {' | '.join(values)} | {functions} |")
+    titles = ["strategy", "ISA", *events, "samples by function"]
+    return [caption(header), "", f"| {' | '.join(titles)} |", "|---" * len(titles) + "|", *rows]
+
+
+def callgrind():
+    header, blocks = read_record(RECORDS / "callgrind.txt")
+    rows = []
+    for first, *lines in blocks:
+        strategy, gains, isa = program_line(first)
+        parts = [re.fullmatch(r" *([0-9,]+) \( ?([0-9.]+)%\) +(?:[^ ]+: )?(.*)", line) for line in lines]
+        parts = [m for m in parts if m]
+        total = int(parts[0][1].replace(",", ""))
+        functions = shares((plain_name(m[3]), float(m[2])) for m in parts[1:])
+        rows.append(f"| {strategy} | {isa} | {total:,} | {int(gains):,} | {total / int(gains):.1f} | {functions} |")
+    titles = ["strategy", "ISA", "instructions", "gains evaluated", "instructions / gain", "instructions by function"]
+    return [caption(header), "", f"| {' | '.join(titles)} |", "|---" * len(titles) + "|", *rows]
+
+
+def roofline():
+    record = json.loads((RECORDS / "roofline.json").read_text())
+    peaks = ", ".join(f"{isa} {peak:.0f}" for isa, peak in record["peak_gflops"].items())
+    lines = [
+        f"{record['machine']}, {record['compiler']}, {record['date']}; `{record['command']}`: best of {record['turns']} "
+        f"turns; full round of {record['candidates']}, {record['arithmetic']}.",
+        "",
+        f"Peak of float32 multiply-adds, GFLOP/s: {peaks}. Loads: L1 {record['l1_gb_s']:.0f} GB/s "
+        f"({record['l1_array_bytes'] // 1024} KiB), L2 {record['l2_gb_s']:.0f} GB/s "
+        f"({record['l2_array_bytes'] // 1024} KiB).",
+        "",
+        "| rows | ISA | ns / gain | GFLOP/s | median GFLOP/s | of peak | of FMA slots | flop / byte | roof | roof GFLOP/s |",
+        "|---" * 10 + "|",
+    ]
+    for r in record["full_round"]:
+        lines.append(
+            f"| {r['rows']} | {r['isa']} | {r['ns_per_gain']:.2f} | {r['gflops']:.1f} | {r['gflops_median']:.1f} "
+            f"| {100 * r['share_of_peak']:.0f} % | {100 * r['share_of_slots']:.0f} % | {r['intensity']:.2f} "
+            f"| {r['roof']} | {r['roof_gflops']:.0f} |"
+        )
+    return lines
+
+
+TABLES = {"perf": perf, "callgrind": callgrind, "roofline": roofline}
+
+
+def main():
+    names = sys.argv[1:] or list(TABLES)
+    if any(name not in TABLES for name in names):
+        sys.exit(__doc__)
+    for name in names:
+        replace_between(PAGE, name, TABLES[name]())
+
+
+if __name__ == "__main__":
+    main()
