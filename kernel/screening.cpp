@@ -55,7 +55,7 @@ void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
   for (std::size_t i = 0; i < n; ++i) memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
   std::fill(memory_.remaining + n, memory_.remaining + tile_size * tile_count_, 0.0F);
-  bound_tiles();
+  count_remaining();
 }
 
 void Screening::make_records(std::size_t n) noexcept { kernel_.make_records[rows_ - 1](planes_, n, memory_.records); }
@@ -73,17 +73,16 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   std::fill_n(remaining, count, 1.0F);
   std::fill(remaining + count, remaining + lanes, 0.0F);
   kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
-  bound_tiles();
+  std::fill_n(static_cast<unsigned char*>(memory_.tile_remaining), tile_count_, static_cast<unsigned char>(tile_size));
+  if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
 }
 
-// Nothing is known of the tiles yet.
-void Screening::bound_tiles() noexcept {
+void Screening::count_remaining() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     float count = 0;
     for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
   }
-  std::fill_n(static_cast<float*>(memory_.bounds), tile_count_, std::numeric_limits<float>::infinity());
 }
 
 void Screening::order_by_gain() noexcept {

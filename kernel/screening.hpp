@@ -87,7 +87,7 @@ class Screening {
   void count_evaluations() noexcept;
   std::size_t list_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
-  void bound_tiles() noexcept;
+  void count_remaining() noexcept;
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;

@@ -7,6 +7,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -17,7 +18,11 @@ struct FullRound::State {
   int rows = 0;
   BlockStore blocks = BlockStore(candidates);
   InformationFactor factor;
-  std::vector<double> growths = std::vector<double>(candidates);
+  float w[36] = {};
+  std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
+  std::vector<float> growths = std::vector<float>(candidates);
+  std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
+  std::vector<std::uint32_t> tiles = std::vector<std::uint32_t>(candidates / simd::tile_size);
 };
 
 FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique<State>()) {
@@ -32,12 +37,18 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
+    double h[max_block_rows][state_dimension] = {};
     for (int row = 0; row < rows; ++row) {
-      double h[state_dimension];
-      for (int column = 0; column < state_dimension; ++column) h[column] = state_->blocks.plane(row, column)[selected];
-      state_->factor.add_row(h);
+      for (int column = 0; column < state_dimension; ++column) {
+        h[row][column] = static_cast<double>(state_->blocks.plane(row, column)[selected]);
+      }
     }
+    state_->factor.add_block(*state_->kernel, h, rows);
   }
+  for (int i = 0; i < 36; ++i) {
+    state_->w[i] = static_cast<float>(state_->factor.inverse()[simd::padded_dimension * (i / 6) + i % 6]);
+  }
+  std::iota(state_->tiles.begin(), state_->tiles.end(), 0U);
 }
 
 FullRound::FullRound(FullRound&&) noexcept = default;
@@ -46,8 +57,9 @@ FullRound::~FullRound() = default;
 
 void FullRound::operator()() noexcept {
   State& state = *state_;
-  state.kernel->evaluate_range[state.rows - 1]({state.blocks.plane(0, 0), state.blocks.stride()},
-                                               state.factor.inverse(), 0, candidates, state.growths.data());
+  const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
+  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(), state.growths.data(),
+                                       state.highest.data());
 }
 
 }  // namespace maxlogdet::profiles

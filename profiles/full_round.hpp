@@ -16,11 +16,11 @@ struct Arithmetic {
   int vector_operations;
 };
 
-/// What the kernel of today computes with: each multiplication and addition rounded for itself, none fused.
-/// Y = H W^T: 21 products, 15 sums a row. Gram-Schmidt: simd/evaluate.inl, determinant_growth.
-constexpr const char* arithmetic_name = "float64, not fused";
-constexpr std::size_t element_bytes = 8;
-constexpr Arithmetic gain_arithmetic[3] = {{47, 47}, {125, 125}, {234, 234}};  // [rows - 1]
+/// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds a row, a dot product of two rows 2, 4 and
+/// an addition, the growth of the determinant what growth_by_minors in simd/screen.inl writes down.
+constexpr const char* arithmetic_name = "float32, fused";
+constexpr std::size_t element_bytes = 4;
+constexpr Arithmetic gain_arithmetic[3] = {{47, 28}, {110, 66}, {199, 123}};  // [rows - 1]
 
 /// One evaluation of the gains of all candidates with one instruction set, in the middle of a selection.
 class FullRound {
@@ -35,10 +35,8 @@ class FullRound {
 
   void operator()() noexcept;
 
-  /// Read and written for one gain: the entries of its block, and the gain itself.
-  static constexpr std::size_t bytes_per_gain(int rows) {
-    return static_cast<std::size_t>(6 * rows) * sizeof(float) + element_bytes;
-  }
+  /// Read and written for one gain: the entries of its block, whether it remains, and the gain itself.
+  static constexpr std::size_t bytes_per_gain(int rows) { return static_cast<std::size_t>(6 * rows + 2) * element_bytes; }
 
  private:
   struct State;
