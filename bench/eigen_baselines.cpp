@@ -73,7 +73,12 @@ class FixedSizeSelector : public EigenSelector {
 
   void factorise() {
     inverse_.setIdentity();
-    information_.llt().matrixL().solveInPlace(inverse_);
+    const Eigen::LLT<Matrix6> cholesky(information_);
+    // By columns: Eigen unrolls the solve for a vector, not for a small matrix.
+    for (int j = 0; j < 6; ++j) {
+      auto column = inverse_.col(j);
+      cholesky.matrixL().solveInPlace(column);
+    }
   }
 
   double gain(std::uint32_t i) const { return determinant(Block(inverse_ * blocks_[i])); }

@@ -20,7 +20,11 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t fewest_calls = 3;  // in a repetition, however slow
 constexpr double warm_up = 0.003;        // s
 
-double repetition_seconds = 0.1;
+double repetition_seconds = 0.2;
+
+std::size_t repeated_cases = 0;
+std::size_t single_cases = 0;
+std::size_t expected_runs = 0;  // 0: unknown
 
 struct Samples {
   std::vector<double> microseconds;
@@ -32,9 +36,10 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 void show_progress(const std::string& name) {
   static const auto start = Clock::now();
   static std::size_t runs = 0;
+  const std::string of = expected_runs > 0 ? " of " + std::to_string(expected_runs) : "";
   const bool is_terminal = isatty(STDERR_FILENO) == 1;
-  std::fprintf(stderr, is_terminal ? "\r\033[K%4.0f s, run %zu: %.90s" : "%4.0f s, run %zu: %s\n", seconds_since(start),
-               ++runs, name.c_str());
+  std::fprintf(stderr, "%srun %zu%s, %.0f s: %.90s%s", is_terminal ? "\r\033[K" : "", ++runs, of.c_str(),
+               seconds_since(start), name.c_str(), is_terminal ? "" : "\n");
 }
 
 void run_repetition(const Work& work, std::size_t calls, Samples& samples) {
@@ -84,11 +89,13 @@ void add_case(const std::string& name, std::function<Work()> make_work, std::siz
       });
   registered->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(1);
   if (calls > 0) registered->Repetitions(1);
+  ++(calls > 0 ? single_cases : repeated_cases);
 }
 
 void set_seconds_per_repetition(double seconds) { repetition_seconds = seconds; }
 
-void run_cases() {
+void run_cases(std::size_t repetitions, bool all) {
+  if (all) expected_runs = single_cases + repetitions * repeated_cases;
   benchmark::RunSpecifiedBenchmarks();
   if (isatty(STDERR_FILENO) == 1) std::fputs("\r\033[K", stderr);
 }

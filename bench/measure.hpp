@@ -28,7 +28,8 @@ void add_case(const std::string& name, std::function<Work()> make_work, std::siz
 /// Wall time of one repetition, s.
 void set_seconds_per_repetition(double seconds);
 
-/// Runs what was registered, with progress on stderr: one line rewritten on a terminal, else a line a case.
-void run_cases();
+/// Runs what was registered, in so many repetitions, with progress on stderr: one line rewritten on a terminal, else a
+/// line a run. `all`: no filter leaves cases out, so that it is known how many runs there will be.
+void run_cases(std::size_t repetitions, bool all);
 
 }  // namespace maxlogdet::bench
