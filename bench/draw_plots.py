@@ -22,7 +22,7 @@ STYLES = {
     "eigen_lazy": "lc rgb '#e69f00' dt 2 pt 6",
     "eigen_lazy_scan": "lc rgb '#e69f00' dt 3 pt 8",
     "eigen_stochastic": "lc rgb '#66c2a5' dt 2 pt 10",
-    "eigen_log_det": "lc rgb '#cc79a7' dt 2 pt 11",
+    "eigen_log_det": "lc rgb '#cc79a7' dt 2 pt 13",
 }
 SETTING = "EuRoC-like frame, 2 rows, one thread"
 
@@ -38,6 +38,10 @@ def draw(name, size, body, folder):
         path.write_text(script)
         subprocess.run(["gnuplot", str(path)], check=True)
     print(f"drew docs/images/{name}.svg and .png")
+
+
+GRID = "lc rgb '#c0c0c0' lw 0.7, lc rgb '#e4e4e4' lw 0.7"
+KEY = "set key outside right center reverse Left width -2 spacing 1.3"
 
 
 def block(name, lines):
@@ -58,8 +62,7 @@ def lines_over(results, axis, values, title, log_x):
         body + f"set title '{title}'\nset logscale {'xy' if log_x else 'y'}\n"
         f"set xlabel '{'candidates n' if axis == 'n' else 'budget k'}'\nset ylabel 'median of one call (µs)'\n"
         f"set xtics ({ticks})\nset xrange [{low * 0.85 if log_x else 0}:{high * 1.18 if log_x else high + 10}]\n"
-        "set grid xtics ytics mytics lc rgb '#d0d0d0' lw 0.5, lc rgb '#ececec' lw 0.5\nset tics nomirror out\n"
-        "set key outside right center noautotitle spacing 1.3\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
+        f"set format y '%.0f'\nset grid xtics ytics mytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
     )
 
 
@@ -96,11 +99,14 @@ def pareto(results):
     # Exact methods lie on the line of no loss, so the axis of losses is linear; labels would overlap there: a key.
     body = ""
     curves = []
+    latencies, losses = [], [0.1]
     for method, style in STYLES.items():
         epsilons = EPSILONS if method in STOCHASTIC else [None]
         found = [(e, results.find(method, **({"epsilon": e} if e else {}))) for e in epsilons]
         lines = [f"{r['median_us']} {-r['delta_nats'] + 0.0:.6f} {f'ε={e}' if e else ''}" for e, r in found if r]
         body += block(method, lines)
+        latencies += [r["median_us"] for _, r in found if r]
+        losses += [-r["delta_nats"] for _, r in found if r]
         kind = "linespoints" if method in STOCHASTIC else "points"
         curves.append(f"${method} using 1:2 with {kind} lw 2 ps 1.6 {style} title '{label_of(method)}'")
         if method in ("stochastic_greedy", "eigen_log_det"):
@@ -108,9 +114,8 @@ def pareto(results):
     return (
         body + f"set title 'loss against latency, n = 2000, k = 100; {SETTING}'\nset logscale x\n"
         "set xlabel 'median of one call (µs)'\nset ylabel 'mean loss of log det to exact greedy (nats)'\n"
-        "set yrange [-0.05:1]\nset xrange [*:*]\nset offsets graph 0.05, graph 0.12, 0, 0\n"
-        "set grid xtics ytics mxtics lc rgb '#d0d0d0' lw 0.5, lc rgb '#ececec' lw 0.5\nset tics nomirror out\n"
-        "set key outside right center spacing 1.3\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
+        f"set yrange [-0.05:{1.15 * max(losses):.2f}]\nset xrange [{0.7 * min(latencies)}:{1.4 * max(latencies)}]\n"
+        f"set format x '%.0f'\nset grid xtics ytics mxtics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
     )
 
 

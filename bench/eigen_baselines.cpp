@@ -46,7 +46,7 @@ class FixedSizeSelector : public EigenSelector {
       Block block;
       for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < 6; ++column)
-          block(column, row) = static_cast<double>(store.plane(row, column)[i]);
+          block.col(row)[column] = static_cast<double>(store.plane(row, column)[i]);
       }
       blocks_.push_back(block);
       names_.push_back(static_cast<std::uint32_t>(i));

@@ -4,11 +4,11 @@
 #include "sim/latency.hpp"
 
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -33,6 +33,13 @@ struct Samples {
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+// How often another process got this one's processor.
+long preemptions_so_far() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_nivcsw;
+}
+
 void show_progress(const std::string& name) {
   static const auto start = Clock::now();
   static std::size_t runs = 0;
@@ -52,6 +59,7 @@ void run_repetition(const Work& work, std::size_t calls, Samples& samples) {
     if (calls > 0) return call >= calls;
     return call >= fewest_calls && seconds_since(start_of_run) >= repetition_seconds;
   };
+  const long preemptions = preemptions_so_far();
   const std::size_t first = samples.microseconds.size();  // stochastic strategies: seeds not used so far
   for (std::size_t call = 0; !is_done(call); ++call) {
     const auto start = Clock::now();
@@ -59,36 +67,46 @@ void run_repetition(const Work& work, std::size_t calls, Samples& samples) {
     samples.microseconds.push_back(1e6 * seconds_since(start));
     if (work.record) work.record(first + call, samples.sums);
   }
+  samples.sums["preemptions"] += static_cast<double>(preemptions_so_far() - preemptions);
 }
 
-void measure(benchmark::State& state, const std::string& name, const std::function<Work()>& make_work,
-             std::size_t calls, Samples& samples) {
-  show_progress(name);
-  for (auto iteration : state) {
-    (void)iteration;
-    run_repetition(make_work(), calls, samples);
-    state.SetIterationTime(1e-6 * sim::latency_of(samples.microseconds).median);
+class Case : public benchmark::internal::Benchmark {
+ public:
+  Case(const std::string& name, std::function<Work()> make_work, std::size_t calls)
+      : Benchmark(name.c_str()), name_(name), make_work_(std::move(make_work)), calls_(calls) {
+    UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(1);
+    if (calls > 0) Repetitions(1);
   }
-  const sim::Latency latency = sim::latency_of(samples.microseconds);
-  state.counters["median_us"] = latency.median;
-  state.counters["p99_us"] = latency.p99;
-  state.counters["p999_us"] = latency.p999;
-  state.counters["max_us"] = latency.max;
-  const auto count = static_cast<double>(samples.microseconds.size());
-  state.counters["calls"] = count;
-  for (const auto& [counter, sum] : samples.sums) state.counters[counter] = sum / count;
-}
+
+  void Run(benchmark::State& state) override {
+    show_progress(name_);
+    for (auto iteration : state) {
+      (void)iteration;
+      run_repetition(make_work_(), calls_, samples_);
+      state.SetIterationTime(1e-6 * sim::latency_of(samples_.microseconds).median);
+    }
+    const sim::Latency latency = sim::latency_of(samples_.microseconds);
+    state.counters["median_us"] = latency.median;
+    state.counters["p99_us"] = latency.p99;
+    state.counters["p999_us"] = latency.p999;
+    state.counters["max_us"] = latency.max;
+    const auto count = static_cast<double>(samples_.microseconds.size());
+    state.counters["calls"] = count;
+    for (const auto& [counter, sum] : samples_.sums) state.counters[counter] = sum / count;
+  }
+
+ private:
+  std::string name_;
+  std::function<Work()> make_work_;
+  std::size_t calls_;  // 0: as many as fit
+  Samples samples_;    // of all repetitions so far
+};
 
 }  // namespace
 
 void add_case(const std::string& name, std::function<Work()> make_work, std::size_t calls) {
-  const auto samples = std::make_shared<Samples>();
-  auto* const registered = benchmark::RegisterBenchmark(
-      name.c_str(), [name, make_work = std::move(make_work), calls, samples](benchmark::State& state) {
-        measure(state, name, make_work, calls, *samples);
-      });
-  registered->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(1);
-  if (calls > 0) registered->Repetitions(1);
+  auto* const added = new Case(name, std::move(make_work), calls);  // Google Benchmark takes it over
+  benchmark::internal::RegisterBenchmarkInternal(added);            // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
   ++(calls > 0 ? single_cases : repeated_cases);
 }
 

@@ -12,7 +12,8 @@
 
 namespace maxlogdet::bench {
 
-/// Sums over calls, by counter; reported as means.
+/// Sums over calls, by counter; reported as means a call. `preemptions` is added to what a case records: how often
+/// another process took the processor away, which is what the highest latencies of a busy machine are.
 using Sums = std::map<std::string, double>;
 
 /// A case made ready to run.

@@ -7,7 +7,6 @@
 #include "sim/names.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -43,13 +42,10 @@ std::string name_of(const std::string& kind, const std::string& method, const Po
 }
 
 // Positions at which two answers differ.
-template <class Indices>
-double mismatches(const Indices& indices, const std::vector<std::uint32_t>& exact) {
-  double count = std::abs(static_cast<double>(indices.end() - indices.begin()) - static_cast<double>(exact.size()));
-  for (auto a = indices.begin(), b = exact.begin(); a != indices.end() && b != exact.end(); ++a, ++b) {
-    count += *a != *b ? 1 : 0;
-  }
-  return count;
+double mismatches(const std::uint32_t* indices, std::size_t size, const std::vector<std::uint32_t>& exact) {
+  std::size_t count = std::max(size, exact.size());
+  for (std::size_t i = 0; i < std::min(size, exact.size()); ++i) count -= indices[i] == exact[i] ? 1 : 0;
+  return static_cast<double>(count);
 }
 
 // Selectors made while this lives run on that instruction set.
@@ -91,13 +87,13 @@ Work library_work(Strategy strategy, const Point& at) {
   const auto record = [state, &stores, &exact](std::size_t call, Sums& sums) {
     const Selection& selection = state->selection;
     const ExactAnswer& answer = exact[call % stores.size()];
-    sums["n"] += static_cast<double>(stores[call % stores.size()].size());
+    sums["candidates"] += static_cast<double>(stores[call % stores.size()].size());
     sums["delta_nats"] += selection.log_det - answer.log_det;
     sums["evaluations"] += static_cast<double>(selection.evaluations);
     // HOOK: once Selection has the field:
     // sums["float64_decisions"] += static_cast<double>(selection.float64_decisions);
     if (state->options.strategy != Strategy::stochastic_greedy) {
-      sums["mismatches"] += mismatches(selection, answer.indices);
+      sums["mismatches"] += mismatches(selection.indices, selection.size, answer.indices);
     }
   };
   return {run, record};
@@ -117,11 +113,11 @@ Work eigen_work(EigenMethod method, const Point& at) {
   const auto record = [selectors, method, &stores, &exact](std::size_t call, Sums& sums) {
     const std::size_t frame = call % selectors->size();
     const EigenSelector& selector = *(*selectors)[frame];
-    sums["n"] += static_cast<double>(stores[frame].size());
+    sums["candidates"] += static_cast<double>(stores[frame].size());
     sums["delta_nats"] += selector.log_det() - exact[frame].log_det;
     sums["evaluations"] += static_cast<double>(selector.evaluations());
     if (method != EigenMethod::stochastic && method != EigenMethod::log_det) {
-      sums["mismatches"] += mismatches(selector.indices(), exact[frame].indices);
+      sums["mismatches"] += mismatches(selector.indices().data(), selector.indices().size(), exact[frame].indices);
     }
   };
   return {run, record};
@@ -151,8 +147,11 @@ class Cases {
     }
   }
 
-  void every_baseline(const Point& at) {
-    for (const EigenMethod method : eigen_methods) eigen(method, at);
+  void every_baseline(Point at, const std::vector<double>& epsilons) {
+    for (const double epsilon : epsilons) {
+      at.epsilon = epsilon;
+      for (const EigenMethod method : eigen_methods) eigen(method, at);
+    }
   }
 
  private:
@@ -177,27 +176,21 @@ void add_selection_cases(bool full) {
       at.n = n;
       at.blocks = blocks;
       cases.every_strategy(at, epsilons);
-      cases.every_baseline(at);
+      cases.every_baseline(at, {base.epsilon});
     }
     for (const std::size_t k : budgets) {
       Point at;
       at.k = k;
       at.blocks = blocks;
       cases.every_strategy(at, epsilons);
-      cases.every_baseline(at);
+      cases.every_baseline(at, {base.epsilon});
     }
-  }
-  for (const double epsilon : epsilons) {
-    Point at;
-    at.epsilon = epsilon;
-    cases.eigen(EigenMethod::stochastic, at);
-    cases.eigen(EigenMethod::log_det, at);
   }
   for (const Blocks blocks : kinds) {
     Point at;
     at.blocks = blocks;
     cases.every_strategy(at, epsilons);
-    cases.every_baseline(at);
+    cases.every_baseline(at, epsilons);
   }
   for (const std::string& isa : sim::supported_isas()) {
     for (const Blocks blocks : full ? kinds : std::vector<Blocks>{Blocks::two_rows, Blocks::three_rows}) {
@@ -219,7 +212,7 @@ void add_selection_cases(bool full) {
       at.family = family;
       at.blocks = blocks;
       cases.every_strategy(at, full ? epsilons : std::vector<double>{base.epsilon});
-      cases.every_baseline(at);
+      cases.every_baseline(at, {base.epsilon});
     }
   }
 
