@@ -138,6 +138,9 @@ class ExactBatched : public FixedSizeSelector<rows> {
         stacked_[row].row(i) = this->blocks_[static_cast<std::size_t>(i)].col(row).transpose();
       }
     }
+    if (rows == 3) {
+      for (Eigen::ArrayXd& entries : gram_) entries.resize(n);
+    }
     gains_.resize(n);
     is_left_.resize(n);
   }
@@ -169,14 +172,20 @@ class ExactBatched : public FixedSizeSelector<rows> {
     } else if constexpr (rows == 2) {
       gains_ = (1 + product(0, 0)) * (1 + product(1, 1)) - product(0, 1).square();
     } else {
-      const Eigen::ArrayXd a = 1 + product(0, 0), b = 1 + product(1, 1), c = 1 + product(2, 2), d = product(0, 1),
-                           e = product(0, 2), f = product(1, 2);
+      auto& [a, b, c, d, e, f] = gram_;  // I + Y Y^T: the diagonal, then (0, 1), (0, 2), (1, 2)
+      a = 1 + product(0, 0);
+      b = 1 + product(1, 1);
+      c = 1 + product(2, 2);
+      d = product(0, 1);
+      e = product(0, 2);
+      f = product(1, 2);
       gains_ = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
     }
   }
 
   Columns stacked_[rows];
   Columns y_[rows];
+  Eigen::ArrayXd gram_[6];  // 3 rows only
   Eigen::ArrayXd gains_;
   Eigen::ArrayXd is_left_;
 };
