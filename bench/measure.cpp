@@ -28,6 +28,7 @@ std::size_t expected_runs = 0;  // 0: unknown
 
 struct Samples {
   std::vector<double> microseconds;
+  std::vector<double> undisturbed;  // those of calls that were not preempted
   Sums sums;
 };
 
@@ -59,15 +60,18 @@ void run_repetition(const Work& work, std::size_t calls, Samples& samples) {
     if (calls > 0) return call >= calls;
     return call >= fewest_calls && seconds_since(start_of_run) >= repetition_seconds;
   };
-  const long preemptions = preemptions_so_far();
   const std::size_t first = samples.microseconds.size();  // stochastic strategies: seeds not used so far
   for (std::size_t call = 0; !is_done(call); ++call) {
+    const long preemptions_before = preemptions_so_far();
     const auto start = Clock::now();
     work.run(first + call);
-    samples.microseconds.push_back(1e6 * seconds_since(start));
+    const double microseconds = 1e6 * seconds_since(start);
+    const long preemptions = preemptions_so_far() - preemptions_before;
+    samples.microseconds.push_back(microseconds);
+    if (preemptions == 0) samples.undisturbed.push_back(microseconds);
+    samples.sums["preemptions"] += static_cast<double>(preemptions);
     if (work.record) work.record(first + call, samples.sums);
   }
-  samples.sums["preemptions"] += static_cast<double>(preemptions_so_far() - preemptions);
 }
 
 class Case : public benchmark::internal::Benchmark {
@@ -90,6 +94,9 @@ class Case : public benchmark::internal::Benchmark {
     state.counters["p99_us"] = latency.p99;
     state.counters["p999_us"] = latency.p999;
     state.counters["max_us"] = latency.max;
+    if (!samples_.undisturbed.empty()) {
+      state.counters["undisturbed_p99_us"] = sim::latency_of(samples_.undisturbed).p99;
+    }
     const auto count = static_cast<double>(samples_.microseconds.size());
     state.counters["calls"] = count;
     for (const auto& [counter, sum] : samples_.sums) state.counters[counter] = sum / count;
