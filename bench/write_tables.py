@@ -1,43 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the benchmark tables of README.md and docs/performance.md from Google Benchmark's JSON.
+"""Prints the table of all cases; rewrites the benchmark tables of README.md and docs/performance.md.
 
 Usage: write_tables.py BENCH.json
 A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'.
 """
 
 import json
-import pathlib
-import platform
-import re
+import math
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-BLOCKS = ["map_bias, 2 rows", "map_bias, stereo, 3 rows", "measurement, stereo, 3 rows"]
-HEADER = [
-    "| strategy | n | k | blocks | median µs | p99 µs | max µs | Δ log det (nats) | gains evaluated |",
-    "|---|---|---|---|---|---|---|---|---|",
-]
+from results import BLOCKS, EIGEN, EPSILONS, ROOT, STRATEGIES, Results, fastest, label_of, nats, ratio, times, us
 
-
-def cpu_model():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.machine()
-
-
-def row(result):
-    _, strategy, n, k, blocks = result["name"].removesuffix("/manual_time").split("/")
-    strategy = re.sub(r"_0p(\d+)$", r", ε = 0.\1", strategy)
-    delta = round(result["delta_nats"], 4) + 0.0  # no -0.0000
-    n, k, blocks = (text.split(":")[1] for text in (n, k, blocks))
-    return {
-        "n": int(n),
-        "k": int(k),
-        "line": f"| {strategy} | {n} | {k} | {BLOCKS[int(blocks)]} | {result['median_us']:.1f} | {result['p99_us']:.1f} "
-        f"| {result['max_us']:.1f} | {delta:.4f} | {result['evaluations']:.0f} |",
-    }
+SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
+BUDGETS = ["20", "60", "100", "200"]
+COLUMNS = [("greedy", None), ("lazy_greedy", None), *(("stochastic_greedy", e) for e in EPSILONS)]
+BASELINES = [(method, None) for method in EIGEN]
 
 
 def replace_between(path, name, lines):
@@ -50,20 +28,227 @@ def replace_between(path, name, lines):
     print(f"rewrote {name} in {path.relative_to(ROOT)}")
 
 
+def table(header, rows):
+    line = lambda cells: "| " + " | ".join(cells) + " |"
+    return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
+
+
+def epsilon_at(method, epsilon):
+    return {"epsilon": epsilon} if epsilon else {}
+
+
+# The table of everything, for the terminal.
+
+
+def print_all(results):
+    header = ["case", "median", "p99", "max us", "delta nats", "evaluations", *(f"x {EIGEN[m][6:]}" for m in EIGEN)]
+    lines = []
+    order = {method: i for i, method in enumerate([*STRATEGIES, *EIGEN])}
+    key = lambda r: (r["kind"], r.get("family", ""), r.get("blocks", ""), r.get("isa", ""), number(r.get("k")),
+                     number(r.get("n")), order.get(r["method"], 0), r.get("epsilon", ""), r["name"])  # fmt: skip
+    for row in sorted(results.rows, key=key):
+        case = "/".join(p for p in row["name"].split("/") if p not in ("manual_time", "iterations:1", "repeats:1"))
+        cells = [case, us(row), us(row, "p99_us"), us(row, "max_us")]
+        if "delta_nats" in row:
+            cells += [nats(row), f"{row['evaluations']:.0f}"]
+        if row["method"] in STRATEGIES and row["kind"] == "select":
+            cells += [times(ratio(results.baseline(m, row), row)) for m in EIGEN]
+        lines.append(cells)
+    width = max(len(cells[0]) for cells in lines)
+    for cells in [header, *lines]:
+        print(f"{cells[0]:<{width}}", *(f"{cell:>11}" if i < 5 else f"{cell:>17}" for i, cell in enumerate(cells[1:])))
+    print()
+
+
+def number(text):
+    return int(text) if text and text.isdigit() else 0
+
+
+# README: the main cases.
+
+
+def readme_rows(results):
+    for blocks in ("2_rows", "3_rows"):
+        for method, epsilon in COLUMNS:
+            row = results.find(method, blocks=blocks, **epsilon_at(method, epsilon))
+            if row is None:
+                continue
+            baseline = lambda *methods: fastest([results.baseline(m, row) for m in methods])
+            exact = ratio(baseline("eigen_exact", "eigen_exact_batched"), row)
+            lazy = ratio(baseline("eigen_lazy", "eigen_lazy_scan"), row)
+            stochastic = ratio(baseline("eigen_stochastic"), row)
+            log_det = ratio(baseline("eigen_log_det"), row)
+            yield [label_of(method, epsilon), BLOCKS[blocks], us(row), us(row, "p99_us"), us(row, "max_us"), nats(row),
+                   f"{row['evaluations']:.0f}", times(exact), times(lazy), times(stochastic), times(log_det)]  # fmt: skip
+
+
+def readme_table(results):
+    header = ["strategy", "blocks", "median µs", "p99 µs", "max µs", "Δ log det (nats)", "gains evaluated",
+              "× exact", "× lazy", "× stochastic", "× log det"]  # fmt: skip
+    return [
+        "100 of 2000 matches, EuRoC-like frame. The last columns: how many times faster than a search written with Eigen in "
+        "float64 and",
+        "compiled with `-O3 -march=native`, in the same run ([bench/eigen_baselines.cpp](bench/eigen_baselines.cpp)): exact and "
+        "lazy greedy, the",
+        "faster of two variants each; stochastic greedy with the same ε, or 0.1; and the method's own way, a 6 x 6 "
+        "log det a candidate.",
+        "",
+        *table(header, readme_rows(results)),
+        "",
+        results.machine(),
+    ]
+
+
+# docs/performance.md: one table an axis, all else at the base point.
+
+
+def medians(results, title, axis, values, columns, names=None):
+    """Median us over one axis; a value of the axis a line."""
+    rows = []
+    for value in values:
+        found = [results.find(m, **{axis: value}, **epsilon_at(m, e)) for m, e in columns]
+        if any(found):
+            rows.append([(names or {}).get(value, value), *(us(row) for row in found)])
+    return [title, "", *table([axis, *(label_of(m, e) for m, e in columns)], rows), ""]
+
+
+def base_rows(results):
+    many = results.find("lazy_greedy", kind="many_calls")
+    methods = [*COLUMNS, *BASELINES[:4], *((m, e) for m, _ in BASELINES[4:] for e in EPSILONS)]
+    found = [(label_of(m, e), results.find(m, **epsilon_at(m, e))) for m, e in methods]
+    found.insert(2, ("lazy_greedy, many calls", many))
+    for label, row in found:
+        if row is not None:
+            mismatches = f"{row['mismatches']:.0f}" if "mismatches" in row else "–"
+            yield [label, us(row), us(row, "p99_us"), us(row, "p999_us"), us(row, "max_us"),
+                   nats(row), mismatches, f"{row['evaluations']:.0f}", f"{row['calls']:.0f}",
+                   f"{row['calls'] * row['preemptions']:.0f}"]  # fmt: skip
+
+
+def family_rows(results, names):
+    columns = [("greedy", None), ("lazy_greedy", None), ("stochastic_greedy", "0.1"), *BASELINES]
+    for family in names:
+        n = {"n": "all"} if family == "real_frames" else {}
+        found = [results.find(m, family=family, **n, **epsilon_at(m, e)) for m, e in columns]
+        if not any(found):
+            continue
+        lazy = found[1]
+        share = "–" if lazy is None or found[0] is None else f"{lazy['evaluations'] / found[0]['evaluations']:.2f}"
+        size = "" if lazy is None or not n else f" (mean n {lazy['candidates']:.0f})"
+        yield [family + size, *(us(row) for row in found), nats(found[2]), share]
+
+
+def grid(results):
+    families = ["euroc_like", "kitti_like", "far_narrow", "clustered", "equal_gains", "real_frames"]
+    isas = sorted({r["isa"] for r in results.rows if r.get("isa") not in (None, "native")})
+    isas.sort(key=lambda isa: -(results.find("greedy", isa=isa) or {"median_us": 0})["median_us"])
+    thirds, weightings = ["none", "stereo", "depth"], ["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
+    return [
+        results.machine(),
+        "",
+        "Median µs of single calls. Where a table does not say otherwise: n = 2000, k = 100, 2 rows, EuRoC-like, "
+        "ε = 0.1, the widest instruction set.",
+        "Repetitions of all cases are interleaved. The baselines are [bench/eigen_baselines.cpp](../bench/eigen_baselines.cpp), "
+        "float64, `-O3 -march=native`.",
+        "",
+        "![latency over n](images/latency_over_n.png)",
+        "",
+        "![latency over k](images/latency_over_k.png)",
+        "",
+        "At the base point (mismatches: positions at which the indices differ from exact greedy's):",
+        "",
+        *table(["method", "median µs", "p99 µs", "p99.9 µs", "max µs", "Δ log det (nats)", "mismatches",
+                "gains evaluated", "calls", "preemptions"], base_rows(results)),  # fmt: skip
+        "",
+        "![what a loss of log det buys in time](images/pareto.png)",
+        "",
+        *medians(results, "Over n:", "n", SIZES, COLUMNS + BASELINES),
+        *medians(results, "Over k:", "k", BUDGETS, COLUMNS + BASELINES),
+        "`stochastic_greedy` over k and ε, median µs and Δ log det (nats):",
+        "",
+        *table(["k", *(f"ε = {e}" for e in EPSILONS)],
+               ([k, *(f"{us(r)}, {nats(r)}" for r in (results.find("stochastic_greedy", k=k, epsilon=e) for e in EPSILONS))]
+                for k in BUDGETS)),  # fmt: skip
+        "",
+        "![latency and loss over budget and epsilon](images/budget_epsilon.png)",
+        "",
+        *medians(results, "Over the rows of a block:", "blocks", list(BLOCKS), COLUMNS + BASELINES, BLOCKS),
+        *medians(results, "Over instruction sets:", "isa", isas, [COLUMNS[0], COLUMNS[1], COLUMNS[3]]),
+        "Over families of frames (Δ: of `stochastic_greedy`; share: gains that `lazy_greedy` evaluates of those that "
+        "`greedy` does):",
+        "",
+        *table(["family", "greedy", "lazy_greedy", "stochastic_greedy", *EIGEN.values(), "Δ log det (nats)", "share"],
+               family_rows(results, families)),  # fmt: skip
+        "",
+        "A full round, all gains of 2000 candidates and one update of the factor:",
+        "",
+        *table(["blocks", "µs a round", "ns a gain"], full_round_rows(results)),
+        "",
+        "`append_blocks`, 2000 matches, by weighting and third row:",
+        "",
+        *table(["weighting", *thirds], ([w, *(us(results.find_append("append_blocks", t, w)) for t in thirds)]
+                                        for w in weightings)),  # fmt: skip
+    ]
+
+
+def full_round_rows(results):
+    for blocks, name in BLOCKS.items():
+        row = results.find("greedy", kind="full_round", blocks=blocks)
+        if row is not None:
+            yield [name, f"{row['median_us'] / int(row['k']):.2f}", f"{1e3 * row['median_us'] / row['evaluations']:.2f}"]
+
+
+# What was aimed at, and what was found.
+
+
+def targets(results):
+    rows = []
+
+    def add(case, limit, value, unit, at_least=False):
+        missing = value is None or math.isnan(value)
+        sign = "≥" if at_least else "≤"
+        verdict = "" if missing else ", met" if (value >= limit if at_least else value <= limit) else ", missed"
+        found = "not measured" if missing else f"{value:.3g} {unit}".strip() if value < 100 else f"{value:.0f} {unit}".strip()
+        rows.append([case, f"{sign} {limit:g} {unit}".strip(), found + verdict])
+
+    median = lambda row: None if row is None else row["median_us"]
+    for blocks, limit in (("2_rows", 25), ("3_rows", 35)):
+        name = f"n = 2000, k = 100, {BLOCKS[blocks]}"
+        lazy = results.find("lazy_greedy", blocks=blocks)
+        add(f"`lazy_greedy`, {name}", limit, median(lazy), "µs")
+        for method, least in (("eigen_lazy", 20), ("eigen_lazy_scan", 20), ("eigen_stochastic", 2)):
+            add(f"{label_of(method)} / `lazy_greedy`, {name}", least, ratio(results.find(method, blocks=blocks), lazy), "",
+                at_least=True)  # fmt: skip
+    stochastic = results.find("stochastic_greedy")
+    add("`stochastic_greedy`, ε = 0.1", 15, median(stochastic), "µs")
+    add("Eigen stochastic / `stochastic_greedy`, ε = 0.1", 3.5, ratio(results.find("eigen_stochastic"), stochastic), "",
+        at_least=True)  # fmt: skip
+    add("`append_blocks`, map_bias", 5, median(results.find_append("append_blocks", "none")), "µs")
+    add("points to indices, map_bias, `lazy_greedy`", 30, median(results.find_append("points_to_indices", "none")), "µs")
+    avx2, avx512 = (results.find("lazy_greedy", isa=isa) for isa in ("avx2", "avx512"))
+    add("avx2 / avx512, `lazy_greedy`", 2.2, ratio(avx2, avx512), "")
+    many = results.find("lazy_greedy", kind="many_calls")
+    calls = f"{many['calls']:.0f}" if many else "many"
+    add(f"p99 / median over {calls} calls, `lazy_greedy`", 2, many and many["p99_us"] / many["median_us"], "")
+    preempted = f"{many['calls'] * many['preemptions']:.0f}" if many else "some"
+    add(f"the same without calls that another process interrupted ({preempted} times)", 2,
+        many and many.get("undisturbed_p99_us", math.nan) / many["median_us"], "")  # fmt: skip
+    lazy, greedy = (results.find(method, family="equal_gains") for method in ("lazy_greedy", "greedy"))
+    add("equal gains, `lazy_greedy` / `greedy`", 1.3, ratio(lazy, greedy), "")
+    roofline = ROOT / "profiles/roofline.json"
+    share = json.loads(roofline.read_text()).get("full_round_share_of_peak") if roofline.is_file() else None
+    add("full round, share of the measured FMA peak (`profiles/`)", 0.8, share, "", at_least=True)
+    return ["n = 2000, k = 100, 2 rows where nothing else is said.", "", *table(["case", "target", "found"], rows)]
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    data = json.loads(pathlib.Path(sys.argv[1]).read_text())
-    context = data["context"]
-    rows = [row(result) for result in data["benchmarks"] if result["run_type"] == "iteration"]
-    machine = (
-        f"{cpu_model()}, {context['num_cpus']} cores, {context['maxlogdet_isa']}, {context['maxlogdet_compiler']}, "
-        f"one thread, maxlogdet {context['maxlogdet_version']}, {context['date'][:10]}, load {context['load_avg'][0]:.1f}; "
-        "`bench/run`."
-    )
-    main_rows = [r["line"] for r in rows if (r["n"], r["k"]) == (2000, 100)]
-    replace_between(ROOT / "README.md", "latency", [machine, "", *HEADER, *main_rows])
-    replace_between(ROOT / "docs/performance.md", "grid", [machine, "", *HEADER, *(r["line"] for r in rows)])
+    results = Results(sys.argv[1])
+    print_all(results)
+    replace_between(ROOT / "README.md", "latency", readme_table(results))
+    replace_between(ROOT / "docs/performance.md", "targets", targets(results))
+    replace_between(ROOT / "docs/performance.md", "grid", grid(results))
 
 
 if __name__ == "__main__":

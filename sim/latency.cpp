@@ -49,7 +49,7 @@ Latency latency_of(std::vector<double> microseconds) {
     const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(microseconds.size())));
     return microseconds[std::max<std::size_t>(rank, 1) - 1];
   };
-  return {quantile(0.5), quantile(0.99), microseconds.back()};
+  return {quantile(0.5), quantile(0.99), microseconds.back(), quantile(0.999)};
 }
 
 Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work) {

@@ -13,6 +13,7 @@ struct Latency {
   double median = 0;
   double p99 = 0;
   double max = 0;
+  double p999 = 0;  ///< 99.9 %
 };
 
 /// Nearest-rank quantiles of the times of single calls, us; at least one.

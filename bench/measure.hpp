@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+
+// Cases of Google Benchmark that time every call by itself. A benchmark iteration is a run of many calls; the times of
+// all repetitions of a case are pooled, so that the row with the highest `calls` holds them all. Repetitions of all
+// cases are interleaved at random (the default here): what slows the machine down for a while slows all cases down.
+
+namespace maxlogdet::bench {
+
+/// Sums over calls, by counter; reported as means a call. `preemptions` is added to what a case records: how often
+/// another process took the processor away, which is what the highest latencies of a busy machine are;
+/// undisturbed_p99_us leaves such calls out.
+using Sums = std::map<std::string, double>;
+
+/// A case made ready to run.
+struct Work {
+  std::function<void(std::size_t call)> run;                 ///< timed
+  std::function<void(std::size_t call, Sums& sums)> record;  ///< not timed; may be empty
+};
+
+/// Registers the case `name`, whose work is made anew for each repetition. `calls`: exactly so many, in one repetition;
+/// 0: as many as fit into a repetition's time.
+void add_case(const std::string& name, std::function<Work()> make_work, std::size_t calls = 0);
+
+/// Wall time of one repetition, s.
+void set_seconds_per_repetition(double seconds);
+
+/// Runs what was registered, in so many repetitions, with progress on stderr: one line rewritten on a terminal, else a
+/// line a run. `all`: no filter leaves cases out, so that it is known how many runs there will be.
+void run_cases(std::size_t repetitions, bool all);
+
+}  // namespace maxlogdet::bench

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "bench/problem.hpp"
+
+#include "sim/frame_reader.hpp"
+#include "sim/scene.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <tuple>
+
+namespace maxlogdet::bench {
+namespace {
+
+constexpr const char* equal_gains = "equal_gains";
+
+using Key = std::tuple<std::string, std::size_t, Blocks>;
+
+BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
+  BlockOptions options;
+  if (kind == Blocks::three_rows_measurement) options.weighting = Weighting::measurement;
+  if (kind == Blocks::three_rows || kind == Blocks::three_rows_measurement) options.third = ThirdMeasurement::stereo;
+  BlockStore blocks(frame.matches.size());
+  build_blocks(frame, options, blocks);
+  return blocks;
+}
+
+// The rows of a candidate, row-major.
+void read(const BlockStore& blocks, std::size_t i, int rows, double* block) {
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      *block++ = static_cast<double>(blocks.plane(row, column)[i]);
+    }
+  }
+}
+
+BlockStore first_rows(const BlockStore& blocks) {
+  BlockStore rows(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    double row[state_dimension];
+    read(blocks, i, 1, row);
+    if (blocks.is_valid(i)) {
+      rows.push_back(row, 1);
+    } else {
+      rows.push_back_invalid();
+    }
+  }
+  return rows;
+}
+
+// Every candidate is the first one: each round all gains are equal and all bounds stale, and laziness saves nothing.
+BlockStore copies_of_first(const BlockStore& blocks, std::size_t n) {
+  double block[max_block_rows * state_dimension];
+  read(blocks, 0, blocks.rows(), block);
+  BlockStore copies(n);
+  for (std::size_t i = 0; i < n; ++i) copies.push_back(block, blocks.rows());
+  return copies;
+}
+
+std::vector<BlockStore> make_stores(const std::string& family, std::size_t n, Blocks blocks) {
+  if (blocks == Blocks::one_row) {
+    std::vector<BlockStore> stores;
+    for (const BlockStore& store : stores_of(family, n, Blocks::two_rows)) stores.push_back(first_rows(store));
+    return stores;
+  }
+  std::vector<BlockStore> stores;
+  if (family == real_frames) {
+    for (const sim::Frame& frame : sim::read_frames(real_frames_folder())) stores.push_back(blocks_of(frame, blocks));
+  } else if (family == equal_gains) {
+    const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1, scene_seed);
+    stores.push_back(copies_of_first(blocks_of(frame, blocks), n));
+  } else {
+    for (const sim::Scene scene : sim::scenes) {
+      if (to_string(scene) == family) stores.push_back(blocks_of(make_scene(scene, n, scene_seed), blocks));
+    }
+  }
+  return stores;
+}
+
+}  // namespace
+
+const char* to_string(Blocks blocks) noexcept {
+  switch (blocks) {
+    case Blocks::one_row: return "1_row";
+    case Blocks::two_rows: return "2_rows";
+    case Blocks::three_rows: return "3_rows";
+    case Blocks::three_rows_measurement: return "3_rows_measurement";
+  }
+  return "unknown";
+}
+
+std::vector<std::string> synthetic_families() {
+  std::vector<std::string> names;
+  for (const sim::Scene scene : sim::scenes) names.push_back(to_string(scene));
+  names.emplace_back(equal_gains);
+  return names;
+}
+
+std::string real_frames_folder() {
+  const char* const named = std::getenv("MAXLOGDET_DATA");
+  const std::string folder = std::string(named != nullptr ? named : "../shared/data") + "/orb_slam2_frames";
+  std::error_code error;
+  return std::filesystem::is_directory(folder, error) ? folder : "";
+}
+
+const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t n, Blocks blocks) {
+  static std::map<Key, std::vector<BlockStore>> kept;
+  const Key key(family, n, blocks);
+  auto found = kept.find(key);
+  if (found == kept.end()) found = kept.emplace(key, make_stores(family, n, blocks)).first;
+  return found->second;
+}
+
+const std::vector<ExactAnswer>& exact_answers(const std::string& family, std::size_t n, Blocks blocks, std::size_t k) {
+  static std::map<std::pair<Key, std::size_t>, std::vector<ExactAnswer>> kept;
+  std::vector<ExactAnswer>& answers = kept[{Key(family, n, blocks), k}];
+  if (!answers.empty()) return answers;
+  for (const BlockStore& store : stores_of(family, n, blocks)) {
+    Selector selector(std::max(store.size(), k));
+    Options options;
+    options.strategy = Strategy::greedy;
+    options.budget = k;
+    const Selection selection = selector.select(store, options);
+    answers.push_back({{selection.begin(), selection.end()}, selection.log_det});
+  }
+  return answers;
+}
+
+}  // namespace maxlogdet::bench
