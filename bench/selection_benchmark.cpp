@@ -90,8 +90,7 @@ Work library_work(Strategy strategy, const Point& at) {
     sums["candidates"] += static_cast<double>(stores[call % stores.size()].size());
     sums["delta_nats"] += selection.log_det - answer.log_det;
     sums["evaluations"] += static_cast<double>(selection.evaluations);
-    // HOOK: once Selection has the field:
-    // sums["float64_decisions"] += static_cast<double>(selection.float64_decisions);
+    sums["float64_decisions"] += static_cast<double>(selection.float64_decisions);
     if (state->options.strategy != Strategy::stochastic_greedy) {
       sums["mismatches"] += mismatches(selection.indices, selection.size, answer.indices);
     }
@@ -216,8 +215,8 @@ void add_selection_cases(bool full) {
     }
   }
 
-  // HOOK: the kernel's evaluation of all candidates by itself, through an internal function. Until then the time of a
-  // full round is greedy's time by its rounds, one update of the factor and one pass over the gains included.
+  // A full round as greedy pays for it: its time by its rounds, with the update of the factor and the choice. The
+  // kernel by itself is in profiles/roofline.
   for (const Blocks blocks : {Blocks::one_row, Blocks::two_rows, Blocks::three_rows}) {
     Point at;
     at.blocks = blocks;

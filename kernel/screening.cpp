@@ -170,8 +170,8 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
     evaluate_with_care(first, last);
     return;
   }
-  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths,
-                                               memory_.highest);
+  const float best =
+      kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
   best_ = std::max(best_, best);
   if (best_ < 0) return;
   // |growth - exact| <= unit growth + 2 volume error + error^2, for each of growths up to best_.
@@ -221,8 +221,8 @@ float Screening::stale_threshold() const noexcept {
 }
 
 void Screening::evaluate_promising() noexcept {
-  // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound in
-  // earlier rounds: they are evaluated in any case. What they hold then decides about the others.
+  // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound
+  // in earlier rounds: they are evaluated in any case. What they hold then decides about the others.
   const auto highest = static_cast<double>(kernel_.largest(memory_.bounds, tile_count_));
   const auto clearly = rounded_down(highest * (0.25 + 0.75 * expected_share_));
   const std::size_t leaders = kernel_.list_at_least(memory_.bounds, tile_count_, clearly, memory_.list);
@@ -236,35 +236,44 @@ void Screening::evaluate_promising() noexcept {
   if (highest < std::numeric_limits<double>::max()) expected_share_ += 0.5 * (best_ / highest - expected_share_);
 }
 
-std::size_t Screening::list_survivors(std::uint32_t* lanes) const noexcept {
+std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {
   const double least = (assured_ - offset_) / slope_;
   const float threshold = least > 0 ? rounded_down(least) : any_candidate;
-  std::size_t found = 0;
-  for (std::size_t j = 0; j < listed_; ++j) {
-    const std::uint32_t tile = memory_.list[j];
-    if (memory_.highest[tile] < threshold) continue;
-    const std::size_t first = tile * tile_size;
-    const std::size_t more = kernel_.list_at_least(memory_.growths + first, tile_size, threshold, lanes + found);
-    for (std::size_t i = found; i < found + more; ++i) lanes[i] += static_cast<std::uint32_t>(first);
-    found += more;
+  return kernel_.list_survivors[rows_ - 1](tiles_, memory_.growths, memory_.highest, threshold, memory_.list, listed_,
+                                           unlike, lanes);
+}
+
+// Of candidates that are the same, entry for entry, only the first can be selected: of all those that are the same as
+// the first survivor, only that one is left.
+std::size_t Screening::list_distinct_survivors(std::uint32_t* lanes) const noexcept {
+  const std::size_t found = list_survivors(nullptr, lanes);
+  if (found <= many_survivors) return found;
+  std::uint32_t first = lanes[0];
+  for (std::size_t j = 1; j < found; ++j) {
+    if (candidate(lanes[j]) < candidate(first)) first = lanes[j];
   }
-  return found;
+  float entries[simd::dimension * max_block_rows];
+  const float* entry = tiles_.data + first / tile_size * tiles_.tile_stride + first % tile_size;
+  for (int e = 0; e < simd::dimension * rows_; ++e, entry += tiles_.entry_stride) entries[e] = *entry;
+  const std::size_t others = list_survivors(entries, lanes);
+  lanes[others] = first;
+  return others + 1;
 }
 
 std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
-  const std::size_t found = list_survivors(lanes);
+  const std::size_t found = list_distinct_survivors(lanes);
   if (with_care_ || found <= many_survivors) return found;
   // One bound for all candidates tells too few of them apart.
   with_care_ = true;
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < found; ++i) {
-    const auto tile = static_cast<std::uint32_t>(lanes[i] / tile_size);
-    if (kept == 0 || memory_.list[kept - 1] != tile) memory_.list[kept++] = tile;
+  for (std::size_t j = 0; j < listed_; ++j) {
+    const std::uint32_t tile = memory_.list[j];
+    if (slope_ * static_cast<double>(memory_.highest[tile]) + offset_ >= assured_) memory_.list[kept++] = tile;
   }
   listed_ = kept;
   evaluate_with_care(0, listed_);
   raise_bounds();
-  return list_survivors(lanes);
+  return list_distinct_survivors(lanes);
 }
 
 void Screening::remove(std::size_t lane) noexcept {

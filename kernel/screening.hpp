@@ -15,16 +15,16 @@ struct ScreeningMemory {
   explicit ScreeningMemory(std::size_t capacity);
 
   // A lane is a place for a candidate; lanes come in whole tiles.
-  AlignedArray<float> records;              ///< the store by candidates
-  AlignedArray<float> packed;               ///< tiles of rearranged candidates
-  AlignedArray<std::uint32_t> candidate;    ///< per lane: whose it is
-  AlignedArray<float> remaining;            ///< per lane: 1 where there is a candidate that remains, else 0
-  AlignedArray<float> growths;              ///< per lane: when last evaluated
-  AlignedArray<float> sorted;               ///< per lane: scratch
-  AlignedArray<std::uint32_t> bucket;       ///< per lane: scratch
-  AlignedArray<float> highest;              ///< per tile: the largest growth, when last evaluated
-  AlignedArray<float> bounds;               ///< per tile: no exact growth is above it
-  AlignedArray<std::uint32_t> list;         ///< per tile: scratch
+  AlignedArray<float> records;                 ///< the store by candidates
+  AlignedArray<float> packed;                  ///< tiles of rearranged candidates
+  AlignedArray<std::uint32_t> candidate;       ///< per lane: whose it is
+  AlignedArray<float> remaining;               ///< per lane: 1 where there is a candidate that remains, else 0
+  AlignedArray<float> growths;                 ///< per lane: when last evaluated
+  AlignedArray<float> sorted;                  ///< per lane: scratch
+  AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
+  AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
+  AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
+  AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
 };
 
@@ -56,8 +56,8 @@ class Screening {
   /// Evaluates every tile.
   void evaluate_all() noexcept;
 
-  /// Evaluates the tile of the highest bound, then every other tile whose bound does not prove that the best candidate is
-  /// elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
+  /// Evaluates the tile of the highest bound, then every other tile whose bound does not prove that the best candidate
+  /// is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
   void evaluate_promising() noexcept;
 
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
@@ -85,7 +85,8 @@ class Screening {
   void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
   void raise_bounds() noexcept;
   void count_evaluations() noexcept;
-  std::size_t list_survivors(std::uint32_t* lanes) const noexcept;
+  std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
+  std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
   void count_remaining() noexcept;
 
@@ -105,14 +106,14 @@ class Screening {
   // This round.
   float w_[InformationFactor::n * InformationFactor::n];  // W, rounded
   std::size_t listed_ = 0;                                // tiles evaluated: list[0 .. listed_)
-  bool with_care_ = false;       // bounds of the rounding error for each candidate, not one for all
-  double unit_ = 0;              // of the rounding error
-  double volume_error_ = 0;      // of sqrt(det) of any candidate, divided by how much a gain can feel of it
-  double shrink_ = 0;            // min(1, |Y|): how much
-  double minors_error_ = 0;      // of the growth of any candidate, by the arithmetic after Y
-  double factor_drift_ = 0;      // relative error of det between this round and any earlier one
-  float best_ = -1;              // the largest growth found
-  double assured_ = -1;          // the largest lower bound of an exact growth
+  bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
+  double unit_ = 0;                        // of the rounding error
+  double volume_error_ = 0;                // of sqrt(det) of any candidate, divided by how much a gain can feel of it
+  double shrink_ = 0;                      // min(1, |Y|): how much
+  double minors_error_ = 0;                // of the growth of any candidate, by the arithmetic after Y
+  double factor_drift_ = 0;                // relative error of det between this round and any earlier one
+  float best_ = -1;                        // the largest growth found
+  double assured_ = -1;                    // the largest lower bound of an exact growth
   double slope_ = 1, offset_ = 0;          // an exact growth is at most slope * growth + offset
   double all_slope_ = 1, all_offset_ = 0;  // when evaluate_all was last called
 };

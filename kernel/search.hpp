@@ -23,16 +23,16 @@ struct Search {
   Screening screening;
   InformationFactor factor;
   Deadline deadline;
-  std::size_t budget = 0;              ///< how many to select; at most `remaining` at the start
-  std::size_t remaining = 0;           ///< valid candidates not selected yet
-  std::size_t selected = 0;            ///< entries of the answer so far
-  std::size_t float64_decisions = 0;   ///< candidates that float64 had to tell apart
-  double* growths = nullptr;           ///< scratch
-  std::uint32_t* lanes = nullptr;      ///< scratch
-  std::uint32_t* contenders = nullptr; ///< scratch
-  std::uint32_t* pool = nullptr;       ///< scratch of a strategy
-  std::uint32_t* indices = nullptr;    ///< the answer, in order of selection
-  double* gains = nullptr;             ///< its gains, nats
+  std::size_t budget = 0;               ///< how many to select; at most `remaining` at the start
+  std::size_t remaining = 0;            ///< valid candidates not selected yet
+  std::size_t selected = 0;             ///< entries of the answer so far
+  std::size_t float64_decisions = 0;    ///< candidates that float64 had to tell apart
+  double* growths = nullptr;            ///< scratch
+  std::uint32_t* lanes = nullptr;       ///< scratch
+  std::uint32_t* contenders = nullptr;  ///< scratch
+  std::uint32_t* pool = nullptr;        ///< scratch of a strategy
+  std::uint32_t* indices = nullptr;     ///< the answer, in order of selection
+  double* gains = nullptr;              ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget; }
 

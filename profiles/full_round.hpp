@@ -16,8 +16,8 @@ struct Arithmetic {
   int vector_operations;
 };
 
-/// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds a row, a dot product of two rows 2, 4 and
-/// an addition, the growth of the determinant what growth_by_minors in simd/screen.inl writes down.
+/// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds a row, a dot product of two rows 2, 4
+/// and an addition, the growth of the determinant what growth_by_minors in simd/screen.inl writes down.
 constexpr const char* arithmetic_name = "float32, fused";
 constexpr std::size_t element_bytes = 4;
 constexpr Arithmetic gain_arithmetic[3] = {{47, 28}, {110, 66}, {199, 123}};  // [rows - 1]
@@ -36,7 +36,9 @@ class FullRound {
   void operator()() noexcept;
 
   /// Read and written for one gain: the entries of its block, whether it remains, and the gain itself.
-  static constexpr std::size_t bytes_per_gain(int rows) { return static_cast<std::size_t>(6 * rows + 2) * element_bytes; }
+  static constexpr std::size_t bytes_per_gain(int rows) {
+    return static_cast<std::size_t>(6 * rows + 2) * element_bytes;
+  }
 
  private:
   struct State;

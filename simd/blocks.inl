@@ -163,7 +163,8 @@ inline void map_bias_block(const Point& p, const Mask& has_third, Doubles (&h)[R
 // axis seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
 // Returns where it is. With a third measurement g = 0.
 template <ThirdRow third>
-inline Mask map_bias_world_block(const double* T_cw, const Point& p, const Mask& has_third, Doubles (&h)[3][dimension]) {
+inline Mask map_bias_world_block(const double* T_cw, const Point& p, const Mask& has_third,
+                                 Doubles (&h)[3][dimension]) {
   const Doubles zero(0.0);
   Doubles r[3][3];
   for (int i = 0; i < 3; ++i) {
@@ -220,7 +221,8 @@ inline void add_map_covariance(const BlockInput& input, const Tile& tile, std::s
   Doubles h_p[Rows][3];
   for (int a = 0; a < Rows; ++a) {
     for (int c = 0; c < 3; ++c) {
-      h_p[a][c] = j[a][0] * Doubles(input.T_cw[c]) + j[a][1] * Doubles(input.T_cw[4 + c]) + j[a][2] * Doubles(input.T_cw[8 + c]);
+      h_p[a][c] = j[a][0] * Doubles(input.T_cw[c]) + j[a][1] * Doubles(input.T_cw[4 + c]) +
+                  j[a][2] * Doubles(input.T_cw[8 + c]);
     }
   }
   const bool is_isotropic = input.map_covariances == nullptr;

@@ -58,8 +58,7 @@ inline Doubles exact_growth(const Planes& planes, const double* w, const Listed&
 }
 
 template <int Rows>
-void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count,
-                     double* growths) {
+void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count, double* growths) {
   for (std::size_t j = 0; j < count; j += double_lanes) {
     Listed pack;
     for (std::size_t lane = 0; lane < double_lanes; ++lane)

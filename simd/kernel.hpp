@@ -47,17 +47,23 @@ using Decide = void (*)(const Planes& planes, const double* inverse_factor, cons
 using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
                          float* growths, float* highest);
 
-/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows, each
-/// candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit. Returns the largest
-/// lower bound.
+/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows,
+/// each candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit. Returns the
+/// largest lower bound.
 using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, float unit, const std::uint32_t* list,
                                  std::size_t count, float* growths, float* highest);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
 constexpr std::size_t record_size(int rows) { return static_cast<std::size_t>(rows * dimension + 3) / 4 * 4; }
 
-/// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes; written
-/// up to the next multiple of 4 candidates.
+/// Lists the lanes of the listed tiles whose growth is at least `threshold` and whose block is not entry for entry that
+/// of `unlike` (rows x 6; nullptr: no such block); returns how many.
+using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* growths, const float* highest, float threshold,
+                                      const std::uint32_t* list, std::size_t count, const float* unlike,
+                                      std::uint32_t* lanes);
+
+/// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes;
+/// written up to the next multiple of 4 candidates.
 using MakeRecords = void (*)(const Planes& planes, std::size_t count, float* records);
 
 /// Copies the listed candidates to consecutive lanes: entry e of candidate indices[16 t + l] to
@@ -80,12 +86,13 @@ struct Kernel {
   Decide decide[3];                    ///< [rows - 1]
   Screen screen[3];                    ///< [rows - 1]
   ScreenWithCare screen_with_care[3];  ///< [rows - 1]
+  ListSurvivors list_survivors[3];     ///< [rows - 1]
   MakeRecords make_records[3];         ///< [rows - 1]
   Gather gather[3];                    ///< [rows - 1]
   AddRow add_row;
   ListAtLeast list_at_least;
   Largest largest;
-  BuildBlocks build_blocks;            ///< see simd/blocks.hpp
+  BuildBlocks build_blocks;  ///< see simd/blocks.hpp
 };
 
 /// Kernels built into this library, narrowest first, then nullptr.

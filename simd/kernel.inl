@@ -19,8 +19,8 @@ using maxlogdet::simd::Tiles;
 
 }  // namespace
 
-#include "simd/decide.inl"
 #include "simd/blocks.inl"
+#include "simd/decide.inl"
 #include "simd/screen.inl"
 #include "simd/update.inl"
 
@@ -32,6 +32,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {decide<1>, decide<2>, decide<3>},
                                  {screen<1>, screen<2>, screen<3>},
                                  {screen_with_care<1>, screen_with_care<2>, screen_with_care<3>},
+                                 {list_survivors<1>, list_survivors<2>, list_survivors<3>},
                                  {make_records<1>, make_records<2>, make_records<3>},
                                  {gather<1>, gather<2>, gather<3>},
                                  add_row,

@@ -29,8 +29,8 @@ inline Floats dot(const Floats (&a)[dimension], const Floats (&b)[dimension]) {
 }
 
 // det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as decide.inl does it. Also what the error bound needs: of
-// row a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its share of row b
-// before that is orthogonalised to it, and product[a][b] their dot product.
+// row a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its share of row
+// b before that is orthogonalised to it, and product[a][b] their dot product.
 template <int Rows>
 struct Orthogonalised {
   Floats squares[Rows];
@@ -63,8 +63,8 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
   return r;
 }
 
-// det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent operations;
-// but where the rows of Y are long and nearly parallel, minors cancel.
+// det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent
+// operations; but where the rows of Y are long and nearly parallel, minors cancel.
 template <int Rows>
 inline Floats growth_by_minors(const Floats (&y)[Rows][dimension]) {
   const Floats aa = dot(y[0], y[0]);
@@ -82,7 +82,8 @@ inline Floats growth_by_minors(const Floats (&y)[Rows][dimension]) {
       const Floats minor_a = minus_product(bc, bc, bb * cc);
       const Floats minor_b = minus_product(ac, ac, aa * cc);
       const Floats minor_c = minus_product(ab, ab, aa * bb);
-      const Floats all = multiply_add(aa, minor_a, multiply_add(ab, minus_product(ab, cc, ac * bc), ac * minus_product(ac, bb, ab * bc)));
+      const Floats all = multiply_add(
+          aa, minor_a, multiply_add(ab, minus_product(ab, cc, ac * bc), ac * minus_product(ac, bb, ab * bc)));
       return ((aa + bb) + (cc + minor_a)) + ((minor_b + minor_c) + all);
     }
   }
@@ -130,8 +131,9 @@ inline Floats rounding_squares(const float* entries, std::size_t stride, const f
 }
 
 // The square of how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a], given their squares.
-// The volume is linear in each row, so it is the sum over rows of delta times (the volume that the other rows span + mixed
-// terms); here by (x + y + z)^2 <= 3 (x^2 + y^2 + z^2) and, mixed terms being small, (x + y)^2 <= 1.1 x^2 + 11 y^2.
+// The volume is linear in each row, so it is the sum over rows of delta times (the volume that the other rows span +
+// mixed terms); here by (x + y + z)^2 <= 3 (x^2 + y^2 + z^2) and, mixed terms being small, (x + y)^2 <= 1.1 x^2 + 11
+// y^2.
 template <int Rows>
 inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (&delta)[Rows]) {
   const Floats most(1.1F);
@@ -140,16 +142,16 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
     return delta[0];
   } else {
     const Floats one(1.0F);
-    const Floats a = one + r.squares[0];                                      // |a|^2
-    const Floats b_left = one + r.squares[1];                                 // |b|^2 without its share of a
+    const Floats a = one + r.squares[0];       // |a|^2
+    const Floats b_left = one + r.squares[1];  // |b|^2 without its share of a
     const Floats b = multiply_add(r.projection[0][1], r.product[0][1], b_left);
     if constexpr (Rows == 2) {
       return Floats(2.0F) * (delta[0] * (most * b + mixed * delta[1]) + delta[1] * a);
     } else {
       const Floats s = r.projection[0][1];
       const Floats t = r.projection[0][2];
-      const Floats c_last = one + r.squares[2];                                             // without those of a and b
-      const Floats c_left = multiply_add(r.projection[1][2], r.product[1][2], c_last);      // without that of a
+      const Floats c_last = one + r.squares[2];                                         // without those of a and b
+      const Floats c_left = multiply_add(r.projection[1][2], r.product[1][2], c_last);  // without that of a
       const Floats c = multiply_add(t, r.product[0][2], c_left);
       // b ^ c with b = s a + b', c = t a + c':  a ^ (s c' - t b') + b' ^ c', two that are orthogonal
       const Floats bc = Floats(2.0F) * a * (s * s * c_left + t * t * b_left) + b_left * c_last;
@@ -263,7 +265,34 @@ std::size_t list_at_least(const float* values, std::size_t count, float threshol
   for (std::size_t i = 0; i < count; i += float_lanes) {
     std::uint32_t bits = lane_mask(Floats::load_unaligned(values + i) >= Floats(threshold));
     if (count - i < float_lanes) bits &= (1U << (count - i)) - 1;
-    for (; bits != 0; bits &= bits - 1) list[found++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(__builtin_ctz(bits));
+    for (; bits != 0; bits &= bits - 1)
+      list[found++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(__builtin_ctz(bits));
+  }
+  return found;
+}
+
+template <int Rows>
+std::size_t list_survivors(const Tiles& tiles, const float* growths, const float* highest, float threshold,
+                           const std::uint32_t* list, std::size_t count, const float* unlike, std::uint32_t* lanes) {
+  std::size_t found = 0;
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::uint32_t tile = list[j];
+    if (highest[tile] < threshold) continue;
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      const std::size_t at = tile * tile_size + lane;
+      auto survives = Floats::load_unaligned(growths + at) >= Floats(threshold);
+      if (unlike != nullptr) {
+        const float* entries = tiles.data + tile * tiles.tile_stride + lane;
+        auto is_same = survives;
+        for (int e = 0; e < Rows * dimension; ++e, entries += tiles.entry_stride) {
+          is_same = is_same & (Floats::load_unaligned(entries) == Floats(unlike[e]));
+        }
+        survives = survives & !is_same;
+      }
+      for (std::uint32_t bits = lane_mask(survives); bits != 0; bits &= bits - 1) {
+        lanes[found++] = static_cast<std::uint32_t>(at) + static_cast<std::uint32_t>(__builtin_ctz(bits));
+      }
+    }
   }
   return found;
 }

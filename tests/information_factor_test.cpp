@@ -35,8 +35,7 @@ void add(InformationFactor& factor, const Block& block) {
 long double expect_within_relative_error(const InformationFactor& factor, const GreedyOracle<long double>& oracle) {
   const Square<long double> product = w_of(factor).cast<long double>() * oracle.factor().transpose();
   const Eigen::SelfAdjointEigenSolver<Square<long double>> solver(product * product.transpose());
-  const long double deviation =
-      std::max(std::abs(solver.eigenvalues()(0) - 1), std::abs(solver.eigenvalues()(5) - 1));
+  const long double deviation = std::max(std::abs(solver.eigenvalues()(0) - 1), std::abs(solver.eigenvalues()(5) - 1));
   const long double f = factor.relative_error();
   EXPECT_LE(deviation, f);
   return deviation / f;

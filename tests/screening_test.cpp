@@ -101,7 +101,8 @@ class Screened {
       const std::uint32_t i = screening_.candidate(lane);
       ASSERT_FALSE(seen[i]) << "twice";
       seen[i] = true;
-      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L), exact_growth(stored_block(blocks_, i), factor_))
+      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
+                exact_growth(stored_block(blocks_, i), factor_))
           << "candidate " << i;
     }
   }
@@ -157,7 +158,8 @@ TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
     for (int i = 0; i < 24; ++i) {
       Block block(rows, 6);
       const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
-      for (int row = 0; row < rows; ++row) block.row(row) = own * scale * (direction + distance * random_block(random, 1));
+      for (int row = 0; row < rows; ++row)
+        block.row(row) = own * scale * (direction + distance * random_block(random, 1));
       push_back(blocks, block);
     }
     expect_screening_holds(blocks, nullptr, 10);
