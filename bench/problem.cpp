@@ -5,6 +5,7 @@
 #include "sim/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -14,12 +15,14 @@ namespace maxlogdet::bench {
 namespace {
 
 constexpr const char* equal_gains = "equal_gains";
+constexpr const char* nearly_equal_gains = "nearly_equal_gains";
 
 using Key = std::tuple<std::string, std::size_t, Blocks>;
 
 BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
   BlockOptions options;
-  if (kind == Blocks::three_rows_measurement) options.weighting = Weighting::measurement;
+  const bool is_measurement = kind == Blocks::two_rows_measurement || kind == Blocks::three_rows_measurement;
+  if (is_measurement) options.weighting = Weighting::measurement;
   if (kind == Blocks::three_rows || kind == Blocks::three_rows_measurement) options.third = ThirdMeasurement::stereo;
   BlockStore blocks(frame.matches.size());
   build_blocks(frame, options, blocks);
@@ -50,11 +53,18 @@ BlockStore first_rows(const BlockStore& blocks) {
 }
 
 // Every candidate is the first one: each round all gains are equal and all bounds stale, and laziness saves nothing.
-BlockStore copies_of_first(const BlockStore& blocks, std::size_t n) {
+// `steps`: moves one entry of each copy by one float32 step, so that float64 has to tell all of them apart.
+BlockStore copies_of_first(const BlockStore& blocks, std::size_t n, bool steps) {
   double block[max_block_rows * state_dimension];
   read(blocks, 0, blocks.rows(), block);
   BlockStore copies(n);
-  for (std::size_t i = 0; i < n; ++i) copies.push_back(block, blocks.rows());
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t entry = i % static_cast<std::size_t>(blocks.rows() * state_dimension);
+    const double exact = block[entry];
+    if (steps) block[entry] = static_cast<double>(std::nextafter(static_cast<float>(exact), i % 2 == 0 ? 1e9F : -1e9F));
+    copies.push_back(block, blocks.rows());
+    block[entry] = exact;
+  }
   return copies;
 }
 
@@ -67,9 +77,9 @@ std::vector<BlockStore> make_stores(const std::string& family, std::size_t n, Bl
   std::vector<BlockStore> stores;
   if (family == real_frames) {
     for (const sim::Frame& frame : sim::read_frames(real_frames_folder())) stores.push_back(blocks_of(frame, blocks));
-  } else if (family == equal_gains) {
+  } else if (family == equal_gains || family == nearly_equal_gains) {
     const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1, scene_seed);
-    stores.push_back(copies_of_first(blocks_of(frame, blocks), n));
+    stores.push_back(copies_of_first(blocks_of(frame, blocks), n, family == nearly_equal_gains));
   } else {
     for (const sim::Scene scene : sim::scenes) {
       if (to_string(scene) == family) stores.push_back(blocks_of(make_scene(scene, n, scene_seed), blocks));
@@ -85,6 +95,7 @@ const char* to_string(Blocks blocks) noexcept {
     case Blocks::one_row: return "1_row";
     case Blocks::two_rows: return "2_rows";
     case Blocks::three_rows: return "3_rows";
+    case Blocks::two_rows_measurement: return "2_rows_measurement";
     case Blocks::three_rows_measurement: return "3_rows_measurement";
   }
   return "unknown";
@@ -94,6 +105,7 @@ std::vector<std::string> synthetic_families() {
   std::vector<std::string> names;
   for (const sim::Scene scene : sim::scenes) names.push_back(to_string(scene));
   names.emplace_back(equal_gains);
+  names.emplace_back(nearly_equal_gains);
   return names;
 }
 

@@ -14,13 +14,14 @@
 
 namespace maxlogdet::bench {
 
-enum class Blocks { one_row, two_rows, three_rows, three_rows_measurement };
+enum class Blocks { one_row, two_rows, two_rows_measurement, three_rows, three_rows_measurement };
 
-/// 1_row: the first row of each 2-row block, as a photometric residual has; 2_rows: map_bias; 3_rows: map_bias, stereo;
-/// 3_rows_measurement: measurement, stereo.
+/// 1_row: the first row of each 2-row block, as a photometric residual has; 2_rows: map_bias; 2_rows_measurement:
+/// measurement; 3_rows: map_bias, stereo; 3_rows_measurement: measurement, stereo.
 const char* to_string(Blocks blocks) noexcept;
 
-/// Families by name: those of sim::scenes, `equal_gains` (one block, n times), and `real_frames`.
+/// Families by name: those of sim::scenes, `equal_gains` (one block, n times), `nearly_equal_gains` (the same,
+/// one entry moved by one float32 step each), and `real_frames`.
 std::vector<std::string> synthetic_families();
 constexpr const char* real_frames = "real_frames";
 constexpr std::uint64_t scene_seed = 1;

@@ -14,6 +14,7 @@ BLOCKS = {
     "1_row": "1 row",
     "2_rows": "2 rows",
     "3_rows": "3 rows",
+    "2_rows_measurement": "2 rows, measurement",
     "3_rows_measurement": "3 rows, measurement",
 }
 # The baselines that give the same answer as exact greedy, in the order of columns.

@@ -163,8 +163,8 @@ void add_selection_cases(bool full) {
   const std::vector<std::size_t> sizes = {200, 500, 1000, 2000, 5000, 20000, 100000};
   const std::vector<std::size_t> budgets = {20, 60, 100, 200};
   const std::vector<double> epsilons = {0.5, 0.1, 0.01};
-  std::vector<Blocks> kinds = {Blocks::one_row, Blocks::two_rows, Blocks::three_rows};
-  if (full) kinds.push_back(Blocks::three_rows_measurement);
+  const std::vector<Blocks> kinds = {Blocks::one_row, Blocks::two_rows, Blocks::two_rows_measurement,
+                                     Blocks::three_rows, Blocks::three_rows_measurement};
   const Point base;
   Cases cases;
 

@@ -162,6 +162,7 @@ nlohmann::ordered_json measure() {
     const double lanes = static_cast<double>(core.lanes) * sizeof(float) / element_bytes;
     const double slots = 1e9 * peak / (2.0 * core.lanes) * core.instructions_per_fma;
     const double gflops = evaluation.rounds.best() * arithmetic.flops / 1e9;
+    const double slot_share = evaluation.rounds.best() * arithmetic.vector_operations / lanes / slots;
     const std::size_t bytes = FullRound::bytes_per_gain(evaluation.rows);
     const double intensity = static_cast<double>(arithmetic.flops) / static_cast<double>(bytes);
     const bool in_l1 = FullRound::candidates * bytes <= l1_bytes();
@@ -173,14 +174,17 @@ nlohmann::ordered_json measure() {
         {"gflops_median", evaluation.rounds.median() * arithmetic.flops / 1e9},
         {"ns_per_gain", 1e9 / evaluation.rounds.best()},
         {"share_of_peak", gflops / peak},
-        {"share_of_slots", evaluation.rounds.best() * arithmetic.vector_operations / lanes / slots},
+        {"share_of_slots", slot_share},
         {"intensity", intensity},
         {"roof_gflops", std::min(peak, memory_roof)},
         {"roof", peak <= memory_roof ? "arithmetic"
                  : in_l1             ? "L1"
                                      : "L2"},
     });
-    if (&core == &widest && evaluation.rows == 2) result["full_round_share_of_peak"] = gflops / peak;
+    if (&core == &widest && evaluation.rows == 2) {
+      result["full_round_share_of_peak"] = gflops / peak;
+      result["full_round_share_of_slots"] = slot_share;
+    }
   }
   return result;
 }

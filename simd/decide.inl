@@ -3,8 +3,6 @@
 
 namespace {
 
-constexpr std::size_t double_lanes = Doubles::size;
-
 // Entries of listed candidates.
 struct Listed {
   std::uint32_t index[double_lanes];

@@ -17,6 +17,10 @@ using maxlogdet::simd::Planes;
 using maxlogdet::simd::tile_size;
 using maxlogdet::simd::Tiles;
 
+// A pack holds one candidate, or match, a lane; it is as wide as this unit's flags allow.
+constexpr std::size_t double_lanes = Doubles::size;
+constexpr std::size_t float_lanes = Floats::size;
+
 }  // namespace
 
 #include "simd/blocks.inl"

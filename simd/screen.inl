@@ -4,8 +4,6 @@
 
 namespace {
 
-// A pack holds one candidate a lane.
-constexpr std::size_t float_lanes = Floats::size;
 static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 
 // y = h W^T for one row of a pack of candidates: entry c is the dot product with row c of the lower triangle W.
