@@ -22,7 +22,7 @@ constexpr int registers = 16;
 #endif
 #endif
 
-#if defined(__FMA__) || defined(__aarch64__)
+#if defined(__FMA__) || defined(__AVX512F__) || defined(__aarch64__)
 constexpr int instructions_per_fma = 1;
 #else
 constexpr int instructions_per_fma = 2;

@@ -162,7 +162,8 @@ nlohmann::ordered_json measure() {
     const double lanes = static_cast<double>(core.lanes) * sizeof(float) / element_bytes;
     const double slots = 1e9 * peak / (2.0 * core.lanes) * core.instructions_per_fma;
     const double gflops = evaluation.rounds.best() * arithmetic.flops / 1e9;
-    const double slot_share = evaluation.rounds.best() * arithmetic.vector_operations / lanes / slots;
+    const int operations = core.instructions_per_fma == 1 ? arithmetic.vector_operations : arithmetic.flops;
+    const double slot_share = evaluation.rounds.best() * operations / lanes / slots;
     const std::size_t bytes = FullRound::bytes_per_gain(evaluation.rows);
     const double intensity = static_cast<double>(arithmetic.flops) / static_cast<double>(bytes);
     const bool in_l1 = FullRound::candidates * bytes <= l1_bytes();
