@@ -137,7 +137,7 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
     double sums[2] = {0, 0};
     for (int d = 0; d < n; ++d) {  // zeros above the diagonal
       w_[n * c + d] = static_cast<float>(w[d]);
-      sums[d % 2] += std::abs(w[d]) * column_max_[d];
+      if (d <= c) sums[d % 2] += std::max(std::abs(w[d]), simd::smallest_entry) * column_max_[d];
     }
     squares += (sums[0] + sums[1]) * (sums[0] + sums[1]);
   }
@@ -149,10 +149,10 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   volume_error_ = rows_ * delta;
   for (int row = 1; row < rows_; ++row) volume_error_ *= length;
 
-  double product = 1;  // of the squared lengths of as many rows as a block has
-  for (int row = 0; row < rows_; ++row) product *= 1 + squares;
+  double growth = 0;  // (1 + squares)^rows - 1, without cancellation
+  for (int row = 0; row < rows_; ++row) growth += squares + growth * squares;
   constexpr double minors_errors[] = {8, 24, 102};
-  minors_error_ = minors_errors[rows_ - 1] * unit_roundoff * (product - 1) + 1e-36;
+  minors_error_ = minors_errors[rows_ - 1] * unit_roundoff * growth + 1e-36;
 
   const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
   // Three long rows are hardly ever far from parallel.
@@ -223,8 +223,10 @@ float Screening::stale_threshold() const noexcept {
 void Screening::evaluate_promising() noexcept {
   // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound
   // in earlier rounds: they are evaluated in any case. What they hold then decides about the others.
+  constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto highest = static_cast<double>(kernel_.largest(memory_.bounds, tile_count_));
-  const auto clearly = rounded_down(highest * (0.25 + 0.75 * expected_share_));
+  const float clearly =
+      highest < infinity ? rounded_down(highest * (0.25 + 0.75 * expected_share_)) : std::numeric_limits<float>::max();
   const std::size_t leaders = kernel_.list_at_least(memory_.bounds, tile_count_, clearly, memory_.list);
   evaluate(0, leaders);
   for (std::size_t j = 0; j < leaders; ++j) memory_.bounds[memory_.list[j]] = -1;  // not to be listed again
@@ -233,7 +235,10 @@ void Screening::evaluate_promising() noexcept {
   if (listed_ > leaders) evaluate(leaders, listed_);
   count_evaluations();
   raise_bounds();
-  if (highest < std::numeric_limits<double>::max()) expected_share_ += 0.5 * (best_ / highest - expected_share_);
+  if (highest < infinity && best_ > 0) {
+    const double share = std::min(1.0, static_cast<double>(best_) / highest);
+    expected_share_ += 0.5 * (share - expected_share_);
+  }
 }
 
 std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {

@@ -16,6 +16,10 @@ constexpr int dimension = 6;           ///< of the state: translation, rotation
 constexpr int padded_dimension = 8;    ///< of a row of the inverse factor: 64 bytes
 constexpr std::size_t tile_size = 16;  ///< candidates that are screened together: one AVX-512 register of float32
 
+/// 2^-102. Rounding to float32 is relative to the magnitude only down to 2^-126, and a caller may have told the
+/// processor to flush what is below to zero: error bounds take the entries of W as at least this large.
+constexpr double smallest_entry = 1.9721522630525295e-31;
+
 /// Candidates as a structure of arrays: entry (row, column) of candidate i is at
 /// data[(dimension * row + column) * stride + i].
 struct Planes {

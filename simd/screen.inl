@@ -167,8 +167,12 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
   const Floats tiny(1e-36F);
   const Floats huge(1e36F);
   const Floats nothing(-1.0F);
+  constexpr auto smallest = static_cast<float>(maxlogdet::simd::smallest_entry);
   float absolute_w[dimension * dimension];
-  for (int i = 0; i < dimension * dimension; ++i) absolute_w[i] = w[i] < 0 ? -w[i] : w[i];
+  for (int i = 0; i < dimension * dimension; ++i) {
+    const float magnitude = w[i] < 0 ? -w[i] : w[i];
+    absolute_w[i] = magnitude > smallest ? magnitude : smallest;
+  }
   Floats best_assured = nothing;
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = list[j];

@@ -179,6 +179,24 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
   }
 }
 
+// With priors this strong entries of W are subnormal in float32, or zero.
+TEST(Screening, holds_where_the_factor_underflows_in_float32) {
+  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const Matrix6 information = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);
+    const EigenPrior prior(information);
+    const int rows = random.integer(1, 3);
+    BlockStore blocks;
+    for (int i = 0; i < 10; ++i) {
+      const Block block = random_block(random, rows, std::pow(10.0, random.uniform(35, 38)));
+      push_back(blocks, block);
+      push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
+    }
+    expect_screening_holds(blocks, prior.data(), 8);
+  }
+}
+
 // A margin that is too wide would hold as well, and be of no use.
 TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
   for (const sim::Scene scene : {sim::Scene::euroc_like, sim::Scene::kitti_like, sim::Scene::far_narrow}) {
