@@ -33,7 +33,7 @@ class InformationFactor {
  private:
   double inverse_norm() const noexcept;  // Frobenius norm of W
 
-  alignas(64) double w_[n][simd::padded_dimension];
+  double w_[n][simd::padded_dimension];
   double trace_;           // of M
   double relative_error_;  // f
   double prior_log_det_;

@@ -77,7 +77,7 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
 }
 
-void Screening::count_remaining() noexcept {
+void Screening::count_remaining() const noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     float count = 0;
     for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
@@ -133,7 +133,7 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   constexpr int n = InformationFactor::n;
   double squares = 0;  // of | |W| |h| | for the row h whose entries are the largest of their columns
   for (int c = 0; c < n; ++c) {
-    const double* const w = factor.inverse() + simd::padded_dimension * c;
+    const double* const w = factor.inverse() + static_cast<std::size_t>(simd::padded_dimension * c);
     double sums[2] = {0, 0};
     for (int d = 0; d < n; ++d) {  // zeros above the diagonal
       w_[n * c + d] = static_cast<float>(w[d]);
@@ -190,7 +190,7 @@ void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept
   offset_ = 0;
 }
 
-void Screening::raise_bounds() noexcept {
+void Screening::raise_bounds() const noexcept {
   const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and the next
   const float offset = rounded_up(offset_);
   for (std::size_t j = 0; j < listed_; ++j) {
@@ -281,6 +281,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   return list_distinct_survivors(lanes);
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): it is none to a reader
 void Screening::remove(std::size_t lane) noexcept {
   memory_.remaining[lane] = 0;
   --memory_.tile_remaining[lane / tile_size];

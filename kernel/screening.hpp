@@ -83,12 +83,12 @@ class Screening {
  private:
   void evaluate(std::size_t first, std::size_t last) noexcept;
   void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
-  void raise_bounds() noexcept;
+  void raise_bounds() const noexcept;
   void count_evaluations() noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
-  void count_remaining() noexcept;
+  void count_remaining() const noexcept;
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;

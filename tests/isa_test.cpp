@@ -64,7 +64,7 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     const auto n = static_cast<std::size_t>(random.integer(1, 100));
     const BlockStore blocks = awkward_blocks(random, n);
     if (blocks.rows() == 0) continue;
-    constexpr std::size_t size = 6 * simd::padded_dimension;
+    constexpr std::size_t size = std::size_t{6} * simd::padded_dimension;
     double w[size] = {};
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t j = 0; j <= i; ++j) w[simd::padded_dimension * i + j] = random.uniform(-300, 300);
