@@ -126,6 +126,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["gains"] = std::vector<double>(selection.gains, selection.gains + selection.size);
   line["log_det"] = selection.log_det;
   line["evaluations"] = selection.evaluations;
+  line["float64_decisions"] = selection.float64_decisions;
   line["latency_us"] = in_us(timing.select);
   line["blocks_latency_us"] = in_us(timing.blocks);
   line["repeat"] = arguments.repeat;

@@ -56,7 +56,7 @@ class Screening {
   /// Evaluates every tile.
   void evaluate_all() noexcept;
 
-  /// Evaluates the tile of the highest bound, then every other tile whose bound does not prove that the best candidate
+  /// Evaluates the tiles of the highest bounds, then every other tile whose bound does not prove that the best candidate
   /// is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
   void evaluate_promising() noexcept;
 
