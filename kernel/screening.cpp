@@ -51,6 +51,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
 
 void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   is_store_order_ = true;
+  is_ordered_ = false;
   tile_count_ = tiles_of(n);
   tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
   for (std::size_t i = 0; i < n; ++i) memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
@@ -62,6 +63,7 @@ void Screening::make_records(std::size_t n) noexcept { kernel_.make_records[rows
 
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
   is_store_order_ = false;
+  is_ordered_ = false;
   tile_count_ = tiles_of(count);
   const std::size_t lanes = tile_size * tile_count_;
   const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(rows_);
@@ -69,7 +71,7 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   std::uint32_t* const candidate = memory_.candidate;
   float* const remaining = memory_.remaining;
   if (candidates != candidate) std::copy_n(candidates, count, candidate);
-  std::fill(candidate + count, candidate + lanes, candidate[0]);
+  if (count < lanes) std::fill(candidate + count, candidate + lanes, candidate[count - 1]);
   std::fill_n(remaining, count, 1.0F);
   std::fill(remaining + count, remaining + lanes, 0.0F);
   kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
@@ -119,6 +121,8 @@ void Screening::order_by_gain() noexcept {
   std::fill(memory_.growths + count, memory_.growths + tile_size * tiles_of(count), -1.0F);
   make_records(lanes);
   use_listed(order, count);
+  is_ordered_ = true;
+  kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   listed_ = tile_count_;
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     memory_.highest[tile] = kernel_.largest(memory_.growths + tile * tile_size, tile_size);
@@ -281,10 +285,18 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   return list_distinct_survivors(lanes);
 }
 
-// NOLINTNEXTLINE(readability-make-member-function-const): it is none to a reader
 void Screening::remove(std::size_t lane) noexcept {
   memory_.remaining[lane] = 0;
   --memory_.tile_remaining[lane / tile_size];
+  if (!is_ordered_) return;
+  // The far outlier of a frame is selected early; error bounds should not suffer from it any longer.
+  bool was_largest = false;
+  float* entry = memory_.packed + lane / tile_size * tiles_.tile_stride + lane % tile_size;
+  for (int e = 0; e < simd::dimension * rows_; ++e, entry += tile_size) {
+    was_largest = was_largest || std::abs(*entry) >= column_max_[e % simd::dimension];
+    *entry = 0;
+  }
+  if (was_largest) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
 }
 
 }  // namespace maxlogdet

@@ -5,6 +5,7 @@
 #include "kernel/information_factor.hpp"
 #include "simd/kernel.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -35,7 +36,9 @@ class Screening {
   /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row.
   Screening(const simd::Kernel& kernel, const simd::Planes& planes, int rows, const double* column_max,
             ScreeningMemory& memory) noexcept
-      : kernel_(kernel), planes_(planes), rows_(rows), column_max_(column_max), memory_(memory) {}
+      : kernel_(kernel), planes_(planes), rows_(rows), memory_(memory) {
+    std::copy_n(column_max, simd::dimension, column_max_);
+  }
 
   /// Tiles of all `n` candidates in the order of the store, where they are; `valid`: per candidate, 0 excludes it.
   void use_store(const unsigned char* valid, std::size_t n) noexcept;
@@ -56,8 +59,8 @@ class Screening {
   /// Evaluates every tile.
   void evaluate_all() noexcept;
 
-  /// Evaluates the tiles of the highest bounds, then every other tile whose bound does not prove that the best candidate
-  /// is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
+  /// Evaluates the tiles of the highest bounds, then every other tile whose bound does not prove that the best
+  /// candidate is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
   void evaluate_promising() noexcept;
 
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
@@ -93,12 +96,13 @@ class Screening {
   const simd::Kernel& kernel_;
   simd::Planes planes_;
   int rows_;
-  const double* column_max_;
   ScreeningMemory& memory_;
+  double column_max_[simd::dimension];  // of candidates that remain, at least
 
   simd::Tiles tiles_{};
   std::size_t tile_count_ = 0;
   bool is_store_order_ = true;
+  bool is_ordered_ = false;  // tiles hold all that remains, by gain
   std::size_t evaluations_ = 0;
 
   double expected_share_ = 0.9;  // of the highest bound that the best growth of a round reaches

@@ -74,6 +74,9 @@ using MakeRecords = void (*)(const Planes& planes, std::size_t count, float* rec
 /// tiles[(rows * dimension * t + e) * 16 + l]. `count` is a multiple of 16.
 using Gather = void (*)(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles);
 
+/// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
+using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
+
 /// Lists the positions i in [0, count) of values[i] >= threshold, in order; returns how many. `values` may be read, and
 /// `list` written, up to the next multiple of 16.
 using ListAtLeast = std::size_t (*)(const float* values, std::size_t count, float threshold, std::uint32_t* list);
@@ -93,6 +96,7 @@ struct Kernel {
   ListSurvivors list_survivors[3];     ///< [rows - 1]
   MakeRecords make_records[3];         ///< [rows - 1]
   Gather gather[3];                    ///< [rows - 1]
+  ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
   ListAtLeast list_at_least;
   Largest largest;

@@ -262,6 +262,23 @@ void gather(const float* records, const std::uint32_t* indices, std::size_t coun
   }
 }
 
+template <int Rows>
+void column_max(const float* tiles, std::size_t tile_count, double* largest) {
+  Floats most[dimension];
+  for (Floats& pack : most) pack = Floats(0.0F);
+  for (const float* const end = tiles + tile_count * Rows * dimension * tile_size; tiles != end;) {
+    for (int row = 0; row < Rows; ++row) {
+      for (Floats& pack : most) {
+        for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+          pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + lane)));
+        }
+        tiles += tile_size;
+      }
+    }
+  }
+  for (int column = 0; column < dimension; ++column) largest[column] = static_cast<double>(largest_lane(most[column]));
+}
+
 std::size_t list_at_least(const float* values, std::size_t count, float threshold, std::uint32_t* list) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {

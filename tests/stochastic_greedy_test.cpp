@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/counter_random.hpp"
+#include "kernel/information_factor.hpp"
+#include "simd/kernel.hpp"
 #include "tests/oracle.hpp"
 
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace maxlogdet::test {
@@ -64,6 +67,54 @@ TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
   for (int i = 0; i < n; ++i) {
     const double probability = choose(n - 1 - i, s - 1) / choose(n, s);
     EXPECT_NEAR(lowest[static_cast<std::size_t>(i)], runs * probability, 5 * std::sqrt(runs * probability) + 1) << i;
+  }
+}
+
+// The same draws, and of each sample what float64 says is best; far outliers and near copies among the candidates.
+TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
+  const simd::Kernel& kernel = *simd::built_in()[0];
+  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = random.integer(1, 3);
+    BlockStore blocks;
+    std::vector<Block> bases;
+    for (int i = 0; i < 10; ++i) {
+      bases.push_back(random_block(random, rows, random.chance(0.3) ? std::pow(10.0, random.uniform(0, 6)) : 1));
+    }
+    for (std::size_t i = 0; i < 300; ++i) {
+      push_back(blocks, bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3)));
+    }
+    const std::uint64_t seed = random.seed();
+    const std::size_t budget = 20;
+    const auto selected = select_indices(blocks, stochastic(budget, 0.1, seed));
+    ASSERT_EQ(selected.size(), budget);
+
+    const auto n = static_cast<std::uint32_t>(blocks.size());
+    const auto s = static_cast<std::uint32_t>(std::ceil(n / 20.0 * std::log(10.0)));
+    std::vector<std::uint32_t> pool(n);
+    std::iota(pool.begin(), pool.end(), 0U);
+    CounterRandom draws(seed);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr));
+    for (std::size_t round = 0; round < budget; ++round) {
+      const auto remaining = static_cast<std::uint32_t>(n - round);
+      for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);
+      std::vector<double> growths(s);
+      kernel.decide[rows - 1]({blocks.plane(0, 0), blocks.stride()}, factor.inverse(), pool.data(), s, growths.data());
+      std::uint32_t best = 0;
+      for (std::uint32_t j = 1; j < s; ++j) {
+        const bool is_first = growths[j] == growths[best] && pool[j] < pool[best];
+        if (growths[j] > growths[best] || is_first) best = j;
+      }
+      ASSERT_EQ(selected[round], pool[best]) << "round " << round;
+      double h[max_block_rows][6] = {};
+      for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < 6; ++column) h[row][column] = blocks.plane(row, column)[pool[best]];
+      }
+      factor.add_block(kernel, h, rows);
+      pool[best] = pool[remaining - 1];
+    }
   }
 }
 
