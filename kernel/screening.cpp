@@ -288,15 +288,11 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
 void Screening::remove(std::size_t lane) noexcept {
   memory_.remaining[lane] = 0;
   --memory_.tile_remaining[lane / tile_size];
-  if (!is_ordered_) return;
-  // The far outlier of a frame is selected early; error bounds should not suffer from it any longer.
-  bool was_largest = false;
+  // A far outlier of a frame is selected early; error bounds should not suffer from it any longer than that.
+  if (!is_ordered_ || volume_error_ <= small_volume_error) return;
   float* entry = memory_.packed + lane / tile_size * tiles_.tile_stride + lane % tile_size;
-  for (int e = 0; e < simd::dimension * rows_; ++e, entry += tile_size) {
-    was_largest = was_largest || std::abs(*entry) >= column_max_[e % simd::dimension];
-    *entry = 0;
-  }
-  if (was_largest) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
+  for (int e = 0; e < simd::dimension * rows_; ++e, entry += tile_size) *entry = 0;
+  kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
 }
 
 }  // namespace maxlogdet
