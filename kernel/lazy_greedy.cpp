@@ -9,6 +9,7 @@ Status lazy_greedy(Search& search) noexcept {
   const auto rows = static_cast<std::size_t>(search.screening.rows());
   const std::size_t rounds_to_full_rank = (state_dimension + rows - 1) / rows;
 
+  search.screening.use_store(search.candidates.validity(), search.candidates.size());
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     search.screening.begin_round(search.factor);

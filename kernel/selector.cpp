@@ -101,7 +101,6 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   search.pool = memory_->pool.data();
   search.indices = memory_->indices.data();
   search.gains = memory_->gains.data();
-  search.screening.use_store(candidates.validity(), n);
 
   selection.status = run(search, options);
   const bool takes_all = n > 0 && options.budget > 0 && options.budget >= valid;
