@@ -4,11 +4,11 @@
 #include "bench/eigen_baselines.hpp"
 #include "bench/measure.hpp"
 #include "bench/problem.hpp"
+#include "sim/forced_isa.hpp"
 #include "sim/names.hpp"
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <set>
 #include <string>
@@ -48,28 +48,12 @@ double mismatches(const std::uint32_t* indices, std::size_t size, const std::vec
   return static_cast<double>(count);
 }
 
-// Selectors made while this lives run on that instruction set.
-class ForcedIsa {
- public:
-  explicit ForcedIsa(const std::string& isa) : before_(current()) { setenv("MAXLOGDET_ISA", isa.c_str(), 1); }
-  ~ForcedIsa() { setenv("MAXLOGDET_ISA", before_.c_str(), 1); }  // empty: none forced
-  ForcedIsa(const ForcedIsa&) = delete;
-  ForcedIsa& operator=(const ForcedIsa&) = delete;
-
- private:
-  static std::string current() {
-    const char* const value = std::getenv("MAXLOGDET_ISA");
-    return value != nullptr ? value : "";
-  }
-  std::string before_;
-};
-
 Work library_work(Strategy strategy, const Point& at) {
   const auto& stores = stores_of(at.family, at.n, at.blocks);
   const auto& exact = exact_answers(at.family, at.n, at.blocks, at.k);
   std::size_t capacity = at.k;
   for (const BlockStore& store : stores) capacity = std::max(capacity, store.size());
-  const ForcedIsa forced(at.isa);
+  const sim::ForcedIsa forced(at.isa.c_str());
 
   struct State {
     Selector selector;

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <string>
 
-namespace maxlogdet::test {
+namespace maxlogdet::sim {
 
-/// Sets MAXLOGDET_ISA for a scope.
+/// Sets MAXLOGDET_ISA for a scope, or unsets it (nullptr): what is made in it runs on that instruction set.
 class ForcedIsa {
  public:
   explicit ForcedIsa(const char* name) {
@@ -31,4 +31,4 @@ class ForcedIsa {
   std::string previous_;
 };
 
-}  // namespace maxlogdet::test
+}  // namespace maxlogdet::sim

@@ -2,7 +2,7 @@
 // append_blocks on every instruction set, against the same equations put down match by match with Eigen: all weightings
 // and third measurements, all lengths of the last pack, broken matches anywhere. That the equations are right is what
 // jacobian_test.cpp shows.
-#include "tests/forced_isa.hpp"
+#include "sim/forced_isa.hpp"
 #include "tests/support.hpp"
 
 #include <Eigen/Cholesky>
@@ -13,6 +13,8 @@
 
 namespace maxlogdet::test {
 namespace {
+
+using sim::ForcedIsa;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The same answer on every instruction set, and what MAXLOGDET_ISA does.
+#include "sim/forced_isa.hpp"
 #include "simd/kernel.hpp"
-#include "tests/forced_isa.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -12,6 +12,8 @@
 
 namespace maxlogdet::test {
 namespace {
+
+using sim::ForcedIsa;
 
 TEST(Isa, the_baseline_is_always_there) {
   ASSERT_NE(built_in_isa(0), nullptr);
