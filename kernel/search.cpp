@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search.hpp"
 
+#include "kernel/stored_rows.hpp"
+
 #include <cmath>
 
 namespace maxlogdet {
@@ -19,11 +21,7 @@ std::size_t Search::select_best() noexcept {
   }
   const std::uint32_t chosen = contenders[best];
   double h[max_block_rows][state_dimension];
-  for (int row = 0; row < candidates.rows(); ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      h[row][column] = static_cast<double>(candidates.plane(row, column)[chosen]);
-    }
-  }
+  read_rows(candidates, chosen, h);
   const double growth = factor.add_block(kernel, h, candidates.rows());
   indices[selected] = chosen;
   gains[selected] = std::log1p(growth);

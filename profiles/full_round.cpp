@@ -2,6 +2,7 @@
 #include "profiles/full_round.hpp"
 
 #include "kernel/information_factor.hpp"
+#include "kernel/stored_rows.hpp"
 #include "sim/scene.hpp"
 #include "simd/kernel.hpp"
 
@@ -37,12 +38,8 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
-    double h[max_block_rows][state_dimension] = {};
-    for (int row = 0; row < rows; ++row) {
-      for (int column = 0; column < state_dimension; ++column) {
-        h[row][column] = static_cast<double>(state_->blocks.plane(row, column)[selected]);
-      }
-    }
+    double h[max_block_rows][state_dimension];
+    read_rows(state_->blocks, selected, h);
     state_->factor.add_block(*state_->kernel, h, rows);
   }
   for (int i = 0; i < 36; ++i) {

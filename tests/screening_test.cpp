@@ -2,6 +2,7 @@
 // Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames nearly nobody else does.
 #include "kernel/screening.hpp"
 #include "kernel/information_factor.hpp"
+#include "kernel/stored_rows.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -68,10 +69,8 @@ class Screened {
     EXPECT_NE(std::find(survivors.begin(), survivors.end(), best), survivors.end()) << "lost the best, " << best;
     if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
 
-    double rows[max_block_rows][6] = {};
-    for (int row = 0; row < blocks_.rows(); ++row) {
-      for (int column = 0; column < 6; ++column) rows[row][column] = blocks_.plane(row, column)[best];
-    }
+    double rows[max_block_rows][state_dimension];
+    read_rows(blocks_, best, rows);
     factor_.add_block(kernel_, rows, blocks_.rows());
     screening_.remove(lane_of_best);
     remains_[best] = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/counter_random.hpp"
 #include "kernel/information_factor.hpp"
+#include "kernel/stored_rows.hpp"
 #include "simd/kernel.hpp"
 #include "tests/oracle.hpp"
 
@@ -108,10 +109,8 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
         if (growths[j] > growths[best] || is_first) best = j;
       }
       ASSERT_EQ(selected[round], pool[best]) << "round " << round;
-      double h[max_block_rows][6] = {};
-      for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < 6; ++column) h[row][column] = blocks.plane(row, column)[pool[best]];
-      }
+      double h[max_block_rows][state_dimension];
+      read_rows(blocks, pool[best], h);
       factor.add_block(kernel, h, rows);
       pool[best] = pool[remaining - 1];
     }
