@@ -61,22 +61,44 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
   return r;
 }
 
+// Y Y^T, entries (a, b), a <= b, row by row; a column of Y after the other, which needs few registers.
+template <int Rows>
+inline void multiply_by_transpose(const float* entries, std::size_t stride, const float* w,
+                                  Floats (&products)[Rows * (Rows + 1) / 2]) {
+  Floats h[Rows][dimension];
+  for (int a = 0; a < Rows; ++a) {
+    for (int d = 0; d < dimension; ++d) {
+      h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
+    }
+  }
+  for (int c = 0; c < dimension; ++c) {
+    Floats y[Rows];
+    for (int d = 0; d <= c; ++d) {
+      const Floats weight(w[dimension * c + d]);
+      for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
+    }
+    for (int a = 0, e = 0; a < Rows; ++a) {
+      for (int b = a; b < Rows; ++b, ++e) products[e] = c == 0 ? y[a] * y[b] : multiply_add(y[a], y[b], products[e]);
+    }
+  }
+}
+
 // det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent
 // operations; but where the rows of Y are long and nearly parallel, minors cancel.
 template <int Rows>
-inline Floats growth_by_minors(const Floats (&y)[Rows][dimension]) {
-  const Floats aa = dot(y[0], y[0]);
+inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) {
+  const Floats aa = products[0];
   if constexpr (Rows == 1) {
     return aa;
   } else {
-    const Floats bb = dot(y[1], y[1]);
-    const Floats ab = dot(y[0], y[1]);
+    const Floats ab = products[1];
+    const Floats bb = products[Rows];
     if constexpr (Rows == 2) {
       return minus_product(ab, ab, multiply_add(aa, bb, aa + bb));
     } else {
-      const Floats cc = dot(y[2], y[2]);
-      const Floats ac = dot(y[0], y[2]);
-      const Floats bc = dot(y[1], y[2]);
+      const Floats ac = products[2];
+      const Floats bc = products[4];
+      const Floats cc = products[5];
       const Floats minor_a = minus_product(bc, bc, bb * cc);
       const Floats minor_b = minus_product(ac, ac, aa * cc);
       const Floats minor_c = minus_product(ab, ab, aa * bb);
@@ -95,14 +117,11 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
     const std::size_t tile = list[j];
     Floats most(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      Floats y[Rows][dimension];
-      for (int a = 0; a < Rows; ++a) {
-        const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
-        whiten(tiles.data + tile * tiles.tile_stride + entry + lane, tiles.entry_stride, w, y[a]);
-      }
+      Floats products[Rows * (Rows + 1) / 2];
+      multiply_by_transpose<Rows>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
-      const Floats clamped = xsimd::max(growth_by_minors<Rows>(y), Floats(0.0F));  // cancelled minors may go below
+      const Floats clamped = xsimd::max(growth_by_minors<Rows>(products), Floats(0.0F));  // may have cancelled
       const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
       growth.store_unaligned(growths + at);
       most = xsimd::max(most, growth);
