@@ -22,12 +22,27 @@ constexpr double smallest_norm = 1e-15;
 constexpr double small_volume_error = 1e-3;
 // More survivors than this are looked at again with care before float64 has to decide.
 constexpr std::size_t many_survivors = 24;
+// Rounds for which one bound of the error has to do.
+constexpr std::uint32_t period = 8;
 // Thresholds that must not let a lane through that has no candidate (growth -1).
 constexpr float any_candidate = -0.5F;
 
 // The next float32 at or beyond a bound, with room for the few roundings that lead to it.
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
+
+// The bits of a float >= 0, which are ordered as floats are.
+std::int32_t bits_of(float value) noexcept {
+  std::int32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+float float_of(std::int32_t bits) noexcept {
+  float value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
 
 std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
 
@@ -42,10 +57,10 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       candidate(lanes_for(capacity)),
       remaining(lanes_for(capacity)),
       growths(lanes_for(capacity)),
-      sorted(lanes_for(capacity)),
       bucket(lanes_for(capacity)),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
+      seen(lanes_for(tiles_of(capacity))),
       list(lanes_for(tiles_of(capacity))),
       tile_remaining(tiles_of(capacity)) {}
 
@@ -80,6 +95,7 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
 }
 
 void Screening::count_remaining() const noexcept {
+  std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     float count = 0;
     for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
@@ -90,19 +106,18 @@ void Screening::count_remaining() const noexcept {
 void Screening::order_by_gain() noexcept {
   // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
   constexpr int shift = 18;
-  constexpr std::size_t buckets = 1024;
-  std::uint32_t first[buckets + 1] = {};
-  std::uint32_t top;
-  const float largest = std::max(best_, 0.0F);
-  std::memcpy(&top, &largest, sizeof top);
-  const std::size_t lanes = tile_size * tile_count_;
+  constexpr std::int32_t buckets = 512;
+  const float highest = kernel_.largest(memory_.growths, lanes());
+  const std::int32_t top = bits_of(highest);
+  const std::size_t lanes = this->lanes();
   std::uint32_t* const bucket = memory_.bucket;
+  const float* const growths = memory_.growths;
+  const float* const remaining = memory_.remaining;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
-    std::uint32_t bits;
-    std::memcpy(&bits, memory_.growths + lane, sizeof bits);
-    const std::uint32_t below = (top - std::min(bits, top)) >> shift;
-    bucket[lane] = memory_.remaining[lane] > 0 ? std::min<std::uint32_t>(below, buckets - 1) : buckets;
+    const std::int32_t below = (top - std::max(0, bits_of(growths[lane]))) >> shift;
+    bucket[lane] = static_cast<std::uint32_t>(remaining[lane] > 0 ? std::min(below, buckets - 1) : buckets);
   }
+  std::uint32_t first[buckets + 1] = {};  // place of each bucket; the last is of those that do not remain
   for (std::size_t lane = 0; lane < lanes; ++lane) ++first[bucket[lane]];
   std::uint32_t count = 0;
   for (std::uint32_t& entry : first) {
@@ -110,41 +125,57 @@ void Screening::order_by_gain() noexcept {
     entry = count;
     count += in_bucket;
   }
-  count = first[buckets];  // the last bucket is of those that do not remain
+  count = first[buckets];
   std::uint32_t* const order = memory_.candidate;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const std::uint32_t place = first[bucket[lane]]++;
-    order[place] = static_cast<std::uint32_t>(lane);
-    memory_.sorted[place] = memory_.growths[lane];
-  }
-  std::copy_n(static_cast<float*>(memory_.sorted), count, static_cast<float*>(memory_.growths));
-  std::fill(memory_.growths + count, memory_.growths + tile_size * tiles_of(count), -1.0F);
+  for (std::size_t lane = 0; lane < lanes; ++lane) order[first[bucket[lane]]++] = static_cast<std::uint32_t>(lane);
+
   make_records(lanes);
   use_listed(order, count);
   is_ordered_ = true;
-  kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
-  listed_ = tile_count_;
-  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
-    memory_.highest[tile] = kernel_.largest(memory_.growths + tile * tile_size, tile_size);
-    memory_.list[tile] = static_cast<std::uint32_t>(tile);
-  }
+  if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
-  raise_bounds();
+  const simd::Round last = round();
+  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
+    // Of the first lane's bucket, the highest in the tile, the upper end.
+    const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
+    memory_.bounds[tile] = last.slope * float_of(std::max(0, top - below * (1 << shift))) + last.offset;
+    memory_.seen[tile] = 0;
+  }
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
+  ++now_;
+  listed_ = 0;
+  best_ = -1;
+  assured_ = -1;
+  w_ = factor.inverse();
+  const double f = factor.relative_error();
+  factor_drift_ = f < 0.125 ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
+  // Once the error is small its bound may be a wide one, of an earlier round.
+  const bool may_last = rows_ < 3 && now_ > period && !with_care_ && volume_error_ <= small_volume_error;
+  is_bounded_anew_ = !(may_last && is_lasting_) || now_ % period == 0;
+  if (!is_bounded_anew_) return;
+  is_lasting_ = may_last;
+  bound_errors();
+}
+
+void Screening::bound_errors() noexcept {
   constexpr int n = InformationFactor::n;
   double squares = 0;  // of | |W| |h| | for the row h whose entries are the largest of their columns
+  double frobenius = 0;
   for (int c = 0; c < n; ++c) {
-    const double* const w = factor.inverse() + static_cast<std::size_t>(simd::padded_dimension * c);
+    const double* const w = w_ + static_cast<std::size_t>(simd::padded_dimension * c);
     double sums[2] = {0, 0};
-    for (int d = 0; d < n; ++d) {  // zeros above the diagonal
-      w_[n * c + d] = static_cast<float>(w[d]);
-      if (d <= c) sums[d % 2] += std::max(std::abs(w[d]), simd::smallest_entry) * column_max_[d];
+    for (int d = 0; d <= c; ++d) {
+      constexpr double floor = simd::smallest_entry;
+      sums[d % 2] += std::max(std::abs(w[d]), floor) * column_max_[d];
+      frobenius += (w[d] * w[d] + floor * floor) * (column_max_[d] * column_max_[d]);
     }
     squares += (sums[0] + sums[1]) * (sums[0] + sums[1]);
   }
+  // Six times |W D|^2, D the column maxima, is above that, and can only fall from here on.
+  if (is_lasting_) squares = n * frobenius;
   const double norm = std::sqrt(squares);
   unit_ = errors_per_row * rows_ * unit_roundoff;
   shrink_ = std::min(1.0, norm);
@@ -162,11 +193,29 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   // Three long rows are hardly ever far from parallel.
   const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
   with_care_ = overflows || is_hopeless || (with_care_ && volume_error_ > small_volume_error);
-  const double f = factor.relative_error();
-  factor_drift_ = f < 0.125 ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
-  listed_ = 0;
-  best_ = -1;
-  assured_ = -1;
+}
+
+// |growth - exact| <= unit growth + 2 sqrt(1 + growth) error + error^2, and no line through a point of the root is below
+// it: best near `growth`.
+void Screening::bound_errors_near(double growth) noexcept {
+  if (with_care_) return;
+  const double root = std::sqrt(1 + growth);
+  const double error = volume_error_ * shrink_;
+  slope_ = 1 + error / root;
+  offset_ = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
+}
+
+simd::Round Screening::round() const noexcept {
+  const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and of bounds
+  return {memory_.growths, memory_.highest,      memory_.bounds,           memory_.seen,
+          slope,           rounded_up(offset_), static_cast<float>(now_)};
+}
+
+// What the best growth is at least.
+void Screening::assure() noexcept {
+  if (with_care_ || best_ < 0) return;
+  const auto growth = static_cast<double>(best_);
+  assured_ = growth - ((slope_ - 1) * growth + offset_);
 }
 
 void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
@@ -174,34 +223,18 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
     evaluate_with_care(first, last);
     return;
   }
-  const float best =
-      kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
+  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round());
   best_ = std::max(best_, best);
-  if (best_ < 0) return;
-  // |growth - exact| <= unit growth + 2 volume error + error^2, for each of growths up to best_.
-  const auto growth = static_cast<double>(best_);
-  slope_ = 1;
-  offset_ = 2 * std::sqrt(1 + growth) * volume_error_ * shrink_ + volume_error_ * volume_error_ + minors_error_;
-  assured_ = growth - offset_;
+  assure();
 }
 
 void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
-  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, static_cast<float>(unit_), memory_.list + first,
-                                                            last - first, memory_.growths, memory_.highest);
-  assured_ = std::max(assured_, static_cast<double>(assured));
-  best_ = std::max(best_, assured);
   slope_ = 1;
   offset_ = 0;
-}
-
-void Screening::raise_bounds() const noexcept {
-  const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and the next
-  const float offset = rounded_up(offset_);
-  for (std::size_t j = 0; j < listed_; ++j) {
-    const std::uint32_t tile = memory_.list[j];
-    const float highest = memory_.highest[tile];
-    memory_.bounds[tile] = highest < 0 ? -1.0F : slope * highest + offset;
-  }
+  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, static_cast<float>(unit_), memory_.list + first,
+                                                            last - first, round());
+  assured_ = std::max(assured_, static_cast<double>(assured));
+  best_ = std::max(best_, assured);
 }
 
 void Screening::count_evaluations() noexcept {
@@ -210,12 +243,16 @@ void Screening::count_evaluations() noexcept {
 
 void Screening::evaluate_all() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
-  evaluate(0, tile_count_);
   listed_ = tile_count_;
-  count_evaluations();
-  raise_bounds();
+  if (is_bounded_anew_) bound_errors_near(0);
+  evaluate(0, listed_);
+  if (is_bounded_anew_ && best_ > 0) {
+    bound_errors_near(static_cast<double>(best_));
+    assure();
+  }
   all_slope_ = slope_;
   all_offset_ = offset_;
+  count_evaluations();
 }
 
 // What a bound found earlier must reach for its tile to matter.
@@ -224,22 +261,28 @@ float Screening::stale_threshold() const noexcept {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
+// The tiles whose bound is at least this and that have not been evaluated in this round.
+void Screening::evaluate_at_least(float threshold) noexcept {
+  const std::size_t first = listed_;
+  listed_ += kernel_.list_at_least(memory_.bounds, memory_.seen, tile_count_, threshold, static_cast<float>(now_),
+                                   memory_.list + first);
+  if (listed_ > first) evaluate(first, listed_);
+}
+
 void Screening::evaluate_promising() noexcept {
   // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound
   // in earlier rounds: they are evaluated in any case. What they hold then decides about the others.
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto highest = static_cast<double>(kernel_.largest(memory_.bounds, tile_count_));
+  const bool is_known = highest < infinity;
   const float clearly =
-      highest < infinity ? rounded_down(highest * (0.25 + 0.75 * expected_share_)) : std::numeric_limits<float>::max();
-  const std::size_t leaders = kernel_.list_at_least(memory_.bounds, tile_count_, clearly, memory_.list);
-  evaluate(0, leaders);
-  for (std::size_t j = 0; j < leaders; ++j) memory_.bounds[memory_.list[j]] = -1;  // not to be listed again
+      is_known ? rounded_down(highest * (0.25 + 0.75 * expected_share_)) : std::numeric_limits<float>::max();
+  if (is_bounded_anew_) bound_errors_near(is_known ? std::max(0.0, highest) : 0);
+  evaluate_at_least(clearly);
   const float threshold = stale_threshold();
-  listed_ = leaders + kernel_.list_at_least(memory_.bounds, tile_count_, threshold, memory_.list + leaders);
-  if (listed_ > leaders) evaluate(leaders, listed_);
+  if (threshold < clearly) evaluate_at_least(threshold);
   count_evaluations();
-  raise_bounds();
-  if (highest < infinity && best_ > 0) {
+  if (is_known && best_ > 0) {
     const double share = std::min(1.0, static_cast<double>(best_) / highest);
     expected_share_ += 0.5 * (share - expected_share_);
   }
@@ -281,7 +324,6 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   }
   listed_ = kept;
   evaluate_with_care(0, listed_);
-  raise_bounds();
   return list_distinct_survivors(lanes);
 }
 

@@ -21,10 +21,10 @@ struct ScreeningMemory {
   AlignedArray<std::uint32_t> candidate;       ///< per lane: whose it is
   AlignedArray<float> remaining;               ///< per lane: 1 where there is a candidate that remains, else 0
   AlignedArray<float> growths;                 ///< per lane: when last evaluated
-  AlignedArray<float> sorted;                  ///< per lane: scratch
   AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
   AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
+  AlignedArray<float> seen;                    ///< per tile: the round that last evaluated it
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
 };
@@ -86,7 +86,11 @@ class Screening {
  private:
   void evaluate(std::size_t first, std::size_t last) noexcept;
   void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
-  void raise_bounds() const noexcept;
+  void evaluate_at_least(float threshold) noexcept;
+  void bound_errors() noexcept;
+  void bound_errors_near(double growth) noexcept;
+  void assure() noexcept;
+  simd::Round round() const noexcept;
   void count_evaluations() noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
@@ -108,7 +112,10 @@ class Screening {
   double expected_share_ = 0.9;  // of the highest bound that the best growth of a round reaches
 
   // This round.
-  float w_[InformationFactor::n * InformationFactor::n];  // W, rounded
+  std::uint32_t now_ = 0;                                 // its number
+  const double* w_ = nullptr;                             // W
+  bool is_bounded_anew_ = true;                           // the error
+  bool is_lasting_ = false;                               // its bound holds for later rounds too
   std::size_t listed_ = 0;                                // tiles evaluated: list[0 .. listed_)
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
   double unit_ = 0;                        // of the rounding error

@@ -45,29 +45,38 @@ struct Tiles {
 using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
                         std::size_t count, double* growths);
 
-/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Lanes that
-/// do not remain get -1. growths[16 t + l] is the growth of lane l of tile t, highest[t] the largest of them. Returns
-/// the largest of all. `inverse_factor` is W, 6 x 6 row-major.
-using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
-                         float* growths, float* highest);
+/// What a round writes. growths[16 t + l] is of lane l of tile t, -1 if it does not remain; the rest is per tile.
+struct Round {
+  float* growths;
+  float* highest;  ///< the largest of the growths
+  float* bounds;   ///< slope * highest + offset, or -1 where nothing remains: of the exact growths
+  float* seen;     ///< `now` for tiles evaluated in this round
+  float slope, offset;
+  float now;
+};
 
-/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows,
-/// each candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit. Returns the
-/// largest lower bound.
-using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, float unit, const std::uint32_t* list,
-                                 std::size_t count, float* growths, float* highest);
+/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Returns the
+/// largest of all.
+using Screen = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+                         const Round& round);
+
+/// Screens with care: growths, highest and bounds are upper bounds of the exact growth, +infinity where float32
+/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit.
+/// Returns the largest lower bound.
+using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, float unit, const std::uint32_t* list,
+                                 std::size_t count, const Round& round);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
 constexpr std::size_t record_size(int rows) { return static_cast<std::size_t>(rows * dimension + 3) / 4 * 4; }
 
 /// Lists the lanes of the listed tiles whose growth is at least `threshold` and whose block is not entry for entry that
-/// of `unlike` (rows x 6; nullptr: no such block); returns how many.
+/// of `unlike` (rows x 6; nullptr: no such block); returns how many. Up to 16 more may be written.
 using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* growths, const float* highest, float threshold,
                                       const std::uint32_t* list, std::size_t count, const float* unlike,
                                       std::uint32_t* lanes);
 
 /// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes;
-/// written up to the next multiple of 4 candidates.
+/// read and written up to the next multiple of 16 candidates.
 using MakeRecords = void (*)(const Planes& planes, std::size_t count, float* records);
 
 /// Copies the listed candidates to consecutive lanes: entry e of candidate indices[16 t + l] to
@@ -77,9 +86,10 @@ using Gather = void (*)(const float* records, const std::uint32_t* indices, std:
 /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
 using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
 
-/// Lists the positions i in [0, count) of values[i] >= threshold, in order; returns how many. `values` may be read, and
-/// `list` written, up to the next multiple of 16.
-using ListAtLeast = std::size_t (*)(const float* values, std::size_t count, float threshold, std::uint32_t* list);
+/// Lists the positions i in [0, count) of values[i] >= threshold and seen[i] != now, in order; returns how many. Read
+/// up to the next multiple of 16; up to 16 more than are listed may be written.
+using ListAtLeast = std::size_t (*)(const float* values, const float* seen, std::size_t count, float threshold,
+                                    float now, std::uint32_t* list);
 
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);

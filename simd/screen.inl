@@ -10,9 +10,9 @@ static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 inline void whiten(const float* entries, std::size_t stride, const float* w, Floats (&y)[dimension]) {
   Floats h[dimension];
   for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride);
-  for (int c = 0; c < dimension; ++c) y[c] = Floats(w[dimension * c]) * h[0];
+  for (int c = 0; c < dimension; ++c) y[c] = Floats(w[padded_dimension * c]) * h[0];
   for (int d = 1; d < dimension; ++d) {
-    for (int c = d; c < dimension; ++c) y[c] = multiply_add(Floats(w[dimension * c + d]), h[d], y[c]);
+    for (int c = d; c < dimension; ++c) y[c] = multiply_add(Floats(w[padded_dimension * c + d]), h[d], y[c]);
   }
 }
 
@@ -74,7 +74,7 @@ inline void multiply_by_transpose(const float* entries, std::size_t stride, cons
   for (int c = 0; c < dimension; ++c) {
     Floats y[Rows];
     for (int d = 0; d <= c; ++d) {
-      const Floats weight(w[dimension * c + d]);
+      const Floats weight(w[padded_dimension * c + d]);
       for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
     }
     for (int a = 0, e = 0; a < Rows; ++a) {
@@ -109,9 +109,17 @@ inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) 
   }
 }
 
+inline void finish(const Round& round, std::size_t tile, float highest) {
+  round.highest[tile] = highest;
+  round.bounds[tile] = highest < 0 ? -1.0F : round.slope * highest + round.offset;
+  round.seen[tile] = round.now;
+}
+
 template <int Rows>
-float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
-             float* highest) {
+float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count, const Round& of) {
+  const Round round = of;  // a copy, which no store through its pointers can change
+  float w[dimension * padded_dimension];
+  for (int i = 0; i < dimension * padded_dimension; ++i) w[i] = static_cast<float>(w64[i]);
   Floats best(-1.0F);
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = list[j];
@@ -123,10 +131,10 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(growth_by_minors<Rows>(products), Floats(0.0F));  // may have cancelled
       const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
-      growth.store_unaligned(growths + at);
+      growth.store_unaligned(round.growths + at);
       most = xsimd::max(most, growth);
     }
-    highest[tile] = largest_lane(most);
+    finish(round, tile, largest_lane(most));
     best = xsimd::max(best, most);
   }
   return largest_lane(best);
@@ -140,8 +148,8 @@ inline Floats rounding_squares(const float* entries, std::size_t stride, const f
   }
   Floats squares(0.0F);
   for (int c = 0; c < dimension; ++c) {
-    Floats sum = Floats(absolute_w[dimension * c]) * h[0];
-    for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(absolute_w[dimension * c + d]), h[d], sum);
+    Floats sum = Floats(absolute_w[padded_dimension * c]) * h[0];
+    for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(absolute_w[padded_dimension * c + d]), h[d], sum);
     squares = multiply_add(sum, sum, squares);
   }
   return squares;
@@ -180,15 +188,18 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
 }
 
 template <int Rows>
-float screen_with_care(const Tiles& tiles, const float* w, float unit, const std::uint32_t* list, std::size_t count,
-                       float* growths, float* highest) {
+float screen_with_care(const Tiles& tiles, const double* w64, float unit, const std::uint32_t* list, std::size_t count,
+                       const Round& of) {
+  const Round round = of;
+  float w[dimension * padded_dimension];
   // Below it products can underflow; above it they may have overflowed on the way.
   const Floats tiny(1e-36F);
   const Floats huge(1e36F);
   const Floats nothing(-1.0F);
   constexpr auto smallest = static_cast<float>(maxlogdet::simd::smallest_entry);
-  float absolute_w[dimension * dimension];
-  for (int i = 0; i < dimension * dimension; ++i) {
+  float absolute_w[dimension * padded_dimension];
+  for (int i = 0; i < dimension * padded_dimension; ++i) {
+    w[i] = static_cast<float>(w64[i]);
     const float magnitude = w[i] < 0 ? -w[i] : w[i];
     absolute_w[i] = magnitude > smallest ? magnitude : smallest;
   }
@@ -218,46 +229,42 @@ float screen_with_care(const Tiles& tiles, const float* w, float unit, const std
       const Floats infinity(std::numeric_limits<float>::infinity());
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
       const Floats lower = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
-      upper.store_unaligned(growths + at);
+      upper.store_unaligned(round.growths + at);
       most = xsimd::max(most, upper);
       best_assured = xsimd::max(best_assured, lower);
     }
-    highest[tile] = largest_lane(most);
+    finish(round, tile, largest_lane(most));
   }
   return largest_lane(best_assured);
 }
 
-// Four entries of four candidates: between planes or tiles (an entry a row) and records (a candidate a row).
-using Four = xsimd::make_sized_batch_t<float, 4>;
-
-inline void transpose(const float* const (&from)[4], float* const (&to)[4]) {
-  const Four a = Four::load_unaligned(from[0]);
-  const Four b = Four::load_unaligned(from[1]);
-  const Four c = Four::load_unaligned(from[2]);
-  const Four d = Four::load_unaligned(from[3]);
-  const Four ac_low = xsimd::zip_lo(a, c);
-  const Four ac_high = xsimd::zip_hi(a, c);
-  const Four bd_low = xsimd::zip_lo(b, d);
-  const Four bd_high = xsimd::zip_hi(b, d);
-  xsimd::zip_lo(ac_low, bd_low).store_unaligned(to[0]);
-  xsimd::zip_hi(ac_low, bd_low).store_unaligned(to[1]);
-  xsimd::zip_lo(ac_high, bd_high).store_unaligned(to[2]);
-  xsimd::zip_hi(ac_high, bd_high).store_unaligned(to[3]);
+// Of every four floats of four packs: rows become columns. Between planes or tiles, with an entry a row, and records,
+// with a candidate a row.
+inline void transpose(Floats (&m)[4]) {
+  const Floats ac_low = zip_low(m[0], m[2]);
+  const Floats ac_high = zip_high(m[0], m[2]);
+  const Floats bd_low = zip_low(m[1], m[3]);
+  const Floats bd_high = zip_high(m[1], m[3]);
+  m[0] = zip_low(ac_low, bd_low);
+  m[1] = zip_high(ac_low, bd_low);
+  m[2] = zip_low(ac_high, bd_high);
+  m[3] = zip_high(ac_high, bd_high);
 }
 
 template <int Rows>
 void make_records(const Planes& planes, std::size_t count, float* records) {
   constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
   constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
-  for (std::size_t i = 0; i < count; i += 4, records += 4 * size) {
+  for (std::size_t i = 0; i < count; i += float_lanes, records += float_lanes * size) {
+    float* to[float_lanes];
+    for (std::size_t lane = 0; lane < float_lanes; ++lane) to[lane] = records + lane * size;
     for (std::size_t e = 0; e < size; e += 4) {
-      const float* from[4];
-      float* to[4];
-      for (std::size_t j = 0; j < 4; ++j) {
-        from[j] = planes.data + (e + j < entries ? e + j : 0) * planes.stride + i;  // beyond the last entry: filling
-        to[j] = records + j * size + e;
+      Floats m[4];
+      for (std::size_t j = 0; j < 4; ++j) {  // beyond the last entry: filling
+        m[j] = Floats::load_unaligned(planes.data + (e + j < entries ? e + j : 0) * planes.stride + i);
       }
-      transpose({from[0], from[1], from[2], from[3]}, {to[0], to[1], to[2], to[3]});
+      transpose(m);
+      for (std::size_t j = 0; j < 4; ++j) store_parts(m[j], to + j, e);
     }
   }
 }
@@ -266,16 +273,15 @@ template <int Rows>
 void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) {
   constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
   constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
-  alignas(16) float filling[4];
   for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
-    for (std::size_t lane = 0; lane < tile_size; lane += 4) {
-      const std::uint32_t* const four = indices + j + lane;
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      const float* from[float_lanes];
+      for (std::size_t l = 0; l < float_lanes; ++l) from[l] = records + indices[j + lane + l] * size;
       for (std::size_t e = 0; e < size; e += 4) {
-        float* to[4];
-        for (std::size_t d = 0; d < 4; ++d) to[d] = e + d < entries ? tiles + (e + d) * tile_size + lane : filling;
-        transpose({records + four[0] * size + e, records + four[1] * size + e, records + four[2] * size + e,
-                   records + four[3] * size + e},
-                  {to[0], to[1], to[2], to[3]});
+        Floats m[4];
+        for (std::size_t d = 0; d < 4; ++d) m[d] = load_parts(from + d, e);
+        transpose(m);
+        for (std::size_t d = 0; d < 4 && e + d < entries; ++d) m[d].store_unaligned(tiles + (e + d) * tile_size + lane);
       }
     }
   }
@@ -298,14 +304,15 @@ void column_max(const float* tiles, std::size_t tile_count, double* largest) {
   for (int column = 0; column < dimension; ++column) largest[column] = static_cast<double>(largest_lane(most[column]));
 }
 
-std::size_t list_at_least(const float* values, std::size_t count, float threshold, std::uint32_t* list) {
+std::size_t list_at_least(const float* values, const float* seen, std::size_t count, float threshold, float now,
+                          std::uint32_t* list) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
-    std::uint32_t bits = lane_mask(Floats::load_unaligned(values + i) >= Floats(threshold));
-    if (count - i < float_lanes) bits &= (1U << (count - i)) - 1;
-    for (; bits != 0; bits &= bits - 1)
-      list[found++] = static_cast<std::uint32_t>(i) + static_cast<std::uint32_t>(__builtin_ctz(bits));
+    const auto is_listed = (Floats::load_unaligned(values + i) >= Floats(threshold)) &
+                           (Floats::load_unaligned(seen + i) != Floats(now));
+    found += list_lanes(is_listed, static_cast<std::uint32_t>(i), list + found);
   }
+  while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
   return found;
 }
 
@@ -327,9 +334,7 @@ std::size_t list_survivors(const Tiles& tiles, const float* growths, const float
         }
         survives = survives & !is_same;
       }
-      for (std::uint32_t bits = lane_mask(survives); bits != 0; bits &= bits - 1) {
-        lanes[found++] = static_cast<std::uint32_t>(at) + static_cast<std::uint32_t>(__builtin_ctz(bits));
-      }
+      found += list_lanes(survives, static_cast<std::uint32_t>(at), lanes + found);
     }
   }
   return found;

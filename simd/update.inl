@@ -20,23 +20,32 @@ double add_row(double* w, const double* h) {
 #pragma GCC unroll 6
     for (int d = 1; d <= i; ++d) y[i] += w[padded * i + d] * h[d];
   }
-  double s = 1;
+  double s[n + 1] = {1};
   double growth = 0;  // s - 1, with all its digits
-  double c[n] = {};
 #pragma GCC unroll 6
   for (int i = 0; i < n; ++i) {
     growth += y[i] * y[i];
-    const double s_next = s + y[i] * y[i];
-    const double scale = __builtin_sqrt(s / s_next);
-    const double factor = y[i] / s;
+    s[i + 1] = s[i] + y[i] * y[i];
+  }
+  // By pairs: dividing and taking roots one by one is what an update would wait for.
+  alignas(TwoDoubles) double scale[n];
+  alignas(TwoDoubles) double factor[n];
+#pragma GCC unroll 3
+  for (int i = 0; i < n; i += 2) {
+    const TwoDoubles before = pair(s[i], s[i + 1]);
+    xsimd::sqrt(before / pair(s[i + 1], s[i + 2])).store_aligned(scale + i);
+    (pair(y[i], y[i + 1]) / before).store_aligned(factor + i);
+  }
+  double c[n] = {};
+#pragma GCC unroll 6
+  for (int i = 0; i < n; ++i) {
     double* const row = w + padded * i;
 #pragma GCC unroll 6
     for (int d = 0; d <= i; ++d) {
       const double entry = row[d];
-      row[d] = scale * (entry - factor * c[d]);
+      row[d] = scale[i] * (entry - factor[i] * c[d]);
       c[d] += y[i] * entry;
     }
-    s = s_next;
   }
   return growth;
 }

@@ -12,6 +12,7 @@
 #pragma GCC diagnostic pop
 #endif
 
+#include <cstddef>
 #include <cstdint>
 
 // What xsimd 8.1 (Debian 12) and 14 do differently, or both not as IEEE 754 says; included by the per-ISA units alone.
@@ -25,6 +26,15 @@ namespace {
 
 using Floats = xsimd::batch<float>;
 using Doubles = xsimd::batch<double>;
+using TwoDoubles = xsimd::make_sized_batch_t<double, 2>;
+
+inline TwoDoubles pair(double first, double second) {
+#if defined(__aarch64__)
+  return TwoDoubles(float64x2_t{first, second});
+#else
+  return TwoDoubles(_mm_set_pd(second, first));
+#endif
+}
 
 // The largest of all lanes, none of which is NaN; xsimd::reduce_max came after 8.1.
 inline float largest_lane(const Floats& x) {
@@ -56,6 +66,68 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
   return vaddvq_u32(vandq_u32(condition, bits));
 #else
   return static_cast<std::uint32_t>(_mm_movemask_ps(condition));
+#endif
+}
+
+// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written.
+inline std::size_t list_lanes(const Floats::batch_bool_type& condition, std::uint32_t first, std::uint32_t* list) {
+  std::uint32_t bits = lane_mask(condition);
+#if defined(__AVX512F__)
+  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(first)));
+  _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
+  return static_cast<std::size_t>(__builtin_popcount(bits));
+#else
+  std::size_t found = 0;
+  for (; bits != 0; bits &= bits - 1) list[found++] = first + static_cast<std::uint32_t>(__builtin_ctz(bits));
+  return found;
+#endif
+}
+
+// Four floats each at pointers[0] + offset, [4], [8] ... + offset to consecutive parts of a pack, and back.
+inline Floats load_parts(const float* const* pointers, std::size_t offset) {
+#if defined(__AVX512F__)
+  __m512 parts = _mm512_castps128_ps512(_mm_loadu_ps(pointers[0] + offset));
+  parts = _mm512_insertf32x4(parts, _mm_loadu_ps(pointers[4] + offset), 1);
+  parts = _mm512_insertf32x4(parts, _mm_loadu_ps(pointers[8] + offset), 2);
+  return _mm512_insertf32x4(parts, _mm_loadu_ps(pointers[12] + offset), 3);
+#elif defined(__AVX__)
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(pointers[0] + offset)), _mm_loadu_ps(pointers[4] + offset), 1);
+#else
+  return Floats::load_unaligned(pointers[0] + offset);
+#endif
+}
+inline void store_parts(const Floats& parts, float* const* pointers, std::size_t offset) {
+#if defined(__AVX512F__)
+  _mm_storeu_ps(pointers[0] + offset, _mm512_castps512_ps128(parts));
+  _mm_storeu_ps(pointers[4] + offset, _mm512_extractf32x4_ps(parts, 1));
+  _mm_storeu_ps(pointers[8] + offset, _mm512_extractf32x4_ps(parts, 2));
+  _mm_storeu_ps(pointers[12] + offset, _mm512_extractf32x4_ps(parts, 3));
+#elif defined(__AVX__)
+  _mm_storeu_ps(pointers[0] + offset, _mm256_castps256_ps128(parts));
+  _mm_storeu_ps(pointers[4] + offset, _mm256_extractf128_ps(parts, 1));
+#else
+  parts.store_unaligned(pointers[0] + offset);
+#endif
+}
+
+// x0 y0 x1 y1 of every four floats x0 ... x3 and y0 ... y3, or x2 y2 x3 y3; zips of xsimd are of whole packs.
+inline Floats zip_low(const Floats& x, const Floats& y) {
+#if defined(__AVX512F__)
+  return _mm512_unpacklo_ps(x, y);
+#elif defined(__AVX__)
+  return _mm256_unpacklo_ps(x, y);
+#else
+  return xsimd::zip_lo(x, y);
+#endif
+}
+inline Floats zip_high(const Floats& x, const Floats& y) {
+#if defined(__AVX512F__)
+  return _mm512_unpackhi_ps(x, y);
+#elif defined(__AVX__)
+  return _mm256_unpackhi_ps(x, y);
+#else
+  return xsimd::zip_hi(x, y);
 #endif
 }
 
