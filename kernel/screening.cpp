@@ -14,7 +14,7 @@ using simd::tile_size;
 constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
 // Rounding errors of a row of Y and of a growth, in units of 2^-24 and per row of the block; generous, see
 // docs/numerics.md.
-constexpr double errors_per_row = 12;
+constexpr double whitening_errors = 8;
 // |Y| within which no float32 operation of the kernels overflows, or loses what it should not to underflow.
 constexpr double largest_norm = 1e6;
 constexpr double smallest_norm = 1e-15;
@@ -69,9 +69,17 @@ void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   is_ordered_ = false;
   tile_count_ = tiles_of(n);
   tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
-  for (std::size_t i = 0; i < n; ++i) memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
-  std::fill(memory_.remaining + n, memory_.remaining + tile_size * tile_count_, 0.0F);
-  count_remaining();
+  std::fill(memory_.remaining + n, memory_.remaining + lanes(), 0.0F);
+  std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
+  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
+    const std::size_t first = tile_size * tile;
+    unsigned count = 0;
+    for (std::size_t i = first; i < std::min(first + tile_size, n); ++i) {
+      memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
+      count += valid[i] != 0 ? 1 : 0;
+    }
+    memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
+  }
 }
 
 void Screening::make_records(std::size_t n) noexcept { kernel_.make_records[rows_ - 1](planes_, n, memory_.records); }
@@ -92,15 +100,6 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
   std::fill_n(static_cast<unsigned char*>(memory_.tile_remaining), tile_count_, static_cast<unsigned char>(tile_size));
   if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
-}
-
-void Screening::count_remaining() const noexcept {
-  std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
-  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
-    float count = 0;
-    for (std::size_t lane = 0; lane < tile_size; ++lane) count += memory_.remaining[tile * tile_size + lane];
-    memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
-  }
 }
 
 void Screening::order_by_gain() noexcept {
@@ -177,9 +176,8 @@ void Screening::bound_errors() noexcept {
   // Six times |W D|^2, D the column maxima, is above that, and can only fall from here on.
   if (is_lasting_) squares = n * frobenius;
   const double norm = std::sqrt(squares);
-  unit_ = errors_per_row * rows_ * unit_roundoff;
   shrink_ = std::min(1.0, norm);
-  const double delta = unit_ * norm;
+  const double delta = whitening_errors * unit_roundoff * norm;
   const double length = std::sqrt(1 + squares) + delta;
   volume_error_ = rows_ * delta;
   for (int row = 1; row < rows_; ++row) volume_error_ *= length;
@@ -231,8 +229,7 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
 void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
   slope_ = 1;
   offset_ = 0;
-  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, static_cast<float>(unit_), memory_.list + first,
-                                                            last - first, round());
+  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round());
   assured_ = std::max(assured_, static_cast<double>(assured));
   best_ = std::max(best_, assured);
 }
@@ -289,7 +286,7 @@ void Screening::evaluate_promising() noexcept {
 }
 
 std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {
-  const double least = (assured_ - offset_) / slope_;
+  const double least = (assured_ - offset_) * std::max(0.0, 2 - slope_);  // 1 / slope is at least that
   const float threshold = least > 0 ? rounded_down(least) : any_candidate;
   return kernel_.list_survivors[rows_ - 1](tiles_, memory_.growths, memory_.highest, threshold, memory_.list, listed_,
                                            unlike, lanes);

@@ -95,7 +95,6 @@ class Screening {
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
-  void count_remaining() const noexcept;
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;
@@ -118,7 +117,6 @@ class Screening {
   bool is_lasting_ = false;                               // its bound holds for later rounds too
   std::size_t listed_ = 0;                                // tiles evaluated: list[0 .. listed_)
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
-  double unit_ = 0;                        // of the rounding error
   double volume_error_ = 0;                // of sqrt(det) of any candidate, divided by how much a gain can feel of it
   double shrink_ = 0;                      // min(1, |Y|): how much
   double minors_error_ = 0;                // of the growth of any candidate, by the arithmetic after Y

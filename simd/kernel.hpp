@@ -61,9 +61,8 @@ using Screen = float (*)(const Tiles& tiles, const double* inverse_factor, const
                          const Round& round);
 
 /// Screens with care: growths, highest and bounds are upper bounds of the exact growth, +infinity where float32
-/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md), of which `unit` is the unit.
-/// Returns the largest lower bound.
-using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, float unit, const std::uint32_t* list,
+/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower bound.
+using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
                                  std::size_t count, const Round& round);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.

@@ -9,9 +9,13 @@ static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 // y = h W^T for one row of a pack of candidates: entry c is the dot product with row c of the lower triangle W.
 inline void whiten(const float* entries, std::size_t stride, const float* w, Floats (&y)[dimension]) {
   Floats h[dimension];
+#pragma GCC unroll 6
   for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride);
+#pragma GCC unroll 6
   for (int c = 0; c < dimension; ++c) y[c] = Floats(w[padded_dimension * c]) * h[0];
+#pragma GCC unroll 6
   for (int d = 1; d < dimension; ++d) {
+#pragma GCC unroll 6
     for (int c = d; c < dimension; ++c) y[c] = multiply_add(Floats(w[padded_dimension * c + d]), h[d], y[c]);
   }
 }
@@ -19,6 +23,7 @@ inline void whiten(const float* entries, std::size_t stride, const float* w, Flo
 inline Floats dot(const Floats (&a)[dimension], const Floats (&b)[dimension]) {
   Floats even = a[0] * b[0];
   Floats odd = a[1] * b[1];
+#pragma GCC unroll 6
   for (int d = 2; d < dimension; d += 2) {
     even = multiply_add(a[d], b[d], even);
     odd = multiply_add(a[d + 1], b[d + 1], odd);
@@ -41,20 +46,26 @@ template <int Rows>
 inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
   Orthogonalised<Rows> r;
   Floats tail[Rows][Rows];  // the identity below Y^T
+#pragma GCC unroll 6
   for (int a = 0; a < Rows; ++a) {
     r.squares[a] = dot(y[a], y[a]);
+#pragma GCC unroll 6
     for (int c = 0; c < a; ++c) r.squares[a] = multiply_add(tail[a][c], tail[a][c], r.squares[a]);
     r.growth = a == 0 ? r.squares[a] : r.growth + multiply_add(r.growth, r.squares[a], r.squares[a]);
     const Floats inverse_norm = quotient(Floats(1.0F), Floats(1.0F) + r.squares[a]);
+#pragma GCC unroll 6
     for (int b = a + 1; b < Rows; ++b) {
       Floats product = dot(y[a], y[b]);
+#pragma GCC unroll 6
       for (int c = 0; c < a; ++c) product = multiply_add(tail[a][c], tail[b][c], product);
       const Floats projection = product * inverse_norm;
       r.product[a][b] = product;
       r.projection[a][b] = projection;
       const Floats minus = Floats(0.0F) - projection;
+#pragma GCC unroll 6
       for (int c = 0; c < a; ++c) tail[b][c] = multiply_add(minus, tail[a][c], tail[b][c]);
       tail[b][a] = minus;
+#pragma GCC unroll 6
       for (int d = 0; d < dimension; ++d) y[b][d] = multiply_add(minus, y[a][d], y[b][d]);
     }
   }
@@ -140,15 +151,18 @@ float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, s
   return largest_lane(best);
 }
 
-// The square of | |W| |h| |: what rounding can move a row of Y by, in units.
+// The square of | |W| |h| |: what rounding moves a row of Y by is in proportion.
 inline Floats rounding_squares(const float* entries, std::size_t stride, const float* absolute_w) {
   Floats h[dimension];
+#pragma GCC unroll 6
   for (int d = 0; d < dimension; ++d) {
     h[d] = xsimd::abs(Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride));
   }
   Floats squares(0.0F);
+#pragma GCC unroll 6
   for (int c = 0; c < dimension; ++c) {
     Floats sum = Floats(absolute_w[padded_dimension * c]) * h[0];
+#pragma GCC unroll 6
     for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(absolute_w[padded_dimension * c + d]), h[d], sum);
     squares = multiply_add(sum, sum, squares);
   }
@@ -188,8 +202,12 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
 }
 
 template <int Rows>
-float screen_with_care(const Tiles& tiles, const double* w64, float unit, const std::uint32_t* list, std::size_t count,
+float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count,
                        const Round& of) {
+  // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the growth.
+  constexpr float unit = 5.9604645e-8F;
+  constexpr float row_errors[] = {8 * unit, 20 * unit, 36 * unit};
+  constexpr float growth_error = 12 * Rows * unit;
   const Round round = of;
   float w[dimension * padded_dimension];
   // Below it products can underflow; above it they may have overflowed on the way.
@@ -210,16 +228,17 @@ float screen_with_care(const Tiles& tiles, const double* w64, float unit, const 
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats y[Rows][dimension];
       Floats delta[Rows];
+#pragma GCC unroll 3
       for (int a = 0; a < Rows; ++a) {
         const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
         const float* const row = tiles.data + tile * tiles.tile_stride + entry + lane;
         whiten(row, tiles.entry_stride, w, y[a]);
-        delta[a] = Floats(unit * unit) * rounding_squares(row, tiles.entry_stride, absolute_w);
+        delta[a] = Floats(row_errors[a] * row_errors[a]) * rounding_squares(row, tiles.entry_stride, absolute_w);
       }
       const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
       const Floats volume = square_root(Floats(1.0F) + r.growth);
       const Floats error = square_root(volume_error_squared<Rows>(r, delta));
-      const Floats both = multiply_add(Floats(unit), r.growth, Floats(2.0F) * error * volume) + tiny;
+      const Floats both = multiply_add(Floats(growth_error), r.growth, Floats(2.0F) * error * volume) + tiny;
       const Floats above = r.growth + both + error * error;
       const Floats below = r.growth - both - error * error;
 
