@@ -46,7 +46,6 @@ BlockStore& BlockStore::operator=(const BlockStore& other) {
   std::copy_n(other.valid_.get(), other.size_, valid_.get());
   size_ = other.size_;
   invalid_count_ = other.invalid_count_;
-  max_row_norm_ = other.max_row_norm_;
   std::copy_n(other.column_max_, state_dimension, column_max_);
   rows_ = other.rows_;
   return *this;
@@ -61,7 +60,6 @@ BlockStore& BlockStore::operator=(BlockStore&& other) noexcept {
   size_ = std::exchange(other.size_, 0);
   capacity_ = std::exchange(other.capacity_, 0);
   invalid_count_ = std::exchange(other.invalid_count_, 0);
-  max_row_norm_ = std::exchange(other.max_row_norm_, 0);
   std::copy_n(other.column_max_, state_dimension, column_max_);
   std::fill_n(other.column_max_, state_dimension, 0.0);
   rows_ = std::exchange(other.rows_, 0);
@@ -93,7 +91,6 @@ void BlockStore::reserve(std::size_t capacity) {
 void BlockStore::clear() noexcept {
   size_ = 0;
   invalid_count_ = 0;
-  max_row_norm_ = 0;
   std::fill_n(column_max_, state_dimension, 0.0);
   rows_ = 0;
 }
@@ -112,16 +109,12 @@ void BlockStore::grow_to_rows(int rows) noexcept {
 std::size_t BlockStore::push_back(const double* block, int rows) {
   if (block == nullptr || rows < 1 || rows > max_block_rows) return push_back_invalid();
   float stored[max_block_rows][state_dimension] = {};
-  double largest = 0;
   for (int row = 0; row < rows; ++row) {
-    double squares = 0;
     for (int column = 0; column < state_dimension; ++column) {
       const auto value = static_cast<float>(block[state_dimension * row + column]);
       if (!std::isfinite(value)) return push_back_invalid();
       stored[row][column] = value;
-      squares += static_cast<double>(value) * static_cast<double>(value);
     }
-    largest = std::max(largest, squares);
   }
 
   grow_for_one_more();
@@ -133,7 +126,6 @@ std::size_t BlockStore::push_back(const double* block, int rows) {
     }
   }
   valid_[size_] = 1;
-  max_row_norm_ = std::max(max_row_norm_, std::sqrt(largest));
   return size_++;
 }
 
@@ -168,10 +160,8 @@ simd::BlockOutput BlockWriter::append(const simd::BlockInput& input) noexcept {
   }
   blocks_.size_ += input.size;
   blocks_.invalid_count_ += output.invalid;
-  blocks_.max_row_norm_ = std::max(blocks_.max_row_norm_, std::sqrt(output.row_squares));
   for (int column = 0; column < state_dimension; ++column) {
-    double& largest = blocks_.column_max_[column];
-    largest = std::max(largest, std::sqrt(output.column_squares[column]));
+    blocks_.column_max_[column] = std::max(blocks_.column_max_[column], output.column_max[column]);
   }
   return output;
 }

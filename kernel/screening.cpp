@@ -12,9 +12,9 @@ namespace {
 using simd::tile_size;
 
 constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
-// Rounding errors of a row of Y and of a growth, in units of 2^-24 and per row of the block; generous, see
-// docs/numerics.md.
+// Rounding errors in units of 2^-24, see docs/numerics.md: of a row of Y, and of the sum of minors for 1, 2 and 3 rows.
 constexpr double whitening_errors = 8;
+constexpr double minors_errors[] = {8, 32, 160};
 // |Y| within which no float32 operation of the kernels overflows, or loses what it should not to underflow.
 constexpr double largest_norm = 1e6;
 constexpr double smallest_norm = 1e-15;
@@ -106,9 +106,8 @@ void Screening::order_by_gain() noexcept {
   // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
   constexpr int shift = 18;
   constexpr std::int32_t buckets = 512;
-  const float highest = kernel_.largest(memory_.growths, lanes());
-  const std::int32_t top = bits_of(highest);
   const std::size_t lanes = this->lanes();
+  const std::int32_t top = bits_of(std::max(0.0F, kernel_.largest(memory_.growths, lanes)));
   std::uint32_t* const bucket = memory_.bucket;
   const float* const growths = memory_.growths;
   const float* const remaining = memory_.remaining;
@@ -144,7 +143,10 @@ void Screening::order_by_gain() noexcept {
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
-  ++now_;
+  if (++now_ == 1U << 24) {  // not a float beyond that
+    std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
+    now_ = period + 1;
+  }
   listed_ = 0;
   best_ = -1;
   assured_ = -1;
@@ -184,7 +186,6 @@ void Screening::bound_errors() noexcept {
 
   double growth = 0;  // (1 + squares)^rows - 1, without cancellation
   for (int row = 0; row < rows_; ++row) growth += squares + growth * squares;
-  constexpr double minors_errors[] = {8, 24, 102};
   minors_error_ = minors_errors[rows_ - 1] * unit_roundoff * growth + 1e-36;
 
   const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
@@ -193,10 +194,11 @@ void Screening::bound_errors() noexcept {
   with_care_ = overflows || is_hopeless || (with_care_ && volume_error_ > small_volume_error);
 }
 
-// |growth - exact| <= unit growth + 2 sqrt(1 + growth) error + error^2, and no line through a point of the root is below
-// it: best near `growth`.
+// |growth - exact| <= minors error + 2 sqrt(1 + growth) error + error^2, by a tangent of the square root: tight near this
+// growth, true for all.
 void Screening::bound_errors_near(double growth) noexcept {
   if (with_care_) return;
+  tangent_ = growth;
   const double root = std::sqrt(1 + growth);
   const double error = volume_error_ * shrink_;
   slope_ = 1 + error / root;
@@ -209,13 +211,6 @@ simd::Round Screening::round() const noexcept {
           slope,           rounded_up(offset_), static_cast<float>(now_)};
 }
 
-// What the best growth is at least.
-void Screening::assure() noexcept {
-  if (with_care_ || best_ < 0) return;
-  const auto growth = static_cast<double>(best_);
-  assured_ = growth - ((slope_ - 1) * growth + offset_);
-}
-
 void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
   if (with_care_) {
     evaluate_with_care(first, last);
@@ -223,7 +218,11 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
   }
   const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round());
   best_ = std::max(best_, best);
-  assure();
+  if (best_ < 0) return;
+  const auto growth = static_cast<double>(best_);
+  const double ratio = (1 + growth) / (1 + tangent_);
+  if (!(ratio > 0.25 && ratio < 4)) bound_errors_near(growth);
+  assured_ = growth - ((slope_ - 1) * growth + offset_);
 }
 
 void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
@@ -243,10 +242,6 @@ void Screening::evaluate_all() noexcept {
   listed_ = tile_count_;
   if (is_bounded_anew_) bound_errors_near(0);
   evaluate(0, listed_);
-  if (is_bounded_anew_ && best_ > 0) {
-    bound_errors_near(static_cast<double>(best_));
-    assure();
-  }
   all_slope_ = slope_;
   all_offset_ = offset_;
   count_evaluations();
@@ -254,7 +249,7 @@ void Screening::evaluate_all() noexcept {
 
 // What a bound found earlier must reach for its tile to matter.
 float Screening::stale_threshold() const noexcept {
-  const double threshold = assured_ - (1 + assured_) * factor_drift_;
+  const double threshold = assured_ > 0 ? assured_ - (1 + assured_) * factor_drift_ : 0;
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 

@@ -89,7 +89,6 @@ class Screening {
   void evaluate_at_least(float threshold) noexcept;
   void bound_errors() noexcept;
   void bound_errors_near(double growth) noexcept;
-  void assure() noexcept;
   simd::Round round() const noexcept;
   void count_evaluations() noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
@@ -120,6 +119,7 @@ class Screening {
   double volume_error_ = 0;                // of sqrt(det) of any candidate, divided by how much a gain can feel of it
   double shrink_ = 0;                      // min(1, |Y|): how much
   double minors_error_ = 0;                // of the growth of any candidate, by the arithmetic after Y
+  double tangent_ = 0;                     // the growth near which these are used
   double factor_drift_ = 0;                // relative error of det between this round and any earlier one
   float best_ = -1;                        // the largest growth found
   double assured_ = -1;                    // the largest lower bound of an exact growth

@@ -19,10 +19,11 @@ struct FullRound::State {
   int rows = 0;
   BlockStore blocks = BlockStore(candidates);
   InformationFactor factor;
-  float w[36] = {};
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> growths = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
+  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size);
+  std::vector<float> seen = std::vector<float>(candidates / simd::tile_size);
   std::vector<std::uint32_t> tiles = std::vector<std::uint32_t>(candidates / simd::tile_size);
 };
 
@@ -42,9 +43,6 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
     read_rows(state_->blocks, selected, h);
     state_->factor.add_block(*state_->kernel, h, rows);
   }
-  for (int i = 0; i < 36; ++i) {
-    state_->w[i] = static_cast<float>(state_->factor.inverse()[simd::padded_dimension * (i / 6) + i % 6]);
-  }
   std::iota(state_->tiles.begin(), state_->tiles.end(), 0U);
 }
 
@@ -55,8 +53,8 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
-  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(), state.growths.data(),
-                                       state.highest.data());
+  const simd::Round round{state.growths.data(), state.highest.data(), state.bounds.data(), state.seen.data(), 1, 0, 1};
+  state.kernel->screen[state.rows - 1](tiles, state.factor.inverse(), state.tiles.data(), state.tiles.size(), round);
 }
 
 }  // namespace maxlogdet::profiles

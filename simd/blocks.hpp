@@ -41,8 +41,7 @@ struct BlockOutput {
   std::size_t invalid;
   std::size_t behind_camera;
   std::size_t singular_rays;
-  double row_squares;        ///< largest squared norm of any row written
-  double column_squares[6];  ///< largest square of any entry written, by column; exact, since entries are float32
+  double column_max[6];  ///< largest |entry| written, by column
 };
 
 using BuildBlocks = void (*)(const BlockInput& input, BlockOutput& output);

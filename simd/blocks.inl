@@ -280,28 +280,30 @@ inline void clear_where_not(const Mask& kept, Doubles (&h)[Rows][dimension]) {
   }
 }
 
-// Squares of what was stored, in float64; of the columns the largest. Those of single entries are exact.
-template <int Rows>
-struct Squares {
-  Doubles rows[Rows];
+// Magnitudes of what was stored: by column the largest, and their sum, which is finite if all of them are.
+struct Magnitudes {
   Doubles columns[dimension];
+  Doubles sum;
 };
 
 template <int Rows>
-inline Squares<Rows> store(const Doubles (&h)[Rows][dimension], float* entries, std::size_t stride) {
-  Squares<Rows> squares;
+inline Magnitudes store(const Doubles (&h)[Rows][dimension], float* entries, std::size_t stride) {
+  Magnitudes magnitudes;
+  Doubles sums[Rows];
   for (int row = 0; row < Rows; ++row) {
     for (int column = 0; column < dimension; ++column) {
       const Doubles::register_type exact = h[row][column];
       const Narrow rounded = __builtin_convertvector(exact, Narrow);
       std::memcpy(entries + static_cast<std::size_t>(dimension * row + column) * stride, &rounded, sizeof rounded);
       const Doubles stored(__builtin_convertvector(rounded, Doubles::register_type));
-      const Doubles square = stored * stored;
-      squares.rows[row] = column == 0 ? square : squares.rows[row] + square;
-      squares.columns[column] = row == 0 ? square : xsimd::max(squares.columns[column], square);
+      const Doubles magnitude = xsimd::abs(stored);
+      sums[row] = column == 0 ? magnitude : sums[row] + magnitude;
+      magnitudes.columns[column] = row == 0 ? magnitude : xsimd::max(magnitudes.columns[column], magnitude);
     }
   }
-  return squares;
+  magnitudes.sum = sums[0];
+  for (int row = 1; row < Rows; ++row) magnitudes.sum += sums[row];
+  return magnitudes;
 }
 
 inline double largest_lane(const Doubles& values) {
@@ -332,9 +334,8 @@ void build_blocks_of(const BlockInput& input, BlockOutput& output) {
   constexpr int rows = third == ThirdRow::none && !is_world ? 2 : 3;
   const Doubles zero(0.0);
   Tile tile;
-  Doubles row_squares(0.0);
-  Doubles column_squares[dimension];
-  for (Doubles& square : column_squares) square = zero;
+  Doubles column_max[dimension];
+  for (Doubles& magnitude : column_max) magnitude = zero;
   Mask is_any_tall(false);
   output.invalid = output.behind_camera = output.singular_rays = 0;
 
@@ -383,20 +384,17 @@ void build_blocks_of(const BlockInput& input, BlockOutput& output) {
     const std::size_t stride = is_full ? output.stride : double_lanes;
     const bool are_all_computed = xsimd::all(valid);
     if (!are_all_computed) clear_where_not(valid, h);
-    Squares<rows> squares;
+    Magnitudes stored;
     bool are_all_held = true;
     for (;;) {  // again only where float32 cannot hold a block
-      squares = store(h, entries, stride);
-      Doubles sum = squares.rows[0];
-      for (int row = 1; row < rows; ++row) sum += squares.rows[row];
-      const Mask is_held = is_finite(sum);  // entries that float32 holds have finite squares in float64
+      stored = store(h, entries, stride);
+      const Mask is_held = is_finite(stored.sum);
       if (xsimd::all(is_held)) break;
       are_all_held = false;
       clear_where_not(is_held, h);
       valid = valid & is_held;
     }
-    for (int row = 0; row < rows; ++row) row_squares = xsimd::max(row_squares, squares.rows[row]);
-    for (int c = 0; c < dimension; ++c) column_squares[c] = xsimd::max(column_squares[c], squares.columns[c]);
+    for (int c = 0; c < dimension; ++c) column_max[c] = xsimd::max(column_max[c], stored.columns[c]);
     is_any_tall = is_any_tall | (valid & has_third);
 
     if (!is_full) {
@@ -419,8 +417,7 @@ void build_blocks_of(const BlockInput& input, BlockOutput& output) {
   const bool is_tall = is_world || xsimd::any(is_any_tall);
   output.rows_written = rows;
   output.rows = output.invalid == input.size ? 0 : (is_tall ? 3 : 2);
-  output.row_squares = largest_lane(row_squares);
-  for (int c = 0; c < dimension; ++c) output.column_squares[c] = largest_lane(column_squares[c]);
+  for (int c = 0; c < dimension; ++c) output.column_max[c] = largest_lane(column_max[c]);
 }
 
 template <BlockWeighting weighting>

@@ -156,8 +156,6 @@ std::vector<unsigned char> bytes_of(const BlockStore& blocks) {
   for (int row = 0; row < blocks.rows(); ++row) {
     for (int column = 0; column < 6; ++column) append(blocks.plane(row, column), blocks.size() * sizeof(float));
   }
-  const double largest = blocks.max_row_norm();
-  append(&largest, sizeof largest);
   append(blocks.column_max(), 6 * sizeof(double));
   return bytes;
 }
@@ -170,7 +168,6 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   std::size_t invalid = 0;
   std::size_t behind = 0;
   std::size_t singular = 0;
-  double row_norm = 0;
   double column_max[6] = {};
   for (std::size_t i = 0; i < n; ++i) {
     SCOPED_TRACE("match " + std::to_string(i));
@@ -198,7 +195,6 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   for (std::size_t i = 0; i < first + n; ++i) {
     const Block stored = stored_block(blocks, i);
     for (int row = 0; row < stored.rows(); ++row) {
-      row_norm = std::max(row_norm, stored.row(row).norm());
       for (int column = 0; column < 6; ++column) {
         column_max[column] = std::max(column_max[column], std::abs(stored(row, column)));
       }
@@ -206,7 +202,6 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   }
   EXPECT_EQ(blocks.rows(), rows);
   EXPECT_EQ(blocks.invalid_count(), before.invalid_count() + invalid);
-  EXPECT_NEAR(blocks.max_row_norm(), row_norm, 1e-14 * row_norm);
   for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], column_max[column]);
   EXPECT_EQ(report.status, singular > 0 ? BlockStatus::singular_rays : BlockStatus::ok);
   EXPECT_EQ(report.appended, n);

@@ -52,9 +52,6 @@ class BlockStore {
   bool is_valid(std::size_t index) const noexcept { return valid_[index] != 0; }
   std::size_t invalid_count() const noexcept { return invalid_count_; }
 
-  /// Largest Euclidean norm of any stored row.
-  double max_row_norm() const noexcept { return max_row_norm_; }
-
   /// Largest |entry| of each column of any stored row, state_dimension values.
   const double* column_max() const noexcept { return column_max_; }
 
@@ -82,7 +79,6 @@ class BlockStore {
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
   std::size_t invalid_count_ = 0;
-  double max_row_norm_ = 0;
   double column_max_[state_dimension] = {};
   const simd::Kernel* kernel_;
   int rows_ = 0;
