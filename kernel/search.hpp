@@ -31,6 +31,7 @@ struct Search {
   std::uint32_t* lanes = nullptr;       ///< scratch
   std::uint32_t* contenders = nullptr;  ///< scratch
   std::uint32_t* pool = nullptr;        ///< scratch of a strategy
+  std::uint32_t* draws = nullptr;       ///< scratch of a strategy
   std::uint32_t* indices = nullptr;     ///< the answer, in order of selection
   double* gains = nullptr;              ///< its gains, nats
 

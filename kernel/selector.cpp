@@ -22,6 +22,7 @@ struct Selector::Memory {
         lanes(capacity + simd::tile_size),
         contenders(capacity),
         pool(capacity),
+        draws(capacity),
         indices(capacity),
         gains(capacity) {}
 
@@ -31,6 +32,7 @@ struct Selector::Memory {
   std::vector<std::uint32_t> lanes;
   std::vector<std::uint32_t> contenders;
   std::vector<std::uint32_t> pool;
+  std::vector<std::uint32_t> draws;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
 };
@@ -99,6 +101,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   search.lanes = memory_->lanes.data();
   search.contenders = memory_->contenders.data();
   search.pool = memory_->pool.data();
+  search.draws = memory_->draws.data();
   search.indices = memory_->indices.data();
   search.gains = memory_->gains.data();
 

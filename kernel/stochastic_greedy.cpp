@@ -23,16 +23,18 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
     if (search.candidates.is_valid(i)) pool[filled++] = static_cast<std::uint32_t>(i);
   }
   const double wanted = sample_size(filled, search.budget, epsilon);
-  CounterRandom random(seed);
+  const std::uint64_t key = CounterRandom(seed).key();
+  std::uint64_t drawn = 0;
   search.screening.make_records(search.candidates.size());
 
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     const std::size_t s =
         wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted) : search.remaining;
-    for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
-      std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(search.remaining - j))]);
-    }
+    // Without replacement: the first s steps of a Fisher-Yates shuffle.
+    search.kernel.draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining), s, search.draws);
+    for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + search.draws[j]]);
+    drawn += s;
     search.screening.use_listed(pool, s);
     search.screening.begin_round(search.factor);
     search.screening.evaluate_all();

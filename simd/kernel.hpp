@@ -97,6 +97,10 @@ using Largest = float (*)(const float* values, std::size_t count);
 /// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
 using AddRow = double (*)(double* inverse_factor, const double* row);
 
+/// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
+using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,
+                      std::uint32_t* draws);
+
 struct Kernel {
   const char* isa;
   Decide decide[3];                    ///< [rows - 1]
@@ -109,6 +113,7 @@ struct Kernel {
   AddRow add_row;
   ListAtLeast list_at_least;
   Largest largest;
+  Draw draw;
   BuildBlocks build_blocks;  ///< see simd/blocks.hpp
 };
 

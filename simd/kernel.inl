@@ -3,6 +3,7 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
 // symbol would let the linker run wide code on a narrow machine (tests/check_symbols looks).
 
+#include "kernel/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "simd/xsimd_compat.hpp"
 
@@ -26,6 +27,7 @@ constexpr std::size_t float_lanes = Floats::size;
 
 #include "simd/blocks.inl"
 #include "simd/decide.inl"
+#include "simd/draws.inl"
 #include "simd/screen.inl"
 #include "simd/update.inl"
 
@@ -44,6 +46,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  add_row,
                                  list_at_least,
                                  largest,
+                                 draw,
                                  build_blocks};
 
 }  // namespace simd
