@@ -60,7 +60,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bucket(lanes_for(capacity)),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
-      seen(lanes_for(tiles_of(capacity))),
+      fresh_bounds(lanes_for(tiles_of(capacity))),
       list(lanes_for(tiles_of(capacity))),
       tile_remaining(tiles_of(capacity)) {}
 
@@ -70,7 +70,6 @@ void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
   tile_count_ = tiles_of(n);
   tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
   std::fill(memory_.remaining + n, memory_.remaining + lanes(), 0.0F);
-  std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     const std::size_t first = tile_size * tile;
     unsigned count = 0;
@@ -133,20 +132,16 @@ void Screening::order_by_gain() noexcept {
   if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
-  const simd::Round last = round();
+  const simd::Round last = round(memory_.bounds);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
     const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
     memory_.bounds[tile] = last.slope * float_of(std::max(0, top - below * (1 << shift))) + last.offset;
-    memory_.seen[tile] = 0;
   }
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
-  if (++now_ == 1U << 24) {  // not a float beyond that
-    std::fill_n(static_cast<float*>(memory_.seen), tile_count_, 0.0F);
-    now_ = period + 1;
-  }
+  ++now_;
   listed_ = 0;
   best_ = -1;
   assured_ = -1;
@@ -206,18 +201,17 @@ void Screening::bound_errors_near(double growth) noexcept {
   offset_ = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
 }
 
-simd::Round Screening::round() const noexcept {
+simd::Round Screening::round(float* bounds) const noexcept {
   const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and of bounds
-  return {memory_.growths, memory_.highest,      memory_.bounds,           memory_.seen,
-          slope,           rounded_up(offset_), static_cast<float>(now_)};
+  return {memory_.growths, memory_.highest, bounds, slope, rounded_up(offset_)};
 }
 
-void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
+void Screening::evaluate(std::size_t first, std::size_t last, float* bounds) noexcept {
   if (with_care_) {
-    evaluate_with_care(first, last);
+    evaluate_with_care(first, last, bounds);
     return;
   }
-  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round());
+  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
   best_ = std::max(best_, best);
   if (best_ < 0) return;
   const auto growth = static_cast<double>(best_);
@@ -226,10 +220,10 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
   assured_ = growth - ((slope_ - 1) * growth + offset_);
 }
 
-void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
+void Screening::evaluate_with_care(std::size_t first, std::size_t last, float* bounds) noexcept {
   slope_ = 1;
   offset_ = 0;
-  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round());
+  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
   assured_ = std::max(assured_, static_cast<double>(assured));
   best_ = std::max(best_, assured);
 }
@@ -242,7 +236,7 @@ void Screening::evaluate_all() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
   listed_ = tile_count_;
   if (is_bounded_anew_) bound_errors_near(0);
-  evaluate(0, listed_);
+  evaluate(0, listed_, memory_.bounds);
   all_slope_ = slope_;
   all_offset_ = offset_;
   count_evaluations();
@@ -254,30 +248,30 @@ float Screening::stale_threshold() const noexcept {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
-// The tiles whose bound is at least this and that have not been evaluated in this round.
-void Screening::evaluate_at_least(float threshold) noexcept {
+// The tiles whose bound of an earlier round is in this range.
+void Screening::evaluate_between(float least, float most) noexcept {
   const std::size_t first = listed_;
-  listed_ += kernel_.list_at_least(memory_.bounds, memory_.seen, tile_count_, threshold, static_cast<float>(now_),
-                                   memory_.list + first);
-  if (listed_ > first) evaluate(first, listed_);
+  listed_ += kernel_.list_between(memory_.bounds, tile_count_, least, most, memory_.list + first);
+  if (listed_ > first) evaluate(first, listed_, memory_.fresh_bounds);
 }
 
 void Screening::evaluate_promising() noexcept {
   // Tiles whose bound is well above what the best is expected to reach, by how far it fell short of the highest bound
   // in earlier rounds: they are evaluated in any case. What they hold then decides about the others.
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  const auto highest = static_cast<double>(kernel_.largest(memory_.bounds, tile_count_));
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const float highest = kernel_.largest(memory_.bounds, tile_count_);
   const bool is_known = highest < infinity;
-  const float clearly =
-      is_known ? rounded_down(highest * (0.25 + 0.75 * expected_share_)) : std::numeric_limits<float>::max();
-  if (is_bounded_anew_) bound_errors_near(is_known ? std::max(0.0, highest) : 0);
-  evaluate_at_least(clearly);
+  const double share = 0.25 + 0.75 * expected_share_;
+  const float clearly = is_known ? static_cast<float>(share * static_cast<double>(highest)) : infinity;
+  if (is_bounded_anew_) bound_errors_near(is_known ? std::max(0.0, static_cast<double>(highest)) : 0);
+  evaluate_between(clearly, infinity);
   const float threshold = stale_threshold();
-  if (threshold < clearly) evaluate_at_least(threshold);
+  if (threshold < clearly) evaluate_between(threshold, float_of(bits_of(clearly) - 1));
+  for (std::size_t j = 0; j < listed_; ++j) memory_.bounds[memory_.list[j]] = memory_.fresh_bounds[memory_.list[j]];
   count_evaluations();
   if (is_known && best_ > 0) {
-    const double share = std::min(1.0, static_cast<double>(best_) / highest);
-    expected_share_ += 0.5 * (share - expected_share_);
+    const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest));
+    expected_share_ += 0.5 * (found - expected_share_);
   }
 }
 
@@ -316,7 +310,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
     if (slope_ * static_cast<double>(memory_.highest[tile]) + offset_ >= assured_) memory_.list[kept++] = tile;
   }
   listed_ = kept;
-  evaluate_with_care(0, listed_);
+  evaluate_with_care(0, listed_, memory_.bounds);
   return list_distinct_survivors(lanes);
 }
 

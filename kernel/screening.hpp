@@ -24,7 +24,7 @@ struct ScreeningMemory {
   AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
   AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
-  AlignedArray<float> seen;                    ///< per tile: the round that last evaluated it
+  AlignedArray<float> fresh_bounds;            ///< per tile: what this round has found
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
 };
@@ -84,12 +84,12 @@ class Screening {
   std::size_t evaluations() const noexcept { return evaluations_; }
 
  private:
-  void evaluate(std::size_t first, std::size_t last) noexcept;
-  void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
-  void evaluate_at_least(float threshold) noexcept;
+  void evaluate(std::size_t first, std::size_t last, float* bounds) noexcept;
+  void evaluate_with_care(std::size_t first, std::size_t last, float* bounds) noexcept;
+  void evaluate_between(float least, float most) noexcept;
   void bound_errors() noexcept;
   void bound_errors_near(double growth) noexcept;
-  simd::Round round() const noexcept;
+  simd::Round round(float* bounds) const noexcept;
   void count_evaluations() noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;

@@ -50,9 +50,7 @@ struct Round {
   float* growths;
   float* highest;  ///< the largest of the growths
   float* bounds;   ///< slope * highest + offset, or -1 where nothing remains: of the exact growths
-  float* seen;     ///< `now` for tiles evaluated in this round
   float slope, offset;
-  float now;
 };
 
 /// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Returns the
@@ -85,10 +83,10 @@ using Gather = void (*)(const float* records, const std::uint32_t* indices, std:
 /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
 using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
 
-/// Lists the positions i in [0, count) of values[i] >= threshold and seen[i] != now, in order; returns how many. Read
-/// up to the next multiple of 16; up to 16 more than are listed may be written.
-using ListAtLeast = std::size_t (*)(const float* values, const float* seen, std::size_t count, float threshold,
-                                    float now, std::uint32_t* list);
+/// Lists the positions i in [0, count) of least <= values[i] <= most, in order; returns how many. Read up to the next
+/// multiple of 16; up to 16 more than are listed may be written.
+using ListBetween = std::size_t (*)(const float* values, std::size_t count, float least, float most,
+                                    std::uint32_t* list);
 
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);
@@ -111,7 +109,7 @@ struct Kernel {
   Gather gather[3];                    ///< [rows - 1]
   ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
-  ListAtLeast list_at_least;
+  ListBetween list_between;
   Largest largest;
   Draw draw;
   BuildBlocks build_blocks;  ///< see simd/blocks.hpp

@@ -44,7 +44,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {gather<1>, gather<2>, gather<3>},
                                  {column_max<1>, column_max<2>, column_max<3>},
                                  add_row,
-                                 list_at_least,
+                                 list_between,
                                  largest,
                                  draw,
                                  build_blocks};

@@ -123,7 +123,6 @@ inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) 
 inline void finish(const Round& round, std::size_t tile, float highest) {
   round.highest[tile] = highest;
   round.bounds[tile] = highest < 0 ? -1.0F : round.slope * highest + round.offset;
-  round.seen[tile] = round.now;
 }
 
 template <int Rows>
@@ -323,13 +322,11 @@ void column_max(const float* tiles, std::size_t tile_count, double* largest) {
   for (int column = 0; column < dimension; ++column) largest[column] = static_cast<double>(largest_lane(most[column]));
 }
 
-std::size_t list_at_least(const float* values, const float* seen, std::size_t count, float threshold, float now,
-                          std::uint32_t* list) {
+std::size_t list_between(const float* values, std::size_t count, float least, float most, std::uint32_t* list) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
-    const auto is_listed = (Floats::load_unaligned(values + i) >= Floats(threshold)) &
-                           (Floats::load_unaligned(seen + i) != Floats(now));
-    found += list_lanes(is_listed, static_cast<std::uint32_t>(i), list + found);
+    const Floats value = Floats::load_unaligned(values + i);
+    found += list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
   }
   while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
   return found;
