@@ -190,8 +190,8 @@ void Screening::bound_errors() noexcept {
   with_care_ = overflows || is_hopeless || (with_care_ && volume_error_ > small_volume_error);
 }
 
-// |growth - exact| <= minors error + 2 sqrt(1 + growth) error + error^2, by a tangent of the square root: tight near this
-// growth, true for all.
+// |growth - exact| <= minors error + 2 sqrt(1 + growth) error + error^2, by a tangent of the square root: tight near
+// this growth, true for all.
 void Screening::bound_errors_near(double growth) noexcept {
   if (with_care_) return;
   tangent_ = growth;
@@ -223,7 +223,8 @@ void Screening::evaluate(std::size_t first, std::size_t last, float* bounds) noe
 void Screening::evaluate_with_care(std::size_t first, std::size_t last, float* bounds) noexcept {
   slope_ = 1;
   offset_ = 0;
-  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
+  const float assured =
+      kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
   assured_ = std::max(assured_, static_cast<double>(assured));
   best_ = std::max(best_, assured);
 }

@@ -110,11 +110,11 @@ class Screening {
   double expected_share_ = 0.9;  // of the highest bound that the best growth of a round reaches
 
   // This round.
-  std::uint32_t now_ = 0;                                 // its number
-  const double* w_ = nullptr;                             // W
-  bool is_bounded_anew_ = true;                           // the error
-  bool is_lasting_ = false;                               // its bound holds for later rounds too
-  std::size_t listed_ = 0;                                // tiles evaluated: list[0 .. listed_)
+  std::uint32_t now_ = 0;                  // its number
+  const double* w_ = nullptr;              // W
+  bool is_bounded_anew_ = true;            // the error
+  bool is_lasting_ = false;                // its bound holds for later rounds too
+  std::size_t listed_ = 0;                 // tiles evaluated: list[0 .. listed_)
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
   double volume_error_ = 0;                // of sqrt(det) of any candidate, divided by how much a gain can feel of it
   double shrink_ = 0;                      // min(1, |Y|): how much

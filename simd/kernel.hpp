@@ -53,13 +53,14 @@ struct Round {
   float slope, offset;
 };
 
-/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Returns the
-/// largest of all.
+/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Returns
+/// the largest of all.
 using Screen = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
                          const Round& round);
 
 /// Screens with care: growths, highest and bounds are upper bounds of the exact growth, +infinity where float32
-/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower bound.
+/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower
+/// bound.
 using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
                                  std::size_t count, const Round& round);
 

@@ -326,7 +326,8 @@ std::size_t list_between(const float* values, std::size_t count, float least, fl
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
     const Floats value = Floats::load_unaligned(values + i);
-    found += list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
+    found +=
+        list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
   }
   while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
   return found;

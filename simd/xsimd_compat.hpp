@@ -92,7 +92,8 @@ inline Floats load_parts(const float* const* pointers, std::size_t offset) {
   parts = _mm512_insertf32x4(parts, _mm_loadu_ps(pointers[8] + offset), 2);
   return _mm512_insertf32x4(parts, _mm_loadu_ps(pointers[12] + offset), 3);
 #elif defined(__AVX__)
-  return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(pointers[0] + offset)), _mm_loadu_ps(pointers[4] + offset), 1);
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(pointers[0] + offset)),
+                              _mm_loadu_ps(pointers[4] + offset), 1);
 #else
   return Floats::load_unaligned(pointers[0] + offset);
 #endif

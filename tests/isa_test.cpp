@@ -78,17 +78,73 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     }
     const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
     std::vector<double> expected;
-    for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
-      if (!simd::is_supported(**kernel)) continue;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
       std::vector<double> results(listed.size() + 2, -1);
-      (*kernel)->decide[blocks.rows() - 1](planes, w, listed.data(), listed.size(), results.data());
+      kernel->decide[blocks.rows() - 1](planes, w, listed.data(), listed.size(), results.data());
       EXPECT_EQ(results[listed.size()], -1) << "written beyond its end";
       double updated[size];
       std::copy_n(w, size, updated);
-      results.back() = (*kernel)->add_row(updated, row.data());
+      results.back() = kernel->add_row(updated, row.data());
       results.insert(results.end(), updated, updated + size);
       if (expected.empty()) expected = results;
-      EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << (*kernel)->isa;
+      EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << kernel->isa;
+    }
+  }
+}
+
+// Values that no arithmetic touches: copies, lists, maxima and draws.
+TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
+  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto n = static_cast<std::size_t>(random.integer(1, 100));
+    const std::size_t lanes = (n + simd::tile_size - 1) / simd::tile_size * simd::tile_size;
+    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
+    const std::size_t entries = 6 * rows;
+    std::vector<float> planes(entries * lanes);
+    for (float& value : planes) value = static_cast<float>(random.uniform(-9, 9));
+    std::vector<std::uint32_t> listed(lanes);
+    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1));
+    const auto least = static_cast<float>(random.uniform(-9, 9));
+    const auto most = static_cast<float>(random.uniform(-9, 9));
+    const auto range = static_cast<std::uint32_t>(lanes + static_cast<std::size_t>(random.integer(0, 1000000)));
+    CounterRandom expected_draws(variation);
+    for (int skipped = 0; skipped < 5; ++skipped) expected_draws.bits();
+    std::vector<std::uint32_t> expected_drawn;
+    for (std::uint32_t j = 0; j < n; ++j) expected_drawn.push_back(expected_draws.below(range - j));
+
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      std::vector<float> records(lanes * simd::record_size(static_cast<int>(rows)));
+      kernel->make_records[rows - 1]({planes.data(), lanes}, n, records.data());
+      std::vector<float> tiles(entries * lanes);
+      kernel->gather[rows - 1](records.data(), listed.data(), lanes, tiles.data());
+      double column_max[6];
+      kernel->column_max[rows - 1](tiles.data(), lanes / simd::tile_size, column_max);
+      double expected_max[6] = {};
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        for (std::size_t e = 0; e < entries; ++e) {
+          const float value = planes[e * lanes + listed[lane]];
+          ASSERT_EQ(tiles[(lane / 16 * entries + e) * 16 + lane % 16], value) << "entry " << e << " of lane " << lane;
+          expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
+        }
+      }
+      for (int column = 0; column < 6; ++column) EXPECT_EQ(column_max[column], expected_max[column]);
+
+      std::vector<std::uint32_t> expected_list;
+      float expected_largest = -1;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (planes[i] >= least && planes[i] <= most) expected_list.push_back(i);
+        expected_largest = std::max(expected_largest, planes[i]);
+      }
+      std::vector<std::uint32_t> list(n + simd::tile_size);
+      list.resize(kernel->list_between(planes.data(), n, least, most, list.data()));
+      EXPECT_EQ(list, expected_list);
+      EXPECT_EQ(kernel->largest(planes.data(), n), expected_largest);
+
+      std::vector<std::uint32_t> drawn(n);
+      kernel->draw(CounterRandom(variation).key(), 6, range, n, drawn.data());
+      EXPECT_EQ(drawn, expected_drawn);
     }
   }
 }

@@ -28,14 +28,6 @@ long double exact_growth(const Block& block, const InformationFactor& factor) {
   return determinant - 1;
 }
 
-std::vector<const simd::Kernel*> supported_kernels() {
-  std::vector<const simd::Kernel*> kernels;
-  for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
-    if (simd::is_supported(**kernel)) kernels.push_back(*kernel);
-  }
-  return kernels;
-}
-
 // Rounds of greedy over a store. In each, everything that a Screening promises.
 class Screened {
  public:

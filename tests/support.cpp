@@ -83,6 +83,14 @@ std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Option
   return indices_of(selector.select(blocks, options));
 }
 
+std::vector<const simd::Kernel*> supported_kernels() {
+  std::vector<const simd::Kernel*> kernels;
+  for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
+    if (simd::is_supported(**kernel)) kernels.push_back(*kernel);
+  }
+  return kernels;
+}
+
 std::string data_folder() {
   const char* const overridden = std::getenv("MAXLOGDET_DATA");
   const std::string folder = overridden != nullptr ? overridden : MAXLOGDET_DEFAULT_DATA;

@@ -4,6 +4,7 @@
 #include "kernel/counter_random.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
+#include "simd/kernel.hpp"
 
 #include <gtest/gtest.h>
 #include <maxlogdet/eigen.hpp>
@@ -63,6 +64,9 @@ std::vector<std::uint32_t> indices_of(const Selection& selection);
 
 /// Selects with a selector of just enough capacity; indices only.
 std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options);
+
+/// The kernels that this machine can run.
+std::vector<const simd::Kernel*> supported_kernels();
 
 /// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
 std::string data_folder();
