@@ -60,7 +60,6 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bucket(lanes_for(capacity)),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
-      fresh_bounds(lanes_for(tiles_of(capacity))),
       list(lanes_for(tiles_of(capacity))),
       tile_remaining(tiles_of(capacity)) {}
 
@@ -132,11 +131,11 @@ void Screening::order_by_gain() noexcept {
   if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
-  const simd::Round last = round(memory_.bounds);
+  const Line line = upper_line();
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
     const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
-    memory_.bounds[tile] = last.slope * float_of(std::max(0, top - below * (1 << shift))) + last.offset;
+    memory_.bounds[tile] = line.at(float_of(std::max(0, top - below * (1 << shift))));
   }
 }
 
@@ -201,17 +200,26 @@ void Screening::bound_errors_near(double growth) noexcept {
   offset_ = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
 }
 
-simd::Round Screening::round(float* bounds) const noexcept {
-  const float slope = rounded_up(slope_ * (1 + 1e-6));  // and room for the rounding of this line and of bounds
-  return {memory_.growths, memory_.highest, bounds, slope, rounded_up(offset_)};
+Screening::Line Screening::upper_line() const noexcept {
+  return {rounded_up(slope_ * (1 + 1e-6)),
+          rounded_up(offset_)};  // and room for the rounding of this line and its values
 }
 
-void Screening::evaluate(std::size_t first, std::size_t last, float* bounds) noexcept {
+void Screening::keep_bounds() noexcept {
+  const Line line = upper_line();
+  const std::uint32_t* const list = memory_.list;
+  const float* const highest = memory_.highest;
+  float* const bounds = memory_.bounds;
+  for (std::size_t j = 0; j < listed_; ++j) bounds[list[j]] = line.at(highest[list[j]]);
+}
+
+void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
   if (with_care_) {
-    evaluate_with_care(first, last, bounds);
+    evaluate_with_care(first, last);
     return;
   }
-  const float best = kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
+  const float best =
+      kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
   best_ = std::max(best_, best);
   if (best_ < 0) return;
   const auto growth = static_cast<double>(best_);
@@ -220,11 +228,11 @@ void Screening::evaluate(std::size_t first, std::size_t last, float* bounds) noe
   assured_ = growth - ((slope_ - 1) * growth + offset_);
 }
 
-void Screening::evaluate_with_care(std::size_t first, std::size_t last, float* bounds) noexcept {
+void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
   slope_ = 1;
   offset_ = 0;
-  const float assured =
-      kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first, round(bounds));
+  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first,
+                                                            memory_.growths, memory_.highest);
   assured_ = std::max(assured_, static_cast<double>(assured));
   best_ = std::max(best_, assured);
 }
@@ -237,7 +245,7 @@ void Screening::evaluate_all() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
   listed_ = tile_count_;
   if (is_bounded_anew_) bound_errors_near(0);
-  evaluate(0, listed_, memory_.bounds);
+  evaluate(0, listed_);
   all_slope_ = slope_;
   all_offset_ = offset_;
   count_evaluations();
@@ -253,7 +261,7 @@ float Screening::stale_threshold() const noexcept {
 void Screening::evaluate_between(float least, float most) noexcept {
   const std::size_t first = listed_;
   listed_ += kernel_.list_between(memory_.bounds, tile_count_, least, most, memory_.list + first);
-  if (listed_ > first) evaluate(first, listed_, memory_.fresh_bounds);
+  if (listed_ > first) evaluate(first, listed_);
 }
 
 void Screening::evaluate_promising() noexcept {
@@ -268,7 +276,7 @@ void Screening::evaluate_promising() noexcept {
   evaluate_between(clearly, infinity);
   const float threshold = stale_threshold();
   if (threshold < clearly) evaluate_between(threshold, float_of(bits_of(clearly) - 1));
-  for (std::size_t j = 0; j < listed_; ++j) memory_.bounds[memory_.list[j]] = memory_.fresh_bounds[memory_.list[j]];
+  keep_bounds();
   count_evaluations();
   if (is_known && best_ > 0) {
     const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest));
@@ -311,7 +319,8 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
     if (slope_ * static_cast<double>(memory_.highest[tile]) + offset_ >= assured_) memory_.list[kept++] = tile;
   }
   listed_ = kept;
-  evaluate_with_care(0, listed_, memory_.bounds);
+  evaluate_with_care(0, listed_);
+  keep_bounds();
   return list_distinct_survivors(lanes);
 }
 

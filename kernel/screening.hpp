@@ -24,7 +24,6 @@ struct ScreeningMemory {
   AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
   AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
-  AlignedArray<float> fresh_bounds;            ///< per tile: what this round has found
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
 };
@@ -63,6 +62,9 @@ class Screening {
   /// candidate is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
   void evaluate_promising() noexcept;
 
+  /// Remembers bounds of what this round has evaluated; evaluate_promising does so itself.
+  void keep_bounds() noexcept;
+
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
   std::size_t survivors(std::uint32_t* lanes) noexcept;
 
@@ -84,12 +86,19 @@ class Screening {
   std::size_t evaluations() const noexcept { return evaluations_; }
 
  private:
-  void evaluate(std::size_t first, std::size_t last, float* bounds) noexcept;
-  void evaluate_with_care(std::size_t first, std::size_t last, float* bounds) noexcept;
+  void evaluate(std::size_t first, std::size_t last) noexcept;
+  void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
   void evaluate_between(float least, float most) noexcept;
   void bound_errors() noexcept;
   void bound_errors_near(double growth) noexcept;
-  simd::Round round(float* bounds) const noexcept;
+
+  /// Above every exact growth of a tile, given its highest growth, -1 where nothing remains.
+  struct Line {
+    float slope, offset;
+    float at(float highest) const noexcept { return highest < 0 ? -1.0F : slope * highest + offset; }
+  };
+  Line upper_line() const noexcept;
+
   void count_evaluations() noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;

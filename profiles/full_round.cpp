@@ -22,7 +22,6 @@ struct FullRound::State {
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> growths = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
-  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size);
   std::vector<std::uint32_t> tiles = std::vector<std::uint32_t>(candidates / simd::tile_size);
 };
 
@@ -52,8 +51,8 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
-  const simd::Round round{state.growths.data(), state.highest.data(), state.bounds.data(), 1, 0};
-  state.kernel->screen[state.rows - 1](tiles, state.factor.inverse(), state.tiles.data(), state.tiles.size(), round);
+  state.kernel->screen[state.rows - 1](tiles, state.factor.inverse(), state.tiles.data(), state.tiles.size(),
+                                       state.growths.data(), state.highest.data());
 }
 
 }  // namespace maxlogdet::profiles

@@ -45,24 +45,16 @@ struct Tiles {
 using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
                         std::size_t count, double* growths);
 
-/// What a round writes. growths[16 t + l] is of lane l of tile t, -1 if it does not remain; the rest is per tile.
-struct Round {
-  float* growths;
-  float* highest;  ///< the largest of the growths
-  float* bounds;   ///< slope * highest + offset, or -1 where nothing remains: of the exact growths
-  float slope, offset;
-};
-
-/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Returns
+/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Lanes that
+/// do not remain get -1. growths[16 t + l] is the growth of lane l of tile t, highest[t] the largest of them. Returns
 /// the largest of all.
 using Screen = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
-                         const Round& round);
+                         float* growths, float* highest);
 
-/// Screens with care: growths, highest and bounds are upper bounds of the exact growth, +infinity where float32
-/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower
-/// bound.
+/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows,
+/// each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower bound.
 using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
-                                 std::size_t count, const Round& round);
+                                 std::size_t count, float* growths, float* highest);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
 constexpr std::size_t record_size(int rows) { return static_cast<std::size_t>(rows * dimension + 3) / 4 * 4; }

@@ -15,7 +15,6 @@ namespace {
 using maxlogdet::simd::dimension;
 using maxlogdet::simd::padded_dimension;
 using maxlogdet::simd::Planes;
-using maxlogdet::simd::Round;
 using maxlogdet::simd::tile_size;
 using maxlogdet::simd::Tiles;
 

@@ -120,14 +120,9 @@ inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) 
   }
 }
 
-inline void finish(const Round& round, std::size_t tile, float highest) {
-  round.highest[tile] = highest;
-  round.bounds[tile] = highest < 0 ? -1.0F : round.slope * highest + round.offset;
-}
-
 template <int Rows>
-float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count, const Round& of) {
-  const Round round = of;  // a copy, which no store through its pointers can change
+float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count, float* growths,
+             float* highest) {
   float w[dimension * padded_dimension];
   for (int i = 0; i < dimension * padded_dimension; ++i) w[i] = static_cast<float>(w64[i]);
   Floats best(-1.0F);
@@ -141,10 +136,10 @@ float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, s
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(growth_by_minors<Rows>(products), Floats(0.0F));  // may have cancelled
       const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
-      growth.store_unaligned(round.growths + at);
+      growth.store_unaligned(growths + at);
       most = xsimd::max(most, growth);
     }
-    finish(round, tile, largest_lane(most));
+    highest[tile] = largest_lane(most);
     best = xsimd::max(best, most);
   }
   return largest_lane(best);
@@ -202,12 +197,11 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
 
 template <int Rows>
 float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count,
-                       const Round& of) {
+                       float* growths, float* highest) {
   // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the growth.
   constexpr float unit = 5.9604645e-8F;
   constexpr float row_errors[] = {8 * unit, 20 * unit, 36 * unit};
   constexpr float growth_error = 12 * Rows * unit;
-  const Round round = of;
   float w[dimension * padded_dimension];
   // Below it products can underflow; above it they may have overflowed on the way.
   const Floats tiny(1e-36F);
@@ -247,11 +241,11 @@ float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_
       const Floats infinity(std::numeric_limits<float>::infinity());
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
       const Floats lower = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
-      upper.store_unaligned(round.growths + at);
+      upper.store_unaligned(growths + at);
       most = xsimd::max(most, upper);
       best_assured = xsimd::max(best_assured, lower);
     }
-    finish(round, tile, largest_lane(most));
+    highest[tile] = largest_lane(most);
   }
   return largest_lane(best_assured);
 }

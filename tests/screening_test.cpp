@@ -49,6 +49,7 @@ class Screened {
   std::size_t round(bool lazily) {
     screening_.begin_round(factor_);
     lazily ? screening_.evaluate_promising() : screening_.evaluate_all();
+    if (!lazily) screening_.keep_bounds();
     const std::size_t count = screening_.survivors(lanes_.data());
     expect_bounds_hold();
     const std::uint32_t best = decide_among_all();
