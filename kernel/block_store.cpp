@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/block_store.hpp>
 
+#include "kernel/aligned_array.hpp"
 #include "kernel/block_writer.hpp"
 #include "simd/kernel.hpp"
 
@@ -14,8 +15,7 @@
 namespace maxlogdet {
 namespace {
 
-constexpr std::size_t alignment = 64;  // bytes: a cache line, and an AVX-512 register
-constexpr std::size_t floats_per_line = alignment / sizeof(float);
+constexpr std::size_t floats_per_line = line_size / sizeof(float);
 constexpr std::size_t planes_per_row = state_dimension;
 constexpr std::size_t plane_count = planes_per_row * max_block_rows;
 
@@ -74,8 +74,7 @@ void BlockStore::reserve(std::size_t capacity) {
   std::unique_ptr<float[]> memory(new float[plane_count * stride + floats_per_line]);
   std::unique_ptr<unsigned char[]> valid(new unsigned char[capacity]);
 
-  const auto address = reinterpret_cast<std::uintptr_t>(memory.get());
-  float* const planes = memory.get() + (alignment - address % alignment) % alignment / sizeof(float);
+  float* const planes = first_on_a_line(memory.get());
   for (std::size_t p = 0; p < planes_per_row * static_cast<std::size_t>(rows_); ++p) {
     std::copy_n(planes_ + p * stride_, size_, planes + p * stride);
   }
