@@ -21,7 +21,7 @@ Status lazy_greedy(Search& search) noexcept {
       search.screening.evaluate_promising();
     }
     search.select_best();
-    if (search.selected == first_rounds + 1) search.screening.order_by_gain();
+    if (search.selected == first_rounds + 1 && search.wants_more()) search.screening.order_by_gain();
   }
   return Status::ok;
 }

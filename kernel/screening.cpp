@@ -22,7 +22,7 @@ constexpr double smallest_norm = 1e-15;
 constexpr double small_volume_error = 1e-3;
 // More survivors than this are looked at again with care before float64 has to decide.
 constexpr std::size_t many_survivors = 24;
-// Rounds for which one bound of the error has to do.
+// Rounds for which one bound of the error has to do; not before as many have been.
 constexpr std::uint32_t period = 8;
 // Thresholds that must not let a lane through that has no candidate (growth -1).
 constexpr float any_candidate = -0.5F;
@@ -31,7 +31,7 @@ constexpr float any_candidate = -0.5F;
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
 
-// The bits of a float >= 0, which are ordered as floats are.
+// Bits of floats >= 0 are ordered as the floats are; those of others are negative.
 std::int32_t bits_of(float value) noexcept {
   std::int32_t bits;
   std::memcpy(&bits, &value, sizeof bits);
@@ -135,7 +135,7 @@ void Screening::order_by_gain() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
     const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
-    memory_.bounds[tile] = line.at(float_of(std::max(0, top - below * (1 << shift))));
+    memory_.bounds[tile] = line.at(float_of(top - below * (1 << shift)));
   }
 }
 
@@ -225,7 +225,7 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
   const auto growth = static_cast<double>(best_);
   const double ratio = (1 + growth) / (1 + tangent_);
   if (!(ratio > 0.25 && ratio < 4)) bound_errors_near(growth);
-  assured_ = growth - ((slope_ - 1) * growth + offset_);
+  assured_ = std::max(assured_, growth - ((slope_ - 1) * growth + offset_));
 }
 
 void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
@@ -326,6 +326,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
 
 void Screening::remove(std::size_t lane) noexcept {
   memory_.remaining[lane] = 0;
+  memory_.growths[lane] = -1;
   --memory_.tile_remaining[lane / tile_size];
   // A far outlier of a frame is selected early; error bounds should not suffer from it any longer than that.
   if (!is_ordered_ || volume_error_ <= small_volume_error) return;

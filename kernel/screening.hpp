@@ -74,7 +74,10 @@ class Screening {
     return is_store_order_ ? static_cast<std::uint32_t>(lane) : memory_.candidate[lane];
   }
 
-  /// No exact growth in the tile of this lane is above it, in this round or a later one.
+  /// A lower bound of this round's largest exact growth.
+  double assured() const noexcept { return assured_; }
+
+  /// No exact growth in the tile of this lane is above it, when it was kept or, up to the drift of the factor, later.
   float bound(std::size_t lane) const noexcept { return memory_.bounds[lane / simd::tile_size]; }
 
   /// Takes a candidate out.
@@ -121,17 +124,17 @@ class Screening {
   // This round.
   std::uint32_t now_ = 0;                  // its number
   const double* w_ = nullptr;              // W
-  bool is_bounded_anew_ = true;            // the error
+  bool is_bounded_anew_ = true;            // bound_errors was called in this round
   bool is_lasting_ = false;                // its bound holds for later rounds too
   std::size_t listed_ = 0;                 // tiles evaluated: list[0 .. listed_)
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
-  double volume_error_ = 0;                // of sqrt(det) of any candidate, divided by how much a gain can feel of it
-  double shrink_ = 0;                      // min(1, |Y|): how much
+  double volume_error_ = 0;                // E of docs/numerics.md: of sqrt(det) of any candidate
+  double shrink_ = 0;                      // min(1, |Y|): how much of it a growth can feel
   double minors_error_ = 0;                // of the growth of any candidate, by the arithmetic after Y
   double tangent_ = 0;                     // the growth near which these are used
   double factor_drift_ = 0;                // relative error of det between this round and any earlier one
-  float best_ = -1;                        // the largest growth found
-  double assured_ = -1;                    // the largest lower bound of an exact growth
+  float best_ = -1;                        // the largest growth found; with care, the largest lower bound
+  double assured_ = -1;                    // some exact growth is at least that
   double slope_ = 1, offset_ = 0;          // an exact growth is at most slope * growth + offset
   double all_slope_ = 1, all_offset_ = 0;  // when evaluate_all was last called
 };

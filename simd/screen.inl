@@ -199,11 +199,12 @@ template <int Rows>
 float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count,
                        float* growths, float* highest) {
   // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the growth.
-  constexpr float unit = 5.9604645e-8F;
-  constexpr float row_errors[] = {8 * unit, 20 * unit, 36 * unit};
+  constexpr float unit = 0x1p-24F;
+  constexpr float row_errors[] = {8 * unit, 22 * unit, 38 * unit};
   constexpr float growth_error = 12 * Rows * unit;
   float w[dimension * padded_dimension];
-  // Below it products can underflow; above it they may have overflowed on the way.
+  // Below these products can underflow, to zero if the caller has asked for that; above it they may have overflowed.
+  const Floats smallest_normal(std::numeric_limits<float>::min());
   const Floats tiny(1e-36F);
   const Floats huge(1e36F);
   const Floats nothing(-1.0F);
@@ -226,7 +227,8 @@ float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_
         const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
         const float* const row = tiles.data + tile * tiles.tile_stride + entry + lane;
         whiten(row, tiles.entry_stride, w, y[a]);
-        delta[a] = Floats(row_errors[a] * row_errors[a]) * rounding_squares(row, tiles.entry_stride, absolute_w);
+        const Floats squares = rounding_squares(row, tiles.entry_stride, absolute_w);
+        delta[a] = xsimd::max(Floats(row_errors[a] * row_errors[a]) * squares, smallest_normal);
       }
       const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
       const Floats volume = square_root(Floats(1.0F) + r.growth);

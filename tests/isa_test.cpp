@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -125,7 +126,8 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
         for (std::size_t e = 0; e < entries; ++e) {
           const float value = planes[e * lanes + listed[lane]];
-          ASSERT_EQ(tiles[(lane / 16 * entries + e) * 16 + lane % 16], value) << "entry " << e << " of lane " << lane;
+          ASSERT_EQ(tiles[(lane / simd::tile_size * entries + e) * simd::tile_size + lane % simd::tile_size], value)
+              << "entry " << e << " of lane " << lane;
           expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
         }
       }
@@ -145,6 +147,62 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
       std::vector<std::uint32_t> drawn(n);
       kernel->draw(CounterRandom(variation).key(), 6, range, n, drawn.data());
       EXPECT_EQ(drawn, expected_drawn);
+    }
+  }
+}
+
+TEST(Isa, survivors_are_listed_exactly_on_all) {
+  constexpr std::size_t size = simd::tile_size;
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto tile_count = static_cast<std::size_t>(random.integer(1, 6));
+    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
+    const std::size_t entries = 6 * rows;
+    std::vector<float> data(tile_count * entries * size);
+    for (float& value : data) value = static_cast<float>(random.integer(0, 1));
+    std::vector<float> remaining(tile_count * size, 1.0F);
+    std::vector<float> growths(tile_count * size);
+    std::vector<float> highest(tile_count, -1.0F);
+    for (std::size_t lane = 0; lane < growths.size(); ++lane) {
+      const float infinity = std::numeric_limits<float>::infinity();
+      growths[lane] = random.chance(0.1) ? infinity : static_cast<float>(random.integer(-1, 3));
+      highest[lane / size] = std::max(highest[lane / size], growths[lane]);
+    }
+    const auto unlike_lane = static_cast<std::size_t>(random.integer(0, static_cast<int>(growths.size()) - 1));
+    const auto entry_of = [&](std::size_t lane, std::size_t e) {
+      return data[(lane / size * entries + e) * size + lane % size];
+    };
+    if (random.chance(0.5)) {  // some copies of it
+      for (std::size_t lane = 0; lane < growths.size(); lane += 3) {
+        for (std::size_t e = 0; e < entries; ++e) {
+          data[(lane / size * entries + e) * size + lane % size] = entry_of(unlike_lane, e);
+        }
+      }
+    }
+    std::vector<float> unlike;
+    for (std::size_t e = 0; e < entries; ++e) unlike.push_back(entry_of(unlike_lane, e));
+    const bool is_unlike = random.chance(0.5);
+    const float threshold = random.chance(0.2) ? -0.5F : static_cast<float>(random.integer(0, 4));
+
+    std::vector<std::uint32_t> listed;
+    std::vector<std::uint32_t> expected;
+    for (auto tile = static_cast<std::uint32_t>(tile_count); tile-- > 0;) {
+      if (random.chance(0.3)) continue;
+      listed.push_back(tile);
+      for (std::size_t lane = tile * size; lane < (tile + 1) * size; ++lane) {
+        bool is_same = is_unlike;
+        for (std::size_t e = 0; e < entries; ++e) is_same = is_same && entry_of(lane, e) == unlike[e];
+        if (growths[lane] >= threshold && !is_same) expected.push_back(static_cast<std::uint32_t>(lane));
+      }
+    }
+    const simd::Tiles tiles{data.data(), entries * size, size, remaining.data()};
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      std::vector<std::uint32_t> lanes(growths.size() + size);
+      lanes.resize(kernel->list_survivors[rows - 1](tiles, growths.data(), highest.data(), threshold, listed.data(),
+                                                    listed.size(), is_unlike ? unlike.data() : nullptr, lanes.data()));
+      EXPECT_EQ(lanes, expected);
     }
   }
 }

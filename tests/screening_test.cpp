@@ -5,10 +5,15 @@
 #include "kernel/stored_rows.hpp"
 #include "tests/oracle.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
+
+#if !defined(__aarch64__)
+#include <xmmintrin.h>
+#endif
 
 namespace maxlogdet::test {
 namespace {
@@ -20,8 +25,18 @@ long double exact_growth(const Block& block, const InformationFactor& factor) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
   }
+  const Matrix y = w * block.cast<long double>().transpose();
+  const Matrix products = y.transpose() * y;
+  const long double trace = products.trace();
+  if (trace < 1e-3L) {  // 1 + it would lose the digits of a small one, and the minors after the trace are small
+    long double minors = products.rows() == 3 ? products.determinant() : 0;
+    for (int a = 0; a < products.rows(); ++a) {
+      for (int b = 0; b < a; ++b) minors += products(a, a) * products(b, b) - products(a, b) * products(a, b);
+    }
+    return trace + minors;
+  }
   Matrix stacked(6 + block.rows(), block.rows());
-  stacked << w * block.cast<long double>().transpose(), Matrix::Identity(block.rows(), block.rows());
+  stacked << y, Matrix::Identity(block.rows(), block.rows());
   const Eigen::HouseholderQR<Matrix> qr(stacked);  // squares no condition number
   long double determinant = 1;
   for (int i = 0; i < block.rows(); ++i) determinant *= qr.matrixQR()(i, i) * qr.matrixQR()(i, i);
@@ -53,6 +68,9 @@ class Screened {
     const std::size_t count = screening_.survivors(lanes_.data());
     expect_bounds_hold();
     const std::uint32_t best = decide_among_all();
+    EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L),
+              exact_growth(stored_block(blocks_, best), factor_))
+        << "the best is not as good as assured";
     std::vector<std::uint32_t> survivors;
     std::size_t lane_of_best = 0;
     for (std::size_t j = 0; j < count; ++j) {
@@ -72,6 +90,26 @@ class Screened {
 
   void order_by_gain() { screening_.order_by_gain(); }
 
+  void expect_bounds_hold() const {
+    std::vector<bool> seen(blocks_.size(), false);
+    for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
+      if (!(memory_.remaining[lane] > 0)) continue;
+      const std::uint32_t i = screening_.candidate(lane);
+      ASSERT_FALSE(seen[i]) << "twice";
+      seen[i] = true;
+      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
+                exact_growth(stored_block(blocks_, i), factor_))
+          << "candidate " << i;
+    }
+  }
+
+  // Evaluates all with the information as it is, and orders them by what it finds.
+  void evaluate_and_order() {
+    screening_.begin_round(factor_);
+    screening_.evaluate_all();
+    screening_.order_by_gain();
+  }
+
  private:
   // The float64 winner among everything that remains, the lowest index on ties.
   std::uint32_t decide_among_all() const {
@@ -84,19 +122,6 @@ class Screened {
       if (remains_[i] != 0 && (best == UINT32_MAX || growths[i] > growths[best])) best = i;
     }
     return best;
-  }
-
-  void expect_bounds_hold() const {
-    std::vector<bool> seen(blocks_.size(), false);
-    for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
-      if (!(memory_.remaining[lane] > 0)) continue;
-      const std::uint32_t i = screening_.candidate(lane);
-      ASSERT_FALSE(seen[i]) << "twice";
-      seen[i] = true;
-      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
-                exact_growth(stored_block(blocks_, i), factor_))
-          << "candidate " << i;
-    }
   }
 
   const simd::Kernel& kernel_;
@@ -168,6 +193,90 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
       for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, 1));
       expect_screening_holds(blocks, nullptr, 10);
     }
+  }
+}
+
+// Dozens that one bound for all cannot tell apart, long after the bound has become an old one.
+TEST(Screening, holds_where_many_survive_in_later_rounds) {
+  for (std::uint64_t variation = 0; variation < 6; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = 1 + static_cast<int>(variation % 3);
+    BlockStore blocks;
+    for (int cluster = 0; cluster < 12; ++cluster) {
+      const Block block = random_block(random, rows);
+      for (int i = 0; i < 40; ++i) push_back(blocks, block * (1 + random.uniform(-3e-7, 3e-7)));
+    }
+    expect_screening_holds(blocks, nullptr, 40);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+// Against the very information that candidates are ordered by, when nothing has shrunk yet: a tile's bound is the upper
+// end of the step of its first candidate.
+TEST(Screening, bounds_of_a_new_order_hold) {
+  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
+    if (blocks.rows() == 0) continue;
+    const EigenPrior prior(random_prior(random));
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      Screened screened(*kernel, blocks);
+      ASSERT_TRUE(screened.start(prior.data()));
+      screened.evaluate_and_order();
+      screened.expect_bounds_hold();
+      if (::testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+// As audio threads and some trackers have it: results below 2^-126 become zero, and so do such operands.
+class FlushedDenormals {
+ public:
+  FlushedDenormals() : before_(get()) { set(before_ | flush); }
+  ~FlushedDenormals() { set(before_); }
+  FlushedDenormals(const FlushedDenormals&) = delete;
+  FlushedDenormals& operator=(const FlushedDenormals&) = delete;
+
+ private:
+#if defined(__aarch64__)
+  using Control = std::uint64_t;
+  static constexpr Control flush = 1U << 24U;
+  static Control get() {
+    Control control;
+    asm volatile("mrs %0, fpcr" : "=r"(control));
+    return control;
+  }
+  static void set(Control control) { asm volatile("msr fpcr, %0" : : "r"(control)); }
+#else
+  using Control = unsigned;
+  static constexpr Control flush = 0x8040;
+  static Control get() { return _mm_getcsr(); }
+  static void set(Control control) { _mm_setcsr(control); }
+#endif
+  Control before_;
+};
+
+// One long row keeps the careful bounds on; the squares of those of the short ones are denormal.
+TEST(Screening, holds_with_denormals_flushed) {
+  const FlushedDenormals flushed;
+  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = random.integer(1, 3);
+    const double scale = std::pow(10.0, random.uniform(-20, -8));
+    const Block direction = random_block(random, rows);
+    BlockStore blocks;
+    push_back(blocks, 1e20 * direction);
+    for (int cluster = 0; cluster < 5; ++cluster) {
+      const Block block = scale * random_block(random, rows);
+      for (int i = 0; i < 8; ++i) push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
+    }
+    const EigenPrior identity(Matrix6::Identity());
+    expect_screening_holds(blocks, identity.data(), 12);
+    if (::testing::Test::HasFailure()) return;
   }
 }
 
