@@ -72,24 +72,34 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
   return r;
 }
 
-// Y Y^T, entries (a, b), a <= b, row by row; a column of Y after the other, which needs few registers.
+// Y Y^T, entries (a, b), a <= b, row by row.
 template <int Rows>
 inline void multiply_by_transpose(const float* entries, std::size_t stride, const float* w,
                                   Floats (&products)[Rows * (Rows + 1) / 2]) {
-  Floats h[Rows][dimension];
-  for (int a = 0; a < Rows; ++a) {
-    for (int d = 0; d < dimension; ++d) {
-      h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
-    }
-  }
-  for (int c = 0; c < dimension; ++c) {
-    Floats y[Rows];
-    for (int d = 0; d <= c; ++d) {
-      const Floats weight(w[padded_dimension * c + d]);
-      for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
-    }
+  if constexpr (Rows < 3) {
+    Floats y[Rows][dimension];
+    for (int a = 0; a < Rows; ++a) whiten(entries + static_cast<std::size_t>(dimension * a) * stride, stride, w, y[a]);
     for (int a = 0, e = 0; a < Rows; ++a) {
-      for (int b = a; b < Rows; ++b, ++e) products[e] = c == 0 ? y[a] * y[b] : multiply_add(y[a], y[b], products[e]);
+      for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
+    }
+  } else {  // a column of Y after the other: a longer chain of dependent operations, but it needs half of the registers
+    Floats h[Rows][dimension];
+    for (int a = 0; a < Rows; ++a) {
+      for (int d = 0; d < dimension; ++d) {
+        h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
+      }
+    }
+    for (int c = 0; c < dimension; ++c) {
+      Floats y[Rows];
+      for (int d = 0; d <= c; ++d) {
+        const Floats weight(w[padded_dimension * c + d]);
+        for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
+      }
+      for (int a = 0, e = 0; a < Rows; ++a) {
+        for (int b = a; b < Rows; ++b, ++e) {
+          products[e] = c == 0 ? y[a] * y[b] : multiply_add(y[a], y[b], products[e]);
+        }
+      }
     }
   }
 }
@@ -127,6 +137,7 @@ float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, s
   for (int i = 0; i < dimension * padded_dimension; ++i) w[i] = static_cast<float>(w64[i]);
   Floats best(-1.0F);
   for (std::size_t j = 0; j < count; ++j) {
+    asm volatile("" ::: "memory");  // the entries of W stay in memory: they would crowd others out of the registers
     const std::size_t tile = list[j];
     Floats most(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
