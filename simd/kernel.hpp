@@ -7,8 +7,8 @@
 #include <cstdint>
 
 // What an instruction set offers. Raw pointers in, raw pointers out: a per-ISA translation unit shares only this header
-// and the hash of kernel/counter_random.hpp with the rest, so that nothing compiled with wider instructions can be merged
-// into baseline code.
+// and the hash of kernel/counter_random.hpp with the rest, so that nothing compiled with wider instructions can be
+// merged into baseline code.
 
 namespace maxlogdet {
 namespace simd {
