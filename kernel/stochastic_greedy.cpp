@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/counter_random.hpp"
 #include "kernel/search.hpp"
+#include "simd/counter_random.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/scene.hpp"
 
-#include "kernel/counter_random.hpp"
+#include "simd/counter_random.hpp"
 
 #include <cmath>
 

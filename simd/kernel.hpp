@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// What an instruction set offers. Raw pointers in, raw pointers out: a per-ISA translation unit shares only this header
-// and the hash of kernel/counter_random.hpp with the rest, so that nothing compiled with wider instructions can be
+// What an instruction set offers. Raw pointers in, raw pointers out: this header is all that a per-ISA translation unit
+// shares with the rest, but for the hash of counter_random.hpp, so that nothing compiled with wider instructions can be
 // merged into baseline code.
 
 namespace maxlogdet {

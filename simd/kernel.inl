@@ -3,7 +3,7 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
 // symbol would let the linker run wide code on a narrow machine (tests/check_symbols looks).
 
-#include "kernel/counter_random.hpp"
+#include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "simd/xsimd_compat.hpp"
 

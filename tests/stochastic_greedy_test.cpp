@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/counter_random.hpp"
 #include "kernel/information_factor.hpp"
 #include "kernel/stored_rows.hpp"
+#include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "tests/oracle.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/counter_random.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
+#include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
 
 #include <gtest/gtest.h>

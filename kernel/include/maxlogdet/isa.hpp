@@ -4,7 +4,8 @@
 namespace maxlogdet {
 
 /// The instruction set that a Selector made now would run on: "sse2", "avx2", "avx512" or "neon"; the widest one that
-/// is both built in and supported by this machine, unless the environment variable MAXLOGDET_ISA names another.
+/// is both built in and supported by this machine, unless the environment variable MAXLOGDET_ISA names another (empty
+/// is as good as unset, upper case is another name).
 /// "none" if that names one which is not built in or not supported: select() then answers Status::unsupported_isa.
 const char* active_isa() noexcept;
 

@@ -27,12 +27,12 @@ const char* to_string(Status status) noexcept;
 /// The answer: views into the Selector that gave it, valid until its next select() or its end.
 struct Selection {
   Status status;
-  const std::uint32_t* indices;   ///< `size` candidate indices, in order of selection
-  std::size_t size;               ///< number selected
-  const double* gains;            ///< `size` gains: the growth of log det by each when it was selected, nats
-  double log_det;                 ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;        ///< candidate gains computed, in float32
-  std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not tell which is best
+  const std::uint32_t* indices;    ///< `size` candidate indices, in order of selection
+  std::size_t size;                ///< number selected
+  const double* gains;             ///< `size` gains: the growth of log det by each when it was selected, nats
+  double log_det;                  ///< log det(prior + sum of selected H^T H), nats
+  std::size_t evaluations;         ///< candidate gains computed, in float32; may differ between machines
+  std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell; likewise
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
 
   /// Whether this is an answer (perhaps cut short by the deadline), not an error.
