@@ -201,8 +201,8 @@ void Screening::bound_errors_near(double growth) noexcept {
 }
 
 Screening::Line Screening::upper_line() const noexcept {
-  return {rounded_up(slope_ * (1 + 1e-6)),
-          rounded_up(offset_)};  // and room for the rounding of this line and its values
+  constexpr double room = 1 + 1e-6;  // for the rounding of the line and of its values
+  return {rounded_up(slope_ * room), rounded_up(offset_)};
 }
 
 void Screening::keep_bounds() noexcept {

@@ -5,8 +5,7 @@ namespace {
 
 void draw(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count, std::uint32_t* draws) {
   for (std::size_t j = 0; j < count; ++j) {
-    const std::uint64_t bits = maxlogdet::CounterRandom::bits_at(key, first + j) >> 32;
-    draws[j] = static_cast<std::uint32_t>((bits * (range - static_cast<std::uint32_t>(j))) >> 32);
+    draws[j] = maxlogdet::CounterRandom::below_at(key, first + j, range - static_cast<std::uint32_t>(j));
   }
 }
 

@@ -170,14 +170,12 @@ TEST(Isa, survivors_are_listed_exactly_on_all) {
       highest[lane / size] = std::max(highest[lane / size], growths[lane]);
     }
     const auto unlike_lane = static_cast<std::size_t>(random.integer(0, static_cast<int>(growths.size()) - 1));
-    const auto entry_of = [&](std::size_t lane, std::size_t e) {
+    const auto entry_of = [&](std::size_t lane, std::size_t e) -> float& {
       return data[(lane / size * entries + e) * size + lane % size];
     };
     if (random.chance(0.5)) {  // some copies of it
       for (std::size_t lane = 0; lane < growths.size(); lane += 3) {
-        for (std::size_t e = 0; e < entries; ++e) {
-          data[(lane / size * entries + e) * size + lane % size] = entry_of(unlike_lane, e);
-        }
+        for (std::size_t e = 0; e < entries; ++e) entry_of(lane, e) = entry_of(unlike_lane, e);
       }
     }
     std::vector<float> unlike;
