@@ -4,7 +4,7 @@
 namespace maxlogdet {
 
 Status greedy(Search& search) noexcept {
-  search.screening.use_store(search.candidates.validity(), search.candidates.size());
+  search.screening.use_store(search.constraints.free(), search.candidates.size());
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     search.screening.begin_round(search.factor);

@@ -11,17 +11,20 @@ Status lazy_greedy(Search& search) noexcept {
   const auto rows = static_cast<std::size_t>(search.screening.rows());
   const std::size_t first_rounds = std::max<std::size_t>(3, state_dimension / rows);
 
-  search.screening.use_store(search.candidates.validity(), search.candidates.size());
-  while (search.wants_more()) {
+  search.screening.use_store(search.constraints.free(), search.candidates.size());
+  for (std::size_t round = 0; search.wants_more(); ++round) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     search.screening.begin_round(search.factor);
-    if (search.selected <= first_rounds) {
+    if (round <= first_rounds) {
       search.screening.evaluate_all();
     } else {
       search.screening.evaluate_promising();
     }
     search.select_best();
-    if (search.selected == first_rounds + 1 && search.wants_more()) search.screening.order_by_gain();
+    if (round == first_rounds && search.wants_more()) {
+      if (search.deadline.has_passed()) return Status::deadline_reached;
+      search.screening.order_by_gain(search.constraints.has_groups());
+    }
   }
   return Status::ok;
 }

@@ -12,6 +12,9 @@ const char* to_string(Strategy strategy) noexcept {
     case Strategy::greedy: return "greedy";
     case Strategy::lazy_greedy: return "lazy_greedy";
     case Strategy::stochastic_greedy: return "stochastic_greedy";
+    case Strategy::relaxed: return "relaxed";
+    case Strategy::backward_greedy: return "backward_greedy";
+    case Strategy::automatic: return "automatic";
   }
   return "unknown";
 }
@@ -27,6 +30,10 @@ const char* to_string(Status status) noexcept {
     case Status::capacity_exceeded: return "capacity_exceeded";
     case Status::invalid_strategy: return "invalid_strategy";
     case Status::invalid_time_limit: return "invalid_time_limit";
+    case Status::invalid_threads: return "invalid_threads";
+    case Status::invalid_groups: return "invalid_groups";
+    case Status::infeasible: return "infeasible";
+    case Status::unsupported_groups: return "unsupported_groups";
     case Status::unsupported_isa: return "unsupported_isa";
   }
   return "unknown";

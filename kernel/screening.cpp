@@ -61,26 +61,27 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
       list(lanes_for(tiles_of(capacity))),
-      tile_remaining(tiles_of(capacity)) {}
+      tile_remaining(tiles_of(capacity)),
+      lane(capacity) {}
 
-void Screening::use_store(const unsigned char* valid, std::size_t n) noexcept {
+void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
   is_store_order_ = true;
   is_ordered_ = false;
   tile_count_ = tiles_of(n);
-  tiles_ = {planes_.data, tile_size, planes_.stride, memory_.remaining};
+  tiles_ = {evaluator_.planes().data, tile_size, evaluator_.planes().stride, memory_.remaining};
   std::fill(memory_.remaining + n, memory_.remaining + lanes(), 0.0F);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     const std::size_t first = tile_size * tile;
     unsigned count = 0;
     for (std::size_t i = first; i < std::min(first + tile_size, n); ++i) {
-      memory_.remaining[i] = valid[i] != 0 ? 1.0F : 0.0F;
-      count += valid[i] != 0 ? 1 : 0;
+      memory_.remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
+      count += free[i] != 0 ? 1 : 0;
     }
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
   }
 }
 
-void Screening::make_records(std::size_t n) noexcept { kernel_.make_records[rows_ - 1](planes_, n, memory_.records); }
+void Screening::make_records(std::size_t n) noexcept { evaluator_.make_records(n, memory_.records); }
 
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
   is_store_order_ = false;
@@ -95,12 +96,12 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   if (count < lanes) std::fill(candidate + count, candidate + lanes, candidate[count - 1]);
   std::fill_n(remaining, count, 1.0F);
   std::fill(remaining + count, remaining + lanes, 0.0F);
-  kernel_.gather[rows_ - 1](memory_.records, memory_.candidate, lanes, memory_.packed);
+  evaluator_.gather(memory_.records, memory_.candidate, lanes, memory_.packed);
   std::fill_n(static_cast<unsigned char*>(memory_.tile_remaining), tile_count_, static_cast<unsigned char>(tile_size));
   if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
 }
 
-void Screening::order_by_gain() noexcept {
+void Screening::order_by_gain(bool find_lanes) noexcept {
   // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
   constexpr int shift = 18;
   constexpr std::int32_t buckets = 512;
@@ -128,6 +129,7 @@ void Screening::order_by_gain() noexcept {
   make_records(lanes);
   use_listed(order, count);
   is_ordered_ = true;
+  for (std::uint32_t l = 0; find_lanes && l < count; ++l) memory_.lane[order[l]] = l;
   if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
@@ -219,7 +221,7 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
     return;
   }
   const float best =
-      kernel_.screen[rows_ - 1](tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
+      evaluator_.screen(tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
   best_ = std::max(best_, best);
   if (best_ < 0) return;
   const auto growth = static_cast<double>(best_);
@@ -231,8 +233,8 @@ void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
 void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
   slope_ = 1;
   offset_ = 0;
-  const float assured = kernel_.screen_with_care[rows_ - 1](tiles_, w_, memory_.list + first, last - first,
-                                                            memory_.growths, memory_.highest);
+  const float assured =
+      evaluator_.screen_with_care(tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
   assured_ = std::max(assured_, static_cast<double>(assured));
   best_ = std::max(best_, assured);
 }

@@ -4,6 +4,7 @@
 #include "kernel/aligned_array.hpp"
 #include "kernel/information_factor.hpp"
 #include "simd/kernel.hpp"
+#include "threading/evaluator.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -26,6 +27,7 @@ struct ScreeningMemory {
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
+  AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is
 };
 
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
@@ -33,14 +35,13 @@ struct ScreeningMemory {
 class Screening {
  public:
   /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row.
-  Screening(const simd::Kernel& kernel, const simd::Planes& planes, int rows, const double* column_max,
-            ScreeningMemory& memory) noexcept
-      : kernel_(kernel), planes_(planes), rows_(rows), memory_(memory) {
+  Screening(const threading::Evaluator& evaluator, const double* column_max, ScreeningMemory& memory) noexcept
+      : evaluator_(evaluator), kernel_(evaluator.kernel()), rows_(evaluator.rows()), memory_(memory) {
     std::copy_n(column_max, simd::dimension, column_max_);
   }
 
-  /// Tiles of all `n` candidates in the order of the store, where they are; `valid`: per candidate, 0 excludes it.
-  void use_store(const unsigned char* valid, std::size_t n) noexcept;
+  /// Tiles of all `n` candidates in the order of the store, where they are; `free`: per candidate, 0 leaves it out.
+  void use_store(const unsigned char* free, std::size_t n) noexcept;
 
   /// Prepares for use_listed.
   void make_records(std::size_t n) noexcept;
@@ -49,8 +50,11 @@ class Screening {
   void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
 
   /// Tiles of what remains, in descending order of the gains that evaluate_all has just found, so that a tile holds
-  /// like gains.
-  void order_by_gain() noexcept;
+  /// like gains. `find_lanes`: lane_of will be asked.
+  void order_by_gain(bool find_lanes) noexcept;
+
+  /// Whether the tiles hold all that remains, not only what is listed.
+  bool holds_all() const noexcept { return is_store_order_ || is_ordered_; }
 
   /// Starts a round with this information; nothing is evaluated yet.
   void begin_round(const InformationFactor& factor) noexcept;
@@ -80,7 +84,14 @@ class Screening {
   /// No exact growth in the tile of this lane is above it, when it was kept or, up to the drift of the factor, later.
   float bound(std::size_t lane) const noexcept { return memory_.bounds[lane / simd::tile_size]; }
 
-  /// Takes a candidate out.
+  /// The lane of a candidate, where they hold all; lanes() if it does not remain.
+  std::size_t lane_of(std::uint32_t wanted) const noexcept {
+    const std::size_t lane = is_store_order_ ? wanted : memory_.lane[wanted];
+    const bool is_there = lane < lanes() && candidate(lane) == wanted && memory_.remaining[lane] > 0;
+    return is_there ? lane : lanes();
+  }
+
+  /// Takes a candidate that remains out.
   void remove(std::size_t lane) noexcept;
 
   int rows() const noexcept { return rows_; }
@@ -107,8 +118,8 @@ class Screening {
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;
 
+  const threading::Evaluator& evaluator_;
   const simd::Kernel& kernel_;
-  simd::Planes planes_;
   int rows_;
   ScreeningMemory& memory_;
   double column_max_[simd::dimension];  // of candidates that remain, at least

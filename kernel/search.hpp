@@ -1,45 +1,87 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/constraints.hpp"
 #include "kernel/deadline.hpp"
 #include "kernel/information_factor.hpp"
 #include "kernel/screening.hpp"
-#include "threading/serial_evaluator.hpp"
+#include "threading/evaluator.hpp"
+#include "threading/team.hpp"
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace maxlogdet {
 
+/// All the memory of a Search among up to `capacity` candidates; made once, it grows no more.
+struct SearchMemory {
+  explicit SearchMemory(std::size_t capacity);
+
+  std::size_t capacity;
+  const simd::Kernel* kernel;  ///< picked when this is made; nullptr: MAXLOGDET_ISA names one that is not there
+  threading::Team team;
+  ScreeningMemory screening;
+  ConstraintsMemory constraints;
+  std::vector<double> growths;
+  std::vector<std::uint32_t> lanes;
+  std::vector<std::uint32_t> contenders;
+  std::vector<std::uint32_t> pool;
+  std::vector<std::uint32_t> draws;
+  std::vector<std::uint32_t> indices;
+  std::vector<double> gains;
+};
+
 /// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
-/// grows. All arrays belong to the Selector and have room for as many entries as it has capacity.
+/// grows. All arrays belong to the SearchMemory and have room for as many entries as it has capacity.
 struct Search {
+  /// `memory` has a kernel, and room for the candidates.
+  Search(const BlockStore& candidates, const Options& options, SearchMemory& memory) noexcept;
+
+  /// Takes over constraints and prior, and selects what is required; the first thing wrong with them, or ok.
+  Status start(const Options& options) noexcept;
+
   const BlockStore& candidates;
   const simd::Kernel& kernel;
-  threading::SerialEvaluator evaluator;
+  threading::Evaluator evaluator;
   Screening screening;
+  Constraints constraints;
   InformationFactor factor;
   Deadline deadline;
-  std::size_t budget = 0;               ///< how many to select; at most `remaining` at the start
-  std::size_t remaining = 0;            ///< valid candidates not selected yet
-  std::size_t selected = 0;             ///< entries of the answer so far
-  std::size_t float64_decisions = 0;    ///< candidates that float64 had to tell apart
-  double* growths = nullptr;            ///< scratch
-  std::uint32_t* lanes = nullptr;       ///< scratch
-  std::uint32_t* contenders = nullptr;  ///< scratch
-  std::uint32_t* pool = nullptr;        ///< scratch of a strategy
-  std::uint32_t* draws = nullptr;       ///< scratch of a strategy
-  std::uint32_t* indices = nullptr;     ///< the answer, in order of selection
-  double* gains = nullptr;              ///< its gains, nats
+  std::size_t budget;                 ///< how many to select, those required included
+  std::size_t remaining = 0;          ///< candidates that may be selected and are not yet
+  std::size_t selected = 0;           ///< entries of the answer so far
+  std::size_t float64_decisions = 0;  ///< candidates that float64 had to tell apart
+  double* growths;                    ///< scratch
+  std::uint32_t* lanes;               ///< scratch
+  std::uint32_t* contenders;          ///< scratch
+  std::uint32_t* pool;                ///< scratch of a strategy
+  std::uint32_t* draws;               ///< scratch of a strategy
+  std::uint32_t* indices;             ///< the answer, in order of selection
+  double* gains;                      ///< its gains, nats
 
-  bool wants_more() const noexcept { return selected < budget; }
+  bool wants_more() const noexcept { return selected < budget && remaining > 0; }
 
-  /// Of the candidates that this round has evaluated, adds the best to the answer and its rows to the information.
-  /// Float64 decides between those that float32 cannot tell apart; ties go to the lowest index. Returns its lane.
+  /// The lane of the best of the candidates that this round has evaluated, at least one. Float64 decides between those
+  /// that float32 cannot tell apart; ties go to the lowest index.
+  std::size_t find_best() noexcept;
+
+  /// Adds a candidate to the answer and its rows to the information.
+  void add(std::uint32_t candidate) noexcept;
+
+  /// The same with other rows, `count` of them, in its place.
+  void add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept;
+
+  /// Adds what find_best has found, and takes it out, with the rest of its group if that is full now, where the
+  /// screening holds all that remains. Returns its lane.
   std::size_t select_best() noexcept;
+
+  /// Takes out of the screening what remains of this candidate's group if that is full.
+  void close_full_group(std::uint32_t candidate) noexcept;
 };
 
 /// k rounds; in each the candidate of largest gain among all that remain (Nemhauser et al. 1978).

@@ -2,50 +2,24 @@
 #include <maxlogdet/selector.hpp>
 
 #include "kernel/search.hpp"
-#include "simd/kernel.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
-#include <vector>
 
 namespace maxlogdet {
 
-static_assert(simd::dimension == state_dimension, "the kernels are written for the state's dimension");
-
-struct Selector::Memory {
-  explicit Memory(std::size_t capacity)
-      : screening(capacity),
-        growths(capacity),
-        lanes(capacity + simd::tile_size),
-        contenders(capacity),
-        pool(capacity),
-        draws(capacity),
-        indices(capacity),
-        gains(capacity) {}
-
-  const simd::Kernel* kernel = simd::active();
-  ScreeningMemory screening;
-  std::vector<double> growths;
-  std::vector<std::uint32_t> lanes;
-  std::vector<std::uint32_t> contenders;
-  std::vector<std::uint32_t> pool;
-  std::vector<std::uint32_t> draws;
-  std::vector<std::uint32_t> indices;
-  std::vector<double> gains;
-};
-
-Selector::Selector(std::size_t capacity) {
+Selector::Selector(std::size_t capacity, Executor* executor) : executor_(executor) {
   if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  memory_ = std::make_unique<Memory>(capacity);
+  memory_ = std::make_unique<SearchMemory>(capacity);
 }
 Selector::~Selector() = default;
 Selector::Selector(Selector&&) noexcept = default;
 Selector& Selector::operator=(Selector&&) noexcept = default;
 
-std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->indices.size() : 0; }
+std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity : 0; }
 
 namespace {
 
@@ -54,11 +28,15 @@ Status check(const BlockStore& candidates, const Options& options, std::size_t c
   if (candidates.size() > capacity) return Status::capacity_exceeded;
   if (options.budget > capacity) return Status::invalid_budget;
   if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
+  if (options.threads < 0) return Status::invalid_threads;
   switch (options.strategy) {
     case Strategy::greedy:
     case Strategy::lazy_greedy: return Status::ok;
     case Strategy::stochastic_greedy:
       return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+    case Strategy::relaxed:
+    case Strategy::backward_greedy:
+    case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
 }
@@ -68,50 +46,56 @@ Status run(Search& search, const Options& options) noexcept {
     case Strategy::greedy: return greedy(search);
     case Strategy::lazy_greedy: return lazy_greedy(search);
     case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
+    case Strategy::relaxed:
+    case Strategy::backward_greedy:
+    case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
+}
+
+// Fewer candidates than this are not worth a second thread (docs/threading.md).
+constexpr std::size_t crossover = 10000;
+
+// The number of threads to spread a selection over.
+int workers_for(const Options& options, std::size_t candidates, const Executor* executor) noexcept {
+  if (executor == nullptr || options.threads == 1) return 1;
+  const int most = std::min(executor->concurrency(), threading::Team::most_workers);
+  if (options.threads > 1) return std::min(options.threads, most);
+  return candidates < crossover ? 1 : most;
 }
 
 }  // namespace
 
 Selection Selector::select(const BlockStore& candidates, const Options& options) noexcept {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   Selection selection{};
-  selection.log_det = std::numeric_limits<double>::quiet_NaN();
+  selection.log_det = nan;
+  selection.upper_bound = nan;
   selection.invalid_candidates = candidates.invalid_count();
+  selection.strategy = options.strategy;
+  selection.threads = 1;
   selection.status = Status::capacity_exceeded;
   if (!memory_) return selection;  // moved from: no capacity for anything
   selection.status = memory_->kernel == nullptr ? Status::unsupported_isa : check(candidates, options, capacity());
-  InformationFactor factor;
-  if (selection.status == Status::ok && !factor.reset(options.prior)) selection.status = Status::invalid_prior;
   if (selection.status != Status::ok) return selection;
 
-  const std::size_t n = candidates.size();
-  const std::size_t valid = n - candidates.invalid_count();
-  const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
-  const int rows = std::max(candidates.rows(), 1);
-  Search search{candidates,
-                *memory_->kernel,
-                {*memory_->kernel, planes, rows},
-                {*memory_->kernel, planes, rows, candidates.column_max(), memory_->screening},
-                factor,
-                Deadline(options.time_limit)};
-  search.budget = std::min(options.budget, valid);
-  search.remaining = valid;
-  search.growths = memory_->growths.data();
-  search.lanes = memory_->lanes.data();
-  search.contenders = memory_->contenders.data();
-  search.pool = memory_->pool.data();
-  search.draws = memory_->draws.data();
-  search.indices = memory_->indices.data();
-  search.gains = memory_->gains.data();
+  Search search(candidates, options, *memory_);
+  selection.status = search.start(options);
+  if (selection.status != Status::ok) return selection;
 
-  selection.status = run(search, options);
-  const bool takes_all = n > 0 && options.budget > 0 && options.budget >= valid;
+  const auto region = [&] { selection.status = run(search, options); };
+  selection.threads = workers_for(options, search.remaining, executor_);
+  if (selection.threads > 1) {
+    memory_->team.run(*executor_, selection.threads, region);
+  } else {
+    region();
+  }
+  const bool takes_all = candidates.size() > 0 && options.budget > 0 && search.remaining == 0;
   if (selection.status == Status::ok && takes_all) selection.status = Status::all_selected;
   selection.indices = search.indices;
   selection.gains = search.gains;
   selection.size = search.selected;
-  selection.log_det = std::accumulate(search.gains, search.gains + search.selected, factor.prior_log_det());
+  selection.log_det = std::accumulate(search.gains, search.gains + search.selected, search.factor.prior_log_det());
   selection.evaluations = search.screening.evaluations();
   selection.float64_decisions = search.float64_decisions;
   return selection;

@@ -20,9 +20,9 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
   std::uint32_t* const pool = search.pool;  // what remains; a round moves its sample to the front
   std::size_t filled = 0;
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
-    if (search.candidates.is_valid(i)) pool[filled++] = static_cast<std::uint32_t>(i);
+    if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
   }
-  const double wanted = sample_size(filled, search.budget, epsilon);
+  const double wanted = sample_size(filled, std::min(filled, search.budget - search.selected), epsilon);
   const std::uint64_t key = CounterRandom(seed).key();
   std::uint64_t drawn = 0;
   search.screening.make_records(search.candidates.size());
@@ -39,7 +39,12 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
     search.screening.begin_round(search.factor);
     search.screening.evaluate_all();
     const std::size_t chosen = search.select_best();  // lane j is pool[j]
+    const std::uint32_t candidate = pool[chosen];
     pool[chosen] = pool[search.remaining];
+    if (!search.constraints.has_place(candidate)) {  // its group is full
+      const auto is_out = [&](std::uint32_t i) { return !search.constraints.has_place(i); };
+      search.remaining = static_cast<std::size_t>(std::remove_if(pool, pool + search.remaining, is_out) - pool);
+    }
   }
   return Status::ok;
 }

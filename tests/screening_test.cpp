@@ -50,8 +50,9 @@ class Screened {
       : kernel_(kernel),
         blocks_(blocks),
         planes_{blocks.plane(0, 0), blocks.stride()},
+        evaluator_(kernel, planes_, blocks.rows(), team_),
         memory_(blocks.size()),
-        screening_(kernel, planes_, blocks.rows(), blocks.column_max(), memory_),
+        screening_(evaluator_, blocks.column_max(), memory_),
         remains_(blocks.validity(), blocks.validity() + blocks.size()),
         lanes_(blocks.size() + simd::tile_size) {
     screening_.use_store(blocks.validity(), blocks.size());
@@ -88,7 +89,7 @@ class Screened {
     return count;
   }
 
-  void order_by_gain() { screening_.order_by_gain(); }
+  void order_by_gain() { screening_.order_by_gain(false); }
 
   void expect_bounds_hold() const {
     std::vector<bool> seen(blocks_.size(), false);
@@ -107,7 +108,7 @@ class Screened {
   void evaluate_and_order() {
     screening_.begin_round(factor_);
     screening_.evaluate_all();
-    screening_.order_by_gain();
+    screening_.order_by_gain(false);
   }
 
  private:
@@ -127,6 +128,8 @@ class Screened {
   const simd::Kernel& kernel_;
   const BlockStore& blocks_;
   simd::Planes planes_;
+  threading::Team team_;
+  threading::Evaluator evaluator_;
   ScreeningMemory memory_;
   Screening screening_;
   InformationFactor factor_;

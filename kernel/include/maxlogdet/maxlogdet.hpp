@@ -9,6 +9,7 @@
 /// Y. Zhao, P. A. Vela: Good Feature Selection for Least Squares Pose Optimization in VO/VSLAM, IROS 2018.
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/executor.hpp>
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>

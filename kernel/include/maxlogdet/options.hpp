@@ -11,17 +11,34 @@ enum class Strategy {
   greedy,             ///< every remaining candidate in every round; at least 1 - 1/e of the optimal gain
   lazy_greedy,        ///< greedy's answer, index for index, evaluating only candidates that could still win
   stochastic_greedy,  ///< a random sample a round (Algorithm 1); at least 1 - 1/e - epsilon in expectation
+  relaxed,            ///< convex relaxation (D-optimal design), rounded and polished: cost does not grow with k
+  backward_greedy,    ///< all but the n - k of least loss, removed one by one: for k > n / 2
+  automatic,          ///< one of the others, by n and k (docs/performance.md); Selection::strategy tells which
 };
 
-/// What to select and how. Every default is one that a tracker can ship.
+/// What to select and how. Every default is one that a tracker can ship. Arrays belong to the caller.
 struct Options {
   std::size_t budget = 100;                   ///< k, how many to select; 0: none; at most the selector's capacity
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   double epsilon = 0.1;                       ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
   std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the
-                                  ///< frame of the blocks; the caller owns it; nullptr: 1e-5 * I
+                                  ///< frame of the blocks; nullptr: 1e-5 * I
   double time_limit = 0;          ///< s, looked at between rounds; 0: none
+  int threads = 0;  ///< 1: the calling one alone; 0: as many of the selector's executor as pay off; without an executor
+                    ///< always one. The answer does not depend on it
+
+  bool certify = false;                ///< fills Selection::upper_bound
+  std::size_t certificate_passes = 0;  ///< Frank-Wolfe passes that tighten it, each about as long as the first one
+  std::size_t exchange_sweeps = 0;  ///< after the search, at most so many sweeps that swap a selected candidate for a
+                                    ///< better one; pays for budgets of 20 or less (docs/performance.md)
+
+  const unsigned char* required = nullptr;      ///< n: nonzero is selected in any case, first, and counts as budget
+  const unsigned char* excluded = nullptr;      ///< n: nonzero is not selected
+  const std::uint32_t* groups = nullptr;        ///< n: group of each candidate, < group_count; nullptr: no groups
+  std::size_t group_count = 0;                  ///< at most the selector's capacity
+  std::size_t max_per_group = 1;                ///< most to select of a group
+  const std::uint32_t* group_maxima = nullptr;  ///< group_count: most to select of each; nullptr: max_per_group
 };
 
 /// Name of the enumerator; "unknown" for any other value.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <maxlogdet/block_store.hpp>
+#include <maxlogdet/options.hpp>
+
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -10,14 +14,20 @@ namespace maxlogdet {
 /// is NaN.
 enum class Status {
   ok,                  ///< as many as the budget asks for were selected (none for a budget or a store of 0)
-  all_selected,        ///< the budget covers every valid candidate: all of them, be it none, were selected
-  deadline_reached,    ///< time_limit passed: what was selected until then, a prefix of the full answer
+  all_selected,        ///< no more may be selected: every valid candidate that constraints allow, be it none, is in
+  deadline_reached,    ///< time_limit passed: what was found until then; of the greedy strategies that select one after
+                       ///< the other a prefix of the full answer, of the others the best so far
   invalid_budget,      ///< budget above the selector's capacity
   invalid_epsilon,     ///< stochastic_greedy with epsilon not in (0, 1)
   invalid_prior,       ///< prior not finite, not symmetric, or not safely positive definite (docs/numerics.md)
   capacity_exceeded,   ///< more candidates than the selector's capacity
   invalid_strategy,    ///< strategy not one of the enumerators
   invalid_time_limit,  ///< time_limit negative or NaN
+  invalid_threads,     ///< threads negative
+  invalid_groups,      ///< a group not below group_count, or group_count above the selector's capacity
+  infeasible,          ///< a required candidate is excluded or invalid, or more are required than the budget or the
+                       ///< maximum of a group allows
+  unsupported_groups,  ///< the strategy has no way to keep to groups
   unsupported_isa,     ///< MAXLOGDET_ISA names an instruction set not built in, or one that this machine lacks
 };
 
@@ -34,6 +44,15 @@ struct Selection {
   std::size_t evaluations;         ///< candidate gains computed, in float32; may differ between machines
   std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell; likewise
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
+  double upper_bound;              ///< no selection of this size that keeps to required and excluded has a greater log
+                                   ///< det: proved, nats; NaN if not asked for (Options::certify)
+  Strategy strategy;               ///< the one that ran: what `automatic` chose
+  int threads;                     ///< the number of threads that the work was spread over; helpers may have come late
+
+  /// D-efficiency, exp((log_det - upper_bound) / 6): at least that share of the optimal information in every
+  /// direction's mean (a factor on the volume of the uncertainty's ellipsoid, for each of its six axes). NaN without
+  /// upper_bound.
+  double efficiency() const noexcept { return std::exp((log_det - upper_bound) / state_dimension); }
 
   /// Whether this is an answer (perhaps cut short by the deadline), not an error.
   bool has_answer() const noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/executor.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 
@@ -10,12 +11,16 @@
 
 namespace maxlogdet {
 
+struct SearchMemory;
+
 /// Selects candidates. Owns all the memory that a selection needs, so that select() never allocates; keep one per
-/// thread for the life of the tracker. Distinct selectors share nothing.
+/// thread for the life of the tracker. Distinct selectors share nothing but an executor.
 class Selector {
  public:
   /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
-  explicit Selector(std::size_t capacity);
+  /// `executor`: where helpers come from, the caller's, which outlives this; nullptr: select() uses the calling thread
+  /// alone.
+  explicit Selector(std::size_t capacity, Executor* executor = nullptr);
   ~Selector();
   Selector(Selector&&) noexcept;
   Selector& operator=(Selector&&) noexcept;
@@ -24,14 +29,15 @@ class Selector {
   std::size_t capacity() const noexcept;
 
   /// Selects options.budget of the candidates. Never allocates, locks, throws or prints; of the system it asks only
-  /// the time, and that only when options.time_limit is set. Indices are the same on every processor, compiler and
-  /// instruction set; ties (equal computed gains, as of identical blocks) go to the lowest index. Errors are named by
+  /// the time, and that only when options.time_limit is set; what an executor does when several threads work is its
+  /// own affair (docs/threading.md). Indices are the same on every processor, compiler, instruction set and number of
+  /// threads; ties (equal computed gains, as of identical blocks) go to the lowest index. Errors are named by
   /// Selection::status.
   Selection select(const BlockStore& candidates, const Options& options) noexcept;
 
  private:
-  struct Memory;
-  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<SearchMemory> memory_;
+  Executor* executor_;
 };
 
 }  // namespace maxlogdet

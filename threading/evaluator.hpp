@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/kernel.hpp"
+#include "threading/team.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace maxlogdet {
+namespace threading {
+
+/// Runs the kernels over candidates: on the calling thread, or in chunks over a team where there is enough to do. What
+/// it computes does not depend on that.
+class Evaluator {
+ public:
+  /// `rows` (1, 2 or 3) is that of the tallest block: planes of further rows are not read.
+  Evaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows, Team& team) noexcept
+      : kernel_(kernel), planes_(planes), rows_(rows), team_(team) {}
+
+  const simd::Kernel& kernel() const noexcept { return kernel_; }
+  const simd::Planes& planes() const noexcept { return planes_; }
+  int rows() const noexcept { return rows_; }
+
+  /// growths[j], in float64, for candidate indices[j], j in [0, count).
+  void decide(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
+              double* growths) const noexcept {
+    in_chunks(count, least_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.decide[rows_ - 1](planes_, inverse_factor, indices + first, size, growths + first);
+    });
+  }
+
+  /// As simd::Screen; in it a tile is listed once.
+  float screen(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+               float* growths, float* highest) const noexcept {
+    return largest_in_chunks(kernel_.screen[rows_ - 1], tiles, inverse_factor, list, count, growths, highest);
+  }
+
+  /// As simd::ScreenWithCare.
+  float screen_with_care(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
+                         std::size_t count, float* growths, float* highest) const noexcept {
+    return largest_in_chunks(kernel_.screen_with_care[rows_ - 1], tiles, inverse_factor, list, count, growths, highest);
+  }
+
+  /// As simd::MakeRecords.
+  void make_records(std::size_t count, float* records) const noexcept {
+    in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const simd::Planes planes{planes_.data + first, planes_.stride};
+      kernel_.make_records[rows_ - 1](planes, size, records + first * simd::record_size(rows_));
+    });
+  }
+
+  /// As simd::Gather.
+  void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) const noexcept {
+    const auto entries = static_cast<std::size_t>(simd::dimension * rows_);
+    in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.gather[rows_ - 1](records, indices + first, size, tiles + first * entries);
+    });
+  }
+
+ private:
+  static constexpr std::size_t least_tiles = 32;       // of a chunk: half a microsecond of work
+  static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
+  static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
+  static constexpr std::size_t chunks_per_worker = 4;  // so that a late helper still finds some
+  static constexpr std::size_t most_chunks = chunks_per_worker * Team::most_workers;
+
+  /// Calls body(first, size, chunk) for chunks of [0, count) that begin at multiples of `unit`; returns how many.
+  template <class Body>
+  std::uint32_t in_chunks(std::size_t count, std::size_t least, std::size_t unit, const Body& body) const noexcept {
+    const std::size_t wanted = chunks_per_worker * static_cast<std::size_t>(team_.workers());
+    const std::size_t chunks = std::min(wanted, count / least);
+    if (team_.workers() == 1 || chunks < 2) {
+      body(std::size_t{0}, count, std::uint32_t{0});
+      return 1;
+    }
+    const auto quotient = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };  // rounded up
+    const std::size_t size = quotient(quotient(count, unit), chunks) * unit;
+    const auto needed = static_cast<std::uint32_t>(quotient(count, size));
+    team_.for_chunks(needed, [&](std::uint32_t chunk) {
+      const std::size_t first = size * chunk;
+      body(first, std::min(size, count - first), chunk);
+    });
+    return needed;
+  }
+
+  template <class Kernel>
+  float largest_in_chunks(Kernel screen_tiles, const simd::Tiles& tiles, const double* inverse_factor,
+                          const std::uint32_t* list, std::size_t count, float* growths, float* highest) const noexcept {
+    float largest[most_chunks];
+    const std::uint32_t chunks =
+        in_chunks(count, least_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+          largest[chunk] = screen_tiles(tiles, inverse_factor, list + first, size, growths, highest);
+        });
+    return *std::max_element(largest, largest + chunks);
+  }
+
+  const simd::Kernel& kernel_;
+  simd::Planes planes_;
+  int rows_;
+  Team& team_;
+};
+
+}  // namespace threading
+}  // namespace maxlogdet

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "threading/team.hpp"
+
+#include <chrono>
+#include <thread>
+
+namespace maxlogdet {
+namespace threading {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t closed = 0xFFFFFFFFU;
+
+// A helper waits so long for the next loop: spinning, as what lies between two loops is short; then yielding, as longer
+// pauses are rare; then no more.
+constexpr auto helper_spins = std::chrono::microseconds(50);
+constexpr auto helper_stays = std::chrono::microseconds(1000);
+// The caller spins so often before it yields to a helper that has lost its processor within a chunk.
+constexpr int caller_spins = 1000;
+constexpr int pauses_between_looks_at_the_clock = 32;
+
+void pause() noexcept {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("isb");  // yield does nothing on most cores
+#endif
+}
+
+constexpr int end_shift = 16;
+constexpr int round_shift = 32;
+constexpr std::uint64_t field = 0xFFFFU;
+
+}  // namespace
+
+void Team::open(int workers) noexcept {
+  workers_ = std::max(1, std::min(workers, most_workers));
+  loop_ = {};
+  unfinished_.value.store(0, std::memory_order_relaxed);
+  for (Range& range : ranges_) range.value.store(0, std::memory_order_relaxed);
+  round_.value.store(0, std::memory_order_release);
+}
+
+void Team::dismiss() noexcept { round_.value.store(closed, std::memory_order_release); }
+
+// Whoever gets a chunk owns it until unfinished_ says that it is done; until then the loop cannot be replaced. `next`
+// goes beyond `end` by at most one a worker.
+bool Team::claim(Range& range, std::uint32_t& chunk) noexcept {
+  const auto is_empty = [](std::uint64_t state) { return (state & field) >= (state >> end_shift & field); };
+  if (is_empty(range.value.load(std::memory_order_relaxed))) return false;
+  const std::uint64_t state = range.value.fetch_add(1, std::memory_order_acquire);
+  chunk = static_cast<std::uint32_t>(state & field);
+  return !is_empty(state);
+}
+
+void Team::work(int worker) noexcept {
+  const int first = worker % workers_;
+  std::uint32_t done = 0;
+  for (int i = 0; i < workers_; ++i) {
+    Range& range = ranges_[(first + i) % workers_];
+    std::uint32_t chunk;
+    while (claim(range, chunk)) {
+      loop_.call(loop_.body, chunk);
+      ++done;
+    }
+  }
+  if (done > 0) unfinished_.value.fetch_sub(done, std::memory_order_release);
+}
+
+void Team::run_loop(const Loop& loop, std::uint32_t count) noexcept {
+  loop_ = loop;
+  unfinished_.value.store(count, std::memory_order_relaxed);
+  const std::uint32_t round = round_.value.load(std::memory_order_relaxed) + 1;
+  std::uint32_t begin = 0;
+  for (int i = 0; i < workers_; ++i) {
+    const auto end = static_cast<std::uint32_t>(static_cast<std::uint64_t>(count) * (static_cast<unsigned>(i) + 1) /
+                                                static_cast<unsigned>(workers_));
+    ranges_[i].value.store(static_cast<std::uint64_t>(round) << round_shift | end << end_shift | begin,
+                           std::memory_order_release);
+    begin = end;
+  }
+  round_.value.store(round, std::memory_order_release);
+  work(0);
+  for (int spins = 0; unfinished_.value.load(std::memory_order_acquire) != 0; ++spins) {
+    if (spins < caller_spins) {
+      pause();
+    } else {
+      std::this_thread::yield();
+    }
+  }
+}
+
+void Team::help(int worker) noexcept {
+  std::uint32_t seen = 0;
+  auto idle_since = Clock::now();
+  for (;;) {
+    std::uint32_t round = round_.value.load(std::memory_order_acquire);
+    for (int i = 0; round == seen && i < pauses_between_looks_at_the_clock; ++i) {
+      pause();
+      round = round_.value.load(std::memory_order_acquire);
+    }
+    if (round == closed) return;
+    if (round != seen) {
+      work(worker);
+      seen = round;
+      idle_since = Clock::now();
+      continue;
+    }
+    const auto idle = Clock::now() - idle_since;
+    if (idle > helper_stays) return;
+    if (idle > helper_spins) std::this_thread::yield();
+  }
+}
+
+}  // namespace threading
+}  // namespace maxlogdet
