@@ -27,6 +27,10 @@ constexpr std::uint32_t period = 8;
 // Thresholds that must not let a lane through that has no candidate (growth -1).
 constexpr float any_candidate = -0.5F;
 
+// Of the buckets that growths are sorted into: 32 to an octave.
+constexpr int growth_shift = 18;
+constexpr std::int32_t growth_buckets = 512;
+
 // The next float32 at or beyond a bound, with room for the few roundings that lead to it.
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
@@ -60,7 +64,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bucket(lanes_for(capacity)),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
-      list(lanes_for(tiles_of(capacity))),
+      list(2 * lanes_for(tiles_of(capacity)) + 2 * tile_size * threading::Evaluator::most_chunks),
       tile_remaining(tiles_of(capacity)),
       lane(capacity) {}
 
@@ -101,35 +105,56 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
 }
 
+// A counting sort by the upper bits of the growth, which as an integer are ordered as it is, each chunk of lanes with
+// counts of its own. Fills candidate, in that order; returns how many remain.
+std::size_t Screening::sort_by_growth(std::int32_t top) noexcept {
+  using Counts = std::uint32_t[growth_buckets + 1];  // the last is of lanes that do not remain
+  Counts first[threading::Evaluator::most_chunks];
+  constexpr std::size_t least_lanes = 2048;
+  const auto for_chunks = [&](auto body) { return evaluator_.in_chunks(lanes(), least_lanes, tile_size, body); };
+  std::uint32_t* const bucket = memory_.bucket;
+  const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
+    const float* const growths = memory_.growths;
+    const float* const remaining = memory_.remaining;
+    for (std::size_t lane = begin; lane < begin + size; ++lane) {
+      const std::int32_t below = (top - std::max(0, bits_of(growths[lane]))) >> growth_shift;
+      bucket[lane] =
+          static_cast<std::uint32_t>(remaining[lane] > 0 ? std::min(below, growth_buckets - 1) : growth_buckets);
+    }
+    std::fill_n(first[chunk], growth_buckets + 1, 0U);
+    for (std::size_t lane = begin; lane < begin + size; ++lane) ++first[chunk][bucket[lane]];
+  });
+  std::uint32_t count = 0;  // of lanes before a chunk's share of a bucket
+  for (std::size_t b = 0; b <= growth_buckets; ++b) {
+    for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
+      const std::uint32_t in_bucket = first[chunk][b];
+      first[chunk][b] = count;
+      count += in_bucket;
+    }
+  }
+  const std::size_t remaining = first[0][growth_buckets];
+  for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
+    std::uint32_t* const order = memory_.candidate;
+    for (std::size_t lane = begin; lane < begin + size; ++lane) {
+      order[first[chunk][bucket[lane]]++] = static_cast<std::uint32_t>(lane);
+    }
+  });
+  return remaining;
+}
+
 void Screening::order_by_gain(bool find_lanes) noexcept {
-  // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
-  constexpr int shift = 18;
-  constexpr std::int32_t buckets = 512;
   const std::size_t lanes = this->lanes();
   const std::int32_t top = bits_of(std::max(0.0F, kernel_.largest(memory_.growths, lanes)));
-  std::uint32_t* const bucket = memory_.bucket;
-  const float* const growths = memory_.growths;
-  const float* const remaining = memory_.remaining;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const std::int32_t below = (top - std::max(0, bits_of(growths[lane]))) >> shift;
-    bucket[lane] = static_cast<std::uint32_t>(remaining[lane] > 0 ? std::min(below, buckets - 1) : buckets);
-  }
-  std::uint32_t first[buckets + 1] = {};  // place of each bucket; the last is of those that do not remain
-  for (std::size_t lane = 0; lane < lanes; ++lane) ++first[bucket[lane]];
-  std::uint32_t count = 0;
-  for (std::uint32_t& entry : first) {
-    const std::uint32_t in_bucket = entry;
-    entry = count;
-    count += in_bucket;
-  }
-  count = first[buckets];
+  const std::size_t count = sort_by_growth(top);
   std::uint32_t* const order = memory_.candidate;
-  for (std::size_t lane = 0; lane < lanes; ++lane) order[first[bucket[lane]]++] = static_cast<std::uint32_t>(lane);
+  const std::uint32_t* const bucket = memory_.bucket;
 
   make_records(lanes);
   use_listed(order, count);
   is_ordered_ = true;
-  for (std::uint32_t l = 0; find_lanes && l < count; ++l) memory_.lane[order[l]] = l;
+  for (std::size_t lane = 0; find_lanes && lane < count; ++lane) {
+    memory_.lane[order[lane]] = static_cast<std::uint32_t>(lane);
+  }
   if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
@@ -137,7 +162,7 @@ void Screening::order_by_gain(bool find_lanes) noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
     const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
-    memory_.bounds[tile] = line.at(float_of(top - below * (1 << shift)));
+    memory_.bounds[tile] = line.at(float_of(top - below * (1 << growth_shift)));
   }
 }
 
@@ -194,7 +219,11 @@ void Screening::bound_errors() noexcept {
 // |growth - exact| <= minors error + 2 sqrt(1 + growth) error + error^2, by a tangent of the square root: tight near
 // this growth, true for all.
 void Screening::bound_errors_near(double growth) noexcept {
-  if (with_care_) return;
+  if (with_care_) {  // growths are bounds themselves
+    slope_ = 1;
+    offset_ = 0;
+    return;
+  }
   tangent_ = growth;
   const double root = std::sqrt(1 + growth);
   const double error = volume_error_ * shrink_;
@@ -215,42 +244,47 @@ void Screening::keep_bounds() noexcept {
   for (std::size_t j = 0; j < listed_; ++j) bounds[list[j]] = line.at(highest[list[j]]);
 }
 
-void Screening::evaluate(std::size_t first, std::size_t last) noexcept {
-  if (with_care_) {
-    evaluate_with_care(first, last);
-    return;
-  }
-  const float best =
-      evaluator_.screen(tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
+// Of the tiles listed, the largest growth, or with care the largest lower bound of one.
+float Screening::evaluate(const std::uint32_t* list, std::size_t count) noexcept {
+  const auto screen = with_care_ ? kernel_.screen_with_care[rows_ - 1] : kernel_.screen[rows_ - 1];
+  return screen(tiles_, w_, list, count, memory_.growths, memory_.highest);
+}
+
+// What `best`, found by evaluate, tells about all candidates.
+void Screening::learn_from(float best) noexcept {
   best_ = std::max(best_, best);
-  if (best_ < 0) return;
+  if (with_care_) assured_ = std::max(assured_, static_cast<double>(best));
+  if (with_care_ || best_ < 0) return;
   const auto growth = static_cast<double>(best_);
   const double ratio = (1 + growth) / (1 + tangent_);
   if (!(ratio > 0.25 && ratio < 4)) bound_errors_near(growth);
   assured_ = std::max(assured_, growth - ((slope_ - 1) * growth + offset_));
 }
 
-void Screening::evaluate_with_care(std::size_t first, std::size_t last) noexcept {
-  slope_ = 1;
-  offset_ = 0;
-  const float assured =
-      evaluator_.screen_with_care(tiles_, w_, memory_.list + first, last - first, memory_.growths, memory_.highest);
-  assured_ = std::max(assured_, static_cast<double>(assured));
-  best_ = std::max(best_, assured);
-}
-
-void Screening::count_evaluations() noexcept {
-  for (std::size_t j = 0; j < listed_; ++j) evaluations_ += memory_.tile_remaining[memory_.list[j]];
+std::size_t Screening::remaining_in(const std::uint32_t* list, std::size_t count) const noexcept {
+  std::size_t sum = 0;
+  for (std::size_t j = 0; j < count; ++j) sum += memory_.tile_remaining[list[j]];
+  return sum;
 }
 
 void Screening::evaluate_all() noexcept {
   for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
   listed_ = tile_count_;
   if (is_bounded_anew_) bound_errors_near(0);
-  evaluate(0, listed_);
+  evaluate_listed();
   all_slope_ = slope_;
   all_offset_ = offset_;
-  count_evaluations();
+  evaluations_ += remaining_in(memory_.list, listed_);
+}
+
+// The tiles listed.
+void Screening::evaluate_listed() noexcept {
+  float best[threading::Evaluator::most_chunks];
+  const std::uint32_t chunks = evaluator_.in_chunks(listed_, threading::Evaluator::least_tiles, 1,
+                                                    [&](std::size_t first, std::size_t count, std::uint32_t chunk) {
+                                                      best[chunk] = evaluate(memory_.list + first, count);
+                                                    });
+  learn_from(*std::max_element(best, best + chunks));
 }
 
 // What a bound found earlier must reach for its tile to matter.
@@ -259,11 +293,36 @@ float Screening::stale_threshold() const noexcept {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
-// The tiles whose bound of an earlier round is in this range.
+// The tiles whose bound of an earlier round is in this range; keeps their new bounds. A chunk takes every so many-th
+// pack of tiles: promising ones lie together.
 void Screening::evaluate_between(float least, float most) noexcept {
-  const std::size_t first = listed_;
-  listed_ += kernel_.list_between(memory_.bounds, tile_count_, least, most, memory_.list + first);
-  if (listed_ > first) evaluate(first, listed_);
+  struct Part {
+    std::size_t count, evaluations;
+    float best;
+  };
+  Part parts[threading::Evaluator::most_chunks];
+  const std::uint32_t chunks = evaluator_.chunks_of(tile_count_, threading::Evaluator::least_tiles);
+  const std::size_t packs = (tile_count_ + tile_size - 1) / tile_size;
+  const std::size_t room = chunks == 1 ? 0 : (packs / chunks + 2) * tile_size;  // in the list, for each chunk
+  std::uint32_t* const list = memory_.list + listed_;
+  evaluator_.for_chunks(chunks, [&](std::uint32_t chunk) {
+    std::uint32_t* const own = list + room * chunk;
+    Part& part = parts[chunk];
+    part.count = kernel_.list_between(memory_.bounds, tile_count_, chunk, chunks, least, most, own);
+    part.best = evaluate(own, part.count);
+    part.evaluations = remaining_in(own, part.count);
+  });
+  std::size_t count = 0;
+  float best = -1;
+  for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
+    const Part& part = parts[chunk];
+    if (chunk > 0) std::copy_n(list + room * chunk, part.count, list + count);
+    count += part.count;
+    evaluations_ += part.evaluations;
+    best = std::max(best, part.best);
+  }
+  listed_ += count;
+  if (count > 0) learn_from(best);
 }
 
 void Screening::evaluate_promising() noexcept {
@@ -279,7 +338,6 @@ void Screening::evaluate_promising() noexcept {
   const float threshold = stale_threshold();
   if (threshold < clearly) evaluate_between(threshold, float_of(bits_of(clearly) - 1));
   keep_bounds();
-  count_evaluations();
   if (is_known && best_ > 0) {
     const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest));
     expected_share_ += 0.5 * (found - expected_share_);
@@ -314,14 +372,15 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   const std::size_t found = list_distinct_survivors(lanes);
   if (with_care_ || found <= many_survivors) return found;
   // One bound for all candidates tells too few of them apart.
-  with_care_ = true;
   std::size_t kept = 0;
   for (std::size_t j = 0; j < listed_; ++j) {
     const std::uint32_t tile = memory_.list[j];
     if (slope_ * static_cast<double>(memory_.highest[tile]) + offset_ >= assured_) memory_.list[kept++] = tile;
   }
   listed_ = kept;
-  evaluate_with_care(0, listed_);
+  with_care_ = true;
+  bound_errors_near(0);
+  evaluate_listed();
   keep_bounds();
   return list_distinct_survivors(lanes);
 }

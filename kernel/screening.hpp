@@ -100,8 +100,10 @@ class Screening {
   std::size_t evaluations() const noexcept { return evaluations_; }
 
  private:
-  void evaluate(std::size_t first, std::size_t last) noexcept;
-  void evaluate_with_care(std::size_t first, std::size_t last) noexcept;
+  float evaluate(const std::uint32_t* list, std::size_t count) noexcept;
+  std::size_t sort_by_growth(std::int32_t top) noexcept;
+  void evaluate_listed() noexcept;
+  void learn_from(float best) noexcept;
   void evaluate_between(float least, float most) noexcept;
   void bound_errors() noexcept;
   void bound_errors_near(double growth) noexcept;
@@ -113,7 +115,7 @@ class Screening {
   };
   Line upper_line() const noexcept;
 
-  void count_evaluations() noexcept;
+  std::size_t remaining_in(const std::uint32_t* list, std::size_t count) const noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
   float stale_threshold() const noexcept;

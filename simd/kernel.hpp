@@ -77,10 +77,11 @@ using Gather = void (*)(const float* records, const std::uint32_t* indices, std:
 /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
 using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
 
-/// Lists the positions i in [0, count) of least <= values[i] <= most, in order; returns how many. Read up to the next
-/// multiple of 16; up to 16 more than are listed may be written.
-using ListBetween = std::size_t (*)(const float* values, std::size_t count, float least, float most,
-                                    std::uint32_t* list);
+/// Lists the positions i in [0, count) of least <= values[i] <= most, in order; returns how many. Of every `parts`
+/// packs of 16 positions it looks at one, `part` being the first. Read up to the next multiple of 16; up to 16 more
+/// than are listed may be written.
+using ListBetween = std::size_t (*)(const float* values, std::size_t count, std::size_t part, std::size_t parts,
+                                    float least, float most, std::uint32_t* list);
 
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);

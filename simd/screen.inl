@@ -329,12 +329,15 @@ void column_max(const float* tiles, std::size_t tile_count, double* largest) {
   for (int column = 0; column < dimension; ++column) largest[column] = static_cast<double>(largest_lane(most[column]));
 }
 
-std::size_t list_between(const float* values, std::size_t count, float least, float most, std::uint32_t* list) {
+std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float least,
+                         float most, std::uint32_t* list) {
   std::size_t found = 0;
-  for (std::size_t i = 0; i < count; i += float_lanes) {
-    const Floats value = Floats::load_unaligned(values + i);
-    found +=
-        list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
+  for (std::size_t first = tile_size * part; first < count; first += tile_size * parts) {
+    for (std::size_t i = first; i < first + tile_size; i += float_lanes) {
+      const Floats value = Floats::load_unaligned(values + i);
+      found +=
+          list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
+    }
   }
   while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
   return found;

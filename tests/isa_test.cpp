@@ -140,8 +140,17 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
         expected_largest = std::max(expected_largest, planes[i]);
       }
       std::vector<std::uint32_t> list(n + simd::tile_size);
-      list.resize(kernel->list_between(planes.data(), n, least, most, list.data()));
+      list.resize(kernel->list_between(planes.data(), n, 0, 1, least, most, list.data()));
       EXPECT_EQ(list, expected_list);
+      for (std::uint32_t part = 0; part < 3; ++part) {
+        std::vector<std::uint32_t> expected_part;
+        for (const std::uint32_t i : expected_list) {
+          if (i / simd::tile_size % 3 == part) expected_part.push_back(i);
+        }
+        list.resize(n + simd::tile_size);
+        list.resize(kernel->list_between(planes.data(), n, part, 3, least, most, list.data()));
+        EXPECT_EQ(list, expected_part);
+      }
       EXPECT_EQ(kernel->largest(planes.data(), n), expected_largest);
 
       std::vector<std::uint32_t> drawn(n);

@@ -31,18 +31,6 @@ class Evaluator {
     });
   }
 
-  /// As simd::Screen; in it a tile is listed once.
-  float screen(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
-               float* growths, float* highest) const noexcept {
-    return largest_in_chunks(kernel_.screen[rows_ - 1], tiles, inverse_factor, list, count, growths, highest);
-  }
-
-  /// As simd::ScreenWithCare.
-  float screen_with_care(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
-                         std::size_t count, float* growths, float* highest) const noexcept {
-    return largest_in_chunks(kernel_.screen_with_care[rows_ - 1], tiles, inverse_factor, list, count, growths, highest);
-  }
-
   /// As simd::MakeRecords.
   void make_records(std::size_t count, float* records) const noexcept {
     in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -59,42 +47,48 @@ class Evaluator {
     });
   }
 
- private:
-  static constexpr std::size_t least_tiles = 32;       // of a chunk: half a microsecond of work
-  static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
-  static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
-  static constexpr std::size_t chunks_per_worker = 4;  // so that a late helper still finds some
+  static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds some
   static constexpr std::size_t most_chunks = chunks_per_worker * Team::most_workers;
+  static constexpr std::size_t least_tiles = 32;  ///< of a chunk: half a microsecond of work
+
+  /// How many chunks of at least so much work to make; at least 1.
+  std::uint32_t chunks_of(std::size_t work, std::size_t least) const noexcept {
+    if (team_.workers() == 1) return 1;
+    const std::size_t wanted = chunks_per_worker * static_cast<std::size_t>(team_.workers());
+    return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(wanted, work / least)));
+  }
+
+  /// Calls body(chunk) for every chunk in [0, count), perhaps on several threads at once.
+  template <class Body>
+  void for_chunks(std::uint32_t count, const Body& body) const noexcept {
+    if (count == 1) {
+      body(0U);
+    } else {
+      team_.for_chunks(count, body);
+    }
+  }
 
   /// Calls body(first, size, chunk) for chunks of [0, count) that begin at multiples of `unit`; returns how many.
   template <class Body>
   std::uint32_t in_chunks(std::size_t count, std::size_t least, std::size_t unit, const Body& body) const noexcept {
-    const std::size_t wanted = chunks_per_worker * static_cast<std::size_t>(team_.workers());
-    const std::size_t chunks = std::min(wanted, count / least);
-    if (team_.workers() == 1 || chunks < 2) {
-      body(std::size_t{0}, count, std::uint32_t{0});
+    const std::uint32_t wanted = chunks_of(count, least);
+    if (wanted == 1) {
+      body(std::size_t{0}, count, 0U);
       return 1;
     }
     const auto quotient = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };  // rounded up
-    const std::size_t size = quotient(quotient(count, unit), chunks) * unit;
-    const auto needed = static_cast<std::uint32_t>(quotient(count, size));
-    team_.for_chunks(needed, [&](std::uint32_t chunk) {
+    const std::size_t size = quotient(quotient(count, unit), wanted) * unit;
+    const auto chunks = static_cast<std::uint32_t>(quotient(count, size));
+    for_chunks(chunks, [&](std::uint32_t chunk) {
       const std::size_t first = size * chunk;
       body(first, std::min(size, count - first), chunk);
     });
-    return needed;
+    return chunks;
   }
 
-  template <class Kernel>
-  float largest_in_chunks(Kernel screen_tiles, const simd::Tiles& tiles, const double* inverse_factor,
-                          const std::uint32_t* list, std::size_t count, float* growths, float* highest) const noexcept {
-    float largest[most_chunks];
-    const std::uint32_t chunks =
-        in_chunks(count, least_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
-          largest[chunk] = screen_tiles(tiles, inverse_factor, list + first, size, growths, highest);
-        });
-    return *std::max_element(largest, largest + chunks);
-  }
+ private:
+  static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
+  static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;
