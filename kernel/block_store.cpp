@@ -141,13 +141,47 @@ BlockWriter::BlockWriter(BlockStore& blocks, std::size_t count) : blocks_(blocks
   if (needed > blocks.capacity_) blocks.reserve(std::max(needed, 2 * blocks.capacity_));
 }
 
-simd::BlockOutput BlockWriter::append(const simd::BlockInput& input) noexcept {
+// The blocks of matches [first, first + size).
+simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t first,
+                                     std::size_t size) const noexcept {
+  const auto advanced = [first](auto* array, std::size_t entries) {
+    return array == nullptr ? nullptr : array + entries * first;
+  };
+  simd::BlockInput part = input;
+  part.size = size;
+  part.points = advanced(input.points, 3);
+  part.sigmas = advanced(input.sigmas, 1);
+  part.weights = advanced(input.weights, 1);
+  part.has_third = advanced(input.has_third, 1);
+  part.usable = advanced(input.usable, 1);
+  part.map_covariances = advanced(input.map_covariances, 9);
+  simd::BlockOutput output{};
+  output.planes = blocks_.planes_ + blocks_.size_ + first;
+  output.stride = blocks_.stride_;
+  output.validity = blocks_.valid_.get() + blocks_.size_ + first;
+  blocks_.kernel_->build_blocks(part, output);
+  return output;
+}
+
+simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::Team& team) noexcept {
   simd::BlockOutput output{};
   if (input.size == 0) return output;
-  output.planes = blocks_.planes_ + blocks_.size_;
-  output.stride = blocks_.stride_;
-  output.validity = blocks_.valid_.get() + blocks_.size_;
-  blocks_.kernel_->build_blocks(input, output);
+  constexpr std::size_t least_matches = 1024;  // of a chunk: a few microseconds of work
+  simd::BlockOutput parts[threading::Team::most_chunks];
+  const std::uint32_t chunks = team.in_chunks(
+      input.size, least_matches, simd::tile_size,
+      [&](std::size_t first, std::size_t size, std::uint32_t chunk) { parts[chunk] = build(input, first, size); });
+  output = parts[0];
+  for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
+    const simd::BlockOutput& part = parts[chunk];
+    output.rows = std::max(output.rows, part.rows);
+    output.invalid += part.invalid;
+    output.behind_camera += part.behind_camera;
+    output.singular_rays += part.singular_rays;
+    for (int column = 0; column < state_dimension; ++column) {
+      output.column_max[column] = std::max(output.column_max[column], part.column_max[column]);
+    }
+  }
 
   blocks_.grow_to_rows(output.rows);
   for (int row = output.rows_written; row < blocks_.rows_; ++row) {

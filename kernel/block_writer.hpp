@@ -2,6 +2,7 @@
 #pragma once
 
 #include "simd/blocks.hpp"
+#include "threading/team.hpp"
 
 #include <maxlogdet/block_store.hpp>
 
@@ -16,9 +17,11 @@ class BlockWriter {
   BlockWriter(BlockStore& blocks, std::size_t count);
 
   /// Makes the candidates, `input.size` of them, and counts them in.
-  simd::BlockOutput append(const simd::BlockInput& input) noexcept;
+  simd::BlockOutput append(const simd::BlockInput& input, threading::Team& team) noexcept;
 
  private:
+  simd::BlockOutput build(const simd::BlockInput& input, std::size_t first, std::size_t size) const noexcept;
+
   BlockStore& blocks_;
 };
 

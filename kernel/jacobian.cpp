@@ -2,12 +2,15 @@
 #include <maxlogdet/jacobian.hpp>
 
 #include "kernel/block_writer.hpp"
+#include "threading/team.hpp"
 
 #include <cmath>
 
 namespace maxlogdet {
 namespace {
 
+// Fewer matches than this are not worth a second thread (docs/threading.md).
+constexpr std::size_t crossover = 10000;
 constexpr double rotation_tolerance = 1e-3;  // of R R^T - I: poses kept in float32 pass
 
 bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
@@ -51,7 +54,8 @@ BlockStatus check(const PinholeCamera& camera, const Matches& matches, const Blo
   if (matches.size > 0 && matches.points == nullptr) return BlockStatus::missing_points;
   if (!is_positive(camera.fx) || !is_positive(camera.fy)) return BlockStatus::invalid_camera;
   if (options.third == ThirdMeasurement::stereo && !is_positive(camera.bf)) return BlockStatus::invalid_camera;
-  if (!is_positive(options.depth_sigma) || !(options.map_sigma >= 0) || !std::isfinite(options.map_sigma)) {
+  if (options.threads < 0 || !is_positive(options.depth_sigma) || !(options.map_sigma >= 0) ||
+      !std::isfinite(options.map_sigma)) {
     return BlockStatus::invalid_options;
   }
   if (options.weighting < Weighting::map_bias || options.weighting > Weighting::measurement_and_map ||
@@ -64,7 +68,7 @@ BlockStatus check(const PinholeCamera& camera, const Matches& matches, const Blo
 }  // namespace
 
 BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks) {
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
   BlockReport report;
   report.status = check(camera, matches, options);
   if (report.status == BlockStatus::ok && !is_pose(T_cw)) report.status = BlockStatus::invalid_pose;
@@ -86,7 +90,11 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
   input.has_third = matches.has_third;
   input.usable = matches.usable;
   input.map_covariances = matches.map_covariances;
-  const simd::BlockOutput output = BlockWriter(blocks, matches.size).append(input);
+  BlockWriter writer(blocks, matches.size);
+  simd::BlockOutput output{};
+  threading::Team team;
+  team.run(executor, threading::workers_for(executor, options.threads, matches.size, crossover),
+           [&] { output = writer.append(input, team); });
 
   report.appended = matches.size;
   report.invalid = output.invalid;

@@ -1,30 +1,43 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/search.hpp"
+#include "kernel/lazy_greedy.hpp"
 
 #include <algorithm>
 
 namespace maxlogdet {
 
-// Until the selected rows span the state, gains are those against the prior and say little about later ones; so three
-// rounds at least evaluate every candidate. The round after that does so once more, and orders them by what it finds.
-Status lazy_greedy(Search& search) noexcept {
-  const auto rows = static_cast<std::size_t>(search.screening.rows());
-  const std::size_t first_rounds = std::max<std::size_t>(3, state_dimension / rows);
-
+LazyRounds::LazyRounds(Search& search) noexcept
+    : search_(search),
+      start_(search.selected),
+      first_rounds_(std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.screening.rows()))) {
   search.screening.use_store(search.constraints.free(), search.candidates.size());
-  for (std::size_t round = 0; search.wants_more(); ++round) {
+}
+
+bool LazyRounds::order_is_due() const noexcept { return !is_ordered_ && added() == first_rounds_ + 1; }
+
+void LazyRounds::order() noexcept {
+  search_.screening.order_by_gain(search_.constraints.has_groups());
+  is_ordered_ = true;
+}
+
+void LazyRounds::evaluate() noexcept {
+  search_.screening.begin_round(search_.factor);
+  if (added() <= first_rounds_) {
+    search_.screening.evaluate_all();
+  } else {
+    search_.screening.evaluate_promising();
+  }
+}
+
+Status lazy_greedy(Search& search) noexcept {
+  LazyRounds rounds(search);
+  while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
-    search.screening.begin_round(search.factor);
-    if (round <= first_rounds) {
-      search.screening.evaluate_all();
-    } else {
-      search.screening.evaluate_promising();
+    if (rounds.order_is_due()) {
+      rounds.order();  // about as long as a round
+      continue;
     }
+    rounds.evaluate();
     search.select_best();
-    if (round == first_rounds && search.wants_more()) {
-      if (search.deadline.has_passed()) return Status::deadline_reached;
-      search.screening.order_by_gain(search.constraints.has_groups());
-    }
   }
   return Status::ok;
 }

@@ -34,6 +34,8 @@ const char* to_string(Status status) noexcept {
     case Status::invalid_groups: return "invalid_groups";
     case Status::infeasible: return "infeasible";
     case Status::unsupported_groups: return "unsupported_groups";
+    case Status::nothing_proposed: return "nothing_proposed";
+    case Status::invalid_block: return "invalid_block";
     case Status::unsupported_isa: return "unsupported_isa";
   }
   return "unknown";

@@ -64,7 +64,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bucket(lanes_for(capacity)),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
-      list(2 * lanes_for(tiles_of(capacity)) + 2 * tile_size * threading::Evaluator::most_chunks),
+      list(2 * lanes_for(tiles_of(capacity)) + 2 * tile_size * threading::Team::most_chunks),
       tile_remaining(tiles_of(capacity)),
       lane(capacity) {}
 
@@ -109,9 +109,9 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
 // counts of its own. Fills candidate, in that order; returns how many remain.
 std::size_t Screening::sort_by_growth(std::int32_t top) noexcept {
   using Counts = std::uint32_t[growth_buckets + 1];  // the last is of lanes that do not remain
-  Counts first[threading::Evaluator::most_chunks];
+  Counts first[threading::Team::most_chunks];
   constexpr std::size_t least_lanes = 2048;
-  const auto for_chunks = [&](auto body) { return evaluator_.in_chunks(lanes(), least_lanes, tile_size, body); };
+  const auto for_chunks = [&](auto body) { return evaluator_.team().in_chunks(lanes(), least_lanes, tile_size, body); };
   std::uint32_t* const bucket = memory_.bucket;
   const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
     const float* const growths = memory_.growths;
@@ -279,11 +279,11 @@ void Screening::evaluate_all() noexcept {
 
 // The tiles listed.
 void Screening::evaluate_listed() noexcept {
-  float best[threading::Evaluator::most_chunks];
-  const std::uint32_t chunks = evaluator_.in_chunks(listed_, threading::Evaluator::least_tiles, 1,
-                                                    [&](std::size_t first, std::size_t count, std::uint32_t chunk) {
-                                                      best[chunk] = evaluate(memory_.list + first, count);
-                                                    });
+  float best[threading::Team::most_chunks];
+  const std::uint32_t chunks = evaluator_.team().in_chunks(
+      listed_, threading::Evaluator::least_tiles, 1, [&](std::size_t first, std::size_t count, std::uint32_t chunk) {
+        best[chunk] = evaluate(memory_.list + first, count);
+      });
   learn_from(*std::max_element(best, best + chunks));
 }
 
@@ -300,12 +300,12 @@ void Screening::evaluate_between(float least, float most) noexcept {
     std::size_t count, evaluations;
     float best;
   };
-  Part parts[threading::Evaluator::most_chunks];
-  const std::uint32_t chunks = evaluator_.chunks_of(tile_count_, threading::Evaluator::least_tiles);
+  Part parts[threading::Team::most_chunks];
+  const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count_, threading::Evaluator::least_tiles);
   const std::size_t packs = (tile_count_ + tile_size - 1) / tile_size;
   const std::size_t room = chunks == 1 ? 0 : (packs / chunks + 2) * tile_size;  // in the list, for each chunk
   std::uint32_t* const list = memory_.list + listed_;
-  evaluator_.for_chunks(chunks, [&](std::uint32_t chunk) {
+  evaluator_.team().for_chunks(chunks, [&](std::uint32_t chunk) {
     std::uint32_t* const own = list + room * chunk;
     Part& part = parts[chunk];
     part.count = kernel_.list_between(memory_.bounds, tile_count_, chunk, chunks, least, most, own);

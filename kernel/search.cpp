@@ -5,13 +5,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <new>
+#include <numeric>
 
 namespace maxlogdet {
 
 static_assert(simd::dimension == state_dimension, "the kernels are written for the state's dimension");
 
+namespace {
+
+// Indices are 32 bits wide, and one value of them says "none".
+std::size_t checked(std::size_t capacity) {
+  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
+  return capacity;
+}
+
+}  // namespace
+
 SearchMemory::SearchMemory(std::size_t most)
-    : capacity(most),
+    : capacity(checked(most)),
       kernel(simd::active()),
       screening(most),
       constraints(most),
@@ -78,23 +91,63 @@ void Search::add(std::uint32_t candidate, const double (*rows)[state_dimension],
 
 std::size_t Search::select_best() noexcept {
   const std::size_t lane = find_best();
-  const std::uint32_t chosen = screening.candidate(lane);
-  add(chosen);
-  --remaining;
-  screening.remove(lane);
-  constraints.take_place(chosen);
-  if (screening.holds_all()) close_full_group(chosen);
+  add(screening.candidate(lane));
+  take_out(lane);
   return lane;
 }
 
-void Search::close_full_group(std::uint32_t candidate) noexcept {
-  if (constraints.has_place(candidate)) return;
+void Search::take_out(std::size_t lane) noexcept {
+  const std::uint32_t candidate = screening.candidate(lane);
+  discard(lane);
+  constraints.take_place(candidate);
+  if (constraints.has_place(candidate) || !screening.holds_all()) return;
   constraints.for_group_of(candidate, [this](std::uint32_t member) {
-    const std::size_t lane = screening.lane_of(member);
-    if (lane == screening.lanes()) return;
-    screening.remove(lane);
-    --remaining;
+    const std::size_t lane_of_member = screening.lane_of(member);
+    if (lane_of_member != screening.lanes()) discard(lane_of_member);
   });
+}
+
+void Search::discard(std::size_t lane) noexcept {
+  screening.remove(lane);
+  --remaining;
+}
+
+void Search::report(Status status, Selection& selection) const noexcept {
+  const bool takes_all = candidates.size() > 0 && budget > 0 && remaining == 0;
+  selection.status = status == Status::ok && takes_all ? Status::all_selected : status;
+  selection.indices = indices;
+  selection.gains = gains;
+  selection.size = selected;
+  selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
+  selection.evaluations = screening.evaluations();
+  selection.float64_decisions = float64_decisions;
+}
+
+Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
+  if (memory.kernel == nullptr) return Status::unsupported_isa;
+  if (candidates.size() > memory.capacity) return Status::capacity_exceeded;
+  if (options.budget > memory.capacity) return Status::invalid_budget;
+  if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
+  if (options.threads < 0) return Status::invalid_threads;
+  switch (options.strategy) {
+    case Strategy::greedy:
+    case Strategy::lazy_greedy: return Status::ok;
+    case Strategy::stochastic_greedy:
+      return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+    case Strategy::relaxed:
+    case Strategy::backward_greedy:
+    case Strategy::automatic: break;
+  }
+  return Status::invalid_strategy;
+}
+
+Selection empty_selection(Status status) noexcept {
+  Selection selection{};
+  selection.status = status;
+  selection.log_det = std::numeric_limits<double>::quiet_NaN();
+  selection.upper_bound = std::numeric_limits<double>::quiet_NaN();
+  selection.threads = 1;
+  return selection;
 }
 
 }  // namespace maxlogdet

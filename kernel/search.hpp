@@ -76,13 +76,25 @@ struct Search {
   /// The same with other rows, `count` of them, in its place.
   void add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept;
 
-  /// Adds what find_best has found, and takes it out, with the rest of its group if that is full now, where the
-  /// screening holds all that remains. Returns its lane.
+  /// Takes out a candidate that was added, with the rest of its group if that is full now (where the screening holds
+  /// all that remains).
+  void take_out(std::size_t lane) noexcept;
+
+  /// Takes out a candidate that was not.
+  void discard(std::size_t lane) noexcept;
+
+  /// Adds what find_best has found, and takes it out. Returns its lane.
   std::size_t select_best() noexcept;
 
-  /// Takes out of the screening what remains of this candidate's group if that is full.
-  void close_full_group(std::uint32_t candidate) noexcept;
+  /// Fills in what was selected; `status`: how the search ended.
+  void report(Status status, Selection& selection) const noexcept;
 };
+
+/// The first thing wrong with what the caller asks for; ok if nothing is.
+Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept;
+
+/// A selection of nothing, as it is after an error.
+Selection empty_selection(Status status) noexcept;
 
 /// k rounds; in each the candidate of largest gain among all that remain (Nemhauser et al. 1978).
 Status greedy(Search& search) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <maxlogdet/tbb.hpp>
 #include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_group.h>
+#include <maxlogdet/tbb.hpp>
 
 #include <algorithm>
 

@@ -113,5 +113,11 @@ void Team::help(int worker) noexcept {
   }
 }
 
+int workers_for(const Executor* executor, int threads, std::size_t candidates, std::size_t crossover) noexcept {
+  if (executor == nullptr || threads == 1 || (threads == 0 && candidates < crossover)) return 1;
+  const int most = std::max(1, std::min(executor->concurrency(), Team::most_workers));
+  return threads == 0 ? most : std::min(threads, most);
+}
+
 }  // namespace threading
 }  // namespace maxlogdet

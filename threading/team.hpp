@@ -18,24 +18,17 @@ class Team {
  public:
   static constexpr int most_workers = 16;
 
-  /// Calls region() on this thread, with up to workers - 1 helpers (at most most_workers - 1) for its for_chunks.
+  /// Calls region() on this thread, with up to workers - 1 helpers (at most most_workers - 1) for its loops. With one
+  /// worker the executor is not asked, and may be null.
   template <class Region>
-  void run(Executor& executor, int workers, const Region& region) {
+  void run(Executor* executor, int workers, const Region& region) {
+    if (workers <= 1) {
+      region();
+      return;
+    }
     Call<Region> call{this, &region, false};
     open(workers);
-    executor.run(
-        workers_,
-        [](void* context, int worker) {
-          auto& self = *static_cast<Call<Region>*>(context);
-          if (worker == 0) {
-            (*self.region)();
-            self.is_done = true;
-            self.team->dismiss();
-          } else {
-            self.team->help(worker);
-          }
-        },
-        &call);
+    executor->run(workers_, &Call<Region>::enter, &call);
     workers_ = 1;
     if (!call.is_done) region();  // an executor that does nothing: alone, then
   }
@@ -43,12 +36,45 @@ class Team {
   /// Most threads that for_chunks may be spread over; 1 outside of a region.
   int workers() const noexcept { return workers_; }
 
-  /// Calls body(chunk) for every chunk in [0, count), on several threads at once. Each worker begins with a range of
-  /// its own, the same for loops of the same count, so that what it has in its cache is of use in the next loop.
+  static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds some
+  static constexpr std::size_t most_chunks = chunks_per_worker * most_workers;
+
+  /// How many chunks of at least `least` to make of this much work; at least 1.
+  std::uint32_t chunks_of(std::size_t work, std::size_t least) const noexcept {
+    if (workers_ == 1) return 1;
+    const std::size_t wanted = chunks_per_worker * static_cast<std::size_t>(workers_);
+    return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(wanted, work / least)));
+  }
+
+  /// Calls body(chunk) for every chunk in [0, count), count <= most_chunks, on several threads at once. Each worker
+  /// begins with a range of its own, the same for loops of the same count, so that what it has in its cache is of use
+  /// again.
   template <class Body>
   void for_chunks(std::uint32_t count, const Body& body) noexcept {
-    run_loop({[](const void* context, std::uint32_t chunk) { (*static_cast<const Body*>(context))(chunk); }, &body},
-             count);
+    if (count == 1) {
+      body(0U);
+    } else {
+      run_loop({[](const void* context, std::uint32_t chunk) { (*static_cast<const Body*>(context))(chunk); }, &body},
+               count);
+    }
+  }
+
+  /// Calls body(first, size, chunk) for chunks of [0, count) that begin at multiples of `unit`; returns how many.
+  template <class Body>
+  std::uint32_t in_chunks(std::size_t count, std::size_t least, std::size_t unit, const Body& body) noexcept {
+    const std::uint32_t wanted = chunks_of(count, least);
+    if (wanted == 1) {
+      body(std::size_t{0}, count, 0U);
+      return 1;
+    }
+    const auto quotient = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };  // rounded up
+    const std::size_t size = quotient(quotient(count, unit), wanted) * unit;
+    const auto chunks = static_cast<std::uint32_t>(quotient(count, size));
+    for_chunks(chunks, [&](std::uint32_t chunk) {
+      const std::size_t first = size * chunk;
+      body(first, std::min(size, count - first), chunk);
+    });
+    return chunks;
   }
 
  private:
@@ -57,6 +83,17 @@ class Team {
     Team* team;
     const Region* region;
     bool is_done;
+
+    static void enter(void* context, int worker) {
+      auto& self = *static_cast<Call*>(context);
+      if (worker != 0) {
+        self.team->help(worker);
+        return;
+      }
+      (*self.region)();
+      self.is_done = true;
+      self.team->dismiss();
+    }
   };
 
   struct Loop {
@@ -86,6 +123,10 @@ class Team {
   Shared<std::uint32_t> unfinished_;  // chunks of it
   Range ranges_[most_workers];
 };
+
+/// How many workers to ask of an executor (nullptr: there is none) for so many candidates: as many as `threads` says,
+/// or if that is 0 as many as there are, from `crossover` candidates on.
+int workers_for(const Executor* executor, int threads, std::size_t candidates, std::size_t crossover) noexcept;
 
 }  // namespace threading
 }  // namespace maxlogdet

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/executor.hpp>
 
 #include <cstddef>
 
@@ -72,6 +73,7 @@ struct BlockOptions {
   ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
   double map_sigma = 0.05;                          ///< m, deviation of a map point (measurement_and_map)
   double depth_sigma = 0.05;                        ///< m, deviation of a depth measurement
+  int threads = 0;                                  ///< as Options::threads; the blocks do not depend on it
 };
 
 enum class BlockStatus {
@@ -80,8 +82,8 @@ enum class BlockStatus {
                     ///< invalid
   invalid_camera,   ///< fx, fy not positive and finite, or stereo rows without bf > 0; nothing appended
   invalid_pose,     ///< T_cw not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
-  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, or an unknown enumerator;
-                    ///< nothing appended
+  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, threads negative, or an
+                    ///< unknown enumerator; nothing appended
   missing_points,   ///< size > 0 without points; nothing appended
 };
 
@@ -100,8 +102,9 @@ const char* to_string(BlockStatus status) noexcept;
 /// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
 /// match behind the camera or at zero depth, or not usable, with a value that is not finite, a sigma that is not
 /// positive, a negative weight, or a covariance with which Sigma is not positive definite becomes an invalid candidate.
-/// `T_cw` is 3 x 4 row-major. Allocates only when the blocks' capacity does not suffice.
+/// `T_cw` is 3 x 4 row-major. Allocates only when the blocks' capacity does not suffice. `executor`: where helpers come
+/// from; nullptr: the calling thread alone.
 BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks);
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
 }  // namespace maxlogdet

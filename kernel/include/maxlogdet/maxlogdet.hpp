@@ -8,6 +8,7 @@
 /// where H_i are the rows that match i adds to the pose Jacobian and M0 is a prior information.
 /// Y. Zhao, P. A. Vela: Good Feature Selection for Least Squares Pose Optimization in VO/VSLAM, IROS 2018.
 
+#include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/isa.hpp>

@@ -28,6 +28,8 @@ enum class Status {
   infeasible,          ///< a required candidate is excluded or invalid, or more are required than the budget or the
                        ///< maximum of a group allows
   unsupported_groups,  ///< the strategy has no way to keep to groups
+  nothing_proposed,    ///< ActiveSelection: an answer without a proposal
+  invalid_block,       ///< ActiveSelection: the block as measured is not one
   unsupported_isa,     ///< MAXLOGDET_ISA names an instruction set not built in, or one that this machine lacks
 };
 

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/executor.hpp>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace maxlogdet::test {
+
+/// Helpers that are threads of its own: how a tracker offers its pool. For one caller at a time; a second one works
+/// alone.
+class PoolExecutor final : public Executor {
+ public:
+  /// `delay`: how long a helper waits before it comes.
+  explicit PoolExecutor(int helpers, std::chrono::microseconds delay = {}) : delay_(delay) {
+    for (int i = 0; i < helpers; ++i) threads_.emplace_back([this] { serve(); });
+  }
+  ~PoolExecutor() override {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      ends_ = true;
+    }
+    something_new_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  PoolExecutor(const PoolExecutor&) = delete;
+  PoolExecutor& operator=(const PoolExecutor&) = delete;
+
+  int concurrency() const noexcept override { return static_cast<int>(threads_.size()) + 1; }
+
+  void run(int workers, Body body, void* context) noexcept override {
+    bool is_mine = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_mine = body_ == nullptr;
+      if (is_mine) {
+        body_ = body;
+        context_ = context;
+        next_ = 1;
+        end_ = workers;
+      }
+    }
+    something_new_.notify_all();
+    body(context, 0);
+    if (!is_mine) return;
+    std::unique_lock<std::mutex> lock(mutex_);
+    end_ = 0;  // none begins any more
+    something_new_.wait(lock, [this] { return running_ == 0; });
+    body_ = nullptr;
+  }
+
+  /// How many times a helper has come.
+  long helped() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return helped_;
+  }
+
+ private:
+  void serve() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    for (;;) {
+      something_new_.wait(lock, [this] { return ends_ || (body_ != nullptr && next_ < end_); });
+      if (ends_) return;
+      if (delay_.count() > 0) {
+        lock.unlock();
+        std::this_thread::sleep_for(delay_);
+        lock.lock();
+        if (body_ == nullptr || next_ >= end_) continue;
+      }
+      const Body body = body_;
+      void* const context = context_;
+      const int worker = next_++;
+      ++running_;
+      ++helped_;
+      lock.unlock();
+      body(context, worker);
+      lock.lock();
+      if (--running_ == 0) something_new_.notify_all();
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable something_new_;
+  std::vector<std::thread> threads_;
+  std::chrono::microseconds delay_;
+  Body body_ = nullptr;  // nullptr: nobody asks for help
+  void* context_ = nullptr;
+  int next_ = 0;  // worker, and the end of their numbers
+  int end_ = 0;
+  int running_ = 0;
+  long helped_ = 0;
+  bool ends_ = false;
+};
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+// Any number of threads, helpers that come late or never: the same answer.
+#include "kernel/search.hpp"
+#include "sim/frame_reader.hpp"
+#include "tests/pool_executor.hpp"
+#include "tests/support.hpp"
+#include "threading/team.hpp"
+
+#include <atomic>
+#include <cstring>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+// Nobody comes.
+class AloneExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int /*workers*/, Body body, void* context) noexcept override { body(context, 0); }
+};
+
+// Helpers come when everything is done, on the calling thread, as tasks do that nobody has taken.
+class AfterwardsExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int workers, Body body, void* context) noexcept override {
+    for (int worker = 0; worker < workers; ++worker) body(context, worker);
+  }
+};
+
+// Breaks its promise.
+class IdleExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int /*workers*/, Body /*body*/, void* /*context*/) noexcept override {}
+};
+
+// Says that it has no workers at all.
+class EmptyExecutor : public AloneExecutor {
+ public:
+  int concurrency() const noexcept override { return -1; }
+};
+
+void expect_each_chunk_once(Executor& executor, int workers) {
+  threading::Team team;
+  constexpr std::uint32_t most = threading::Team::most_chunks;
+  team.run(&executor, workers, [&] {
+    for (std::uint32_t loop = 0; loop < 300; ++loop) {
+      const std::uint32_t count = 1 + loop % most;
+      std::vector<int> calls(count);  // not atomic: a chunk is one worker's
+      team.for_chunks(count, [&](std::uint32_t chunk) { ++calls[chunk]; });
+      ASSERT_EQ(calls, std::vector<int>(count, 1)) << "loop " << loop;
+    }
+  });
+  EXPECT_EQ(team.workers(), 1) << "outside of a region";
+}
+
+TEST(Team, runs_each_chunk_once_whoever_comes) {
+  AloneExecutor alone;
+  AfterwardsExecutor afterwards;
+  IdleExecutor idle;
+  PoolExecutor one(1);
+  PoolExecutor several(5);
+  PoolExecutor late(3, std::chrono::microseconds(300));
+  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &one, &several, &late}) {
+    for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
+  }
+}
+
+TEST(Team, chunks_cover_everything_without_overlap) {
+  PoolExecutor pool(2);
+  threading::Team team;
+  team.run(&pool, 3, [&] {
+    for (const std::size_t count : {0, 1, 15, 16, 17, 100, 1000, 4097}) {
+      for (const std::size_t least : {1, 7, 64, 5000}) {
+        for (const std::size_t unit : {1, 16}) {
+          std::vector<int> seen(count);
+          const std::uint32_t chunks =
+              team.in_chunks(count, least, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
+                EXPECT_EQ(first % unit, 0U);
+                for (std::size_t i = first; i < first + size; ++i) ++seen[i];
+              });
+          EXPECT_EQ(seen, std::vector<int>(count, 1));
+          EXPECT_LE(chunks, threading::Team::most_chunks);
+        }
+      }
+    }
+  });
+}
+
+TEST(Team, helpers_do_help) {
+  PoolExecutor pool(1);
+  threading::Team team;
+  std::atomic<bool> has_helped{false};
+  const std::thread::id caller = std::this_thread::get_id();
+  team.run(&pool, 2, [&] {
+    const auto start = std::chrono::steady_clock::now();
+    while (!has_helped && std::chrono::steady_clock::now() - start < std::chrono::seconds(20)) {
+      team.for_chunks(8, [&](std::uint32_t) {
+        if (std::this_thread::get_id() != caller) has_helped = true;
+      });
+      std::this_thread::yield();
+    }
+  });
+  EXPECT_TRUE(has_helped);
+}
+
+TEST(Team, asks_for_as_many_workers_as_pay) {
+  using threading::workers_for;
+  PoolExecutor pool(2);
+  EmptyExecutor empty;
+  EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
+  EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
+  EXPECT_EQ(workers_for(&pool, 0, 9, 10), 1) << "below the crossover";
+  EXPECT_EQ(workers_for(&pool, 0, 10, 10), 3);
+  EXPECT_EQ(workers_for(&pool, 2, 1, 10), 2) << "who asks for threads gets them";
+  EXPECT_EQ(workers_for(&pool, 100, 1, 10), 3);
+  EXPECT_EQ(workers_for(&empty, 0, 100, 10), 1);
+}
+
+struct Answer {
+  std::vector<std::uint32_t> indices;
+  std::vector<double> gains;
+  double log_det;
+  double upper_bound;
+  std::size_t evaluations;
+  Status status;
+
+  friend bool operator==(const Answer& a, const Answer& b) {
+    return a.indices == b.indices && a.gains == b.gains && a.log_det == b.log_det && a.status == b.status &&
+           a.evaluations == b.evaluations && std::memcmp(&a.upper_bound, &b.upper_bound, sizeof(double)) == 0;
+  }
+};
+
+Answer answer_of(const Selection& s) {
+  return {{s.begin(), s.end()}, {s.gains, s.gains + s.size}, s.log_det, s.upper_bound, s.evaluations, s.status};
+}
+
+// Every strategy, on one thread and on several.
+void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
+  Selector alone(blocks.size());
+  Selector helped(blocks.size(), &executor);
+  for (const Strategy strategy : sim::strategies) {
+    Options options;
+    options.strategy = strategy;
+    options.budget = budget;
+    options.certify = true;
+    options.exchange_sweeps = 1;
+    const Answer expected = answer_of(alone.select(blocks, options));
+    for (const int threads : {0, 1, 2, 3, 4, 17}) {
+      options.threads = threads;
+      const Selection selection = helped.select(blocks, options);
+      EXPECT_TRUE(answer_of(selection) == expected) << to_string(strategy) << " on " << threads << " threads";
+      EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
+    }
+  }
+}
+
+TEST(Threads, answers_do_not_depend_on_their_number) {
+  PoolExecutor pool(3);
+  for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
+}
+
+TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  PoolExecutor pool(2);
+  BlockStore blocks;  // near copies
+  const Block block = random_block(random, 2);
+  for (int i = 0; i < 3000; ++i) push_back(blocks, block + 1e-8 * random_block(random, 2));
+  expect_independent_of_threads(blocks, 20, pool);
+  expect_independent_of_threads(awkward_blocks(random, 3000), 20, pool);
+}
+
+TEST(Threads, answers_do_not_depend_on_who_comes) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
+  AloneExecutor alone;
+  AfterwardsExecutor afterwards;
+  IdleExecutor idle;
+  EmptyExecutor empty;
+  PoolExecutor late(2, std::chrono::microseconds(200));
+  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &empty, &late}) {
+    expect_independent_of_threads(blocks, 40, *executor);
+  }
+}
+
+TEST(Threads, real_frames_do_not_depend_on_their_number) {
+  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
+  PoolExecutor pool(2);
+  const std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
+  for (std::size_t i = 0; i < frames.size(); i += 10) {
+    for (const BlockKind& kind : block_kinds) {
+      SCOPED_TRACE(frames[i].name + " " + kind.name);
+      const BlockStore blocks = blocks_of(frames[i], kind);
+      expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
+    }
+  }
+}
+
+TEST(Threads, a_negative_number_is_refused) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 50, 5), block_kinds[0]);
+  Selector selector(50);
+  Options options;
+  options.budget = 5;
+  options.threads = -1;
+  EXPECT_EQ(selector.select(blocks, options).status, Status::invalid_threads);
+}
+
+TEST(Threads, a_deadline_still_gives_a_prefix) {
+  PoolExecutor pool(1);
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
+  Selector selector(20000, &pool);
+  Options options;
+  options.budget = 500;
+  options.threads = 2;
+  const auto full = indices_of(selector.select(blocks, options));
+  for (const double limit : {1e-9, 1e-4, 5e-4, 1e-3}) {
+    options.time_limit = limit;
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_TRUE(std::equal(selection.begin(), selection.end(), full.begin()));
+    EXPECT_EQ(selection.status, selection.size < full.size() ? Status::deadline_reached : Status::ok);
+  }
+}
+
+// The store as raw bytes of its planes and flags.
+std::vector<float> contents(const BlockStore& blocks) {
+  std::vector<float> all;
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      all.insert(all.end(), blocks.plane(row, column), blocks.plane(row, column) + blocks.size());
+    }
+  }
+  for (std::size_t i = 0; i < blocks.size(); ++i) all.push_back(blocks.is_valid(i) ? 1.0F : 0.0F);
+  for (int column = 0; column < state_dimension; ++column)
+    all.push_back(static_cast<float>(blocks.column_max()[column]));
+  return all;
+}
+
+TEST(Threads, blocks_do_not_depend_on_their_number) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  PoolExecutor pool(3);
+  for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}}) {
+    sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
+    for (sim::Match& match : frame.matches) {  // behind the camera, not finite
+      if (random.chance(0.02)) match.point[2] = -1e3;
+      if (random.chance(0.02)) match.point[0] = std::numeric_limits<double>::quiet_NaN();
+    }
+    const sim::MatchArrays matches(frame);
+    for (const BlockKind& kind : block_kinds) {
+      BlockOptions options;
+      options.weighting = kind.weighting;
+      options.third = kind.third;
+      BlockStore alone;
+      const BlockReport expected = append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, alone);
+      for (const int threads : {0, 2, 4}) {
+        options.threads = threads;
+        BlockStore helped;
+        push_back(helped, random_block(random, 1));
+        helped.clear();
+        const BlockReport report =
+            append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, helped, &pool);
+        EXPECT_EQ(contents(helped), contents(alone)) << kind.name << ", " << threads << " threads";
+        EXPECT_EQ(report.status, expected.status);
+        EXPECT_EQ(report.invalid, expected.invalid);
+        EXPECT_EQ(report.behind_camera, expected.behind_camera);
+        EXPECT_EQ(report.singular_rays, expected.singular_rays);
+        EXPECT_EQ(helped.invalid_count(), alone.invalid_count());
+        EXPECT_EQ(helped.rows(), alone.rows());
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
