@@ -94,15 +94,17 @@ TEST(Team, helpers_do_help) {
   threading::Team team;
   std::atomic<bool> has_helped{false};
   const std::thread::id caller = std::this_thread::get_id();
-  team.run(&pool, 2, [&] {
-    const auto start = std::chrono::steady_clock::now();
-    while (!has_helped && std::chrono::steady_clock::now() - start < std::chrono::seconds(20)) {
-      team.for_chunks(8, [&](std::uint32_t) {
-        if (std::this_thread::get_id() != caller) has_helped = true;
-      });
-      std::this_thread::yield();
-    }
-  });
+  const auto start = std::chrono::steady_clock::now();
+  while (!has_helped && std::chrono::steady_clock::now() - start < std::chrono::seconds(60)) {
+    team.run(&pool, 2, [&] {
+      for (int loop = 0; loop < 100 && !has_helped; ++loop) {
+        team.for_chunks(8, [&](std::uint32_t) {
+          if (std::this_thread::get_id() != caller) has_helped = true;
+        });
+        std::this_thread::yield();
+      }
+    });
+  }
   EXPECT_TRUE(has_helped);
 }
 
