@@ -55,6 +55,17 @@ class GreedyOracle {
     is_taken_[i] = true;
   }
 
+  /// With another block in its place.
+  void take(std::size_t i, const Block& block) {
+    r_ = stacked(block.template cast<Scalar>());
+    is_taken_[i] = true;
+  }
+
+  /// Leaves it out from now on.
+  void exclude(std::size_t i) { is_taken_[i] = true; }
+
+  std::size_t size() const { return blocks_.size(); }
+
   std::vector<std::uint32_t> select(std::size_t budget) {
     std::vector<std::uint32_t> indices;
     while (indices.size() < budget) {
