@@ -228,7 +228,7 @@ TEST(Constraints, greedy_gets_half_of_the_optimum_at_least) {
       if (!is_feasible || indices.size() > problem.budget) continue;
       optimum = std::max(optimum, log_det_of(problem.blocks, indices, Matrix6::Identity()));
     }
-    Selector selector(n);
+    Selector selector(problem.capacity());
     for (const Strategy strategy : greedy_strategies) {
       Options options = problem.options(strategy);
       options.prior = prior.data();
@@ -325,12 +325,14 @@ TEST(Constraints, what_cannot_be_kept_is_named) {
   options.max_per_group = 3;
   EXPECT_EQ(status(), Status::infeasible) << "more required than a group allows";
   options.max_per_group = 4;
-  EXPECT_EQ(status(), Status::ok);
+  EXPECT_EQ(status(), Status::all_selected) << "no more may be selected";
   groups[9] = 1;
   EXPECT_EQ(status(), Status::invalid_groups) << "group 1 of 1";
   options.group_count = 21;
   EXPECT_EQ(status(), Status::invalid_groups) << "more groups than the capacity";
   options.group_count = 20;
+  EXPECT_EQ(status(), Status::ok);
+  options.budget = 6;
   EXPECT_EQ(status(), Status::all_selected) << "four required, as many as group 0 may have, and one of group 1";
 }
 

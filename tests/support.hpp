@@ -18,8 +18,9 @@
 
 namespace maxlogdet {
 
-/// How gtest prints a parameter.
+/// How gtest prints them.
 inline void PrintTo(Strategy strategy, std::ostream* out) { *out << to_string(strategy); }
+inline void PrintTo(Status status, std::ostream* out) { *out << to_string(status); }
 
 }  // namespace maxlogdet
 
