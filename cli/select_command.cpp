@@ -7,6 +7,9 @@
 #include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
+#if defined(MAXLOGDET_HAS_TBB)
+#include <maxlogdet/tbb.hpp>
+#endif
 
 #include <algorithm>
 #include <charconv>
@@ -16,6 +19,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 namespace maxlogdet::cli {
@@ -33,6 +37,62 @@ struct SelectArguments {
   std::int64_t repeat = 100;
   bool as_json = false;
   std::string plot;
+  std::int64_t threads = 0;
+  std::int64_t certificate_passes = 0;
+  std::int64_t exchange_sweeps = 0;
+  double time_limit_ms = 0;
+  std::string grid;  // empty: no groups
+  std::int64_t max_per_cell = 1;
+};
+
+/// Where helpers come from; nullptr in a build without oneTBB.
+Executor* executor() {
+#if defined(MAXLOGDET_HAS_TBB)
+  static TbbExecutor tbb;
+  return &tbb;
+#else
+  return nullptr;
+#endif
+}
+
+// The cells of an image as groups: the paper's buckets.
+class Grid {
+ public:
+  /// "COLUMNSxROWS"; throws an InputError.
+  explicit Grid(const std::string& text) {
+    const char* const end = text.data() + text.size();
+    const auto columns = std::from_chars(text.data(), end, columns_);
+    const bool has_rows = columns.ec == std::errc() && columns.ptr != end && *columns.ptr == 'x';
+    const auto rows = has_rows ? std::from_chars(columns.ptr + 1, end, rows_) : columns;
+    if (!has_rows || rows.ec != std::errc() || rows.ptr != end || columns_ < 1 || rows_ < 1 || columns_ > most ||
+        rows_ > most) {
+      throw sim::InputError("--grid '" + text + "'; expected COLUMNSxROWS, each from 1 to 1000, as in 8x6");
+    }
+  }
+
+  std::size_t cells() const { return static_cast<std::size_t>(columns_ * rows_); }
+
+  /// The cell of every match of a frame; what lies beyond the image counts with the cells at its edge.
+  std::vector<std::uint32_t> cells_of(const sim::Frame& frame) const {
+    std::vector<std::uint32_t> cells;
+    for (const sim::Match& match : frame.matches) {
+      const int column = part(match.u, frame.width, columns_);
+      const int row = part(match.v, frame.height, rows_);
+      cells.push_back(static_cast<std::uint32_t>(columns_ * row + column));
+    }
+    return cells;
+  }
+
+ private:
+  static constexpr int most = 1000;
+
+  static int part(double pixel, int size, int parts) {
+    const double position = pixel / std::max(size, 1) * parts;
+    return position > 0 ? static_cast<int>(std::min<double>(position, parts - 1)) : 0;
+  }
+
+  int columns_ = 0;
+  int rows_ = 0;
 };
 
 constexpr std::size_t embedded_candidates = 2000;
@@ -68,6 +128,9 @@ std::string explained(Status status, const Options& options) {
     case Status::invalid_epsilon:
       return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
     case Status::unsupported_isa: return unsupported_isa_message();
+    case Status::unsupported_groups:
+      return std::string(to_string(options.strategy)) + " cannot keep to --grid; the greedy strategies can";
+    case Status::invalid_time_limit: return "--time-limit-ms; expected a time of 0 (none) or more";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }
@@ -110,7 +173,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["candidates"] = frame.matches.size();
   line["invalid_candidates"] = selection.invalid_candidates;
   line["budget"] = arguments.budget;
-  line["strategy"] = to_string(arguments.options.strategy);
+  line["strategy"] = to_string(selection.strategy);
   if (arguments.options.strategy == Strategy::stochastic_greedy) {
     line["epsilon"] = arguments.options.epsilon;
     line["seed"] = arguments.options.seed;
@@ -125,10 +188,15 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   }
   line["gains"] = std::vector<double>(selection.gains, selection.gains + selection.size);
   line["log_det"] = selection.log_det;
+  if (arguments.options.certify) {
+    line["upper_bound"] = selection.upper_bound;
+    line["efficiency"] = selection.efficiency();
+  }
   line["evaluations"] = selection.evaluations;
   line["float64_decisions"] = selection.float64_decisions;
   line["latency_us"] = in_us(timing.select);
   line["blocks_latency_us"] = in_us(timing.blocks);
+  line["threads"] = selection.threads;
   line["repeat"] = arguments.repeat;
   line["isa"] = active_isa();
   line["version"] = version();
@@ -154,6 +222,13 @@ void print_table_header(const SelectArguments& arguments) {
 
 void print_selected(const sim::Frame& frame, const Selection& selection) {
   if (selection.size == 0) return;
+  if (selection.upper_bound == selection.upper_bound) {  // not NaN: asked for
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "\nno other selection of that size has a log det above %.4f: D-efficiency %.3f %%\n",
+                  selection.upper_bound, 100 * selection.efficiency());
+    std::cout << line;
+  }
   std::cout << "\nselected, best first (match: gain in nats, pixel, depth)\n";
   constexpr std::size_t shown = 10;
   for (std::size_t i = 0; i < std::min(selection.size, shown); ++i) {
@@ -185,15 +260,26 @@ void run(const SelectArguments& arguments) {
 
   std::size_t largest = 0;
   for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
-  Selector selector(largest);
+  std::optional<Grid> grid;
+  if (!arguments.grid.empty()) grid.emplace(arguments.grid);
+  Selector selector(std::max(largest, grid ? grid->cells() : 0), executor());
   BlockStore blocks(largest);
   Options options = arguments.options;  // a budget above every frame's size selects everything
   options.budget = std::min(static_cast<std::size_t>(arguments.budget), largest);
+  options.max_per_group = static_cast<std::size_t>(arguments.max_per_cell);
+  options.group_count = grid ? grid->cells() : 0;
+  std::vector<std::uint32_t> cells;
+  const auto use_cells_of = [&](const sim::Frame& frame) {
+    if (!grid) return;
+    cells = grid->cells_of(frame);
+    options.groups = cells.data();
+  };
   const auto repeat = static_cast<std::size_t>(arguments.repeat);
 
   for (const auto& frame : frames) {  // nothing is printed unless every frame can be
     warn(frame, arguments);
     check(frame, build_blocks(frame, arguments.block_options, blocks));
+    use_cells_of(frame);
     Options trial = options;
     trial.budget = 0;
     const Selection selection = selector.select(blocks, trial);
@@ -203,6 +289,7 @@ void run(const SelectArguments& arguments) {
   std::vector<std::string> pictures;
   if (!arguments.as_json) print_table_header(arguments);
   for (const auto& frame : frames) {
+    use_cells_of(frame);
     const sim::MatchArrays matches(frame);
     Timing timing;
     timing.blocks = sim::measure_latency(frame.name + ", blocks", repeat,
@@ -259,6 +346,27 @@ void add_select_command(CLI::App& program) {
   command->add_option("--repeat", arguments->repeat, "Timed calls a frame")
       ->check(CLI::Range(std::int64_t{1}, most))
       ->capture_default_str();
+  command->add_option("--threads", arguments->threads, "Threads; 0: as many as pay")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
+      ->capture_default_str();
+  command->add_option("--time-limit-ms", arguments->time_limit_ms, "Ends a search with what it has by then; 0: none")
+      ->check(is_given)
+      ->capture_default_str();
+  command->add_flag("--certify", options.certify, "Prove how far from optimal the answer can be");
+  command
+      ->add_option("--certificate-passes", arguments->certificate_passes, "Frank-Wolfe passes that tighten the proof")
+      ->check(CLI::Range(std::int64_t{0}, most))
+      ->capture_default_str();
+  command
+      ->add_option("--exchange-sweeps", arguments->exchange_sweeps,
+                   "Sweeps that swap selected matches for better ones; pays for budgets of 20 or less")
+      ->check(CLI::Range(std::int64_t{0}, most))
+      ->capture_default_str();
+  command->add_option("--grid", arguments->grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each")
+      ->check(is_given);
+  command->add_option("--max-per-cell", arguments->max_per_cell, "Matches of a cell of --grid")
+      ->check(CLI::Range(std::int64_t{0}, most))
+      ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
   command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file")
       ->check(is_given);
@@ -266,6 +374,10 @@ void add_select_command(CLI::App& program) {
     arguments->options.seed = seed_of(arguments->seed);
     arguments->options.strategy = sim::find_named(sim::strategies, arguments->strategy).value();
     arguments->block_options.weighting = sim::find_named(sim::weightings, arguments->weighting).value();
+    arguments->options.threads = static_cast<int>(arguments->threads);
+    arguments->options.time_limit = arguments->time_limit_ms / 1e3;
+    arguments->options.certificate_passes = static_cast<std::size_t>(arguments->certificate_passes);
+    arguments->options.exchange_sweeps = static_cast<std::size_t>(arguments->exchange_sweeps);
     if (arguments->stereo) arguments->block_options.third = ThirdMeasurement::stereo;
     run(*arguments);
   });
