@@ -2,8 +2,10 @@
 #include <maxlogdet/eigen.hpp>
 
 #include <Eigen/Core>
+#include <algorithm>
 
-#include "snippet.hpp"  // the C++ code of README.md
+#include "pool_executor.hpp"  // of docs/threading.md
+#include "snippet.hpp"        // the C++ code of README.md
 
 #include "tracker.hpp"
 
@@ -26,4 +28,28 @@ double log_det_with_eigen() {
   options.prior = prior.data();
   maxlogdet::Selector one(1);
   return one.select(store, options).log_det;  // log det(I + 2 * ones) = log 13
+}
+
+// The same answer with help from the executor of docs/threading.md.
+bool helpers_change_nothing(const std::vector<double>& points) {
+  maxlogdet::Matches matches;
+  matches.size = points.size() / 3;
+  matches.points = points.data();
+  maxlogdet::PinholeCamera camera;
+  camera.fx = camera.fy = 450;
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  PoolExecutor executor(1);
+  maxlogdet::BlockStore store(matches.size);
+  append_blocks(camera, T_cw, matches, maxlogdet::BlockOptions(), store, &executor);
+  maxlogdet::Selector helped(matches.size, &executor);
+  maxlogdet::Selector alone(matches.size);
+  maxlogdet::Options options;
+  options.threads = 2;
+  bool is_same = true;
+  for (int i = 0; i < 100; ++i) {
+    const maxlogdet::Selection a = helped.select(store, options);
+    const maxlogdet::Selection b = alone.select(store, options);
+    is_same = is_same && a.threads == 2 && a.size == b.size && std::equal(a.begin(), a.end(), b.begin());
+  }
+  return is_same;
 }
