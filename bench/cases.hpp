@@ -9,4 +9,7 @@ void add_selection_cases(bool full);
 /// append_blocks, and the way from points to indices.
 void add_append_cases();
 
+/// select() and append_blocks on several threads, and selectors side by side.
+void add_threading_cases();
+
 }  // namespace maxlogdet::bench

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws docs/images/{latency_over_n,latency_over_k,budget_epsilon,pareto}.{svg,png} with gnuplot.
+"""Draws docs/images/{latency_over_n,latency_over_k,budget_epsilon,pareto,threads}.{svg,png} with gnuplot.
 
 Usage: draw_plots.py BENCH.json FOLDER_FOR_SCRIPTS
 """
 
+import math
 import pathlib
 import subprocess
 import sys
 
 from results import EPSILONS, ROOT, STOCHASTIC, Results, label_of
-from write_tables import BUDGETS, SIZES
+from write_tables import BUDGETS, SIZES, THREADED_SIZES, speedup_of_threads
 
 # Ours in full lines of saturated colours, Eigen's dashed and pale. Okabe and Ito's colours: told apart by all eyes.
 STYLES = {
@@ -119,6 +120,26 @@ def pareto(results):
     )
 
 
+def threads_over_n(results):
+    most = results.most_threads()
+    body, curves = "", []
+    for method, style in STYLES.items():
+        points = [(n, speedup_of_threads(results, method, n, most)) for n in THREADED_SIZES]
+        points = [(n, value) for n, value in points if not math.isnan(value)]
+        if not points:
+            continue
+        body += block(method, [f"{n} {value}" for n, value in points])
+        curves.append(f"${method} using 1:2 with linespoints lw 2 ps 1 {style} title '{label_of(method)}'")
+    ticks = ", ".join(f"'{n}' {n}" for n in THREADED_SIZES)
+    return (
+        body + f"set title '{most} threads against one, k = 100; EuRoC-like frame, 2 rows'\nset logscale x\n"
+        f"set xlabel 'candidates n'\nset ylabel 'times faster'\nset xtics ({ticks})\nset xrange [1700:120000]\n"
+        f"set yrange [0:{most + 0.2}]\nset arrow from 10000,0 to 10000,{most + 0.2} nohead dt 3 lc rgb '#808080'\n"
+        f"set label 'threads = 0 uses them from here on' at 10500,0.15 font ',10'\n"
+        f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, " + ", \\\n".join(curves) + "\n"
+    )
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -128,6 +149,8 @@ def main():
     over_k = lines_over(results, "k", BUDGETS, f"latency over k, n = 2000; {SETTING}", False)
     draw("latency_over_k", (1000, 560), over_k, folder)
     draw("budget_epsilon", (1000, 420), budget_epsilon(results), folder)
+    if results.most_threads() > 1:
+        draw("threads", (1000, 420), threads_over_n(results), folder)
     draw("pareto", (1000, 560), pareto(results), folder)
 
 

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   if (full) maxlogdet::bench::set_seconds_per_repetition(1);
   maxlogdet::bench::add_selection_cases(full);
   maxlogdet::bench::add_append_cases();
+  maxlogdet::bench::add_threading_cases();
   maxlogdet::bench::run_cases(3, all);
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <utility>
@@ -91,6 +92,7 @@ class Case : public benchmark::internal::Benchmark {
     }
     const sim::Latency latency = sim::latency_of(samples_.microseconds);
     state.counters["median_us"] = latency.median;
+    state.counters["min_us"] = *std::min_element(samples_.microseconds.begin(), samples_.microseconds.end());
     state.counters["p99_us"] = latency.p99;
     state.counters["p999_us"] = latency.p999;
     state.counters["max_us"] = latency.max;

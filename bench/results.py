@@ -65,10 +65,22 @@ class Results:
             where["epsilon"] = row.get("epsilon", "0.1")
         return self.find(method, **where)
 
-    def machine(self):
+    def find_threads(self, kind, method, threads, n="2000", k="100", blocks="2_rows", family="euroc_like"):
+        """A row of threading_benchmark.cpp."""
+        wanted = {"kind": kind, "method": method, "threads": str(threads), "n": n, "k": k, "blocks": blocks, "family": family}
+        return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
+
+    def find_append_threads(self, n, threads):
+        wanted = {"kind": "append_threads", "n": n, "threads": str(threads)}
+        return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
+
+    def most_threads(self):
+        return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)
+
+    def machine(self, threads="one thread"):
         c = self.context
         return (
-            f"{cpu_model()}, {c['num_cpus']} cores, {c['maxlogdet_isa']}, {c['maxlogdet_compiler']}, one thread, "
+            f"{cpu_model()}, {c['num_cpus']} cores, {c['maxlogdet_isa']}, {c['maxlogdet_compiler']}, {threads}, "
             f"maxlogdet {c['maxlogdet_version']}, {c['date'][:10]}, load {c['load_avg'][0]:.1f}; `bench/run`."
         )
 

@@ -198,6 +198,65 @@ def full_round_rows(results):
             yield [name, f"{row['median_us'] / int(row['k']):.2f}", f"{1e3 * row['median_us'] / row['evaluations']:.2f}"]
 
 
+# docs/threading.md: what several threads gain, and from where on.
+
+THREADED_SIZES = ["2000", "5000", "10000", "20000", "50000", "100000"]
+
+
+def speedup_of_threads(results, method, n, threads):
+    one = results.find_threads("threads", method, 1, n)
+    return ratio(one, results.find_threads("threads", method, threads, n))
+
+
+def crossover_of(results, method, threads):
+    """The smallest measured n from which on several threads are always faster."""
+    found = None
+    for n in reversed(THREADED_SIZES):
+        if not speedup_of_threads(results, method, n, threads) > 1:
+            break
+        found = n
+    return found
+
+
+def thread_tables(results):
+    most = results.most_threads()
+    if most == 1:
+        return ["One core here: nothing to measure."]
+    cell = lambda one, several: f"{us(one)} / {us(several)} = {times(ratio(one, several))}"
+    methods = [m for m in STRATEGIES if results.find_threads("threads", m, 1, "2000")]
+    rows = []
+    for n in THREADED_SIZES:
+        found = [(results.find_threads("threads", m, 1, n), results.find_threads("threads", m, most, n)) for m in methods]
+        append = [results.find_append_threads(n, count) for count in (1, most)]
+        rows.append([n, *(cell(*pair) for pair in found), cell(*append) if all(append) else "–"])
+    points = [(r, results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]))
+              for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
+    costs = [(ratio(chosen, one), one) for one, chosen in points if chosen is not None]
+    worst, at = max(costs, key=lambda cost: cost[0])
+    median = sorted(cost for cost, _ in costs)[len(costs) // 2]
+    alone, together = (results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, most))
+    pauses = [results.find_threads("after_pause", "greedy", count, "20000") for count in (1, most)]
+    return [
+        results.machine(f"1 and {most} threads"),
+        "",
+        f"Median µs on one thread / on {most} threads = how many times faster (k = 100, 2 rows, EuRoC-like, calls one right "
+        "after the other):",
+        "",
+        *table(["n", *methods, "append_blocks"], rows),
+        "",
+        f"From which n on {most} threads are faster: " +
+        ", ".join(f"`{m}` {crossover_of(results, m, most) or 'nowhere'}" for m in methods) + ".",
+        "",
+        f"`threads = 0` against 1 at the {len(costs)} points of the grid with n ≤ 5000: {median:.3f} times as long in the "
+        f"median, {worst:.3f} at most (`{at['method']}`, n = {at['n']}, k = {at['k']}, {BLOCKS[at['blocks']]}, {at['family']}).",
+        "",
+        f"Serial selectors side by side on {most} threads: {most * ratio(alone, together):.2f} times the throughput of one.",
+        "",
+        f"`greedy`, n = 20000, after a pause of 33 ms: {us(pauses[0])} µs on one thread, {us(pauses[1])} on {most} "
+        f"(best of all calls {pauses[1]['min_us']:.0f}, p99 {us(pauses[1], 'p99_us')}).",
+    ]
+
+
 # What was aimed at, and what was found.
 
 
@@ -238,6 +297,22 @@ def targets(results):
         lazy, greedy = (results.find(method, family=family) for method in ("lazy_greedy", "greedy"))
         add(f"{name}, `lazy_greedy` / `greedy`", 1.3, ratio(lazy, greedy), "")
         add(f"{name}, `lazy_greedy` / `greedy` on the EuRoC-like frame", 1.3, ratio(lazy, results.find("greedy")), "")
+    most = results.most_threads()
+    if most > 1:
+        for method, n, k, blocks, least in (("greedy", "20000", "100", "2_rows", 1.7), ("greedy", "100000", "100", "2_rows", 1.7),
+                                            ("lazy_greedy", "100000", "200", "2_rows", 1.5),
+                                            ("lazy_greedy", "100000", "200", "2_rows_measurement", 1.5),
+                                            ("relaxed", "100000", "200", "2_rows", 1.8),
+                                            ("relaxed", "100000", "200", "2_rows_measurement", 1.8)):  # fmt: skip
+            one, several = (results.find_threads("threads", method, count, n, k, blocks) for count in (1, most))
+            add(f"{most} threads against 1, `{method}`, n = {n}, k = {k}, {BLOCKS[blocks]}", least, ratio(one, several), "",
+                at_least=True)  # fmt: skip
+        alone, together = (results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, most))
+        add(f"throughput of {most} serial selectors side by side against one", 0.95 * most, most * ratio(alone, together), "",
+            at_least=True)  # fmt: skip
+        costs = [ratio(results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]), r)
+                 for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
+        add("`threads = 0` against 1, n ≤ 5000, the slowest point", 1.03, max(costs), "")
     roofline = ROOT / "profiles/roofline.json"
     record = json.loads(roofline.read_text()) if roofline.is_file() else {}
     add("full round, share of the measured FMA slots (`profiles/`)", 0.8, record.get("full_round_share_of_slots"), "",
@@ -256,6 +331,7 @@ def main():
     replace_between(ROOT / "README.md", "latency", readme_table(results))
     replace_between(ROOT / "docs/performance.md", "targets", targets(results))
     replace_between(ROOT / "docs/performance.md", "grid", grid(results))
+    replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// The same selections on one thread and on several: what threads gain over n, from where on `choose` uses them, and
+// what they cost where it does not.
+#include "bench/cases.hpp"
+#include "bench/measure.hpp"
+#include "bench/problem.hpp"
+#include "sim/names.hpp"
+#include "sim/scene.hpp"
+
+#if defined(MAXLOGDET_HAS_TBB)
+#include <maxlogdet/tbb.hpp>
+#endif
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace maxlogdet::bench {
+namespace {
+
+Executor* executor() {
+#if defined(MAXLOGDET_HAS_TBB)
+  static TbbExecutor tbb;
+  return &tbb;
+#else
+  return nullptr;
+#endif
+}
+
+struct Point {
+  std::string kind;
+  Strategy strategy = Strategy::lazy_greedy;
+  std::string family = "euroc_like";
+  std::size_t n = 2000;
+  std::size_t k = 100;
+  Blocks blocks = Blocks::two_rows;
+  int threads = 1;
+};
+
+std::string name_of(const Point& at) {
+  return at.kind + "/" + to_string(at.strategy) + "/family:" + at.family + "/n:" + std::to_string(at.n) +
+         "/k:" + std::to_string(at.k) + "/blocks:" + to_string(at.blocks) + "/threads:" + std::to_string(at.threads);
+}
+
+struct State {
+  explicit State(std::size_t capacity) : selector(capacity, executor()) {}
+  Selector selector;
+  Options options;
+  Selection selection{};
+};
+
+// `pause`: between calls, as between frames.
+Work selection_work(const Point& at, std::chrono::milliseconds pause) {
+  const BlockStore& store = stores_of(at.family, at.n, at.blocks).front();
+  const auto state = std::make_shared<State>(store.size());
+  state->options.strategy = at.strategy;
+  state->options.budget = at.k;
+  state->options.threads = at.threads;
+  const auto run = [state, &store](std::size_t call) {
+    state->options.seed = call;
+    state->selection = state->selector.select(store, state->options);
+  };
+  const auto record = [state, pause](std::size_t /*call*/, Sums& sums) {
+    sums["threads"] += state->selection.threads;
+    if (pause.count() > 0) std::this_thread::sleep_for(pause);
+  };
+  return {run, record};
+}
+
+void add(const Point& at, std::chrono::milliseconds pause = {}) {
+  add_case(name_of(at), [=] { return selection_work(at, pause); });
+}
+
+// Selections by as many callers at once, each with a serial selector of its own; the time of all of them.
+Work side_by_side_work(const Point& at, int callers) {
+  constexpr int selections_each = 200;  // some 10 ms: starting threads does not matter
+  const BlockStore& store = stores_of(at.family, at.n, at.blocks).front();
+  const auto run = [&store, callers, k = at.k](std::size_t /*call*/) {
+    const auto select = [&store, k] {
+      Selector selector(store.size());
+      Options options;
+      options.budget = k;
+      for (int i = 0; i < selections_each; ++i) selector.select(store, options);
+    };
+    std::vector<std::thread> others;
+    for (int i = 1; i < callers; ++i) others.emplace_back(select);
+    select();
+    for (std::thread& other : others) other.join();
+  };
+  return {run, {}};
+}
+
+Work append_work(std::size_t n, int threads) {
+  struct Appended {
+    explicit Appended(std::size_t size)
+        : frame(make_scene(sim::Scene::euroc_like, size, scene_seed)), matches(frame), blocks(size) {}
+    sim::Frame frame;
+    sim::MatchArrays matches;
+    BlockStore blocks;
+    BlockOptions options;
+  };
+  const auto state = std::make_shared<Appended>(n);
+  state->options.threads = threads;
+  const auto run = [state](std::size_t /*call*/) {
+    state->blocks.clear();
+    append_blocks(state->frame.camera, state->frame.T_cw_prior.data(), state->matches.view(), state->options,
+                  state->blocks, executor());
+  };
+  return {run, {}};
+}
+
+}  // namespace
+
+void add_threading_cases() {
+  const int most = executor() == nullptr ? 1 : std::max(1, executor()->concurrency());
+  std::vector<int> threads;
+  for (int count = 1; count < most; count *= 2) threads.push_back(count);
+  threads.push_back(most);
+
+  for (const Strategy strategy : sim::strategies) {
+    for (const std::size_t n : {2000U, 5000U, 10000U, 20000U, 50000U, 100000U}) {
+      for (const int count : threads) add({"threads", strategy, "euroc_like", n, 100, Blocks::two_rows, count});
+    }
+    for (const int count : threads) {
+      add({"threads", strategy, "euroc_like", 100000, 200, Blocks::two_rows, count});
+      add({"threads", strategy, "euroc_like", 100000, 200, Blocks::two_rows_measurement, count});
+    }
+  }
+
+  // What `choose` costs where one thread is best.
+  std::vector<Point> points;
+  for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+    for (const std::size_t n : {200U, 500U, 1000U, 2000U, 5000U}) {
+      points.push_back({"choose", strategy, "euroc_like", n});
+    }
+    for (const std::size_t k : {20U, 200U}) points.push_back({"choose", strategy, "euroc_like", 2000, k});
+    for (const Blocks blocks : {Blocks::two_rows_measurement, Blocks::three_rows, Blocks::three_rows_measurement}) {
+      points.push_back({"choose", strategy, "euroc_like", 2000, 100, blocks});
+    }
+    for (const std::string& family : synthetic_families()) {
+      if (family != "euroc_like") points.push_back({"choose", strategy, family});
+    }
+  }
+  for (Point& at : points) {
+    for (const int count : {0, 1}) {
+      at.threads = count;
+      add(at);
+    }
+  }
+
+  for (const int count : {1, most}) {
+    add({"after_pause", Strategy::greedy, "euroc_like", 20000, 100, Blocks::two_rows, count},
+        std::chrono::milliseconds(33));
+  }
+  for (const int callers : {1, most}) {
+    const Point at{"side_by_side", Strategy::lazy_greedy, "euroc_like", 2000, 100, Blocks::two_rows, callers};
+    add_case(name_of(at), [=] { return side_by_side_work(at, callers); });
+  }
+  for (const std::size_t n : {2000U, 10000U, 20000U, 100000U}) {
+    for (const int count : threads) {
+      add_case("append_threads/append_blocks/n:" + std::to_string(n) + "/threads:" + std::to_string(count),
+               [=] { return append_work(n, count); });
+    }
+  }
+}
+
+}  // namespace maxlogdet::bench
