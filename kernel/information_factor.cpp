@@ -96,6 +96,20 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
   return growth;
 }
 
+// What a downdate does to f is derived in docs/numerics.md.
+bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
+  double norm = inverse_norm();
+  for (int row = 0; row < count; ++row) {
+    const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
+    const double share = kernel.remove_row(&w_[0][0], rows[row], 4 * uncertainty);
+    if (!(share > 4 * uncertainty)) return false;
+    norm /= std::sqrt(share);  // at most that; M - h^T h >= share M
+    const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
+    relative_error_ = relative_error_ / (share - 2 * uncertainty) + rounding;
+  }
+  return true;
+}
+
 double InformationFactor::inverse_norm() const noexcept {
   double squares[simd::padded_dimension] = {};  // by columns: sums that do not wait for each other
   for (const auto& row : w_) {

@@ -89,6 +89,10 @@ using Largest = float (*)(const float* values, std::size_t count);
 /// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
 using AddRow = double (*)(double* inverse_factor, const double* row);
 
+/// W <- the inverse Cholesky factor of M - h^T h, if the share of det M that is left, 1 - |W h^T|^2, is above `least`,
+/// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRow.
+using RemoveRow = double (*)(double* inverse_factor, const double* row, double least);
+
 /// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
 using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,
                       std::uint32_t* draws);
@@ -103,6 +107,7 @@ struct Kernel {
   Gather gather[3];                    ///< [rows - 1]
   ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
+  RemoveRow remove_row;
   ListBetween list_between;
   Largest largest;
   Draw draw;
