@@ -143,6 +143,7 @@ void Screening::order_by_gain(bool find_lanes) noexcept {
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
   ++now_;
+  is_trial_ = false;
   listed_ = 0;
   best_ = -1;
   assured_ = -1;
@@ -156,6 +157,13 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   if (!is_bounded_anew_) return;
   is_lasting_ = may_last;
   bound_errors();
+}
+
+void Screening::begin_unrelated_round(const InformationFactor& factor, const double* column_max) noexcept {
+  std::copy_n(column_max, simd::dimension, column_max_);
+  now_ = 0;
+  is_lasting_ = false;
+  begin_round(factor);
 }
 
 void Screening::bound_errors() noexcept {
@@ -253,6 +261,13 @@ void Screening::evaluate_all() noexcept {
   count_evaluations();
 }
 
+void Screening::evaluate_trial(float least) noexcept {
+  is_trial_ = true;
+  bound_errors_near(static_cast<double>(std::max(0.0F, least)));
+  evaluate_between(std::max(0.0F, least), std::numeric_limits<float>::infinity());
+  count_evaluations();
+}
+
 // What a bound found earlier must reach for its tile to matter.
 float Screening::stale_threshold() const noexcept {
   const double threshold = assured_ > 0 ? assured_ - (1 + assured_) * factor_drift_ : 0;
@@ -322,7 +337,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   }
   listed_ = kept;
   evaluate_with_care(0, listed_);
-  keep_bounds();
+  if (!is_trial_) keep_bounds();
   return list_distinct_survivors(lanes);
 }
 

@@ -20,6 +20,8 @@ SearchMemory::SearchMemory(std::size_t most)
       contenders(most),
       pool(most),
       draws(most),
+      unselected(most),
+      open(most),
       indices(most),
       gains(most) {}
 
@@ -36,13 +38,16 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       contenders(memory.contenders.data()),
       pool(memory.pool.data()),
       draws(memory.draws.data()),
+      unselected(memory.unselected.data()),
+      open(memory.open.data()),
       indices(memory.indices.data()),
       gains(memory.gains.data()) {}
 
 Status Search::start(const Options& options) noexcept {
   const Status status = constraints.reset(candidates, options);
   if (status != Status::ok) return status;
-  if (!factor.reset(options.prior)) return Status::invalid_prior;
+  if (!prior.reset(options.prior)) return Status::invalid_prior;
+  factor = prior;
   remaining = constraints.free_count();
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
   return Status::ok;
@@ -50,6 +55,7 @@ Status Search::start(const Options& options) noexcept {
 
 std::size_t Search::find_best() noexcept {
   const std::size_t count = screening.survivors(lanes);
+  if (count == 0) return screening.lanes();
   std::size_t best = 0;
   for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
   if (count > 1) {

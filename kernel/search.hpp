@@ -32,6 +32,8 @@ struct SearchMemory {
   std::vector<std::uint32_t> contenders;
   std::vector<std::uint32_t> pool;
   std::vector<std::uint32_t> draws;
+  std::vector<unsigned char> unselected;
+  std::vector<unsigned char> open;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
 };
@@ -50,6 +52,7 @@ struct Search {
   threading::Evaluator evaluator;
   Screening screening;
   Constraints constraints;
+  InformationFactor prior;
   InformationFactor factor;
   Deadline deadline;
   std::size_t budget;                 ///< how many to select, those required included
@@ -61,13 +64,15 @@ struct Search {
   std::uint32_t* contenders;          ///< scratch
   std::uint32_t* pool;                ///< scratch of a strategy
   std::uint32_t* draws;               ///< scratch of a strategy
+  unsigned char* unselected;          ///< scratch of exchange
+  unsigned char* open;                ///< scratch of exchange
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0; }
 
-  /// The lane of the best of the candidates that this round has evaluated, at least one. Float64 decides between those
-  /// that float32 cannot tell apart; ties go to the lowest index.
+  /// The lane of the best of the candidates that this round has evaluated. Float64 decides between those
+  /// that float32 cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
   std::size_t find_best() noexcept;
 
   /// Adds a candidate to the answer and its rows to the information.
@@ -93,5 +98,10 @@ Status lazy_greedy(Search& search) noexcept;
 
 /// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept;
+
+/// At most so many sweeps over the answer, in each of which every candidate that is not required is put to the test: it
+/// makes way for the best of those that are not selected if that gains more in its place (Fedorov 1972). log det never
+/// falls. At the deadline the answer is what it is by then.
+Status exchange(Search& search, std::size_t sweeps) noexcept;
 
 }  // namespace maxlogdet

@@ -83,7 +83,11 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.status = search.start(options);
   if (selection.status != Status::ok) return selection;
 
-  const auto region = [&] { selection.status = run(search, options); };
+  const auto region = [&] {
+    selection.status = run(search, options);
+    if (selection.status == Status::ok && options.exchange_sweeps > 0)
+      selection.status = exchange(search, options.exchange_sweeps);
+  };
   selection.threads = workers_for(options, search.remaining, executor_);
   if (selection.threads > 1) {
     memory_->team.run(*executor_, selection.threads, region);

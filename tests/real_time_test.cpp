@@ -114,6 +114,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.epsilon = epsilon;
             options.time_limit = limit;
             options.prior = prior;
+            options.exchange_sweeps = limit == 0 ? 2 : 0;
             if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }
