@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening.hpp"
 
+#include "kernel/lane_order.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace maxlogdet {
@@ -30,19 +31,6 @@ constexpr float any_candidate = -0.5F;
 // The next float32 at or beyond a bound, with room for the few roundings that lead to it.
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
-
-// Bits of floats >= 0 are ordered as the floats are; those of others are negative.
-std::int32_t bits_of(float value) noexcept {
-  std::int32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-float float_of(std::int32_t bits) noexcept {
-  float value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
 
 std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
 
@@ -102,29 +90,10 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
 }
 
 void Screening::order_by_gain(bool find_lanes) noexcept {
-  // A counting sort by the upper bits of the growth, which as an integer are ordered as it is: 32 steps to an octave.
-  constexpr int shift = 18;
-  constexpr std::int32_t buckets = 512;
   const std::size_t lanes = this->lanes();
-  const std::int32_t top = bits_of(std::max(0.0F, kernel_.largest(memory_.growths, lanes)));
-  std::uint32_t* const bucket = memory_.bucket;
-  const float* const growths = memory_.growths;
-  const float* const remaining = memory_.remaining;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const std::int32_t below = (top - std::max(0, bits_of(growths[lane]))) >> shift;
-    bucket[lane] = static_cast<std::uint32_t>(remaining[lane] > 0 ? std::min(below, buckets - 1) : buckets);
-  }
-  std::uint32_t first[buckets + 1] = {};  // place of each bucket; the last is of those that do not remain
-  for (std::size_t lane = 0; lane < lanes; ++lane) ++first[bucket[lane]];
-  std::uint32_t count = 0;
-  for (std::uint32_t& entry : first) {
-    const std::uint32_t in_bucket = entry;
-    entry = count;
-    count += in_bucket;
-  }
-  count = first[buckets];
+  const float top = std::max(0.0F, kernel_.largest(memory_.growths, lanes));
   std::uint32_t* const order = memory_.candidate;
-  for (std::size_t lane = 0; lane < lanes; ++lane) order[first[bucket[lane]]++] = static_cast<std::uint32_t>(lane);
+  const std::uint32_t count = order_lanes(memory_.growths, memory_.remaining, lanes, top, memory_.bucket, order);
 
   make_records(lanes);
   use_listed(order, count);
@@ -136,8 +105,8 @@ void Screening::order_by_gain(bool find_lanes) noexcept {
   const Line line = upper_line();
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
-    const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
-    memory_.bounds[tile] = line.at(float_of(top - below * (1 << shift)));
+    const auto below = static_cast<std::int32_t>(memory_.bucket[order[tile * tile_size]]);
+    memory_.bounds[tile] = line.at(float_of(bits_of(top) - below * (1 << lane_order_shift)));
   }
 }
 

@@ -34,8 +34,8 @@ Status check(const BlockStore& candidates, const Options& options, std::size_t c
     case Strategy::lazy_greedy: return Status::ok;
     case Strategy::stochastic_greedy:
       return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+    case Strategy::backward_greedy: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
     case Strategy::relaxed:
-    case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
@@ -46,8 +46,8 @@ Status run(Search& search, const Options& options) noexcept {
     case Strategy::greedy: return greedy(search);
     case Strategy::lazy_greedy: return lazy_greedy(search);
     case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
+    case Strategy::backward_greedy: return backward_greedy(search);
     case Strategy::relaxed:
-    case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
@@ -100,7 +100,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.gains = search.gains;
   selection.size = search.selected;
   selection.log_det = std::accumulate(search.gains, search.gains + search.selected, search.factor.prior_log_det());
-  selection.evaluations = search.screening.evaluations();
+  selection.evaluations = search.screening.evaluations() + search.losses_evaluated;
   selection.float64_decisions = search.float64_decisions;
   return selection;
 }

@@ -93,6 +93,16 @@ using AddRow = double (*)(double* inverse_factor, const double* row);
 /// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRow.
 using RemoveRow = double (*)(double* inverse_factor, const double* row, double least);
 
+/// Stands for a loss where there is no candidate; losses are at most 1.
+constexpr double no_loss = 2;
+
+/// What the information loses if a candidate H in it leaves, as the share of the determinant,
+///     1 - det(M - H^T H) / det(M) = 1 - det(I_r - Y Y^T),   Y = H L^-T,
+/// in [0, 1], for the tiles listed, in float64: the same bits on every instruction set, whatever lane a candidate is
+/// in. losses[16 t + l] is that of lane l of tile t, no_loss if it does not remain, least[t] the least of them.
+using Losses = void (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+                        double* losses, double* least);
+
 /// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
 using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,
                       std::uint32_t* draws);
@@ -108,6 +118,7 @@ struct Kernel {
   ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
   RemoveRow remove_row;
+  Losses losses[3];  ///< [rows - 1]
   ListBetween list_between;
   Largest largest;
   Draw draw;

@@ -27,6 +27,7 @@ constexpr std::size_t float_lanes = Floats::size;
 #include "simd/blocks.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
+#include "simd/losses.inl"
 #include "simd/screen.inl"
 #include "simd/update.inl"
 
@@ -44,6 +45,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {column_max<1>, column_max<2>, column_max<3>},
                                  add_row,
                                  remove_row,
+                                 {losses<1>, losses<2>, losses<3>},
                                  list_between,
                                  largest,
                                  draw,

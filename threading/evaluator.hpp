@@ -43,6 +43,14 @@ class Evaluator {
     return largest_in_chunks(kernel_.screen_with_care[rows_ - 1], tiles, inverse_factor, list, count, growths, highest);
   }
 
+  /// As simd::Losses; in it a tile is listed once.
+  void losses(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+              double* losses, double* least) const noexcept {
+    in_chunks(count, least_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, least);
+    });
+  }
+
   /// As simd::MakeRecords.
   void make_records(std::size_t count, float* records) const noexcept {
     in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -61,6 +69,7 @@ class Evaluator {
 
  private:
   static constexpr std::size_t least_tiles = 32;       // of a chunk: half a microsecond of work
+  static constexpr std::size_t least_loss_tiles = 8;   // of a chunk in float64
   static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
   static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
   static constexpr std::size_t chunks_per_worker = 4;  // so that a late helper still finds some
