@@ -24,8 +24,8 @@ class Removal {
 
   // Until `kept` remain.
   Status run(std::size_t kept, bool lazily) noexcept {
-    add_what_is_left();
     if (search_.remaining > few) {
+      if (!sum_up()) add_what_is_left();
       Losses losses(search_.evaluator, search_.candidates.column_max(), search_.screening_memory, search_.losses);
       losses.start(left_, search_.candidates.size(), search_.factor);
       const Status status = remove_many(losses, std::max(kept, few), lazily);
@@ -109,6 +109,21 @@ class Removal {
     double rows[max_block_rows][state_dimension];
     read_rows(search_.candidates, candidate, rows);
     return search_.factor.add_block(search_.kernel, rows, search_.candidates.rows());
+  }
+
+  // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does
+  // so too much.
+  bool sum_up() noexcept {
+    const BlockStore& candidates = search_.candidates;
+    unsigned char* const counted = search_.open;
+    std::copy_n(left_, candidates.size(), counted);
+    for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
+    double sum[state_dimension * state_dimension];
+    const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
+    search_.kernel.sum_information[candidates.rows() - 1](planes, counted, candidates.size(), sum);
+    const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
+    return search_.factor.reset(search_.prior_information, sum, roundings) &&
+           search_.factor.relative_error() < large_error;
   }
 
   void add_what_is_left() noexcept {

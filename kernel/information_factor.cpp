@@ -50,11 +50,15 @@ bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
 
 }  // namespace
 
-bool InformationFactor::reset(const double* prior) noexcept {
-  double diagonal[n * n] = {};
+bool InformationFactor::reset(const double* prior, const double* added, double roundings) noexcept {
+  double information[n * n] = {};
   if (prior == nullptr) {
-    for (int i = 0; i < n; ++i) diagonal[n * i + i] = default_prior_information;
-    prior = diagonal;
+    for (int i = 0; i < n; ++i) information[n * i + i] = default_prior_information;
+    prior = information;
+  }
+  if (added != nullptr) {
+    for (int entry = 0; entry < n * n; ++entry) information[entry] = prior[entry] + added[entry];
+    prior = information;
   }
   double l[n][n] = {};
   if (!cholesky(prior, l)) return false;
@@ -80,7 +84,7 @@ bool InformationFactor::reset(const double* prior) noexcept {
     }
   }
   const double norm = inverse_norm();
-  relative_error_ = update_error * norm * norm * trace_;
+  relative_error_ = (update_error + n * roundings * unit_roundoff) * norm * norm * trace_;
   return true;
 }
 

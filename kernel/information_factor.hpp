@@ -15,7 +15,11 @@ class InformationFactor {
 
   /// Starts from a prior, 6 x 6 row-major; nullptr: 1e-5 * I. False if it is not finite, symmetric and safely positive
   /// definite (docs/numerics.md).
-  bool reset(const double* prior) noexcept;
+  bool reset(const double* prior) noexcept { return reset(prior, nullptr, 0); }
+
+  /// The same from prior + added, where a sum of H^T H is off by at most `roundings` 2^-53 sqrt(M_ii M_jj) in an entry.
+  /// prior_log_det() is then that of both.
+  bool reset(const double* prior, const double* added, double roundings) noexcept;
 
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative growth of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;

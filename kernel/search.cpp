@@ -50,6 +50,7 @@ Status Search::start(const Options& options) noexcept {
   const Status status = constraints.reset(candidates, options);
   if (status != Status::ok) return status;
   if (!prior.reset(options.prior)) return Status::invalid_prior;
+  prior_information = options.prior;
   factor = prior;
   remaining = constraints.free_count();
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);

@@ -56,6 +56,7 @@ struct Search {
   LossesMemory& losses;
   Screening screening;
   Constraints constraints;
+  const double* prior_information = nullptr;  ///< as in Options
   InformationFactor prior;
   InformationFactor factor;
   Deadline deadline;

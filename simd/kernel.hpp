@@ -103,6 +103,14 @@ constexpr double no_loss = 2;
 using Losses = void (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
                         double* losses, double* least);
 
+/// sums, 6 x 6: H^T H summed over the candidates i in [0, count) with counted[i] != 0; at least `count` + 7 floats of a
+/// plane can be read. In float64, the same bits on every instruction set: each entry takes at most `sum_roundings`
+/// additions in a row.
+using SumInformation = void (*)(const Planes& planes, const unsigned char* counted, std::size_t count, double* sums);
+constexpr double sum_roundings(std::size_t count, int rows) {
+  return static_cast<double>((count / 8 + 1) * static_cast<std::size_t>(rows) + 8);
+}
+
 /// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
 using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,
                       std::uint32_t* draws);
@@ -118,7 +126,8 @@ struct Kernel {
   ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
   RemoveRow remove_row;
-  Losses losses[3];  ///< [rows - 1]
+  Losses losses[3];                   ///< [rows - 1]
+  SumInformation sum_information[3];  ///< [rows - 1]
   ListBetween list_between;
   Largest largest;
   Draw draw;

@@ -29,6 +29,7 @@ constexpr std::size_t float_lanes = Floats::size;
 #include "simd/draws.inl"
 #include "simd/losses.inl"
 #include "simd/screen.inl"
+#include "simd/sums.inl"
 #include "simd/update.inl"
 
 namespace maxlogdet {
@@ -46,6 +47,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  add_row,
                                  remove_row,
                                  {losses<1>, losses<2>, losses<3>},
+                                 {sum_information<1>, sum_information<2>, sum_information<3>},
                                  list_between,
                                  largest,
                                  draw,

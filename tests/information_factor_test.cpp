@@ -214,6 +214,39 @@ TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_
   EXPECT_TRUE(remove(factor, Block::Zero(3, 6))) << "nothing";
 }
 
+// All at once, on every instruction set with the same bits, whatever lies beyond the last candidate.
+TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
+  long double tightest = 0;
+  for_every_family(300, [&](const BlockStore& blocks) {
+    const std::size_t count = 293;
+    const auto planes_of = static_cast<std::size_t>(6 * blocks.rows());
+    const std::size_t stride = 304;
+    std::vector<float> planes(planes_of * stride, std::numeric_limits<float>::quiet_NaN());
+    std::vector<unsigned char> counted(count);
+    GreedyOracle<long double> oracle(blocks);
+    for (std::size_t i = 0; i < count; ++i) {
+      counted[i] = blocks.is_valid(i) && i % 5 != 0 ? 1 : 0;
+      if (counted[i] != 0) oracle.take(i);
+      for (std::size_t p = 0; p < planes_of; ++p) {
+        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[i];
+      }
+    }
+    std::vector<double> expected;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      std::vector<double> sum(36);
+      kernel->sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, sum.data());
+      if (expected.empty()) expected = sum;
+      EXPECT_EQ(sum, expected) << kernel->isa;
+    }
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows())));
+    tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
+    EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
+  });
+  std::printf("largest deviation seen: %.2Le of its bound\n", tightest);
+  EXPECT_GT(tightest, 0);
+}
+
 TEST(InformationFactor, knows_where_it_has_no_digits_left) {
   InformationFactor factor;
   ASSERT_TRUE(factor.reset(nullptr));
