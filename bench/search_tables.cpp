@@ -58,8 +58,8 @@ void exchange_table() {
       "| n | k | mean gain (nats), sweeps: 1 | 2 | 4 | largest | improved | µs | more µs, sweeps: 1 | 2 | 4 |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
   const std::size_t sweeps[] = {1, 2, 4};
-  for (const std::size_t n : {500, 2000}) {
-    for (const std::size_t k : {6, 8, 12, 20, 40, 60, 100}) {
+  for (const std::size_t n : {500U, 2000U}) {
+    for (const std::size_t k : {6U, 8U, 12U, 20U, 40U, 60U, 100U}) {
       double gain[3] = {}, more[3] = {}, plain = 0, largest = 0;
       int improved = 0, stores = 0;
       for (const std::string& family : synthetic_families()) {
@@ -91,7 +91,7 @@ void backward_table() {
   std::printf("| blocks | n | k / n | lazy_greedy µs | backward_greedy µs | ratio | Δ log det (nats) |\n");
   std::printf("|---|---|---|---|---|---|---|\n");
   for (const Blocks blocks : kinds) {
-    for (const std::size_t n : {200, 500, 2000, 5000}) {
+    for (const std::size_t n : {200U, 500U, 2000U, 5000U}) {
       const BlockStore& store = stores_of("euroc_like", n, blocks).front();
       for (const double share : {0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {
         const auto k = static_cast<std::size_t>(share * static_cast<double>(n) + 0.5);

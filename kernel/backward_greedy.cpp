@@ -4,6 +4,7 @@
 #include "kernel/stored_rows.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -14,6 +15,7 @@ constexpr std::size_t few = 2 * state_dimension;
 // The relative error of the factor above which it is made anew, unless that was of no use the last time.
 constexpr double large_error = 1e-6;
 constexpr double useless_growth = 16;
+constexpr double hopeless_error = 0.125;
 
 // Candidates leaving the information one by one.
 class Removal {
@@ -51,7 +53,7 @@ class Removal {
 
  private:
   Status remove_many(Losses& losses, std::size_t kept, bool lazily) noexcept {
-    double limit = std::max(large_error, useless_growth * search_.factor.relative_error());
+    double limit = error_limit();
     while (search_.remaining > kept) {
       if (search_.deadline.has_passed()) return Status::deadline_reached;
       const std::size_t lane = losses.least(search_.factor, lazily);
@@ -61,10 +63,16 @@ class Removal {
       --search_.remaining;
       if (!take_out(candidate) || search_.factor.relative_error() > limit) {
         add_what_is_left();
-        limit = std::max(large_error, useless_growth * search_.factor.relative_error());
+        limit = error_limit();
       }
     }
     return Status::ok;
+  }
+
+  // Of a factor just made. Where even that is known to be nothing, making it in every round would help nobody.
+  double error_limit() const noexcept {
+    const double f = search_.factor.relative_error();
+    return f < hopeless_error ? std::max(large_error, useless_growth * f) : std::numeric_limits<double>::infinity();
   }
 
   // With so few each of them may be the only one to see a direction, where 1 - det has no digits. What a candidate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information_factor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,8 @@ constexpr double largest_inverse_entry = 1e10;
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // A generous constant of the error analysis in docs/numerics.md.
 constexpr double update_error = 192 * unit_roundoff;
+// Rows that leave more than this share of det M may be taken away even where nothing is known of M for certain.
+constexpr double largest_least_share = 0.5;
 
 // Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
 bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
@@ -105,11 +108,14 @@ bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*
   double norm = inverse_norm();
   for (int row = 0; row < count; ++row) {
     const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
-    const double share = kernel.remove_row(&w_[0][0], rows[row], 4 * uncertainty);
-    if (!(share > 4 * uncertainty)) return false;
+    const double least = std::min(4 * uncertainty, largest_least_share);
+    const double share = kernel.remove_row(&w_[0][0], rows[row], least);
+    if (!(share > least)) return false;
     norm /= std::sqrt(share);  // at most that; M - h^T h >= share M
     const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
-    relative_error_ = relative_error_ / (share - 2 * uncertainty) + rounding;
+    const bool is_known = 4 * uncertainty < largest_least_share;
+    relative_error_ =
+        is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : std::numeric_limits<double>::infinity();
   }
   return true;
 }

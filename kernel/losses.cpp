@@ -83,7 +83,8 @@ void Losses::evaluate_between(const InformationFactor& factor, float least, floa
 void Losses::note_errors(const InformationFactor& factor) noexcept {
   factor_error_ = std::max(factor_error_, factor.relative_error());
   const double omega = factor.inverse_norm() * row_norm_;
-  rounding_error_ = std::max(rounding_error_, rounding_errors * unit_roundoff * (1 + omega));
+  const double longest = std::min(1.0, omega);  // row of Y
+  rounding_error_ = std::max(rounding_error_, rounding_errors * unit_roundoff * longest * (longest + omega));
 }
 
 // The negative of a float32 that is not above the least loss of the tile, so that what finds the largest finds it.

@@ -210,6 +210,29 @@ TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_at_every_scale) {
   }
 }
 
+// A direction that nobody sees, and rows so long that nothing is known of it for certain.
+TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_with_a_direction_unseen) {
+  for (int exponent = -3; exponent <= 12; exponent += 3) {
+    Random random(static_cast<std::uint64_t>(exponent + 3));
+    SCOPED_TRACE(random.name() + ", scale 1e" + std::to_string(exponent));
+    BlockStore blocks;
+    for (int i = 0; i < 300; ++i) {
+      Block block = random_block(random, 2, std::pow(10.0, exponent));
+      block.col(exponent % 2 == 0 ? 3 : 0).setZero();
+      push_back(blocks, block);
+    }
+    expect_the_same_lazily(blocks, with_budget(150));
+    Selector selector(300);
+    const Selection selection = selector.select(blocks, with_budget(150));
+    EXPECT_EQ(selection.size, 150U);
+    EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(blocks, indices_of(selection))), 1e-5);
+    if (exponent > 3) continue;
+    Options greedy = with_budget(150);
+    greedy.strategy = Strategy::greedy;
+    EXPECT_NEAR(selection.log_det, selector.select(blocks, greedy).log_det, 0.05);
+  }
+}
+
 // Losses far below 2^-53 next to each other, and next to far larger ones.
 TEST(BackwardGreedy, tells_tiny_losses_apart) {
   BlockStore blocks;
