@@ -2,6 +2,7 @@
 // Where the searches beyond lazy greedy pay: tables in Markdown on stdout, for docs/performance.md.
 // Usage: maxlogdet_search_tables exchange|backward; bench/run_search_tables calls it.
 #include "bench/problem.hpp"
+#include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -53,6 +54,14 @@ Options with(Strategy strategy, std::size_t budget, std::size_t sweeps = 0) {
 constexpr Blocks kinds[] = {Blocks::two_rows, Blocks::two_rows_measurement, Blocks::three_rows,
                             Blocks::three_rows_measurement};
 
+// Calls body(store) for synthetic frames of n candidates, of every scene and kind of block.
+template <class Body>
+void for_every_frame(std::size_t n, const Body& body) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const Blocks blocks : kinds) body(stores_of(to_string(scene), n, blocks).front());
+  }
+}
+
 void exchange_table() {
   std::printf(
       "| n | k | mean gain (nats), sweeps: 1 | 2 | 4 | largest | improved | µs | more µs, sweeps: 1 | 2 | 4 |\n");
@@ -62,23 +71,19 @@ void exchange_table() {
     for (const std::size_t k : {6U, 8U, 12U, 20U, 40U, 60U, 100U}) {
       double gain[3] = {}, more[3] = {}, plain = 0, largest = 0;
       int improved = 0, stores = 0;
-      for (const std::string& family : synthetic_families()) {
-        if (family.find("equal") != std::string::npos) continue;
-        for (const Blocks blocks : kinds) {
-          const BlockStore& store = stores_of(family, n, blocks).front();
-          std::vector<Options> cases = {with(Strategy::lazy_greedy, k)};
-          for (const std::size_t count : sweeps) cases.push_back(with(Strategy::lazy_greedy, k, count));
-          const std::vector<Found> found = measure(store, cases);
-          for (std::size_t i = 0; i < 3; ++i) {
-            gain[i] += found[i + 1].log_det - found[0].log_det;
-            more[i] += found[i + 1].microseconds - found[0].microseconds;
-          }
-          plain += found[0].microseconds;
-          largest = std::max(largest, found[3].log_det - found[0].log_det);
-          improved += found[3].log_det > found[0].log_det ? 1 : 0;
-          ++stores;
+      for_every_frame(n, [&](const BlockStore& store) {
+        std::vector<Options> cases = {with(Strategy::lazy_greedy, k)};
+        for (const std::size_t count : sweeps) cases.push_back(with(Strategy::lazy_greedy, k, count));
+        const std::vector<Found> found = measure(store, cases);
+        for (std::size_t i = 0; i < 3; ++i) {
+          gain[i] += found[i + 1].log_det - found[0].log_det;
+          more[i] += found[i + 1].microseconds - found[0].microseconds;
         }
-      }
+        plain += found[0].microseconds;
+        largest = std::max(largest, found[3].log_det - found[0].log_det);
+        improved += found[3].log_det > found[0].log_det ? 1 : 0;
+        ++stores;
+      });
       std::printf("| %zu | %zu | %.4f | %.4f | %.4f | %.4f | %d of %d | %.1f | %.1f | %.1f | %.1f |\n", n, k,
                   gain[0] / stores, gain[1] / stores, gain[2] / stores, largest, improved, stores, plain / stores,
                   more[0] / stores, more[1] / stores, more[2] / stores);
@@ -87,21 +92,33 @@ void exchange_table() {
   }
 }
 
+// Means over all frames and kinds of blocks; ratios of single ones.
 void backward_table() {
-  std::printf("| blocks | n | k / n | lazy_greedy µs | backward_greedy µs | ratio | Δ log det (nats) |\n");
-  std::printf("|---|---|---|---|---|---|---|\n");
-  for (const Blocks blocks : kinds) {
-    for (const std::size_t n : {200U, 500U, 2000U, 5000U}) {
-      const BlockStore& store = stores_of("euroc_like", n, blocks).front();
-      for (const double share : {0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {
-        const auto k = static_cast<std::size_t>(share * static_cast<double>(n) + 0.5);
-        const std::vector<Found> found =
-            measure(store, {with(Strategy::lazy_greedy, k), with(Strategy::backward_greedy, k)});
-        std::printf("| %s | %zu | %g | %.0f | %.0f | %.2f | %+.2e |\n", to_string(blocks), n, share,
-                    found[0].microseconds, found[1].microseconds, found[1].microseconds / found[0].microseconds,
-                    found[1].log_det - found[0].log_det);
-        std::fflush(stdout);
-      }
+  std::printf(
+      "| n | k / n | lazy_greedy µs | backward_greedy µs | ratio of these | smallest ratio | largest | Δ log det "
+      "(nats), "
+      "from | to |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|\n");
+  for (const std::size_t n : {200U, 500U, 2000U, 5000U}) {
+    for (const double share : {0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {
+      const auto k = static_cast<std::size_t>(share * static_cast<double>(n) + 0.5);
+      double lazy = 0, backward = 0, smallest = 1e9, largest = 0, worst = 1e9, best = -1e9;
+      int stores = 0;
+      for_every_frame(n, [&](const BlockStore& store) {
+        const auto found = measure(store, {with(Strategy::lazy_greedy, k), with(Strategy::backward_greedy, k)});
+        const double ratio = found[1].microseconds / found[0].microseconds;
+        const double delta = found[1].log_det - found[0].log_det;
+        lazy += found[0].microseconds;
+        backward += found[1].microseconds;
+        smallest = std::min(smallest, ratio);
+        largest = std::max(largest, ratio);
+        worst = std::min(worst, delta);
+        best = std::max(best, delta);
+        ++stores;
+      });
+      std::printf("| %zu | %g | %.0f | %.0f | %.2f | %.2f | %.2f | %+.0e | %+.0e |\n", n, share, lazy / stores,
+                  backward / stores, backward / lazy, smallest, largest, worst, best);
+      std::fflush(stdout);
     }
   }
 }
