@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information_factor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,8 @@ constexpr double largest_inverse_entry = 1e10;
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // A generous constant of the error analysis in docs/numerics.md.
 constexpr double update_error = 192 * unit_roundoff;
+// Rows that leave more than this share of det M may be taken away even where nothing is known of M for certain.
+constexpr double largest_least_share = 0.5;
 
 // Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
 bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
@@ -50,11 +53,15 @@ bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
 
 }  // namespace
 
-bool InformationFactor::reset(const double* prior) noexcept {
-  double diagonal[n * n] = {};
+bool InformationFactor::reset(const double* prior, const double* added, double roundings) noexcept {
+  double information[n * n] = {};
   if (prior == nullptr) {
-    for (int i = 0; i < n; ++i) diagonal[n * i + i] = default_prior_information;
-    prior = diagonal;
+    for (int i = 0; i < n; ++i) information[n * i + i] = default_prior_information;
+    prior = information;
+  }
+  if (added != nullptr) {
+    for (int entry = 0; entry < n * n; ++entry) information[entry] = prior[entry] + added[entry];
+    prior = information;
   }
   double l[n][n] = {};
   if (!cholesky(prior, l)) return false;
@@ -80,7 +87,7 @@ bool InformationFactor::reset(const double* prior) noexcept {
     }
   }
   const double norm = inverse_norm();
-  relative_error_ = update_error * norm * norm * trace_;
+  relative_error_ = (update_error + n * roundings * unit_roundoff) * norm * norm * trace_;
   return true;
 }
 
@@ -94,6 +101,23 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
   }
   relative_error_ += count * update_error * norm_before * std::sqrt(trace_);
   return growth;
+}
+
+// What a downdate does to f is derived in docs/numerics.md.
+bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
+  double norm = inverse_norm();
+  for (int row = 0; row < count; ++row) {
+    const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
+    const double least = std::min(4 * uncertainty, largest_least_share);
+    const double share = kernel.remove_row(&w_[0][0], rows[row], least);
+    if (!(share > least)) return false;
+    norm /= std::sqrt(share);  // at most that; M - h^T h >= share M
+    const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
+    const bool is_known = 4 * uncertainty < largest_least_share;
+    relative_error_ =
+        is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : std::numeric_limits<double>::infinity();
+  }
+  return true;
 }
 
 double InformationFactor::inverse_norm() const noexcept {

@@ -15,10 +15,19 @@ class InformationFactor {
 
   /// Starts from a prior, 6 x 6 row-major; nullptr: 1e-5 * I. False if it is not finite, symmetric and safely positive
   /// definite (docs/numerics.md).
-  bool reset(const double* prior) noexcept;
+  bool reset(const double* prior) noexcept { return reset(prior, nullptr, 0); }
+
+  /// The same from prior + added, where a sum of H^T H is off by at most `roundings` 2^-53 sqrt(M_ii M_jj) in an entry.
+  /// prior_log_det() is then that of both.
+  bool reset(const double* prior, const double* added, double roundings) noexcept;
 
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative growth of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
+
+  /// M <- M - H^T H, for rows that were added. False if too few digits would be left of what remains, or if that is not
+  /// positive definite: then nothing is known of M any more, and the caller starts again, with reset or a copy, and
+  /// adds what is left. relative_error() may have grown a lot; that heals it too.
+  bool remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 
   /// W, n x 8 row-major, lower triangular.
   const double* inverse() const noexcept { return &w_[0][0]; }
@@ -30,11 +39,12 @@ class InformationFactor {
   /// symmetric matrices. Derived in docs/numerics.md.
   double relative_error() const noexcept { return relative_error_; }
 
- private:
-  double inverse_norm() const noexcept;  // Frobenius norm of W
+  /// The Frobenius norm of W.
+  double inverse_norm() const noexcept;
 
+ private:
   double w_[n][simd::padded_dimension];
-  double trace_;           // of M
+  double trace_;           // of M, or above it: of all rows that were ever added
   double relative_error_;  // f
   double prior_log_det_;
 };

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening.hpp"
 
+#include "kernel/lane_order.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace maxlogdet {
@@ -27,26 +28,9 @@ constexpr std::uint32_t period = 8;
 // Thresholds that must not let a lane through that has no candidate (growth -1).
 constexpr float any_candidate = -0.5F;
 
-// Of the buckets that growths are sorted into: 32 to an octave.
-constexpr int growth_shift = 18;
-constexpr std::int32_t growth_buckets = 512;
-
 // The next float32 at or beyond a bound, with room for the few roundings that lead to it.
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
-
-// Bits of floats >= 0 are ordered as the floats are; those of others are negative.
-std::int32_t bits_of(float value) noexcept {
-  std::int32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-float float_of(std::int32_t bits) noexcept {
-  float value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
 
 std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
 
@@ -105,49 +89,12 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
   if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
 }
 
-// A counting sort by the upper bits of the growth, which as an integer are ordered as it is, each chunk of lanes with
-// counts of its own. Fills candidate, in that order; returns how many remain.
-std::size_t Screening::sort_by_growth(std::int32_t top) noexcept {
-  using Counts = std::uint32_t[growth_buckets + 1];  // the last is of lanes that do not remain
-  Counts first[threading::Team::most_chunks];
-  constexpr std::size_t least_lanes = 2048;
-  const auto for_chunks = [&](auto body) { return evaluator_.team().in_chunks(lanes(), least_lanes, tile_size, body); };
-  std::uint32_t* const bucket = memory_.bucket;
-  const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
-    const float* const growths = memory_.growths;
-    const float* const remaining = memory_.remaining;
-    for (std::size_t lane = begin; lane < begin + size; ++lane) {
-      const std::int32_t below = (top - std::max(0, bits_of(growths[lane]))) >> growth_shift;
-      bucket[lane] =
-          static_cast<std::uint32_t>(remaining[lane] > 0 ? std::min(below, growth_buckets - 1) : growth_buckets);
-    }
-    std::fill_n(first[chunk], growth_buckets + 1, 0U);
-    for (std::size_t lane = begin; lane < begin + size; ++lane) ++first[chunk][bucket[lane]];
-  });
-  std::uint32_t count = 0;  // of lanes before a chunk's share of a bucket
-  for (std::size_t b = 0; b <= growth_buckets; ++b) {
-    for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
-      const std::uint32_t in_bucket = first[chunk][b];
-      first[chunk][b] = count;
-      count += in_bucket;
-    }
-  }
-  const std::size_t remaining = first[0][growth_buckets];
-  for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
-    std::uint32_t* const order = memory_.candidate;
-    for (std::size_t lane = begin; lane < begin + size; ++lane) {
-      order[first[chunk][bucket[lane]]++] = static_cast<std::uint32_t>(lane);
-    }
-  });
-  return remaining;
-}
-
 void Screening::order_by_gain(bool find_lanes) noexcept {
   const std::size_t lanes = this->lanes();
-  const std::int32_t top = bits_of(std::max(0.0F, kernel_.largest(memory_.growths, lanes)));
-  const std::size_t count = sort_by_growth(top);
+  const float top = std::max(0.0F, kernel_.largest(memory_.growths, lanes));
   std::uint32_t* const order = memory_.candidate;
-  const std::uint32_t* const bucket = memory_.bucket;
+  const std::size_t count =
+      order_lanes(memory_.growths, memory_.remaining, lanes, top, evaluator_.team(), memory_.bucket, order);
 
   make_records(lanes);
   use_listed(order, count);
@@ -161,13 +108,14 @@ void Screening::order_by_gain(bool find_lanes) noexcept {
   const Line line = upper_line();
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
-    const auto below = static_cast<std::int32_t>(bucket[order[tile * tile_size]]);
-    memory_.bounds[tile] = line.at(float_of(top - below * (1 << growth_shift)));
+    const auto below = static_cast<std::int32_t>(memory_.bucket[order[tile * tile_size]]);
+    memory_.bounds[tile] = line.at(float_of(bits_of(top) - below * (1 << lane_order_shift)));
   }
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
   ++now_;
+  is_trial_ = false;
   listed_ = 0;
   best_ = -1;
   assured_ = -1;
@@ -181,6 +129,13 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   if (!is_bounded_anew_) return;
   is_lasting_ = may_last;
   bound_errors();
+}
+
+void Screening::begin_unrelated_round(const InformationFactor& factor, const double* column_max) noexcept {
+  std::copy_n(column_max, simd::dimension, column_max_);
+  now_ = 0;
+  is_lasting_ = false;
+  begin_round(factor);
 }
 
 void Screening::bound_errors() noexcept {
@@ -287,6 +242,12 @@ void Screening::evaluate_listed() noexcept {
   learn_from(*std::max_element(best, best + chunks));
 }
 
+void Screening::evaluate_trial(float least) noexcept {
+  is_trial_ = true;
+  bound_errors_near(static_cast<double>(std::max(0.0F, least)));
+  evaluate_between(std::max(0.0F, least), std::numeric_limits<float>::infinity());
+}
+
 // What a bound found earlier must reach for its tile to matter.
 float Screening::stale_threshold() const noexcept {
   const double threshold = assured_ > 0 ? assured_ - (1 + assured_) * factor_drift_ : 0;
@@ -381,7 +342,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   with_care_ = true;
   bound_errors_near(0);
   evaluate_listed();
-  keep_bounds();
+  if (!is_trial_) keep_bounds();
   return list_distinct_survivors(lanes);
 }
 

@@ -59,6 +59,10 @@ class Screening {
   /// Starts a round with this information; nothing is evaluated yet.
   void begin_round(const InformationFactor& factor) noexcept;
 
+  /// The same where the information need not be more than in the round before; `column_max` as in the constructor, of
+  /// all that may remain now.
+  void begin_unrelated_round(const InformationFactor& factor, const double* column_max) noexcept;
+
   /// Evaluates every tile.
   void evaluate_all() noexcept;
 
@@ -68,6 +72,12 @@ class Screening {
 
   /// Remembers bounds of what this round has evaluated; evaluate_promising does so itself.
   void keep_bounds() noexcept;
+
+  /// Evaluates the tiles with a bound of at least that much, and leaves bounds as they are.
+  void evaluate_trial(float least) noexcept;
+
+  /// The highest bound of a tile; below 0 if nothing remains.
+  float highest_bound() const noexcept { return kernel_.largest(memory_.bounds, tile_count_); }
 
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
   std::size_t survivors(std::uint32_t* lanes) noexcept;
@@ -101,7 +111,6 @@ class Screening {
 
  private:
   float evaluate(const std::uint32_t* list, std::size_t count) noexcept;
-  std::size_t sort_by_growth(std::int32_t top) noexcept;
   void evaluate_listed() noexcept;
   void learn_from(float best) noexcept;
   void evaluate_between(float least, float most) noexcept;
@@ -139,6 +148,7 @@ class Screening {
   const double* w_ = nullptr;              // W
   bool is_bounded_anew_ = true;            // bound_errors was called in this round
   bool is_lasting_ = false;                // its bound holds for later rounds too
+  bool is_trial_ = false;                  // bounds are of other information, and stay
   std::size_t listed_ = 0;                 // tiles evaluated: list[0 .. listed_)
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
   double volume_error_ = 0;                // E of docs/numerics.md: of sqrt(det) of any candidate

@@ -27,12 +27,15 @@ SearchMemory::SearchMemory(std::size_t most)
     : capacity(checked(most)),
       kernel(simd::active()),
       screening(most),
+      losses(most),
       constraints(most),
       growths(most),
       lanes(most + simd::tile_size),
       contenders(most),
       pool(most),
       draws(most),
+      unselected(most),
+      open(most),
       indices(most),
       gains(most) {}
 
@@ -40,6 +43,8 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
     : candidates(blocks),
       kernel(*memory.kernel),
       evaluator(kernel, {blocks.plane(0, 0), blocks.stride()}, std::max(blocks.rows(), 1), memory.team),
+      screening_memory(memory.screening),
+      losses(memory.losses),
       screening(evaluator, blocks.column_max(), memory.screening),
       constraints(memory.constraints),
       deadline(options.time_limit),
@@ -49,13 +54,17 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       contenders(memory.contenders.data()),
       pool(memory.pool.data()),
       draws(memory.draws.data()),
+      unselected(memory.unselected.data()),
+      open(memory.open.data()),
       indices(memory.indices.data()),
       gains(memory.gains.data()) {}
 
 Status Search::start(const Options& options) noexcept {
   const Status status = constraints.reset(candidates, options);
   if (status != Status::ok) return status;
-  if (!factor.reset(options.prior)) return Status::invalid_prior;
+  if (!prior.reset(options.prior)) return Status::invalid_prior;
+  prior_information = options.prior;
+  factor = prior;
   remaining = constraints.free_count();
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
   return Status::ok;
@@ -63,6 +72,7 @@ Status Search::start(const Options& options) noexcept {
 
 std::size_t Search::find_best() noexcept {
   const std::size_t count = screening.survivors(lanes);
+  if (count == 0) return screening.lanes();
   std::size_t best = 0;
   for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
   if (count > 1) {
@@ -119,7 +129,7 @@ void Search::report(Status status, Selection& selection) const noexcept {
   selection.gains = gains;
   selection.size = selected;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
-  selection.evaluations = screening.evaluations();
+  selection.evaluations = screening.evaluations() + losses_evaluated;
   selection.float64_decisions = float64_decisions;
 }
 
@@ -134,8 +144,8 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
     case Strategy::lazy_greedy: return Status::ok;
     case Strategy::stochastic_greedy:
       return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+    case Strategy::backward_greedy: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
     case Strategy::relaxed:
-    case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
   return Status::invalid_strategy;

@@ -4,6 +4,7 @@
 #include "kernel/constraints.hpp"
 #include "kernel/deadline.hpp"
 #include "kernel/information_factor.hpp"
+#include "kernel/losses.hpp"
 #include "kernel/screening.hpp"
 #include "threading/evaluator.hpp"
 #include "threading/team.hpp"
@@ -26,12 +27,15 @@ struct SearchMemory {
   const simd::Kernel* kernel;  ///< picked when this is made; nullptr: MAXLOGDET_ISA names one that is not there
   threading::Team team;
   ScreeningMemory screening;
+  LossesMemory losses;
   ConstraintsMemory constraints;
   std::vector<double> growths;
   std::vector<std::uint32_t> lanes;
   std::vector<std::uint32_t> contenders;
   std::vector<std::uint32_t> pool;
   std::vector<std::uint32_t> draws;
+  std::vector<unsigned char> unselected;
+  std::vector<unsigned char> open;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
 };
@@ -48,26 +52,33 @@ struct Search {
   const BlockStore& candidates;
   const simd::Kernel& kernel;
   threading::Evaluator evaluator;
+  ScreeningMemory& screening_memory;  ///< of the screening, for a strategy that has no use for one
+  LossesMemory& losses;
   Screening screening;
   Constraints constraints;
+  const double* prior_information = nullptr;  ///< as in Options
+  InformationFactor prior;
   InformationFactor factor;
   Deadline deadline;
   std::size_t budget;                 ///< how many to select, those required included
   std::size_t remaining = 0;          ///< candidates that may be selected and are not yet
   std::size_t selected = 0;           ///< entries of the answer so far
   std::size_t float64_decisions = 0;  ///< candidates that float64 had to tell apart
+  std::size_t losses_evaluated = 0;   ///< by backward_greedy
   double* growths;                    ///< scratch
   std::uint32_t* lanes;               ///< scratch
   std::uint32_t* contenders;          ///< scratch
   std::uint32_t* pool;                ///< scratch of a strategy
   std::uint32_t* draws;               ///< scratch of a strategy
+  unsigned char* unselected;          ///< scratch, per candidate
+  unsigned char* open;                ///< scratch, per candidate
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0; }
 
-  /// The lane of the best of the candidates that this round has evaluated, at least one. Float64 decides between those
-  /// that float32 cannot tell apart; ties go to the lowest index.
+  /// The lane of the best of the candidates that this round has evaluated. Float64 decides between those
+  /// that float32 cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
   std::size_t find_best() noexcept;
 
   /// Adds a candidate to the answer and its rows to the information.
@@ -105,5 +116,15 @@ Status lazy_greedy(Search& search) noexcept;
 
 /// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept;
+
+/// Starts from all candidates and removes the one of least loss, -log det(I - Y Y^T), until the budget is left; the
+/// highest index on ties. They are listed by index. `lazily`: without evaluating those that cannot be the least; the
+/// same answer. At the deadline those of largest loss by then are kept.
+Status backward_greedy(Search& search, bool lazily = true) noexcept;
+
+/// At most so many sweeps over the answer, in each of which every candidate that is not required is put to the test: it
+/// makes way for the best of those that are not selected if that gains more in its place (Fedorov 1972). log det never
+/// falls. At the deadline the answer is what it is by then.
+Status exchange(Search& search, std::size_t sweeps) noexcept;
 
 }  // namespace maxlogdet

@@ -20,8 +20,8 @@ Status run(Search& search, const Options& options) noexcept {
     case Strategy::greedy: return greedy(search);
     case Strategy::lazy_greedy: return lazy_greedy(search);
     case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
+    case Strategy::backward_greedy: return backward_greedy(search);
     case Strategy::relaxed:
-    case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
@@ -45,7 +45,10 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
 
   Status status = Status::ok;
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining, crossover);
-  memory_->team.run(executor_, selection.threads, [&] { status = run(search, options); });
+  memory_->team.run(executor_, selection.threads, [&] {
+    status = run(search, options);
+    if (status == Status::ok && options.exchange_sweeps > 0) status = exchange(search, options.exchange_sweeps);
+  });
   search.report(status, selection);
   return selection;
 }

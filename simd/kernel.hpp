@@ -90,6 +90,28 @@ using Largest = float (*)(const float* values, std::size_t count);
 /// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
 using AddRow = double (*)(double* inverse_factor, const double* row);
 
+/// W <- the inverse Cholesky factor of M - h^T h, if the share of det M that is left, 1 - |W h^T|^2, is above `least`,
+/// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRow.
+using RemoveRow = double (*)(double* inverse_factor, const double* row, double least);
+
+/// Stands for a loss where there is no candidate; losses are at most 1.
+constexpr double no_loss = 2;
+
+/// What the information loses if a candidate H in it leaves, as the share of the determinant,
+///     1 - det(M - H^T H) / det(M) = 1 - det(I_r - Y Y^T),   Y = H L^-T,
+/// in [0, 1], for the tiles listed, in float64: the same bits on every instruction set, whatever lane a candidate is
+/// in. losses[16 t + l] is that of lane l of tile t, no_loss if it does not remain, least[t] the least of them.
+using Losses = void (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+                        double* losses, double* least);
+
+/// sums, 6 x 6: H^T H summed over the candidates i in [0, count) with counted[i] != 0; at least `count` + 7 floats of a
+/// plane can be read. In float64, the same bits on every instruction set: each entry takes at most `sum_roundings`
+/// additions in a row.
+using SumInformation = void (*)(const Planes& planes, const unsigned char* counted, std::size_t count, double* sums);
+constexpr double sum_roundings(std::size_t count, int rows) {
+  return static_cast<double>((count / 8 + 1) * static_cast<std::size_t>(rows) + 8);
+}
+
 /// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
 using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,
                       std::uint32_t* draws);
@@ -104,6 +126,9 @@ struct Kernel {
   Gather gather[3];                    ///< [rows - 1]
   ColumnMax column_max[3];             ///< [rows - 1]
   AddRow add_row;
+  RemoveRow remove_row;
+  Losses losses[3];                   ///< [rows - 1]
+  SumInformation sum_information[3];  ///< [rows - 1]
   ListBetween list_between;
   Largest largest;
   Draw draw;

@@ -27,7 +27,9 @@ constexpr std::size_t float_lanes = Floats::size;
 #include "simd/blocks.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
+#include "simd/losses.inl"
 #include "simd/screen.inl"
+#include "simd/sums.inl"
 #include "simd/update.inl"
 
 namespace maxlogdet {
@@ -43,6 +45,9 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {gather<1>, gather<2>, gather<3>},
                                  {column_max<1>, column_max<2>, column_max<3>},
                                  add_row,
+                                 remove_row,
+                                 {losses<1>, losses<2>, losses<3>},
+                                 {sum_information<1>, sum_information<2>, sum_information<3>},
                                  list_between,
                                  largest,
                                  draw,

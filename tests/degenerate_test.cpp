@@ -124,7 +124,7 @@ TEST_P(Degenerate, one_direction_unobservable) {
     const Selection selection = selector_.select(blocks, with_budget(20));
     expect_valid(blocks, selection, 20);
     EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(blocks, indices_of(selection))), 1e-8);
-    if (GetParam() != Strategy::stochastic_greedy) {
+    if (GetParam() == Strategy::greedy || GetParam() == Strategy::lazy_greedy) {
       EXPECT_LE(gain_given_away(blocks, indices_of(selection)), 1e-9);
     }
   }
@@ -350,6 +350,7 @@ TEST_P(Degenerate, unknown_strategy_and_time_limit) {
 }
 
 TEST_P(Degenerate, deadline_gives_a_prefix_of_the_full_answer) {
+  if (GetParam() == Strategy::backward_greedy) GTEST_SKIP() << "it removes: see BackwardGreedy";
   Random random;
   SCOPED_TRACE(random.name());
   const std::size_t n = 20000;
@@ -391,6 +392,8 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, Degenerate, ::testing::ValuesIn(sim::strategies),
+                         [](const auto& parameter) { return std::string(to_string(parameter.param)); });
+INSTANTIATE_TEST_SUITE_P(Backward, Degenerate, ::testing::Values(Strategy::backward_greedy),
                          [](const auto& parameter) { return std::string(to_string(parameter.param)); });
 
 }  // namespace

@@ -22,12 +22,21 @@ Square<double> w_of(const InformationFactor& factor) {
 
 Matrix6 inverse_of(const InformationFactor& factor) { return w_of(factor).transpose() * w_of(factor); }
 
-void add(InformationFactor& factor, const Block& block) {
-  double rows[max_block_rows][6] = {};
-  for (int row = 0; row < block.rows(); ++row) {
-    for (int column = 0; column < 6; ++column) rows[row][column] = block(row, column);
+struct Rows {
+  explicit Rows(const Block& block) {
+    for (int row = 0; row < block.rows(); ++row) {
+      for (int column = 0; column < 6; ++column) entries[row][column] = block(row, column);
+    }
   }
-  factor.add_block(*simd::built_in()[0], rows, static_cast<int>(block.rows()));
+  double entries[max_block_rows][6] = {};
+};
+
+void add(InformationFactor& factor, const Block& block) {
+  factor.add_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
+}
+
+bool remove(InformationFactor& factor, const Block& block) {
+  return factor.remove_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
 }
 
 // Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
@@ -107,6 +116,135 @@ TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows)
       add(factor, stored_block(blocks, round));
     }
   }
+}
+
+// What is left of `blocks` from `first` on.
+GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t first, std::size_t end,
+                                      const Matrix6& prior = 1e-5 * Matrix6::Identity()) {
+  GreedyOracle<long double> oracle(blocks, prior);
+  for (std::size_t i = first; i < end; ++i) oracle.take(i);
+  return oracle;
+}
+
+// Far outliers of a frame are alone in what they see: those are refused.
+TEST(InformationFactor, stays_within_its_relative_error_through_downdates_on_every_family) {
+  long double tightest = 0;
+  int refused = 0;
+  int removed = 0;
+  for_every_family(60, [&](const BlockStore& blocks) {
+    InformationFactor factor;
+    const auto add_from = [&](std::size_t first) {
+      ASSERT_TRUE(factor.reset(nullptr));
+      for (std::size_t i = first; i < 60; ++i) add(factor, stored_block(blocks, i));
+    };
+    add_from(0);
+    for (std::size_t i = 0; i < 45; ++i) {
+      SCOPED_TRACE("after " + std::to_string(i));
+      if (remove(factor, stored_block(blocks, i))) {
+        ++removed;
+      } else {
+        ++refused;
+        add_from(i + 1);
+      }
+      tightest = std::max(tightest, expect_within_relative_error(factor, oracle_from(blocks, i + 1, 60)));
+    }
+  });
+  std::printf("%d removed, %d refused; largest deviation seen: %.2Le of its bound\n", removed, refused, tightest);
+  EXPECT_GT(tightest, 0);
+  EXPECT_LT(100 * refused, removed);
+}
+
+// Rows as long as 1e6 that are nearly parallel: now and then the prior is all that is left of a direction.
+TEST(InformationFactor, stays_within_its_relative_error_or_refuses_on_nearly_parallel_rows) {
+  int refused = 0;
+  int removed = 0;
+  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const double scale = std::pow(10.0, random.uniform(0, 6));
+    const double distance = std::pow(10.0, random.uniform(-6, 0));
+    const Block direction = random_block(random, 1);
+    BlockStore blocks;
+    for (int i = 0; i < 8; ++i) {
+      Block block(random.integer(1, 3), 6);
+      for (int row = 0; row < block.rows(); ++row) {
+        block.row(row) = scale * (direction + distance * random_block(random, 1));
+      }
+      push_back(blocks, block);
+    }
+    const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
+    const EigenPrior prior(information);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(prior.data()));
+    for (std::size_t i = 0; i < 8; ++i) add(factor, stored_block(blocks, i));
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (!remove(factor, stored_block(blocks, i))) {
+        ++refused;
+        break;
+      }
+      ++removed;
+      expect_within_relative_error(factor, oracle_from(blocks, i + 1, 8, information));
+    }
+  }
+  std::printf("%d removed, %d refused\n", removed, refused);
+  EXPECT_GT(removed, 1000);
+  EXPECT_GT(refused, 100);
+}
+
+TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_there) {
+  for (int column = 0; column < 6; ++column) {
+    Block row = Block::Zero(1, 6);
+    row(0, column) = 1e3;  // 1e11 times the prior
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr));
+    EXPECT_FALSE(remove(factor, row)) << "never added";
+    ASSERT_TRUE(factor.reset(nullptr));
+    add(factor, row);
+    EXPECT_FALSE(remove(factor, row)) << "the only one";
+    ASSERT_TRUE(factor.reset(nullptr));
+    add(factor, row);
+    add(factor, row);
+    EXPECT_TRUE(remove(factor, row)) << "one of two";
+    EXPECT_NEAR(1 / (factor.inverse()[simd::padded_dimension * column + column]), 1e3, 1e-4);
+  }
+  InformationFactor factor;
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_FALSE(remove(factor, Block::Constant(3, 6, 1e38)));
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_TRUE(remove(factor, Block::Zero(3, 6))) << "nothing";
+}
+
+// All at once, on every instruction set with the same bits, whatever lies beyond the last candidate.
+TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
+  long double tightest = 0;
+  for_every_family(300, [&](const BlockStore& blocks) {
+    const std::size_t count = 293;
+    const auto planes_of = static_cast<std::size_t>(6 * blocks.rows());
+    const std::size_t stride = 304;
+    std::vector<float> planes(planes_of * stride, std::numeric_limits<float>::quiet_NaN());
+    std::vector<unsigned char> counted(count);
+    GreedyOracle<long double> oracle(blocks);
+    for (std::size_t i = 0; i < count; ++i) {
+      counted[i] = blocks.is_valid(i) && i % 5 != 0 ? 1 : 0;
+      if (counted[i] != 0) oracle.take(i);
+      for (std::size_t p = 0; p < planes_of; ++p) {
+        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[i];
+      }
+    }
+    std::vector<double> expected;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      std::vector<double> sum(36);
+      kernel->sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, sum.data());
+      if (expected.empty()) expected = sum;
+      EXPECT_EQ(sum, expected) << kernel->isa;
+    }
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows())));
+    tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
+    EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
+  });
+  std::printf("largest deviation seen: %.2Le of its bound\n", tightest);
+  EXPECT_GT(tightest, 0);
 }
 
 TEST(InformationFactor, knows_where_it_has_no_digits_left) {

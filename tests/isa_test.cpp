@@ -59,7 +59,7 @@ TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
   }
 }
 
-// What float64 computes: gains of listed candidates, and the update of the factor.
+// What float64 computes: gains of listed candidates, updates and downdates of the factor.
 TEST(Isa, float64_gives_the_same_bits_on_all) {
   for (std::uint64_t variation = 0; variation < 100; ++variation) {
     Random random(variation);
@@ -86,6 +86,8 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
       double updated[size];
       std::copy_n(w, size, updated);
       results.back() = kernel->add_row(updated, row.data());
+      results.insert(results.end(), updated, updated + size);
+      results.push_back(kernel->remove_row(updated, row.data(), 0));
       results.insert(results.end(), updated, updated + size);
       if (expected.empty()) expected = results;
       EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << kernel->isa;

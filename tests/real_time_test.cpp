@@ -101,7 +101,8 @@ long bytes_written_in(const Work& work) {
 // Selections of every kind, errors included; returns how many gave an answer.
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
-  for (const Strategy strategy : sim::strategies) {
+  for (const Strategy strategy :
+       {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::backward_greedy}) {
     for (const std::size_t budget :
          {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
       for (const double epsilon : {0.1, -1.0}) {
@@ -114,6 +115,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.epsilon = epsilon;
             options.time_limit = limit;
             options.prior = prior;
+            options.exchange_sweeps = limit == 0 ? 2 : 0;
             if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }

@@ -31,6 +31,14 @@ class Evaluator {
     });
   }
 
+  /// As simd::Losses; in it a tile is listed once.
+  void losses(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+              double* losses, double* least) const noexcept {
+    team_.in_chunks(count, least_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, least);
+    });
+  }
+
   /// As simd::MakeRecords.
   void make_records(std::size_t count, float* records) const noexcept {
     team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -53,6 +61,7 @@ class Evaluator {
   Team& team() const noexcept { return team_; }
 
  private:
+  static constexpr std::size_t least_loss_tiles = 8;   // of a chunk in float64
   static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
   static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
 

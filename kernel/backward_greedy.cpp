@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/losses.hpp"
+#include "kernel/search.hpp"
+#include "kernel/stored_rows.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+// From so many candidates on the least loss is below 1/2: the shares tr(H M^-1 H^T) of all add up to 6 at most, and no
+// loss is above its share. So taking that candidate out costs the factor one bit at most.
+constexpr std::size_t few = 2 * state_dimension;
+// The relative error of the factor above which it is made anew, unless that was of no use the last time.
+constexpr double large_error = 1e-6;
+constexpr double useless_growth = 16;
+constexpr double hopeless_error = 0.125;
+
+// Candidates leaving the information one by one.
+class Removal {
+ public:
+  explicit Removal(Search& search) noexcept : search_(search), required_(search.factor), left_(search.unselected) {
+    std::copy_n(search.constraints.free(), search.candidates.size(), left_);
+  }
+
+  // Until `kept` remain.
+  Status run(std::size_t kept, bool lazily) noexcept {
+    if (search_.remaining > few) {
+      if (!sum_up()) add_what_is_left();
+      Losses losses(search_.evaluator, search_.candidates.column_max(), search_.screening_memory, search_.losses);
+      losses.start(left_, search_.candidates.size(), search_.factor);
+      const Status status = remove_many(losses, std::max(kept, few), lazily);
+      const bool is_late = status != Status::ok;
+      if (is_late) {
+        const std::size_t count = losses.list_all_but(kept, search_.pool);
+        for (std::size_t j = 0; j < count; ++j) left_[search_.pool[j]] = 0;
+      }
+      search_.losses_evaluated += losses.evaluations();
+      if (is_late) return status;
+    }
+    while (search_.remaining > kept) remove_one_of_few();
+    return Status::ok;
+  }
+
+  // The candidates that are left, by index.
+  void list() noexcept {
+    search_.factor = required_;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] != 0) search_.add(i);
+    }
+  }
+
+ private:
+  Status remove_many(Losses& losses, std::size_t kept, bool lazily) noexcept {
+    double limit = error_limit();
+    while (search_.remaining > kept) {
+      if (search_.deadline.has_passed()) return Status::deadline_reached;
+      const std::size_t lane = losses.least(search_.factor, lazily);
+      const std::uint32_t candidate = losses.candidate(lane);
+      losses.remove(lane);
+      left_[candidate] = 0;
+      --search_.remaining;
+      if (!take_out(candidate) || search_.factor.relative_error() > limit) {
+        add_what_is_left();
+        limit = error_limit();
+      }
+    }
+    return Status::ok;
+  }
+
+  // Of a factor just made. Where even that is known to be nothing, making it in every round would help nobody.
+  double error_limit() const noexcept {
+    const double f = search_.factor.relative_error();
+    return f < hopeless_error ? std::max(large_error, useless_growth * f) : std::numeric_limits<double>::infinity();
+  }
+
+  // With so few each of them may be the only one to see a direction, where 1 - det has no digits. What a candidate
+  // gains if it is added last to all others has them; but of identical ones, whose others are added in different
+  // orders, not the last bit.
+  void remove_one_of_few() noexcept {
+    std::uint32_t worst = 0;
+    double least = 0;
+    bool is_any = false;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] == 0) continue;
+      left_[i] = 0;
+      add_what_is_left();
+      left_[i] = 1;
+      const double growth = put_in(i);
+      if (is_any && growth > least && !is_same(i, worst)) continue;
+      least = growth;
+      worst = i;
+      is_any = true;
+    }
+    left_[worst] = 0;
+    --search_.remaining;
+  }
+
+  bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {
+    for (int row = 0; row < search_.candidates.rows(); ++row) {
+      for (int column = 0; column < state_dimension; ++column) {
+        const float* const plane = search_.candidates.plane(row, column);
+        if (plane[a] < plane[b] || plane[a] > plane[b]) return false;
+      }
+    }
+    return true;
+  }
+
+  bool take_out(std::uint32_t candidate) noexcept {
+    double rows[max_block_rows][state_dimension];
+    read_rows(search_.candidates, candidate, rows);
+    return search_.factor.remove_block(search_.kernel, rows, search_.candidates.rows());
+  }
+
+  double put_in(std::uint32_t candidate) noexcept {
+    double rows[max_block_rows][state_dimension];
+    read_rows(search_.candidates, candidate, rows);
+    return search_.factor.add_block(search_.kernel, rows, search_.candidates.rows());
+  }
+
+  // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does
+  // so too much.
+  bool sum_up() noexcept {
+    const BlockStore& candidates = search_.candidates;
+    unsigned char* const counted = search_.open;
+    std::copy_n(left_, candidates.size(), counted);
+    for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
+    double sum[state_dimension * state_dimension];
+    const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
+    search_.kernel.sum_information[candidates.rows() - 1](planes, counted, candidates.size(), sum);
+    const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
+    return search_.factor.reset(search_.prior_information, sum, roundings) &&
+           search_.factor.relative_error() < large_error;
+  }
+
+  void add_what_is_left() noexcept {
+    search_.factor = required_;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] != 0) put_in(i);
+    }
+  }
+
+  Search& search_;
+  InformationFactor required_;  // the prior and what is required
+  unsigned char* left_;         // per candidate
+};
+
+}  // namespace
+
+Status backward_greedy(Search& search, bool lazily) noexcept {
+  const std::size_t kept = std::min(search.budget - search.selected, search.remaining);
+  const std::size_t free_count = search.remaining;
+  Removal removal(search);
+  const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
+  if (kept > 0) removal.list();
+  search.remaining = free_count - kept;
+  return status;
+}
+
+}  // namespace maxlogdet
