@@ -21,7 +21,8 @@ SearchMemory::SearchMemory(std::size_t most)
       pool(most),
       draws(most),
       indices(most),
-      gains(most) {}
+      gains(most),
+      traces(most + simd::tile_size) {}
 
 Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
     : candidates(blocks),
@@ -37,7 +38,8 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       pool(memory.pool.data()),
       draws(memory.draws.data()),
       indices(memory.indices.data()),
-      gains(memory.gains.data()) {}
+      gains(memory.gains.data()),
+      traces(memory.traces) {}
 
 Status Search::start(const Options& options) noexcept {
   const Status status = constraints.reset(candidates, options);

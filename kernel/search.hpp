@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/aligned_array.hpp"
 #include "kernel/constraints.hpp"
 #include "kernel/deadline.hpp"
 #include "kernel/information_factor.hpp"
@@ -34,6 +35,7 @@ struct SearchMemory {
   std::vector<std::uint32_t> draws;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
+  AlignedArray<float> traces;
 };
 
 /// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
@@ -63,6 +65,7 @@ struct Search {
   std::uint32_t* draws;               ///< scratch of a strategy
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
+  float* traces;                      ///< scratch, whole tiles
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
+#include "kernel/certificate.hpp"
 #include "kernel/search.hpp"
 
 #include <algorithm>
@@ -83,7 +84,10 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.status = search.start(options);
   if (selection.status != Status::ok) return selection;
 
-  const auto region = [&] { selection.status = run(search, options); };
+  const auto region = [&] {
+    selection.status = run(search, options);
+    if (options.certify && selection.has_answer()) selection.upper_bound = upper_bound(search, options);
+  };
   selection.threads = workers_for(options, search.remaining, executor_);
   if (selection.threads > 1) {
     memory_->team.run(*executor_, selection.threads, region);
@@ -96,6 +100,9 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.gains = search.gains;
   selection.size = search.selected;
   selection.log_det = std::accumulate(search.gains, search.gains + search.selected, search.factor.prior_log_det());
+  // Rounding may put the computed log det of an optimal answer above its bound.
+  if (options.certify && selection.has_answer())
+    selection.upper_bound = std::max(selection.upper_bound, selection.log_det);
   selection.evaluations = search.screening.evaluations();
   selection.float64_decisions = search.float64_decisions;
   return selection;

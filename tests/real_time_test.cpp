@@ -114,6 +114,8 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.epsilon = epsilon;
             options.time_limit = limit;
             options.prior = prior;
+            options.certify = true;
+            options.certificate_passes = 2;
             if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }
