@@ -16,6 +16,9 @@ constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // In units of 2^-53, relative to the magnitudes that are summed (docs/numerics.md).
 constexpr double sum_errors = 128;
 
+// What a pass has to promise, nats: less is rounding.
+constexpr double least_promise = 1e-9;
+
 // A value, and the sum of magnitudes that its rounding error is in proportion to.
 struct Sum {
   double value = 0;
@@ -81,7 +84,7 @@ double upper_bound(Search& search, const Options& options) noexcept {
     Information best = prior;
     add_blocks(search.candidates, search.constraints.required(), search.constraints.required_count(), best);
     add_blocks(search.candidates, top.candidates, top.count, best);
-    if (!mixture.add(best)) break;
+    if (!mixture.add(best, least_promise)) break;
     least = std::min(least, bound_at(search, mixture.inverse(), prior, budget, top));
   }
   return least;

@@ -17,8 +17,6 @@ constexpr double default_prior_information = 1e-5;
 constexpr int most_balances = 4;
 // Nor is it worth it where their worths differ by less than this share of what the new selection promised.
 constexpr double least_imbalance = 0.05;
-// What a selection has to promise, nats, for the mixture not to be at the optimum.
-constexpr double least_promise = 1e-9;
 // A step need not be exact: it ends where the slope has fallen to this share, or after so many halvings.
 constexpr double flat_slope = 0.02;
 constexpr int line_search_steps = 20;
@@ -173,7 +171,7 @@ bool InformationMixture::reset(const Information& first) noexcept {
 
 bool InformationMixture::refactorise() noexcept { return factor_.reset(&sum_.entry[0][0]); }
 
-bool InformationMixture::add(const Information& next) noexcept {
+bool InformationMixture::add(const Information& next, double least_promise) noexcept {
   if (count_ == most) merge_lightest();
   const Information towards = difference(next, sum_);
   const double promised = trace_of_product(inverse_information(inverse()), towards);

@@ -30,8 +30,9 @@ class InformationMixture {
   /// One selection, of weight 1. False if it cannot be factorised: then, here and below, inverse() is of no use.
   bool reset(const Information& first) noexcept;
 
-  /// False also if no mixture with the next one is better: this one is the best of all, then.
-  bool add(const Information& next) noexcept;
+  /// False also if no mixture with `next` can be better by more than `least_promise`, nats. Where `next` is the best
+  /// selection at inverse(), no mixture at all can.
+  bool add(const Information& next, double least_promise) noexcept;
 
   /// W, the inverse Cholesky factor of the mixture, 6 x 8 row-major.
   const double* inverse() const noexcept { return factor_.inverse(); }

@@ -7,11 +7,9 @@ namespace maxlogdet {
 
 // Until the selected rows span the state, gains are those against the prior and say little about later ones; so three
 // rounds at least evaluate every candidate. The round after that does so once more, and orders them by what it finds.
-Status lazy_greedy(Search& search) noexcept {
+Status search_lazily(Search& search) noexcept {
   const auto rows = static_cast<std::size_t>(search.screening.rows());
   const std::size_t first_rounds = std::max<std::size_t>(3, state_dimension / rows);
-
-  search.screening.use_store(search.constraints.free(), search.candidates.size());
   for (std::size_t round = 0; search.wants_more(); ++round) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     search.screening.begin_round(search.factor);
@@ -27,6 +25,11 @@ Status lazy_greedy(Search& search) noexcept {
     }
   }
   return Status::ok;
+}
+
+Status lazy_greedy(Search& search) noexcept {
+  search.screening.use_store(search.constraints.free(), search.candidates.size());
+  return search_lazily(search);
 }
 
 }  // namespace maxlogdet

@@ -27,7 +27,7 @@ struct ScreeningMemory {
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
-  AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is
+  AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is; also scratch
 };
 
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
@@ -45,6 +45,13 @@ class Screening {
 
   /// Prepares for use_listed.
   void make_records(std::size_t n) noexcept;
+
+  /// The same for no more than these candidates, in ascending order, and those next to them.
+  void make_records_of(const std::uint32_t* candidates, std::size_t count) noexcept;
+
+  /// Forgets all bounds, which hold only as long as candidates are taken out and information grows. `column_max`: as
+  /// above.
+  void restart(const double* column_max) noexcept;
 
   /// Tiles of these candidates in this order, copied together. After make_records.
   void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;

@@ -94,6 +94,13 @@ Status greedy(Search& search) noexcept;
 /// best found this round need not be evaluated again (Minoux 1978), here by tiles of candidates.
 Status lazy_greedy(Search& search) noexcept;
 
+/// The same among what the screening holds, in the order of the store or as listed.
+Status search_lazily(Search& search) noexcept;
+
+/// Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates that it gives weight to and a few
+/// more (docs/performance.md). `prior`: Options::prior. Groups are not supported.
+Status relaxed(Search& search, const double* prior) noexcept;
+
 /// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept;
 

@@ -35,7 +35,7 @@ Status check(const BlockStore& candidates, const Options& options, std::size_t c
     case Strategy::lazy_greedy: return Status::ok;
     case Strategy::stochastic_greedy:
       return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
-    case Strategy::relaxed:
+    case Strategy::relaxed: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
     case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
@@ -47,7 +47,7 @@ Status run(Search& search, const Options& options) noexcept {
     case Strategy::greedy: return greedy(search);
     case Strategy::lazy_greedy: return lazy_greedy(search);
     case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
-    case Strategy::relaxed:
+    case Strategy::relaxed: return relaxed(search, options.prior);
     case Strategy::backward_greedy:
     case Strategy::automatic: break;
   }
