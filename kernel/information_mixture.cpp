@@ -161,6 +161,12 @@ void add_blocks(const BlockStore& candidates, const std::uint32_t* list, std::si
   for (int i = 0; i < n; ++i) std::copy_n(sum[i], n, information.entry[i]);
 }
 
+void add_block(const BlockStore& candidates, std::uint32_t candidate, double scale, Information& information) noexcept {
+  Information block{};
+  add_blocks(candidates, &candidate, 1, block);
+  add_scaled(scale, block, information);
+}
+
 bool InformationMixture::reset(const Information& first) noexcept {
   count_ = 1;
   selections_[0] = first;

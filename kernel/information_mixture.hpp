@@ -21,6 +21,9 @@ Information prior_information(const double* prior) noexcept;
 void add_blocks(const BlockStore& candidates, const std::uint32_t* list, std::size_t count,
                 Information& information) noexcept;
 
+/// M <- M + scale H^T H.
+void add_block(const BlockStore& candidates, std::uint32_t candidate, double scale, Information& information) noexcept;
+
 /// Information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j. It
 /// grows as Frank and Wolfe (1956) do it, by one selection at a time and the step of largest log det towards it; then a
 /// few pairs of weights are balanced likewise, which makes the next selection a better one (simplicial decomposition,
