@@ -54,7 +54,7 @@ double bound_at(Search& search, const double* w, const Information& prior, std::
   search.evaluator.exact_traces(w, search.constraints.required(), required, search.growths);
   double traces = 0;
   for (std::size_t j = 0; j < required; ++j) traces += search.growths[j];
-  top = find_top_traces(search, w, budget - required);
+  top = find_top_traces(search, w, budget - required, top.threshold);
   traces += top.sum;
 
   const auto count = static_cast<double>(required + top.count);
@@ -72,7 +72,7 @@ double upper_bound(Search& search, const Options& options) noexcept {
   const Information prior = prior_information(options.prior);
   const std::size_t budget =
       std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
-  TopTraces top;
+  TopTraces top{nullptr, 0, 0, first_guess(budget)};
   double least = bound_at(search, search.factor.inverse(), prior, budget, top);
   if (options.certificate_passes == 0) return least;
 

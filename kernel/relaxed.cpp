@@ -94,10 +94,12 @@ Status relaxed(Search& search, const double* prior) noexcept {
   count = wanted;
 
   InformationMixture mixture;
+  float threshold = first_guess(wanted);
   if (!mixture.reset(selected)) return lazy_greedy(search);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
-    const TopTraces top = find_top_traces(search, mixture.inverse(), wanted);
+    const TopTraces top = find_top_traces(search, mixture.inverse(), wanted, threshold);
+    threshold = top.threshold;
     count = unite(search, count, top.candidates, top.count);
     Information best = required;
     add_blocks(search.candidates, top.candidates, top.count, best);
@@ -112,6 +114,7 @@ Status relaxed(Search& search, const double* prior) noexcept {
   }
   start.restore(search);
   for (std::size_t j = 0; j < wanted; ++j) search.add(first[j]);
+  search.remaining -= wanted;
   return status;
 }
 

@@ -23,12 +23,12 @@ constexpr double smallest_norm = 1e-12;
 std::size_t enough(std::size_t n, std::size_t wanted) noexcept { return wanted + wanted / 16 + n / 128 + 8; }
 
 // A value that at least `wanted` of `count` are not below (so many are not negative), and not many more unless they are
-// equal. Steps of a factor of four, then by turns in half and where counts that grow evenly would be met.
-float threshold_for(const threading::Evaluator& evaluator, const float* values, std::size_t count,
-                    std::size_t wanted) noexcept {
+// equal. In growing steps from a guess, then by turns in half and where counts that grow evenly would be met.
+float threshold_for(const threading::Evaluator& evaluator, const float* values, std::size_t count, std::size_t wanted,
+                    float guess) noexcept {
   const std::size_t most = enough(count, wanted);
-  // At the optimum wanted traces sum to at most 6.
-  float guess = 3.0F / static_cast<float>(wanted);
+  if (!(guess > 0)) guess = first_guess(wanted);
+  float factor = 1.2F;
   float low = 0;
   float high = std::numeric_limits<float>::max();
   std::size_t at_low = count;
@@ -45,11 +45,12 @@ float threshold_for(const threading::Evaluator& evaluator, const float* values, 
       at_high = found;
     }
     constexpr float smallest = std::numeric_limits<float>::min();
-    constexpr float largest = std::numeric_limits<float>::max() / 8;
+    constexpr float largest = std::numeric_limits<float>::max() / 16;
     is_bracketed = is_bracketed || (low > 0 && high < std::numeric_limits<float>::max());
     if (!is_bracketed) {
-      if (low > 0 ? guess > largest : guess < 4 * smallest) return low;
-      guess *= low > 0 ? 4.0F : 0.25F;
+      if (low > 0 ? guess > largest : guess < 16 * smallest) return low;
+      guess *= low > 0 ? factor : 1 / factor;
+      factor = std::min(8.0F, factor * factor);
       continue;
     }
     const auto excess = static_cast<double>(at_low - (wanted + most) / 2);
@@ -60,7 +61,7 @@ float threshold_for(const threading::Evaluator& evaluator, const float* values, 
 }
 
 // Lists the free candidates that may be among the `wanted` of largest exact trace, in ascending order.
-std::size_t list_contenders(Search& search, const double* w, std::size_t wanted) noexcept {
+std::size_t list_contenders(Search& search, const double* w, std::size_t wanted, float& threshold) noexcept {
   const std::size_t n = search.candidates.size();
   const unsigned char* const free = search.constraints.free();
   const double unit_error = trace_root_error(search, w);  // 8 |W| |h|
@@ -74,9 +75,9 @@ std::size_t list_contenders(Search& search, const double* w, std::size_t wanted)
     return listed;
   }
   search.evaluator.traces(w, free, n, search.traces);
-  const auto threshold = static_cast<double>(threshold_for(search.evaluator, search.traces, n, wanted));
+  threshold = threshold_for(search.evaluator, search.traces, n, wanted, threshold);
   const double error = unit_error * unit_roundoff + underflow_error;
-  const double root = std::sqrt(threshold) * (1 - 2 * sum_errors * unit_roundoff) - 2 * error;
+  const double root = std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * unit_roundoff) - 2 * error;
   const float least = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
   constexpr float infinity = std::numeric_limits<float>::infinity();
   return search.kernel.list_between(search.traces, n, least, infinity, search.lanes);
@@ -97,12 +98,13 @@ double trace_root_error(const Search& search, const double* w) noexcept {
   return 8 * std::sqrt(search.evaluator.rows() * squares);
 }
 
-TopTraces find_top_traces(Search& search, const double* w, std::size_t wanted) noexcept {
-  if (wanted == 0) return {search.contenders, 0, 0};
-  const std::size_t listed = list_contenders(search, w, wanted);
+TopTraces find_top_traces(Search& search, const double* w, std::size_t wanted, float guess) noexcept {
+  TopTraces top{search.contenders, 0, 0, guess};
+  if (wanted == 0) return top;
+  const std::size_t listed = list_contenders(search, w, wanted, top.threshold);
+  if (listed == 0) return top;
   const std::uint32_t* const candidate = search.lanes;
   const double* const exact = search.growths;
-  if (listed == 0) return {search.contenders, 0, 0};
   search.evaluator.exact_traces(w, candidate, listed, search.growths);
 
   std::size_t last = listed - 1;  // the last one in order of traces, then of indices, that is taken
@@ -114,7 +116,6 @@ TopTraces find_top_traces(Search& search, const double* w, std::size_t wanted) n
     });
     last = places[wanted - 1];
   }
-  TopTraces top{search.contenders, 0, 0};
   for (std::size_t j = 0; j < listed; ++j) {
     if (listed > wanted && !(exact[j] > exact[last] || (exact[j] == exact[last] && j <= last))) continue;
     search.contenders[top.count++] = candidate[j];

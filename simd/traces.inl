@@ -47,15 +47,25 @@ void exact_traces(const Planes& planes, const double* w, const std::uint32_t* in
 }
 
 std::size_t count_at_least(const float* values, std::size_t count, float threshold) {
-  Floats counts(0.0F);  // exact up to 2^24 each
-  for (std::size_t i = 0; i < count; i += float_lanes) {
-    const auto is_counted = Floats::load_unaligned(values + i) >= Floats(threshold);
-    counts = counts + xsimd::select(is_counted, Floats(1.0F), Floats(0.0F));
+  constexpr std::size_t chains = tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // that do not wait
+  Floats counts[chains];                                                                     // exact up to 2^24 each
+  for (Floats& chain : counts) chain = Floats(0.0F);
+  const auto ones = [values, threshold](std::size_t i) {
+    return xsimd::select(Floats::load_unaligned(values + i) >= Floats(threshold), Floats(1.0F), Floats(0.0F));
+  };
+  std::size_t i = 0;
+  for (; i + chains * float_lanes <= count; i += chains * float_lanes) {
+    for (std::size_t chain = 0; chain < chains; ++chain) {
+      counts[chain] = counts[chain] + ones(i + chain * float_lanes);
+    }
   }
-  float lanes[float_lanes];
-  counts.store_unaligned(lanes);
+  for (; i < count; i += float_lanes) counts[0] = counts[0] + ones(i);
   std::size_t sum = 0;
-  for (const float lane : lanes) sum += static_cast<std::size_t>(lane);
+  for (const Floats& chain : counts) {
+    float lanes[float_lanes];
+    chain.store_unaligned(lanes);
+    for (const float lane : lanes) sum += static_cast<std::size_t>(lane);
+  }
   return sum;
 }
 

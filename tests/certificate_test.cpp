@@ -3,29 +3,17 @@
 #include "kernel/top_traces.hpp"
 #include "sim/forced_isa.hpp"
 #include "tests/oracle.hpp"
+#include "tests/thread_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <thread>
 
 namespace maxlogdet::test {
 namespace {
 
 using Wide = Eigen::Matrix<long double, state_dimension, state_dimension>;
 using Rows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
-
-// Threads of its own, for as long as a region lasts.
-class ThreadExecutor final : public Executor {
- public:
-  int concurrency() const noexcept override { return 4; }
-  void run(int workers, Body body, void* context) noexcept override {
-    std::vector<std::thread> helpers;
-    for (int worker = 1; worker < workers; ++worker) helpers.emplace_back(body, context, worker);
-    body(context, 0);
-    for (std::thread& helper : helpers) helper.join();
-  }
-};
 
 // ---- The largest traces.
 
@@ -57,7 +45,7 @@ Top top_traces(const BlockStore& blocks, const Options& options, std::size_t add
   Search search(blocks, options, memory);
   EXPECT_EQ(search.start(options), Status::ok);
   for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
-  const TopTraces top = find_top_traces(search, search.factor.inverse(), wanted);
+  const TopTraces top = find_top_traces(search, search.factor.inverse(), wanted, first_guess(wanted));
   const Top result{{top.candidates, top.candidates + top.count}, top.sum};
   check(search, result);
   return result;
@@ -142,8 +130,8 @@ TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
   }
 }
 
-// Copies of one block, an entry moved by a few float32 steps each, once that direction is well observed: what whitens to
-// little is the difference of large products, and float32 alone ranks them wrongly.
+// Copies of one block, an entry moved by a few float32 steps each, once that direction is well observed: what whitens
+// to little is the difference of large products, and float32 alone ranks them wrongly.
 TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
   for (std::uint64_t variation = 0; variation < 20; ++variation) {
     Random random(variation);
