@@ -70,50 +70,59 @@ std::size_t unite(Search& search, std::size_t count, const std::uint32_t* list, 
   return static_cast<std::size_t>(end - search.lanes);
 }
 
-}  // namespace
-
-// The relaxation, 0 <= w_i <= 1, sum w_i = k, is kept as a mixture of selections: of the sample's, and of those that
-// each sweep finds best at the information so far. What they hold is all that has a weight: a few times k candidates.
-Status relaxed(Search& search, const double* prior) noexcept {
-  const Start start(search);
-  const std::size_t wanted = start.wanted(search);
-  const std::size_t sample = sample_per_selected * wanted;
-  if (search.candidates.size() < 2 * sample || wanted == 0) return lazy_greedy(search);
-  std::size_t count = list_sample(search, sample);
-  if (count < sample / 2) return lazy_greedy(search);
-  if (start.search_listed(search, search.pool, count) != Status::ok) return Status::deadline_reached;
-
-  Information required = prior_information(prior);
-  add_blocks(search.candidates, search.indices, start.selected(), required);
-  Information selected = required;
-  std::uint32_t* const first = search.draws;  // the sample's answer
-  std::copy(search.indices + start.selected(), search.indices + search.selected, first);
-  add_blocks(search.candidates, first, wanted, selected);
-  std::copy_n(first, wanted, search.pool);
-  std::sort(search.pool, search.pool + wanted);
-  count = wanted;
-
-  InformationMixture mixture;
+// The relaxation, 0 <= w_i <= 1, sum w_i = k, as a mixture of selections: one in the pool, of this information, and
+// those that each sweep finds best at the information so far. What they hold is all that has a weight; it is listed in
+// the pool. Returns how many, a few times k; 0 if the deadline passed.
+std::size_t list_relaxed(Search& search, const Information& required, const Information& selected,
+                         std::size_t wanted) noexcept {
+  std::size_t count = wanted;
   float threshold = first_guess(wanted);
-  if (!mixture.reset(selected)) return lazy_greedy(search);
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    if (search.deadline.has_passed()) return Status::deadline_reached;
+  InformationMixture mixture;
+  bool goes_on = mixture.reset(selected);
+  for (int sweep = 0; goes_on && sweep < most_sweeps; ++sweep) {
+    if (search.deadline.has_passed()) return 0;
     const TopTraces top = find_top_traces(search, mixture.inverse(), wanted, threshold);
     threshold = top.threshold;
     count = unite(search, count, top.candidates, top.count);
     Information best = required;
     add_blocks(search.candidates, top.candidates, top.count, best);
-    if (!mixture.add(best, enough)) break;
+    goes_on = mixture.add(best, enough);
   }
+  return count;
+}
+
+}  // namespace
+
+Status relaxed(Search& search, const double* prior) noexcept {
+  const Start start(search);
+  const std::size_t wanted = start.wanted(search);
+  const std::size_t sample = sample_per_selected * wanted;
+  if (search.candidates.size() < 2 * sample || wanted == 0) return lazy_greedy(search);
+  const std::size_t listed = list_sample(search, sample);
+  if (listed < sample / 2) return lazy_greedy(search);
+  if (start.search_listed(search, search.pool, listed) != Status::ok) return Status::deadline_reached;
+
+  Information required = prior_information(prior);
+  add_blocks(search.candidates, search.indices, start.selected(), required);
+  std::uint32_t* const found = search.indices + start.selected();
+  std::uint32_t* const answer = search.draws;  // the best so far
+  std::copy_n(found, wanted, answer);
+  Information selected = required;
+  add_blocks(search.candidates, found, wanted, selected);
+  std::copy_n(found, wanted, search.pool);
+  std::sort(search.pool, search.pool + wanted);
+  const std::size_t count = list_relaxed(search, required, selected, wanted);
+  if (count == 0) return Status::deadline_reached;
+
   Status status = start.search_listed(search, search.pool, count);
   if (status == Status::ok) {
-    std::uint32_t* const found = search.indices + start.selected();
-    add_blocks(search.candidates, found, wanted, required);
-    status = swap_least_valuable(search, found, wanted, count - wanted, required);
-    std::copy_n(found, wanted, first);
+    selected = required;
+    add_blocks(search.candidates, found, wanted, selected);
+    status = swap_least_valuable(search, found, wanted, count - wanted, selected);
+    std::copy_n(found, wanted, answer);
   }
   start.restore(search);
-  for (std::size_t j = 0; j < wanted; ++j) search.add(first[j]);
+  for (std::size_t j = 0; j < wanted; ++j) search.add(answer[j]);
   search.remaining -= wanted;
   return status;
 }
