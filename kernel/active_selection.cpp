@@ -18,7 +18,9 @@ namespace {
 // From one start() to the next.
 struct Proposals {
   Proposals(const BlockStore& candidates, const Options& options, SearchMemory& memory) noexcept
-      : search(candidates, options, memory), status(search.start(options)), rounds(search) {}
+      : search(candidates, options, memory), status(search.start(options)), rounds(search) {
+    search.screening.use_store(search.constraints.free(), candidates.size());
+  }
 
   Search search;
   Status status;

@@ -130,8 +130,7 @@ class Removal {
     const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
     search_.kernel.sum_information[candidates.rows() - 1](planes, counted, candidates.size(), sum);
     const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
-    return search_.factor.reset(search_.prior_information, sum, roundings) &&
-           search_.factor.relative_error() < large_error;
+    return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
   }
 
   void add_what_is_left() noexcept {

@@ -38,7 +38,8 @@ class Exchange {
     take_out(place);
     search_.constraints.give_place(out);
     if (search_.constraints.has_groups()) open_lanes();
-    search_.screening.begin_unrelated_round(search_.factor, search_.candidates.column_max());
+    search_.screening.restart(search_.candidates.column_max());
+    search_.screening.begin_round(search_.factor);
     search_.screening.evaluate_trial(least);
     const std::size_t best = search_.find_best();
     const bool is_better = best != search_.screening.lanes() && gains_more(static_cast<std::uint32_t>(best), out);
@@ -63,7 +64,8 @@ class Exchange {
   // With the information as it is, for all that is not selected, whether its group is full or not.
   void bound_growths() noexcept {
     search_.screening.use_store(search_.unselected, search_.candidates.size());
-    search_.screening.begin_unrelated_round(search_.factor, search_.candidates.column_max());
+    search_.screening.restart(search_.candidates.column_max());
+    search_.screening.begin_round(search_.factor);
     search_.screening.evaluate_all();
     search_.screening.keep_bounds();
     has_bounds_ = true;

@@ -8,9 +8,7 @@ namespace maxlogdet {
 LazyRounds::LazyRounds(Search& search) noexcept
     : search_(search),
       start_(search.selected),
-      first_rounds_(std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.screening.rows()))) {
-  search.screening.use_store(search.constraints.free(), search.candidates.size());
-}
+      first_rounds_(std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.screening.rows()))) {}
 
 bool LazyRounds::order_is_due() const noexcept { return !is_ordered_ && added() == first_rounds_ + 1; }
 
@@ -28,7 +26,7 @@ void LazyRounds::evaluate() noexcept {
   }
 }
 
-Status lazy_greedy(Search& search) noexcept {
+Status search_lazily(Search& search) noexcept {
   LazyRounds rounds(search);
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
@@ -40,6 +38,11 @@ Status lazy_greedy(Search& search) noexcept {
     search.select_best();
   }
   return Status::ok;
+}
+
+Status lazy_greedy(Search& search) noexcept {
+  search.screening.use_store(search.constraints.free(), search.candidates.size());
+  return search_lazily(search);
 }
 
 }  // namespace maxlogdet

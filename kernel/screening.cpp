@@ -50,7 +50,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bounds(lanes_for(tiles_of(capacity))),
       list(2 * lanes_for(tiles_of(capacity)) + 2 * tile_size * threading::Team::most_chunks),
       tile_remaining(tiles_of(capacity)),
-      lane(capacity) {}
+      lane(lanes_for(capacity)) {}
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
   is_store_order_ = true;
@@ -70,6 +70,24 @@ void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
 }
 
 void Screening::make_records(std::size_t n) noexcept { evaluator_.make_records(n, memory_.records); }
+
+void Screening::make_records_of(const std::uint32_t* candidates, std::size_t count) noexcept {
+  std::size_t done = 0;  // candidates below it have records
+  for (std::size_t j = 0; j < count; ++j) {
+    if (candidates[j] < done) continue;
+    const std::size_t first = candidates[j] / tile_size * tile_size;
+    const simd::Planes planes{evaluator_.planes().data + first, evaluator_.planes().stride};
+    kernel_.make_records[rows_ - 1](planes, tile_size, memory_.records + first * simd::record_size(rows_));
+    done = first + tile_size;
+  }
+}
+
+void Screening::restart(const double* column_max) noexcept {
+  std::copy_n(column_max, simd::dimension, column_max_);
+  now_ = 0;
+  with_care_ = false;
+  is_lasting_ = false;
+}
 
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
   is_store_order_ = false;
@@ -92,25 +110,30 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
 void Screening::order_by_gain(bool find_lanes) noexcept {
   const std::size_t lanes = this->lanes();
   const float top = std::max(0.0F, kernel_.largest(memory_.growths, lanes));
-  std::uint32_t* const order = memory_.candidate;
+  // Lanes are candidates in the order of the store; else `lane` is scratch until it is filled below.
+  std::uint32_t* const order = is_store_order_ ? memory_.candidate : memory_.lane;
   const std::size_t count =
       order_lanes(memory_.growths, memory_.remaining, lanes, top, evaluator_.team(), memory_.bucket, order);
-
-  make_records(lanes);
-  use_listed(order, count);
-  is_ordered_ = true;
-  for (std::size_t lane = 0; find_lanes && lane < count; ++lane) {
-    memory_.lane[order[lane]] = static_cast<std::uint32_t>(lane);
-  }
-  if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
   slope_ = all_slope_;
   offset_ = all_offset_;
   const Line line = upper_line();
-  for (std::size_t tile = 0; tile < tile_count_; ++tile) {
+  for (std::size_t tile = 0; tile < tiles_of(count); ++tile) {
     // Of the first lane's bucket, the highest in the tile, the upper end.
     const auto below = static_cast<std::int32_t>(memory_.bucket[order[tile * tile_size]]);
     memory_.bounds[tile] = line.at(float_of(bits_of(top) - below * (1 << lane_order_shift)));
   }
+
+  if (is_store_order_) {
+    make_records(lanes);
+  } else {
+    for (std::size_t lane = 0; lane < count; ++lane) order[lane] = memory_.candidate[order[lane]];
+  }
+  use_listed(order, count);
+  is_ordered_ = true;
+  for (std::size_t lane = 0; find_lanes && lane < count; ++lane) {
+    memory_.lane[memory_.candidate[lane]] = static_cast<std::uint32_t>(lane);
+  }
+  if (volume_error_ > small_volume_error) kernel_.column_max[rows_ - 1](memory_.packed, tile_count_, column_max_);
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
@@ -129,13 +152,6 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   if (!is_bounded_anew_) return;
   is_lasting_ = may_last;
   bound_errors();
-}
-
-void Screening::begin_unrelated_round(const InformationFactor& factor, const double* column_max) noexcept {
-  std::copy_n(column_max, simd::dimension, column_max_);
-  now_ = 0;
-  is_lasting_ = false;
-  begin_round(factor);
 }
 
 void Screening::bound_errors() noexcept {

@@ -27,7 +27,7 @@ struct ScreeningMemory {
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch
   AlignedArray<unsigned char> tile_remaining;  ///< per tile: candidates that remain
-  AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is
+  AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is; also scratch
 };
 
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
@@ -46,6 +46,13 @@ class Screening {
   /// Prepares for use_listed.
   void make_records(std::size_t n) noexcept;
 
+  /// The same for no more than these candidates, in ascending order, and those next to them.
+  void make_records_of(const std::uint32_t* candidates, std::size_t count) noexcept;
+
+  /// Forgets what earlier rounds have told about rounding errors, which holds only as long as candidates are taken out
+  /// and information grows. `column_max`: as above. The bounds of tiles stay.
+  void restart(const double* column_max) noexcept;
+
   /// Tiles of these candidates in this order, copied together. After make_records.
   void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
 
@@ -58,10 +65,6 @@ class Screening {
 
   /// Starts a round with this information; nothing is evaluated yet.
   void begin_round(const InformationFactor& factor) noexcept;
-
-  /// The same where the information need not be more than in the round before; `column_max` as in the constructor, of
-  /// all that may remain now.
-  void begin_unrelated_round(const InformationFactor& factor, const double* column_max) noexcept;
 
   /// Evaluates every tile.
   void evaluate_all() noexcept;

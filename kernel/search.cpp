@@ -37,7 +37,8 @@ SearchMemory::SearchMemory(std::size_t most)
       unselected(most),
       open(most),
       indices(most),
-      gains(most) {}
+      gains(most),
+      traces(most + simd::tile_size) {}
 
 Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
     : candidates(blocks),
@@ -57,13 +58,14 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       unselected(memory.unselected.data()),
       open(memory.open.data()),
       indices(memory.indices.data()),
-      gains(memory.gains.data()) {}
+      gains(memory.gains.data()),
+      traces(memory.traces) {}
 
 Status Search::start(const Options& options) noexcept {
   const Status status = constraints.reset(candidates, options);
   if (status != Status::ok) return status;
   if (!prior.reset(options.prior)) return Status::invalid_prior;
-  prior_information = options.prior;
+  prior_matrix = options.prior;
   factor = prior;
   remaining = constraints.free_count();
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
@@ -141,12 +143,12 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
   if (options.threads < 0) return Status::invalid_threads;
   switch (options.strategy) {
     case Strategy::greedy:
-    case Strategy::lazy_greedy: return Status::ok;
+    case Strategy::lazy_greedy:
+    case Strategy::automatic: return Status::ok;
     case Strategy::stochastic_greedy:
       return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
-    case Strategy::backward_greedy: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
     case Strategy::relaxed:
-    case Strategy::automatic: break;
+    case Strategy::backward_greedy: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
   }
   return Status::invalid_strategy;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/aligned_array.hpp"
 #include "kernel/constraints.hpp"
 #include "kernel/deadline.hpp"
 #include "kernel/information_factor.hpp"
@@ -38,6 +39,7 @@ struct SearchMemory {
   std::vector<unsigned char> open;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
+  AlignedArray<float> traces;
 };
 
 /// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
@@ -56,7 +58,7 @@ struct Search {
   LossesMemory& losses;
   Screening screening;
   Constraints constraints;
-  const double* prior_information = nullptr;  ///< as in Options
+  const double* prior_matrix = nullptr;  ///< as in Options
   InformationFactor prior;
   InformationFactor factor;
   Deadline deadline;
@@ -74,6 +76,7 @@ struct Search {
   unsigned char* open;                ///< scratch, per candidate
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
+  float* traces;                      ///< scratch, whole tiles
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0; }
 
@@ -113,6 +116,13 @@ Status greedy(Search& search) noexcept;
 /// The same answer for less: gains only ever shrink (submodularity), so a candidate whose last known gain is below the
 /// best found this round need not be evaluated again (Minoux 1978), here by tiles of candidates.
 Status lazy_greedy(Search& search) noexcept;
+
+/// The same among what the screening holds, in the order of the store or as listed.
+Status search_lazily(Search& search) noexcept;
+
+/// Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates that it gives weight to and a few
+/// more (docs/performance.md). Without groups.
+Status relaxed(Search& search) noexcept;
 
 /// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
+#include "kernel/certificate.hpp"
 #include "kernel/search.hpp"
 
 namespace maxlogdet {
@@ -15,13 +16,27 @@ std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capa
 
 namespace {
 
-Status run(Search& search, const Options& options) noexcept {
-  switch (options.strategy) {
+// From so many free candidates on the relaxation is faster than lazy greedy whatever the frame (docs/performance.md).
+constexpr std::size_t large = 50000;
+// Below that budget it has been seen to fall short of greedy.
+constexpr std::size_t least_relaxed_budget = 60;
+
+// What `automatic` stands for; by the problem alone, so that the answer does not depend on threads.
+Strategy chosen_for(const Search& search) noexcept {
+  if (search.constraints.has_groups()) return Strategy::lazy_greedy;
+  const std::size_t n = search.remaining;
+  const std::size_t k = search.budget - search.selected;
+  if (3 * k >= 2 * n) return Strategy::backward_greedy;
+  return n >= large && k >= least_relaxed_budget ? Strategy::relaxed : Strategy::lazy_greedy;
+}
+
+Status run(Search& search, const Options& options, Strategy strategy) noexcept {
+  switch (strategy) {
     case Strategy::greedy: return greedy(search);
     case Strategy::lazy_greedy: return lazy_greedy(search);
     case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
+    case Strategy::relaxed: return relaxed(search);
     case Strategy::backward_greedy: return backward_greedy(search);
-    case Strategy::relaxed:
     case Strategy::automatic: break;
   }
   return Status::invalid_strategy;
@@ -44,12 +59,16 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   if (selection.status != Status::ok) return selection;
 
   Status status = Status::ok;
+  if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining, crossover);
   memory_->team.run(executor_, selection.threads, [&] {
-    status = run(search, options);
+    status = run(search, options, selection.strategy);
     if (status == Status::ok && options.exchange_sweeps > 0) status = exchange(search, options.exchange_sweeps);
+    if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes);
   });
   search.report(status, selection);
+  // Rounding may put the computed log det of an optimal answer above its bound.
+  if (options.certify) selection.upper_bound = std::max(selection.upper_bound, selection.log_det);
   return selection;
 }
 

@@ -12,7 +12,8 @@
 
 namespace maxlogdet::sim {
 
-constexpr Strategy strategies[] = {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy};
+constexpr Strategy strategies[] = {Strategy::greedy,  Strategy::lazy_greedy,     Strategy::stochastic_greedy,
+                                   Strategy::relaxed, Strategy::backward_greedy, Strategy::automatic};
 constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
                                     Weighting::measurement_and_map};
 

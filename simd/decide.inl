@@ -40,9 +40,9 @@ inline Doubles determinant_growth(Doubles (&y)[Rows][dimension]) {
   return growth;
 }
 
+// Y = H W^T.
 template <int Rows>
-inline Doubles exact_growth(const Planes& planes, const double* w, const Listed& load) {
-  Doubles y[Rows][dimension];
+inline void whiten_exactly(const Planes& planes, const double* w, const Listed& load, Doubles (&y)[Rows][dimension]) {
   for (int a = 0; a < Rows; ++a) {
     Doubles h[dimension];
     for (int d = 0; d < dimension; ++d)
@@ -52,19 +52,28 @@ inline Doubles exact_growth(const Planes& planes, const double* w, const Listed&
       for (int d = 1; d <= c; ++d) y[a][c] += Doubles(w[padded_dimension * c + d]) * h[d];
     }
   }
-  return determinant_growth<Rows>(y);
 }
 
-template <int Rows>
-void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count, double* growths) {
+// values[j] = value of candidate indices[j], found a pack at a time.
+template <class Value>
+inline void decide_each(const std::uint32_t* indices, std::size_t count, double* values, const Value& value) {
   for (std::size_t j = 0; j < count; j += double_lanes) {
     Listed pack;
     for (std::size_t lane = 0; lane < double_lanes; ++lane)
       pack.index[lane] = indices[j + lane < count ? j + lane : count - 1];
-    alignas(sizeof(Doubles)) double values[double_lanes];
-    exact_growth<Rows>(planes, w, pack).store_aligned(values);
-    for (std::size_t lane = 0; lane < double_lanes && j + lane < count; ++lane) growths[j + lane] = values[lane];
+    alignas(sizeof(Doubles)) double found[double_lanes];
+    value(pack).store_aligned(found);
+    for (std::size_t lane = 0; lane < double_lanes && j + lane < count; ++lane) values[j + lane] = found[lane];
   }
+}
+
+template <int Rows>
+void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count, double* growths) {
+  decide_each(indices, count, growths, [&](const Listed& load) {
+    Doubles y[Rows][dimension];
+    whiten_exactly<Rows>(planes, w, load, y);
+    return determinant_growth<Rows>(y);
+  });
 }
 
 }  // namespace

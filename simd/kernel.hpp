@@ -77,6 +77,18 @@ using Gather = void (*)(const float* records, const std::uint32_t* indices, std:
 /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
 using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
 
+/// traces[i] = |H W^T|_F^2 for candidate i in [0, count), what it adds to tr(M^-1 sum of H^T H), in float32; -1 where
+/// free[i] is 0, and beyond the last one up to the next multiple of 16. free[i] is 0 or 1.
+using Traces = void (*)(const Planes& planes, const double* inverse_factor, const unsigned char* free,
+                        std::size_t count, float* traces);
+
+/// The same for listed candidates, as Decide: in float64, in one fixed order of operations.
+using ExactTraces = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
+                             std::size_t count, double* traces);
+
+/// How many of values[0 .. count) are at least `threshold`; read up to the next multiple of 16, counted too.
+using CountAtLeast = std::size_t (*)(const float* values, std::size_t count, float threshold);
+
 /// Lists the positions i in [0, count) of least <= values[i] <= most, in order; returns how many. Of every `parts`
 /// packs of 16 positions it looks at one, `part` being the first. Read up to the next multiple of 16; up to 16 more
 /// than are listed may be written.
@@ -125,6 +137,9 @@ struct Kernel {
   MakeRecords make_records[3];         ///< [rows - 1]
   Gather gather[3];                    ///< [rows - 1]
   ColumnMax column_max[3];             ///< [rows - 1]
+  Traces traces[3];                    ///< [rows - 1]
+  ExactTraces exact_traces[3];         ///< [rows - 1]
+  CountAtLeast count_at_least;
   AddRow add_row;
   RemoveRow remove_row;
   Losses losses[3];                   ///< [rows - 1]

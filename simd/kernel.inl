@@ -30,6 +30,7 @@ constexpr std::size_t float_lanes = Floats::size;
 #include "simd/losses.inl"
 #include "simd/screen.inl"
 #include "simd/sums.inl"
+#include "simd/traces.inl"
 #include "simd/update.inl"
 
 namespace maxlogdet {
@@ -44,6 +45,9 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {make_records<1>, make_records<2>, make_records<3>},
                                  {gather<1>, gather<2>, gather<3>},
                                  {column_max<1>, column_max<2>, column_max<3>},
+                                 {traces<1>, traces<2>, traces<3>},
+                                 {exact_traces<1>, exact_traces<2>, exact_traces<3>},
+                                 count_at_least,
                                  add_row,
                                  remove_row,
                                  {losses<1>, losses<2>, losses<3>},

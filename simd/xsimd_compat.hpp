@@ -73,6 +73,7 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
 inline std::size_t list_lanes(const Floats::batch_bool_type& condition, std::uint32_t first, std::uint32_t* list) {
   std::uint32_t bits = lane_mask(condition);
 #if defined(__AVX512F__)
+  if (bits == 0) return 0;  // as most often
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(first)));
   _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));

@@ -183,7 +183,7 @@ TEST(Greedy, gives_the_recorded_answers) {
   for (const sim::Scene scene : sim::scenes) {
     for (const BlockKind& kind : block_kinds) {
       const BlockStore blocks = blocks_of(make_scene(scene, 500, 7), kind);
-      for (const Strategy strategy : sim::strategies) {
+      for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
         for (const std::uint32_t index : select_indices(blocks, with(strategy, 100))) {
           hash = (hash ^ index) * 0x100000001B3U;
         }

@@ -116,6 +116,8 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.time_limit = limit;
             options.prior = prior;
             options.exchange_sweeps = limit == 0 ? 2 : 0;
+            options.certify = true;
+            options.certificate_passes = 2;
             if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }

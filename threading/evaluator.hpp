@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 
 namespace maxlogdet {
 namespace threading {
@@ -39,6 +40,33 @@ class Evaluator {
     });
   }
 
+  /// As simd::Traces.
+  void traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
+              float* values) const noexcept {
+    team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const simd::Planes planes{planes_.data + first, planes_.stride};
+      kernel_.traces[rows_ - 1](planes, inverse_factor, free + first, size, values + first);
+    });
+  }
+
+  /// As simd::ExactTraces.
+  void exact_traces(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
+                    double* values) const noexcept {
+    team_.in_chunks(count, least_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.exact_traces[rows_ - 1](planes_, inverse_factor, indices + first, size, values + first);
+    });
+  }
+
+  /// As simd::CountAtLeast.
+  std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
+    std::size_t counts[Team::most_chunks];
+    const std::uint32_t chunks =
+        team_.in_chunks(count, least_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+          counts[chunk] = kernel_.count_at_least(values + first, size, threshold);
+        });
+    return std::accumulate(counts, counts + chunks, std::size_t{0});
+  }
+
   /// As simd::MakeRecords.
   void make_records(std::size_t count, float* records) const noexcept {
     team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -64,6 +92,7 @@ class Evaluator {
   static constexpr std::size_t least_loss_tiles = 8;   // of a chunk in float64
   static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
   static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
+  static constexpr std::size_t least_counts = 16384;   // of a chunk of values to count
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;

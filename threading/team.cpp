@@ -34,6 +34,8 @@ constexpr std::uint64_t field = 0xFFFFU;
 
 }  // namespace
 
+constexpr int Team::most_workers;  // C++14 wants it where a reference is taken
+
 void Team::open(int workers) noexcept {
   workers_ = std::max(1, std::min(workers, most_workers));
   loop_ = {};

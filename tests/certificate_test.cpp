@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: MIT
+// The largest traces against an oracle, and upper bounds against the true optimum.
+#include "kernel/top_traces.hpp"
+#include "sim/forced_isa.hpp"
+#include "tests/oracle.hpp"
+#include "tests/thread_executor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::test {
+namespace {
+
+using Wide = Eigen::Matrix<long double, state_dimension, state_dimension>;
+using Rows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
+
+// ---- The largest traces.
+
+long double trace_of(const BlockStore& blocks, std::size_t i, const double* w) {
+  long double sum = 0;
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int c = 0; c < state_dimension; ++c) {
+      long double y = 0;
+      for (int d = 0; d <= c; ++d) {
+        y += static_cast<long double>(w[simd::padded_dimension * c + d]) *
+             static_cast<long double>(blocks.plane(row, d)[i]);
+      }
+      sum += y * y;
+    }
+  }
+  return sum;
+}
+
+struct Top {
+  std::vector<std::uint32_t> candidates;
+  double sum;
+};
+
+// With the factor after the first `added` candidates were added, on the instruction set of MAXLOGDET_ISA.
+template <class Check>
+Top top_traces(const BlockStore& blocks, const Options& options, std::size_t added, std::size_t wanted,
+               const Check& check) {
+  SearchMemory memory(blocks.size());
+  Search search(blocks, options, memory);
+  EXPECT_EQ(search.start(options), Status::ok);
+  for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
+  const TopTraces top = find_top_traces(search, search.factor.inverse(), wanted, first_guess(wanted));
+  const Top result{{top.candidates, top.candidates + top.count}, top.sum};
+  check(search, result);
+  return result;
+}
+
+// None left out is larger than one taken, by more than float64 can tell; of equal ones the first are taken.
+void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
+  const BlockStore& blocks = search.candidates;
+  const double* const w = search.factor.inverse();
+  std::vector<bool> is_taken(blocks.size());
+  long double least = std::numeric_limits<long double>::infinity();
+  long double sum = 0;
+  for (const std::uint32_t i : top.candidates) {
+    EXPECT_TRUE(search.constraints.free()[i]);
+    is_taken[i] = true;
+    least = std::min(least, trace_of(blocks, i, w));
+    sum += trace_of(blocks, i, w);
+  }
+  EXPECT_TRUE(std::is_sorted(top.candidates.begin(), top.candidates.end()));
+  EXPECT_EQ(top.candidates.size(), std::min(wanted, search.constraints.free_count()));
+  const double root_error = 0x1p-53 * trace_root_error(search, w);
+  const auto rounded = [root_error](long double trace) {  // what float64 may make of it
+    return 2 * root_error * std::sqrt(static_cast<double>(trace)) + root_error * root_error +
+           1e-14 * static_cast<double>(trace);
+  };
+  EXPECT_NEAR(top.sum, static_cast<double>(sum), static_cast<double>(top.candidates.size()) * rounded(sum));
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (search.constraints.free()[i] == 0 || is_taken[i]) continue;
+    const long double trace = trace_of(blocks, i, w);
+    ASSERT_LE(trace, least + 2 * rounded(least)) << i;
+    for (const std::uint32_t taken : top.candidates) {
+      if (taken < i) continue;
+      ASSERT_NE(stored_block(blocks, taken), stored_block(blocks, i)) << i << " comes before " << taken;
+    }
+  }
+}
+
+void expect_top_traces_on_every_isa(const BlockStore& blocks, const Options& options, std::size_t added,
+                                    std::size_t wanted) {
+  std::vector<Top> found;
+  for (const simd::Kernel* const kernel : supported_kernels()) {
+    const sim::ForcedIsa forced(kernel->isa);
+    SCOPED_TRACE(kernel->isa);
+    found.push_back(top_traces(blocks, options, added, wanted, [wanted](const Search& search, const Top& top) {
+      expect_largest(search, top, wanted);
+    }));
+    EXPECT_EQ(found.back().candidates, found.front().candidates);
+    EXPECT_EQ(found.back().sum, found.front().sum) << "not the same bits";
+  }
+}
+
+TEST(TopTraces, are_the_largest_on_every_isa_and_family) {
+  for_every_family(500, [](const BlockStore& blocks) {
+    for (const std::size_t added : {0, 1, 3, 40}) {
+      for (const std::size_t wanted : {1, 20, 100, 499, 500}) {
+        expect_top_traces_on_every_isa(blocks, Options(), added, wanted);
+      }
+    }
+  });
+}
+
+TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
+  for (std::uint64_t variation = 0; variation < 60; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const double scale = std::pow(10, random.uniform(-42, 36));
+    BlockStore blocks;
+    const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
+    for (std::size_t i = 0; i < made.size(); ++i) {
+      if (random.chance(0.1)) {
+        blocks.push_back_invalid();
+      } else {
+        push_back(blocks, Block(stored_block(made, i) * scale));
+      }
+    }
+    std::vector<unsigned char> excluded(blocks.size());
+    for (unsigned char& flag : excluded) flag = random.chance(0.3) ? 7 : 0;
+    Options options;
+    if (random.chance(0.5)) options.excluded = excluded.data();
+    const auto wanted = static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.size())));
+    expect_top_traces_on_every_isa(blocks, options, 0, wanted);
+  }
+}
+
+// Copies of one block, an entry moved by a few float32 steps each, once that direction is well observed: what whitens
+// to little is the difference of large products, and float32 alone ranks them wrongly.
+TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
+  for (std::uint64_t variation = 0; variation < 20; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    BlockStore blocks;
+    const Block one = random_block(random, random.integer(1, 3));
+    for (int i = 0; i < 300; ++i) {
+      Block block = one;
+      double& entry = block(0, random.integer(0, 5));
+      entry += random.uniform(-1e-6, 1e-6);
+      push_back(blocks, block);
+    }
+    for (const std::size_t added : {1, 40}) {
+      for (const std::size_t wanted : {1, 30, 150}) {
+        expect_top_traces_on_every_isa(blocks, Options(), added, wanted);
+      }
+    }
+  }
+}
+
+TEST(TopTraces, are_the_first_of_equal_ones) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks;
+  const Block block = random_block(random, 2);
+  for (int i = 0; i < 1000; ++i) push_back(blocks, block);
+  const Top top = top_traces(blocks, Options(), 0, 100, [](const Search&, const Top&) {});
+  for (std::uint32_t i = 0; i < 100; ++i) EXPECT_EQ(top.candidates[i], i);
+}
+
+// ---- Upper bounds.
+
+struct Instance {
+  BlockStore blocks;
+  Matrix6 prior = 1e-5 * Matrix6::Identity();
+  std::vector<unsigned char> required, excluded;
+  std::vector<std::uint32_t> groups;
+  std::size_t budget = 0;
+
+  Options options(const EigenPrior& eigen_prior) const {
+    Options result;
+    result.budget = budget;
+    result.prior = eigen_prior.data();
+    result.required = required.data();
+    result.excluded = excluded.data();
+    if (!groups.empty()) {
+      result.groups = groups.data();
+      result.group_count = 3;
+      result.max_per_group = 3;
+    }
+    result.certify = true;
+    return result;
+  }
+};
+
+// `scale`: of the blocks, and of the roots of the prior. The prior's eigenvalues are spread over up to six decades, so
+// that a QR decomposition in long double finds the optimum to many digits.
+Instance random_instance(Random& random, double scale) {
+  Instance instance;
+  const int n = random.integer(1, 11);
+  BlockStore made = awkward_blocks(random, static_cast<std::size_t>(n));
+  const double relative = std::pow(10, random.uniform(-3, 1));
+  for (int i = 0; i < n; ++i) {
+    if (random.chance(0.1)) {
+      instance.blocks.push_back_invalid();
+    } else {
+      push_back(instance.blocks, Block(stored_block(made, static_cast<std::size_t>(i)) * (relative * scale)));
+    }
+  }
+  instance.prior = random.chance(0.5) ? Matrix6(Matrix6::Identity()) : random_prior(random);
+  instance.prior *= std::pow(10, random.uniform(-6, 0)) * scale * scale;
+  instance.required.resize(instance.blocks.size());
+  instance.excluded.resize(instance.blocks.size());
+  std::size_t required = 0;
+  for (std::size_t i = 0; i < instance.blocks.size(); ++i) {
+    if (instance.blocks.is_valid(i) && random.chance(0.1)) {
+      instance.required[i] = 1;
+      ++required;
+    } else if (random.chance(0.1)) {
+      instance.excluded[i] = 1;
+    }
+  }
+  instance.budget =
+      std::min<std::size_t>(instance.blocks.size(), required + static_cast<std::size_t>(random.integer(0, 5)));
+  if (required <= 3 && random.chance(0.3)) {
+    for (int i = 0; i < n; ++i) instance.groups.push_back(static_cast<std::uint32_t>(random.integer(0, 2)));
+  }
+  return instance;
+}
+
+Wide stacked(const Wide& r, const Rows& block) {
+  Rows all(state_dimension + block.rows(), state_dimension);
+  all << r, block;
+  return all.householderQr().matrixQR().topRows<state_dimension>().triangularView<Eigen::Upper>();
+}
+
+long double log_det(const Wide& r) { return 2 * r.diagonal().array().abs().log().sum(); }
+
+// The largest log det of at most `budget` candidates, those required included; groups do not count.
+long double optimum(const Instance& instance, std::size_t first, std::size_t budget, const Wide& r) {
+  long double best = log_det(r);
+  for (std::size_t i = first; i < instance.blocks.size() && budget > 0; ++i) {
+    if (!instance.blocks.is_valid(i) || instance.required[i] != 0 || instance.excluded[i] != 0) continue;
+    const Wide with_i = stacked(r, stored_block(instance.blocks, i).cast<long double>());
+    best = std::max(best, optimum(instance, i + 1, budget - 1, with_i));
+  }
+  return best;
+}
+
+long double optimum(const Instance& instance) {
+  Wide r = instance.prior.cast<long double>().llt().matrixU();
+  std::size_t budget = instance.budget;
+  for (std::size_t i = 0; i < instance.blocks.size(); ++i) {
+    if (instance.required[i] == 0) continue;
+    r = stacked(r, stored_block(instance.blocks, i).cast<long double>());
+    --budget;
+  }
+  return optimum(instance, 0, budget, r);
+}
+
+void expect_bound(const Instance& instance, double& tightest, int& answers) {
+  const EigenPrior prior(instance.prior);
+  Options options = instance.options(prior);
+  Selector selector(std::max<std::size_t>(3, instance.blocks.size()));  // as many groups
+  const long double best = optimum(instance);
+  const long double enumeration_error = 1e-16L * (1 + std::abs(best));
+  double previous = std::numeric_limits<double>::infinity();
+  for (const std::size_t passes : {0, 1, 2, 20}) {
+    options.certificate_passes = passes;
+    const Selection selection = selector.select(instance.blocks, options);
+    if (selection.status == Status::infeasible) return;
+    ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
+    ASSERT_GE(selection.upper_bound, best - enumeration_error) << passes << " passes";
+    ASSERT_GE(selection.upper_bound, selection.log_det);
+    ASSERT_LE(selection.upper_bound, previous);
+    ASSERT_GE(selection.efficiency(), 0);  // 0 where a bound of thousands of nats says nothing
+    ASSERT_LE(selection.efficiency(), 1 + 1e-12);
+    previous = selection.upper_bound;
+  }
+  tightest = std::min(tightest, previous - static_cast<double>(best));
+  ++answers;
+}
+
+TEST(Certificate, is_never_below_the_optimum) {
+  double tightest = std::numeric_limits<double>::infinity();
+  int answers = 0;
+  for (std::uint64_t variation = 0; variation < 3000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    expect_bound(random_instance(random, 1), tightest, answers);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(answers, 2000);
+  std::printf("%d instances, tightest bound %.1e nats above the optimum\n", answers, tightest);
+}
+
+TEST(Certificate, is_never_below_the_optimum_at_any_scale) {
+  double tightest = std::numeric_limits<double>::infinity();
+  int answers = 0;
+  for (std::uint64_t variation = 0; variation < 600; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    expect_bound(random_instance(random, std::pow(10, random.uniform(-6, 30))), tightest, answers);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(answers, 400);
+}
+
+// What a long double cannot check: information that spreads over sixty decades. The bound is a number or infinity.
+TEST(Certificate, is_above_the_answer_at_extreme_scales) {
+  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    BlockStore blocks;
+    for (int i = 0; i < 60; ++i) {
+      push_back(blocks, random_block(random, random.integer(1, 3), std::pow(10, random.uniform(-30, 30))));
+    }
+    Options options;
+    options.budget = static_cast<std::size_t>(random.integer(1, 60));
+    options.certify = true;
+    options.certificate_passes = static_cast<std::size_t>(random.integer(0, 5));
+    Selector selector(blocks.size());
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_GE(selection.upper_bound, selection.log_det);
+    EXPECT_LE(selection.efficiency(), 1 + 1e-12);
+  }
+}
+
+TEST(Certificate, is_tight_where_everything_is_selected) {
+  for_every_family(50, [](const BlockStore& blocks) {
+    for (const std::size_t budget : {std::size_t{50}, std::size_t{80}}) {
+      Selector selector(80);
+      Options options;
+      options.budget = budget;
+      options.certify = true;
+      const Selection selection = selector.select(blocks, options);
+      EXPECT_EQ(selection.status, Status::all_selected);
+      EXPECT_NEAR(selection.upper_bound, selection.log_det, 1e-6);
+    }
+  });
+}
+
+TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
+  for_every_family(1000, [](const BlockStore& blocks) {
+    Selector selector(blocks.size());
+    Options options;
+    options.certify = true;
+    for (const std::size_t budget : {std::size_t{20}, std::size_t{100}}) {
+      options.budget = budget;
+      options.certificate_passes = 0;
+      const double first = selector.select(blocks, options).efficiency();
+      options.certificate_passes = 8;
+      const double later = selector.select(blocks, options).efficiency();
+      EXPECT_GE(first, budget == 20 ? 0.9 : 0.99);
+      EXPECT_GE(later, budget == 20 ? 0.95 : 0.995);
+      EXPECT_GE(later, first);
+    }
+  });
+}
+
+TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
+  ThreadExecutor executor;
+  for_every_family(3000, [&executor](const BlockStore& blocks) {
+    std::vector<double> bounds;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      const sim::ForcedIsa forced(kernel->isa);
+      for (const int threads : {1, 2, 4}) {
+        Selector selector(blocks.size(), &executor);
+        Options options;
+        options.threads = threads;
+        options.certify = true;
+        options.certificate_passes = 3;
+        bounds.push_back(selector.select(blocks, options).upper_bound);
+        EXPECT_EQ(bounds.back(), bounds.front()) << kernel->isa << ", " << threads << " threads";
+      }
+    }
+  });
+}
+
+TEST(Certificate, is_there_only_when_asked_for_and_only_with_an_answer) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 50);
+  Selector selector(blocks.size());
+  Options options;
+  options.budget = 10;
+  EXPECT_TRUE(std::isnan(selector.select(blocks, options).upper_bound));
+  EXPECT_TRUE(std::isnan(selector.select(blocks, options).efficiency()));
+  options.certify = true;
+  EXPECT_TRUE(std::isfinite(selector.select(blocks, options).upper_bound));
+  options.budget = blocks.size() + 1;
+  EXPECT_TRUE(std::isnan(selector.select(blocks, options).upper_bound));
+}
+
+TEST(Certificate, of_nothing_is_the_prior) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const EigenPrior prior(random_prior(random));
+  Selector selector(20);
+  Options options;
+  options.prior = prior.data();
+  options.certify = true;
+  options.certificate_passes = 2;
+  options.budget = 0;
+  const Selection nothing_wanted = selector.select(awkward_blocks(random, 20), options);
+  EXPECT_NEAR(nothing_wanted.upper_bound, nothing_wanted.log_det, 1e-10);
+  options.budget = 10;
+  const Selection nothing_there = selector.select(BlockStore(), options);
+  EXPECT_NEAR(nothing_there.upper_bound, nothing_there.log_det, 1e-10);
+  BlockStore invalid;
+  for (int i = 0; i < 20; ++i) invalid.push_back_invalid();
+  const Selection nothing_valid = selector.select(invalid, options);
+  EXPECT_NEAR(nothing_valid.upper_bound, nothing_valid.log_det, 1e-10);
+}
+
+TEST(Certificate, holds_for_the_whole_budget_when_the_deadline_cuts_an_answer_short) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]);
+  Selector selector(blocks.size());
+  Options options;
+  const double whole = selector.select(blocks, options).log_det;
+  options.certify = true;
+  options.time_limit = 1e-9;
+  const Selection cut = selector.select(blocks, options);
+  EXPECT_EQ(cut.status, Status::deadline_reached);
+  EXPECT_GE(cut.upper_bound, whole);
+}
+
+TEST(Certificate, ends_when_there_is_nothing_left_to_prove_or_no_time) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 200);
+  Selector selector(blocks.size());
+  Options options;
+  options.budget = 20;
+  options.certify = true;
+  options.certificate_passes = std::numeric_limits<std::size_t>::max();
+  options.time_limit = 0.2;
+  EXPECT_TRUE(selector.select(blocks, options).has_answer());
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
