@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -101,7 +102,7 @@ void backward_table() {
   std::printf("|---|---|---|---|---|---|---|---|---|\n");
   for (const std::size_t n : {200U, 500U, 2000U, 5000U}) {
     for (const double share : {0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95}) {
-      const auto k = static_cast<std::size_t>(share * static_cast<double>(n) + 0.5);
+      const auto k = static_cast<std::size_t>(std::lround(share * static_cast<double>(n)));
       double lazy = 0, backward = 0, smallest = 1e9, largest = 0, worst = 1e9, best = -1e9;
       int stores = 0;
       for_every_frame(n, [&](const BlockStore& store) {

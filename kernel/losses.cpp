@@ -89,11 +89,11 @@ void Losses::note_errors(const InformationFactor& factor) noexcept {
 }
 
 // The negative of a float32 that is not above the least loss of the tile, so that what finds the largest finds it.
-void Losses::keep_bound(std::size_t tile) noexcept {
+void Losses::keep_bound(std::size_t tile) const noexcept {
   tiles_memory_.bounds[tile] = -static_cast<float>(memory_.least[tile] * (1 - 2e-7));
 }
 
-void Losses::keep_bounds() noexcept {
+void Losses::keep_bounds() const noexcept {
   for (std::size_t j = 0; j < listed_; ++j) keep_bound(tiles_memory_.list[j]);
 }
 

@@ -50,8 +50,8 @@ class Losses {
   void evaluate_all(const InformationFactor& factor) noexcept;
   void evaluate_between(const InformationFactor& factor, float least, float most) noexcept;
   void note_errors(const InformationFactor& factor) noexcept;
-  void keep_bound(std::size_t tile) noexcept;
-  void keep_bounds() noexcept;
+  void keep_bound(std::size_t tile) const noexcept;
+  void keep_bounds() const noexcept;
   double least_listed() const noexcept;
 
   const threading::Evaluator& evaluator_;

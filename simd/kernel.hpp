@@ -120,9 +120,7 @@ using Losses = void (*)(const Tiles& tiles, const double* inverse_factor, const 
 /// plane can be read. In float64, the same bits on every instruction set: each entry takes at most `sum_roundings`
 /// additions in a row.
 using SumInformation = void (*)(const Planes& planes, const unsigned char* counted, std::size_t count, double* sums);
-constexpr double sum_roundings(std::size_t count, int rows) {
-  return static_cast<double>((count / 8 + 1) * static_cast<std::size_t>(rows) + 8);
-}
+constexpr double sum_roundings(std::size_t count, int rows) { return (static_cast<double>(count) / 8 + 1) * rows + 8; }
 
 /// draws[j], j in [0, count), is uniform in [0, range - j): draw first + j of the CounterRandom with this key.
 using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t range, std::size_t count,

@@ -184,7 +184,7 @@ TEST(Exchange, keeps_what_is_required_leaves_out_what_is_excluded_and_keeps_to_g
     // Nothing is left to swap: what may take a place gains no more in it, by more than rounding could explain where
     // rows are a thousand times longer than others.
     const std::set<std::uint32_t> selected(after.begin(), after.end());
-    for (std::size_t place = static_cast<std::size_t>(required_count); place < after.size(); ++place) {
+    for (auto place = static_cast<std::size_t>(required_count); place < after.size(); ++place) {
       const auto oracle = without(blocks, after, place, 1e-5 * Matrix6::Identity());
       const long double kept = oracle.gain(after[place]);
       for (std::uint32_t i = 0; i < n; ++i) {
