@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information_mixture.hpp"
 
-#include "kernel/stored_rows.hpp"
-
 #include <algorithm>
+#include <utility>
 
 namespace maxlogdet {
 namespace {
 
 constexpr int n = state_dimension;
-
-constexpr double default_prior_information = 1e-5;
 
 // Pairs of weights balanced after a step. Without any, relaxed fell up to 5e-3 nats short of greedy on clustered frames
 // in eight passes; with three or thirty 1e-3 (docs/performance.md).
@@ -118,54 +115,7 @@ double trace_of_product(const Information& a, const Information& b) noexcept {
   return ((by_column[0] + by_column[1]) + (by_column[2] + by_column[3])) + (by_column[4] + by_column[5]);
 }
 
-Information difference(const Information& a, const Information& b) noexcept {
-  Information result;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) result.entry[i][j] = a.entry[i][j] - b.entry[i][j];
-  }
-  return result;
-}
-
-void add_scaled(double scale, const Information& a, Information& sum) noexcept {
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) sum.entry[i][j] += scale * a.entry[i][j];
-  }
-}
-
 }  // namespace
-
-Information prior_information(const double* prior) noexcept {
-  Information result;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      const double by_default = i == j ? default_prior_information : 0;
-      result.entry[i][j] = prior == nullptr ? by_default : prior[n * i + j] / 2 + prior[n * j + i] / 2;
-    }
-  }
-  return result;
-}
-
-void add_blocks(const BlockStore& candidates, const std::uint32_t* list, std::size_t count,
-                Information& information) noexcept {
-  double sum[n][n];
-  for (int i = 0; i < n; ++i) std::copy_n(information.entry[i], n, sum[i]);
-  for (std::size_t k = 0; k < count; ++k) {
-    double rows[max_block_rows][state_dimension];
-    read_rows(candidates, list[k], rows);
-    for (int row = 0; row < candidates.rows(); ++row) {
-      for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) sum[i][j] += rows[row][i] * rows[row][j];
-      }
-    }
-  }
-  for (int i = 0; i < n; ++i) std::copy_n(sum[i], n, information.entry[i]);
-}
-
-void add_block(const BlockStore& candidates, std::uint32_t candidate, double scale, Information& information) noexcept {
-  Information block{};
-  add_blocks(candidates, &candidate, 1, block);
-  add_scaled(scale, block, information);
-}
 
 bool InformationMixture::reset(const Information& first) noexcept {
   count_ = 1;
@@ -183,6 +133,7 @@ bool InformationMixture::add(const Information& next, double least_promise) noex
   const double promised = trace_of_product(inverse_information(inverse()), towards);
   if (!(promised > least_promise)) return false;
   const double step = best_step(whitened(inverse(), towards), 1);
+  if (!(step > 0)) return false;
   for (int j = 0; j < count_; ++j) weights_[j] *= 1 - step;
   weights_[count_] = step;
   selections_[count_] = next;

@@ -1,28 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/information.hpp"
 #include "kernel/information_factor.hpp"
-#include "kernel/search.hpp"
-
-#include <cstddef>
-#include <cstdint>
 
 namespace maxlogdet {
-
-/// Symmetric, both triangles filled.
-struct Information {
-  double entry[state_dimension][state_dimension];
-};
-
-/// M0, or 1e-5 * I, from the symmetric part of Options::prior.
-Information prior_information(const double* prior) noexcept;
-
-/// M <- M + sum of H^T H over the listed candidates, in their order.
-void add_blocks(const BlockStore& candidates, const std::uint32_t* list, std::size_t count,
-                Information& information) noexcept;
-
-/// M <- M + scale H^T H.
-void add_block(const BlockStore& candidates, std::uint32_t candidate, double scale, Information& information) noexcept;
 
 /// Information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j. It
 /// grows as Frank and Wolfe (1956) do it, by one selection at a time and the step of largest log det towards it; then a

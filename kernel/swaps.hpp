@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/information_mixture.hpp"
+#include "kernel/information.hpp"
 #include "kernel/search.hpp"
 
 #include <cstddef>

@@ -11,7 +11,8 @@ enum class Strategy {
   greedy,             ///< every remaining candidate in every round; at least 1 - 1/e of the optimal gain
   lazy_greedy,        ///< greedy's answer, index for index, evaluating only candidates that could still win
   stochastic_greedy,  ///< a random sample a round (Algorithm 1); at least 1 - 1/e - epsilon in expectation
-  relaxed,            ///< convex relaxation (D-optimal design), rounded and polished: cost does not grow with k
+  relaxed,            ///< convex relaxation (D-optimal design), rounded and polished; as good as greedy (measured, no
+                      ///< guarantee), and faster from tens of thousands of candidates on (docs/performance.md)
   backward_greedy,    ///< all but the n - k of least loss, removed one by one: for k > n / 2
   automatic,          ///< one of the others, by n and k (docs/performance.md); Selection::strategy tells which
 };
