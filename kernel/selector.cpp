@@ -16,7 +16,8 @@ std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capa
 
 namespace {
 
-// From so many free candidates on the relaxation is faster than lazy greedy whatever the frame (docs/performance.md).
+// From so many candidates on the relaxation is up to four times faster than lazy greedy, and on no frame measured more
+// than 6 % slower (docs/performance.md).
 constexpr std::size_t large = 50000;
 // Below that budget it has been seen to fall short of greedy.
 constexpr std::size_t least_relaxed_budget = 60;

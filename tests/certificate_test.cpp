@@ -3,7 +3,7 @@
 #include "kernel/top_traces.hpp"
 #include "sim/forced_isa.hpp"
 #include "tests/oracle.hpp"
-#include "tests/thread_executor.hpp"
+#include "tests/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -353,7 +353,7 @@ TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
 }
 
 TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
-  ThreadExecutor executor;
+  PoolExecutor executor(3);
   for_every_family(3000, [&executor](const BlockStore& blocks) {
     std::vector<double> bounds;
     for (const simd::Kernel* const kernel : supported_kernels()) {

@@ -349,24 +349,29 @@ TEST_P(Degenerate, unknown_strategy_and_time_limit) {
   expect_error(selector_.select(blocks, options), Status::invalid_strategy);
 }
 
-TEST_P(Degenerate, deadline_gives_a_prefix_of_the_full_answer) {
-  if (GetParam() == Strategy::backward_greedy) GTEST_SKIP() << "it removes: see BackwardGreedy";
+// Of what selects one after the other a prefix of the full answer, of the rest the best so far.
+TEST_P(Degenerate, deadline_gives_what_was_found_by_then) {
+  const bool is_prefix = GetParam() == Strategy::greedy || GetParam() == Strategy::lazy_greedy ||
+                         GetParam() == Strategy::stochastic_greedy;
   Random random;
   SCOPED_TRACE(random.name());
   const std::size_t n = 20000;
   const BlockStore blocks = random_blocks(random, n);
   Selector selector(n);
-  Options options = with_budget(2000);
+  Options options = with_budget(1000);
   options.epsilon = 0.001;
   const auto full = indices_of(selector.select(blocks, options));
-  ASSERT_EQ(full.size(), 2000U);
+  ASSERT_EQ(full.size(), 1000U);
   bool was_cut = false;
   for (const double limit : {1e-9, 1e-4, 3e-4, 1e-3, 3e-3}) {
     options.time_limit = limit;
     const Selection selection = selector.select(blocks, options);
-    ASSERT_LE(selection.size, full.size());
-    EXPECT_TRUE(std::equal(selection.begin(), selection.end(), full.begin()));
-    EXPECT_EQ(selection.status, selection.size < full.size() ? Status::deadline_reached : Status::ok);
+    expect_valid(blocks, selection, std::min(selection.size, full.size()));
+    if (is_prefix) {
+      EXPECT_TRUE(std::equal(selection.begin(), selection.end(), full.begin()));
+      EXPECT_EQ(selection.status, selection.size < full.size() ? Status::deadline_reached : Status::ok);
+    }
+    EXPECT_TRUE(selection.status == Status::deadline_reached || indices_of(selection) == full);
     EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(blocks, indices_of(selection))), 1e-8);
     was_cut = was_cut || selection.status == Status::deadline_reached;
   }
@@ -393,8 +398,5 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
 
 INSTANTIATE_TEST_SUITE_P(, Degenerate, ::testing::ValuesIn(sim::strategies),
                          [](const auto& parameter) { return std::string(to_string(parameter.param)); });
-INSTANTIATE_TEST_SUITE_P(Backward, Degenerate, ::testing::Values(Strategy::backward_greedy),
-                         [](const auto& parameter) { return std::string(to_string(parameter.param)); });
-
 }  // namespace
 }  // namespace maxlogdet::test

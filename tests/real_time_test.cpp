@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
 // replaces the allocation functions to count calls, so it stands alone.
+#include "tests/pool_executor.hpp"
 #include "tests/support.hpp"
 
 #include <fcntl.h>
@@ -101,8 +102,7 @@ long bytes_written_in(const Work& work) {
 // Selections of every kind, errors included; returns how many gave an answer.
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
-  for (const Strategy strategy :
-       {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::backward_greedy}) {
+  for (const Strategy strategy : sim::strategies) {
     for (const std::size_t budget :
          {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
       for (const double epsilon : {0.1, -1.0}) {
@@ -148,6 +148,78 @@ TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
   EXPECT_GT(answers, 20);
   EXPECT_EQ(bytes_written_in([&] { select_in_every_way(selector, blocks); }), 0);
   static_assert(noexcept(selector.select(blocks, Options())), "select() throws nothing");
+}
+
+TEST(RealTime, constraints_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  std::vector<std::uint32_t> groups(400);
+  std::vector<unsigned char> required(400);
+  std::vector<unsigned char> excluded(400);
+  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 20;
+  required[3] = 1;
+  excluded[4] = 1;
+  Selector selector(400);
+  EXPECT_EQ(allocations_in([&] {
+              for (const Strategy strategy : sim::strategies) {
+                for (const bool has_groups : {false, true}) {
+                  Options options;
+                  options.strategy = strategy;
+                  options.required = required.data();
+                  options.excluded = excluded.data();
+                  options.groups = has_groups ? groups.data() : nullptr;
+                  options.group_count = 20;
+                  options.max_per_group = 4;
+                  options.exchange_sweeps = 1;
+                  options.certify = true;
+                  selector.select(blocks, options);
+                }
+              }
+            }),
+            0);
+}
+
+TEST(RealTime, active_selection_allocates_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  const Block measured = random_block(random, 3);
+  ActiveSelection active(400);
+  std::size_t selected = 0;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, Options());
+              for (int i = 0; active.next() != ActiveSelection::none; ++i) {
+                if (i % 3 == 0) active.accept();
+                if (i % 3 == 1) active.accept(measured.data(), 3);
+                if (i % 3 == 2) active.reject();
+              }
+              selected = active.selection().size;
+            }),
+            0);
+  EXPECT_EQ(selected, 100U);
+}
+
+// With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).
+TEST(RealTime, several_threads_allocate_nothing) {
+  PoolExecutor pool(2);
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
+  const sim::MatchArrays matches(frame);
+  BlockStore blocks(3000);
+  Selector selector(3000, &pool);
+  EXPECT_EQ(allocations_in([&] {
+              BlockOptions block_options;
+              block_options.threads = 3;
+              append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), block_options, blocks, &pool);
+              for (const Strategy strategy : sim::strategies) {
+                Options options;
+                options.strategy = strategy;
+                options.threads = 3;
+                options.certify = true;
+                selector.select(blocks, options);
+              }
+            }),
+            0);
 }
 
 TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
