@@ -173,7 +173,8 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["candidates"] = frame.matches.size();
   line["invalid_candidates"] = selection.invalid_candidates;
   line["budget"] = arguments.budget;
-  line["strategy"] = to_string(selection.strategy);
+  line["strategy"] = to_string(arguments.options.strategy);
+  if (arguments.options.strategy == Strategy::automatic) line["strategy_chosen"] = to_string(selection.strategy);
   if (arguments.options.strategy == Strategy::stochastic_greedy) {
     line["epsilon"] = arguments.options.epsilon;
     line["seed"] = arguments.options.seed;

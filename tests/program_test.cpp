@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -130,6 +131,41 @@ TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
   }
 }
 
+TEST_F(Program, certifies_exchanges_and_tells_the_threads) {
+  write_frame("frame_001.csv", 300);
+  const auto plain = run_json("select --input frames --budget 8 --certify").at(0);
+  EXPECT_GE(plain["upper_bound"], plain["log_det"]);
+  EXPECT_GT(plain["efficiency"], 0);
+  EXPECT_LE(plain["efficiency"], 1);
+  EXPECT_EQ(plain["threads"], 1);
+  const auto tighter = run_json("select --input frames --budget 8 --certify --certificate-passes 8").at(0);
+  EXPECT_LE(tighter["upper_bound"], plain["upper_bound"]);
+  EXPECT_EQ(tighter["indices"], plain["indices"]);
+  const auto better = run_json("select --input frames --budget 8 --exchange-sweeps 2 --certify").at(0);
+  EXPECT_GE(better["log_det"], plain["log_det"]);
+  EXPECT_LE(better["log_det"], tighter["upper_bound"]);
+  EXPECT_FALSE(run_json("select --input frames --budget 8").at(0).contains("upper_bound"));
+  const auto chosen = run_json("select --input frames --budget 250 --strategy automatic --threads 2").at(0);
+  EXPECT_EQ(chosen["strategy_chosen"], "backward_greedy");
+}
+
+TEST_F(Program, keeps_to_a_grid_and_a_time_limit) {
+  write_frame("frame_001.csv", 300);
+  const sim::Frame frame = sim::read_frames(folder_ + "/frames").at(0);
+  const auto object = run_json("select --input frames --budget 60 --grid 4x3 --max-per-cell 2").at(0);
+  EXPECT_LE(object["indices"].size(), 24U);
+  std::map<std::pair<int, int>, int> taken;
+  for (const std::size_t i : object["indices"]) {
+    const int column = std::min(3, static_cast<int>(frame.matches[i].u / frame.width * 4));
+    const int row = std::min(2, static_cast<int>(frame.matches[i].v / frame.height * 3));
+    ++taken[{column, row}];
+  }
+  for (const auto& [cell, count] : taken) EXPECT_LE(count, 2);
+  const auto late = run_json("select --input frames --budget 60 --time-limit-ms 0.000001").at(0);
+  EXPECT_EQ(late["status"], "deadline_reached");
+  EXPECT_EQ(late["indices"].size(), 0U);
+}
+
 TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
   write_frame("frame_001.csv", 50);
   write_frame("frame_002.csv", 50, "7,1,2,oops,4,5,-1,1\n");
@@ -171,6 +207,18 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   std::filesystem::create_directories(folder_ + "/folder.png");
   expect_refused(run("select --plot folder.png"), "is a folder");
   expect_refused(run("select --input 'two\nlines'"), "two?lines: cannot be opened");
+  for (const char* const grid : {"''", "8", "8x", "x6", "0x6", "8x0", "8x6x2", "1001x1", "-1x3", "ax6"}) {
+    expect_refused(run(std::string("select --grid ") + grid), "--grid");
+  }
+  expect_refused(run("select --max-per-cell -1"), "--max-per-cell");
+  expect_refused(run("select --threads -1"), "--threads");
+  expect_refused(run("select --threads two"), "--threads");
+  expect_refused(run("select --time-limit-ms -1"), "--time-limit-ms");
+  expect_refused(run("select --time-limit-ms nan"), "--time-limit-ms");
+  expect_refused(run("select --certificate-passes -1"), "--certificate-passes");
+  expect_refused(run("select --exchange-sweeps x"), "--exchange-sweeps");
+  expect_refused(run("select --strategy relaxed --grid 8x6"), "relaxed cannot keep to --grid");
+  expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy cannot keep to --grid");
   expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
