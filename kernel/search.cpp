@@ -30,7 +30,7 @@ SearchMemory::SearchMemory(std::size_t most)
       losses(most),
       constraints(most),
       growths(most),
-      lanes(most + simd::tile_size),
+      lanes(most + threading::Evaluator::list_room),
       contenders(most),
       pool(most),
       draws(most),

@@ -79,8 +79,7 @@ std::size_t list_contenders(Search& search, const double* w, std::size_t wanted,
   const double error = unit_error * unit_roundoff + underflow_error;
   const double root = std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * unit_roundoff) - 2 * error;
   const float least = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  return search.kernel.list_between(search.traces, n, 0, 1, least, infinity, search.lanes);
+  return search.evaluator.list_at_least(search.traces, n, least, search.lanes);
 }
 
 }  // namespace

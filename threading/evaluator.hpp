@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 
 namespace maxlogdet {
@@ -60,12 +61,34 @@ class Evaluator {
   /// As simd::CountAtLeast.
   std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
     std::size_t counts[Team::most_chunks];
-    const std::uint32_t chunks =
-        team_.in_chunks(count, least_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+    const std::uint32_t chunks = team_.in_chunks(
+        count, least_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           counts[chunk] = kernel_.count_at_least(values + first, size, threshold);
         });
     return std::accumulate(counts, counts + chunks, std::size_t{0});
   }
+
+  /// Lists the positions of values[0 .. count) that are at least `threshold`, in order; returns how many. Room for
+  /// `list_room` more than `count` is needed.
+  std::size_t list_at_least(const float* values, std::size_t count, float threshold,
+                            std::uint32_t* list) const noexcept {
+    std::size_t counts[Team::most_chunks];
+    std::uint32_t* lists[Team::most_chunks];
+    const std::uint32_t chunks = team_.in_chunks(
+        count, least_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+          lists[chunk] = list + first + simd::tile_size * chunk;
+          counts[chunk] = kernel_.list_between(values + first, size, 0, 1, threshold,
+                                               std::numeric_limits<float>::infinity(), lists[chunk]);
+          for (std::size_t j = 0; j < counts[chunk]; ++j) lists[chunk][j] += static_cast<std::uint32_t>(first);
+        });
+    std::size_t found = counts[0];
+    for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
+      std::copy_n(lists[chunk], counts[chunk], list + found);
+      found += counts[chunk];
+    }
+    return found;
+  }
+  static constexpr std::size_t list_room = simd::tile_size * (Team::most_chunks + 1);
 
   /// As simd::MakeRecords.
   void make_records(std::size_t count, float* records) const noexcept {
@@ -92,7 +115,7 @@ class Evaluator {
   static constexpr std::size_t least_loss_tiles = 8;   // of a chunk in float64
   static constexpr std::size_t least_lanes = 512;      // of a chunk of copies
   static constexpr std::size_t least_decisions = 128;  // of a chunk in float64
-  static constexpr std::size_t least_counts = 16384;   // of a chunk of values to count
+  static constexpr std::size_t least_counts = 4096;    // of a chunk of values to count or list
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;

@@ -29,8 +29,9 @@ struct Options {
   int threads = 0;  ///< 1: the calling one alone; 0: as many of the selector's executor as pay off; without an executor
                     ///< always one. The answer does not depend on it
 
-  bool certify = false;                ///< fills Selection::upper_bound
-  std::size_t certificate_passes = 0;  ///< Frank-Wolfe passes that tighten it, each about as long as the first one
+  bool certify = false;  ///< fills Selection::upper_bound
+  std::size_t certificate_passes =
+      0;  ///< Frank-Wolfe passes that tighten it, some microseconds each (docs/performance.md)
   std::size_t exchange_sweeps = 0;  ///< after the search, at most so many sweeps that swap a selected candidate for a
                                     ///< better one; pays for budgets of 20 or less (docs/performance.md)
 
