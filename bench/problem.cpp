@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <stdexcept>
 #include <tuple>
 
 namespace maxlogdet::bench {
@@ -74,17 +75,9 @@ std::vector<BlockStore> make_stores(const std::string& family, std::size_t n, Bl
     for (const BlockStore& store : stores_of(family, n, Blocks::two_rows)) stores.push_back(first_rows(store));
     return stores;
   }
+  if (family != real_frames) return {synthetic_store(family, n, blocks, scene_seed)};
   std::vector<BlockStore> stores;
-  if (family == real_frames) {
-    for (const sim::Frame& frame : sim::read_frames(real_frames_folder())) stores.push_back(blocks_of(frame, blocks));
-  } else if (family == equal_gains || family == nearly_equal_gains) {
-    const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1, scene_seed);
-    stores.push_back(copies_of_first(blocks_of(frame, blocks), n, family == nearly_equal_gains));
-  } else {
-    for (const sim::Scene scene : sim::scenes) {
-      if (to_string(scene) == family) stores.push_back(blocks_of(make_scene(scene, n, scene_seed), blocks));
-    }
-  }
+  for (const sim::Frame& frame : sim::read_frames(real_frames_folder())) stores.push_back(blocks_of(frame, blocks));
   return stores;
 }
 
@@ -101,9 +94,14 @@ const char* to_string(Blocks blocks) noexcept {
   return "unknown";
 }
 
-std::vector<std::string> synthetic_families() {
+std::vector<std::string> scene_families() {
   std::vector<std::string> names;
   for (const sim::Scene scene : sim::scenes) names.push_back(to_string(scene));
+  return names;
+}
+
+std::vector<std::string> synthetic_families() {
+  std::vector<std::string> names = scene_families();
   names.emplace_back(equal_gains);
   names.emplace_back(nearly_equal_gains);
   return names;
@@ -114,6 +112,17 @@ std::string real_frames_folder() {
   const std::string folder = std::string(named != nullptr ? named : "../shared/data") + "/orb_slam2_frames";
   std::error_code error;
   return std::filesystem::is_directory(folder, error) ? folder : "";
+}
+
+BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed) {
+  if (family == equal_gains || family == nearly_equal_gains) {
+    const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1, seed);
+    return copies_of_first(blocks_of(frame, blocks), n, family == nearly_equal_gains);
+  }
+  for (const sim::Scene scene : sim::scenes) {
+    if (to_string(scene) == family) return blocks_of(make_scene(scene, n, seed), blocks);
+  }
+  throw std::invalid_argument("no family of synthetic frames: " + family);
 }
 
 const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t n, Blocks blocks) {

@@ -22,13 +22,17 @@ const char* to_string(Blocks blocks) noexcept;
 
 /// Families by name: those of sim::scenes, `equal_gains` (one block, n times), `nearly_equal_gains` (the same,
 /// one entry moved by one float32 step each), and `real_frames`.
-std::vector<std::string> synthetic_families();
+std::vector<std::string> scene_families();
+std::vector<std::string> synthetic_families();  ///< all but `real_frames`
 constexpr const char* real_frames = "real_frames";
 constexpr std::uint64_t scene_seed = 1;
 
 /// Where recorded frames are: $MAXLOGDET_DATA/orb_slam2_frames, by default ../shared/data/orb_slam2_frames. Empty if
 /// they are not there.
 std::string real_frames_folder();
+
+/// A store of n candidates, made anew; of any family but `real_frames`, and not of `one_row`.
+BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed);
 
 /// The stores of a family: one of n candidates, or all recorded frames whatever n.
 const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t n, Blocks blocks);
