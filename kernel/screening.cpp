@@ -53,6 +53,8 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       lane(lanes_for(capacity)) {}
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
+  lists_all_ = false;
+  remaining_ = 0;
   is_store_order_ = true;
   is_ordered_ = false;
   tile_count_ = tiles_of(n);
@@ -66,6 +68,7 @@ void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
       count += free[i] != 0 ? 1 : 0;
     }
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
+    remaining_ += count;
   }
 }
 
@@ -90,6 +93,8 @@ void Screening::restart(const double* column_max) noexcept {
 }
 
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
+  lists_all_ = false;
+  remaining_ = count;
   is_store_order_ = false;
   is_ordered_ = false;
   tile_count_ = tiles_of(count);
@@ -239,13 +244,16 @@ std::size_t Screening::remaining_in(const std::uint32_t* list, std::size_t count
 }
 
 void Screening::evaluate_all() noexcept {
-  for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
+  if (!lists_all_) {
+    for (std::size_t tile = 0; tile < tile_count_; ++tile) memory_.list[tile] = static_cast<std::uint32_t>(tile);
+    lists_all_ = true;
+  }
   listed_ = tile_count_;
   if (is_bounded_anew_) bound_errors_near(0);
   evaluate_listed();
   all_slope_ = slope_;
   all_offset_ = offset_;
-  evaluations_ += remaining_in(memory_.list, listed_);
+  evaluations_ += remaining_;
 }
 
 // The tiles listed.
@@ -281,6 +289,7 @@ void Screening::evaluate_between(float least, float most) noexcept {
   const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count_, threading::Evaluator::least_tiles);
   const std::size_t packs = (tile_count_ + tile_size - 1) / tile_size;
   const std::size_t room = chunks == 1 ? 0 : (packs / chunks + 2) * tile_size;  // in the list, for each chunk
+  lists_all_ = false;
   std::uint32_t* const list = memory_.list + listed_;
   evaluator_.team().for_chunks(chunks, [&](std::uint32_t chunk) {
     std::uint32_t* const own = list + room * chunk;
@@ -324,8 +333,16 @@ void Screening::evaluate_promising() noexcept {
 std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {
   const double least = (assured_ - offset_) * std::max(0.0, 2 - slope_);  // 1 / slope is at least that
   const float threshold = least > 0 ? rounded_down(least) : any_candidate;
-  return kernel_.list_survivors[rows_ - 1](tiles_, memory_.growths, memory_.highest, threshold, memory_.list, listed_,
-                                           unlike, lanes);
+  const std::uint32_t* list = memory_.list;
+  std::size_t count = listed_;
+  if (lists_all_) {  // a look at 16 tiles at once
+    std::uint32_t* const some = memory_.list + tile_count_;
+    count = kernel_.list_between(memory_.highest, tile_count_, 0, 1, threshold, std::numeric_limits<float>::infinity(),
+                                 some);
+    list = some;
+  }
+  return kernel_.list_survivors[rows_ - 1](tiles_, memory_.growths, memory_.highest, threshold, list, count, unlike,
+                                           lanes);
 }
 
 // Of candidates that are the same, entry for entry, only the first can be selected: of all those that are the same as
@@ -355,6 +372,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
     if (slope_ * static_cast<double>(memory_.highest[tile]) + offset_ >= assured_) memory_.list[kept++] = tile;
   }
   listed_ = kept;
+  lists_all_ = false;
   with_care_ = true;
   bound_errors_near(0);
   evaluate_listed();
@@ -364,6 +382,7 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
 
 void Screening::remove(std::size_t lane) noexcept {
   memory_.remaining[lane] = 0;
+  --remaining_;
   memory_.growths[lane] = -1;
   --memory_.tile_remaining[lane / tile_size];
   // A far outlier of a frame is selected early; error bounds should not suffer from it any longer than that.

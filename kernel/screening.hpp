@@ -140,6 +140,7 @@ class Screening {
 
   simd::Tiles tiles_{};
   std::size_t tile_count_ = 0;
+  std::size_t remaining_ = 0;  // lanes with a candidate that remains
   bool is_store_order_ = true;
   bool is_ordered_ = false;  // tiles hold all that remains, by gain
   std::size_t evaluations_ = 0;
@@ -153,6 +154,7 @@ class Screening {
   bool is_lasting_ = false;                // its bound holds for later rounds too
   bool is_trial_ = false;                  // bounds are of other information, and stay
   std::size_t listed_ = 0;                 // tiles evaluated: list[0 .. listed_)
+  bool lists_all_ = false;                 // in their order
   bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
   double volume_error_ = 0;                // E of docs/numerics.md: of sqrt(det) of any candidate
   double shrink_ = 0;                      // min(1, |Y|): how much of it a growth can feel
