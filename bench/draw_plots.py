@@ -18,6 +18,7 @@ STYLES = {
     "greedy": "lc rgb '#0072b2' dt 1 pt 5",
     "lazy_greedy": "lc rgb '#d55e00' dt 1 pt 7",
     "stochastic_greedy": "lc rgb '#009e73' dt 1 pt 9",
+    "relaxed": "lc rgb '#cc79a7' dt 1 pt 11",
     "eigen_exact": "lc rgb '#56b4e9' dt 2 pt 4",
     "eigen_exact_batched": "lc rgb '#56b4e9' dt 3 pt 12",
     "eigen_lazy": "lc rgb '#e69f00' dt 2 pt 6",

@@ -26,7 +26,7 @@ EIGEN = {
     "eigen_stochastic": "Eigen stochastic",
     "eigen_log_det": "Eigen log det",
 }
-STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy"]
+STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"]
 STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
 
 

@@ -119,7 +119,8 @@ void add_threading_cases() {
   for (int count = 1; count < most; count *= 2) threads.push_back(count);
   threads.push_back(most);
 
-  for (const Strategy strategy : sim::strategies) {
+  for (const Strategy strategy :
+       {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::relaxed}) {
     for (const std::size_t n : {2000U, 5000U, 10000U, 20000U, 50000U, 100000U}) {
       for (const int count : threads) add({"threads", strategy, "euroc_like", n, 100, Blocks::two_rows, count});
     }
