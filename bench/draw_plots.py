@@ -135,8 +135,7 @@ def threads_over_n(results):
     return (
         body + f"set title '{most} threads against one, k = 100; EuRoC-like frame, 2 rows'\nset logscale x\n"
         f"set xlabel 'candidates n'\nset ylabel 'times faster'\nset xtics ({ticks})\nset xrange [1700:120000]\n"
-        f"set yrange [0:{most + 0.2}]\nset arrow from 10000,0 to 10000,{most + 0.2} nohead dt 3 lc rgb '#808080'\n"
-        f"set label 'threads = 0 uses them from here on' at 10500,0.15 font ',10'\n"
+        f"set yrange [0:{most + 0.5}]\n"
         f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, " + ", \\\n".join(curves) + "\n"
     )
 

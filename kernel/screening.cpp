@@ -286,7 +286,8 @@ void Screening::evaluate_between(float least, float most) noexcept {
     float best;
   };
   Part parts[threading::Team::most_chunks];
-  const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count_, threading::Evaluator::least_tiles);
+  constexpr std::size_t least_tiles = 256;  // of a chunk: most are not looked at
+  const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count_, least_tiles);
   const std::size_t packs = (tile_count_ + tile_size - 1) / tile_size;
   const std::size_t room = chunks == 1 ? 0 : (packs / chunks + 2) * tile_size;  // in the list, for each chunk
   lists_all_ = false;

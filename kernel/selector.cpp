@@ -4,6 +4,9 @@
 #include "kernel/certificate.hpp"
 #include "kernel/search.hpp"
 
+#include <algorithm>
+#include <limits>
+
 namespace maxlogdet {
 
 Selector::Selector(std::size_t capacity, Executor* executor)
@@ -43,8 +46,16 @@ Status run(Search& search, const Options& options, Strategy strategy) noexcept {
   return Status::invalid_strategy;
 }
 
-// Fewer candidates than this are not worth a second thread (docs/threading.md).
-constexpr std::size_t crossover = 10000;
+// Fewer candidates than this are not worth a second thread: where two become faster on the machine of
+// docs/threading.md, and enough beyond to pay for waking them up.
+std::size_t crossover_of(Strategy strategy) noexcept {
+  switch (strategy) {
+    case Strategy::greedy: return 10000;
+    case Strategy::stochastic_greedy: return 50000;
+    case Strategy::backward_greedy: return std::numeric_limits<std::size_t>::max();  // its rounds are too short for two
+    default: return 20000;
+  }
+}
 
 }  // namespace
 
@@ -61,7 +72,8 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
 
   Status status = Status::ok;
   if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
-  selection.threads = threading::workers_for(executor_, options.threads, search.remaining, crossover);
+  selection.threads =
+      threading::workers_for(executor_, options.threads, search.remaining, crossover_of(selection.strategy));
   memory_->team.run(executor_, selection.threads, [&] {
     status = run(search, options, selection.strategy);
     if (status == Status::ok && options.exchange_sweeps > 0) status = exchange(search, options.exchange_sweeps);

@@ -164,6 +164,15 @@ TEST(Threads, answers_do_not_depend_on_their_number) {
   for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
 }
 
+// Enough candidates for the looks of lazy rounds to be spread as well.
+TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
+  PoolExecutor pool(3);
+  for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
+    SCOPED_TRACE(kind.name);
+    expect_independent_of_threads(blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind), 60, pool);
+  }
+}
+
 TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
   Random random;
   SCOPED_TRACE(random.name());
