@@ -70,7 +70,7 @@ class Grid {
     }
   }
 
-  std::size_t cells() const { return static_cast<std::size_t>(columns_ * rows_); }
+  std::size_t cells() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
 
   /// The cell of every match of a frame; what lies beyond the image counts with the cells at its edge.
   std::vector<std::uint32_t> cells_of(const sim::Frame& frame) const {
@@ -129,8 +129,10 @@ std::string explained(Status status, const Options& options) {
       return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
     case Status::unsupported_isa: return unsupported_isa_message();
     case Status::unsupported_groups:
-      return std::string(to_string(options.strategy)) + " cannot keep to --grid; the greedy strategies can";
-    case Status::invalid_time_limit: return "--time-limit-ms; expected a time of 0 (none) or more";
+      return std::string(to_string(options.strategy)) +
+             " cannot keep to --grid; greedy, lazy_greedy and stochastic_greedy can";
+    case Status::invalid_time_limit:
+      return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }
@@ -226,11 +228,11 @@ void print_selected(const sim::Frame& frame, const Selection& selection) {
   if (selection.upper_bound == selection.upper_bound) {  // not NaN: asked for
     char line[160];
     std::snprintf(line, sizeof line,
-                  "\nno other selection of that size has a log det above %.4f: D-efficiency %.3f %%\n",
+                  "\nproved: no selection within the budget has a log det above %.4f; D-efficiency %.3f %%\n",
                   selection.upper_bound, 100 * selection.efficiency());
     std::cout << line;
   }
-  std::cout << "\nselected, best first (match: gain in nats, pixel, depth)\n";
+  std::cout << "\nselected, in this order (match: gain in nats, pixel, depth)\n";
   constexpr std::size_t shown = 10;
   for (std::size_t i = 0; i < std::min(selection.size, shown); ++i) {
     const auto& match = frame.matches[selection.indices[i]];

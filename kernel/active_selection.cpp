@@ -51,8 +51,8 @@ struct ActiveSelection::State {
 
   SearchMemory memory;
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type place;
-  Proposals* proposals = nullptr;  // in its place; nullptr: not started, or an error
-  Status error = Status::ok;       // why
+  Proposals* proposals = nullptr;           // in its place; nullptr: not started, or an error
+  Status error = Status::nothing_proposed;  // why
   std::size_t invalid_candidates = 0;
 };
 

@@ -12,7 +12,7 @@ namespace {
 // With more candidates than that the least loss is below 1/2: the shares tr(H M^-1 H^T) of all add up to 6 at most, and
 // no loss is above its share. So taking that candidate out costs the factor one bit at most.
 constexpr std::size_t few = 12;
-static_assert(few >= 2 * state_dimension, "6 / few is 1/2 at most");
+static_assert(few >= std::size_t{2} * state_dimension, "6 / few is 1/2 at most");
 // The relative error of the factor above which it is made anew, unless that was of no use the last time.
 constexpr double large_error = 1e-6;
 constexpr double useless_growth = 16;

@@ -70,8 +70,12 @@ double bound_at(Search& search, const double* w, const Information& prior, std::
 
 double upper_bound(Search& search, std::size_t passes) noexcept {
   const Information prior = prior_information(search.prior_matrix);
+  // Where no more may be selected nothing is longer than the answer, full groups or not (a matroid's bases are of one
+  // size).
   const std::size_t budget =
-      std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
+      search.remaining == 0
+          ? search.selected
+          : std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
   TopTraces top{nullptr, 0, 0, first_guess(budget)};
   double least = bound_at(search, search.factor.inverse(), prior, budget, top);
   if (passes == 0) return least;

@@ -73,18 +73,19 @@ double best_step(const Information& b, double most) noexcept {
 
 // W A W^T for a symmetric A and a lower triangular W.
 Information whitened(const double* w, const Information& a) noexcept {
+  const auto row_of = [w](int i) { return w + static_cast<std::size_t>(simd::padded_dimension * i); };
   double left[n][n];  // W A
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
-      left[i][j] = w[simd::padded_dimension * i] * a.entry[0][j];
-      for (int d = 1; d <= i; ++d) left[i][j] += w[simd::padded_dimension * i + d] * a.entry[d][j];
+      left[i][j] = row_of(i)[0] * a.entry[0][j];
+      for (int d = 1; d <= i; ++d) left[i][j] += row_of(i)[d] * a.entry[d][j];
     }
   }
   Information result;
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j <= i; ++j) {
-      double sum = left[i][0] * w[simd::padded_dimension * j];
-      for (int d = 1; d <= j; ++d) sum += left[i][d] * w[simd::padded_dimension * j + d];
+      double sum = left[i][0] * row_of(j)[0];
+      for (int d = 1; d <= j; ++d) sum += left[i][d] * row_of(j)[d];
       result.entry[i][j] = sum;
       result.entry[j][i] = sum;
     }

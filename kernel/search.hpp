@@ -20,9 +20,9 @@
 
 namespace maxlogdet {
 
-/// All the memory of a Search among up to `capacity` candidates; made once, it grows no more.
+/// All the memory of a Search among up to `most` candidates; made once, it grows no more.
 struct SearchMemory {
-  explicit SearchMemory(std::size_t capacity);
+  explicit SearchMemory(std::size_t most);
 
   std::size_t capacity;
   const simd::Kernel* kernel;  ///< picked when this is made; nullptr: MAXLOGDET_ISA names one that is not there
@@ -46,7 +46,7 @@ struct SearchMemory {
 /// grows. All arrays belong to the SearchMemory and have room for as many entries as it has capacity.
 struct Search {
   /// `memory` has a kernel, and room for the candidates.
-  Search(const BlockStore& candidates, const Options& options, SearchMemory& memory) noexcept;
+  Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept;
 
   /// Takes over constraints and prior, and selects what is required; the first thing wrong with them, or ok.
   Status start(const Options& options) noexcept;

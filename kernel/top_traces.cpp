@@ -53,7 +53,8 @@ float threshold_for(const threading::Evaluator& evaluator, const float* values, 
       factor = std::min(8.0F, factor * factor);
       continue;
     }
-    const auto excess = static_cast<double>(at_low - (wanted + most) / 2);
+    const std::size_t aim = (wanted + most) / 2;
+    const auto excess = static_cast<double>(at_low - aim);
     const double share = excess / static_cast<double>(at_low - at_high);
     guess = low + (high - low) * (halve ? 0.5F : static_cast<float>(std::min(0.9, std::max(0.1, share))));
     if (!(guess > low && guess < high)) return low;

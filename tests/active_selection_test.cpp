@@ -145,6 +145,8 @@ TEST(ActiveSelection, answers_without_a_proposal_and_bad_blocks_are_named) {
   EXPECT_EQ(active.reject(), Status::nothing_proposed);
   EXPECT_EQ(active.accept(block.data(), 3), Status::nothing_proposed);
   EXPECT_EQ(active.selection().size, 0U);
+  EXPECT_EQ(active.selection().status, Status::nothing_proposed);
+  EXPECT_FALSE(active.selection().has_answer());
 
   ASSERT_EQ(active.start(blocks, with_budget(5)), Status::ok);
   EXPECT_EQ(active.accept(), Status::nothing_proposed);

@@ -276,7 +276,7 @@ TEST(Constraints, one_maximum_for_all_groups) {
   options.budget = 60;
   options.groups = groups.data();
   options.group_count = 6;
-  for (const std::size_t most : {0, 1, 4, 1000}) {
+  for (const std::size_t most : {0U, 1U, 4U, 1000U}) {
     options.max_per_group = most;
     std::map<std::uint32_t, std::size_t> taken;
     const auto indices = select_indices(blocks, options);

@@ -219,7 +219,7 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
   long double tightest = 0;
   for_every_family(300, [&](const BlockStore& blocks) {
     const std::size_t count = 293;
-    const auto planes_of = static_cast<std::size_t>(6 * blocks.rows());
+    const auto planes_of = std::size_t{6} * static_cast<std::size_t>(blocks.rows());
     const std::size_t stride = 304;
     std::vector<float> planes(planes_of * stride, std::numeric_limits<float>::quiet_NaN());
     std::vector<unsigned char> counted(count);

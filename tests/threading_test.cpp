@@ -7,7 +7,6 @@
 #include "threading/team.hpp"
 
 #include <atomic>
-#include <cstring>
 #include <numeric>
 
 namespace maxlogdet::test {
@@ -72,9 +71,9 @@ TEST(Team, chunks_cover_everything_without_overlap) {
   PoolExecutor pool(2);
   threading::Team team;
   team.run(&pool, 3, [&] {
-    for (const std::size_t count : {0, 1, 15, 16, 17, 100, 1000, 4097}) {
-      for (const std::size_t least : {1, 7, 64, 5000}) {
-        for (const std::size_t unit : {1, 16}) {
+    for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
+      for (const std::size_t least : {1U, 7U, 64U, 5000U}) {
+        for (const std::size_t unit : {1U, 16U}) {
           std::vector<int> seen(count);
           const std::uint32_t chunks =
               team.in_chunks(count, least, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -131,7 +130,7 @@ struct Answer {
 
   friend bool operator==(const Answer& a, const Answer& b) {
     return a.indices == b.indices && a.gains == b.gains && a.log_det == b.log_det && a.status == b.status &&
-           a.evaluations == b.evaluations && std::memcmp(&a.upper_bound, &b.upper_bound, sizeof(double)) == 0;
+           a.evaluations == b.evaluations && a.upper_bound == b.upper_bound;
   }
 };
 

@@ -100,7 +100,7 @@ class Evaluator {
 
   /// As simd::Gather.
   void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) const noexcept {
-    const auto entries = static_cast<std::size_t>(simd::dimension * rows_);
+    const auto entries = std::size_t{simd::dimension} * static_cast<std::size_t>(rows_);
     team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       kernel_.gather[rows_ - 1](records, indices + first, size, tiles + first * entries);
     });

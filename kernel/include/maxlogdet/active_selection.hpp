@@ -32,10 +32,11 @@ class ActiveSelection {
 
   std::size_t capacity() const noexcept;
 
-  /// Begins anew. The candidates are the caller's, and must stay as they are until the last call of any other function.
-  /// Of the options it takes budget, prior, time_limit and the constraints (groups count what is accepted; what is
-  /// required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same here. The
-  /// statuses are those of Selector::select; after an error there is nothing to propose.
+  /// Begins anew, and with it the time limit, which so includes the matching. The candidates are the caller's, and must
+  /// stay as they are until the last call of any other function. Of the options it takes budget, prior, time_limit and
+  /// the constraints (groups count what is accepted; what is required is accepted from the start); strategy is greedy,
+  /// lazy_greedy or automatic, which are the same here. There is no certificate and no exchange. The statuses are those
+  /// of Selector::select; after an error there is nothing to propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
   /// The best of what has been neither accepted nor rejected; the same again until it is answered. `none` when the
@@ -51,8 +52,8 @@ class ActiveSelection {
   /// The proposal is not matched, and not proposed again. ok or nothing_proposed.
   Status reject() noexcept;
 
-  /// What has been accepted, in that order; valid until the next call of anything but this. Status `ok` also while
-  /// there is more to propose.
+  /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
+  /// before start(), `ok` also while there is more to propose.
   Selection selection() const noexcept;
 
  private:

@@ -81,7 +81,7 @@ enum class BlockStatus {
   singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
                     ///< invalid
   invalid_camera,   ///< fx, fy not positive and finite, or stereo rows without bf > 0; nothing appended
-  invalid_pose,     ///< T_cw not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
+  invalid_pose,     ///< T_cw null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
   invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, threads negative, or an
                     ///< unknown enumerator; nothing appended
   missing_points,   ///< size > 0 without points; nothing appended

@@ -14,7 +14,8 @@ enum class Strategy {
   relaxed,            ///< convex relaxation (D-optimal design), rounded and polished; as good as greedy (measured, no
                       ///< guarantee), and faster from tens of thousands of candidates on (docs/performance.md)
   backward_greedy,    ///< all but the n - k of least loss, removed one by one: for k > n / 2
-  automatic,          ///< one of the others, by n and k (docs/performance.md); Selection::strategy tells which
+  automatic,  ///< by the n candidates that may be selected: backward_greedy if 3 k >= 2 n, relaxed if n >= 50000
+              ///< and k >= 60, else, and with groups, lazy_greedy; Selection::strategy tells which
 };
 
 /// What to select and how. Every default is one that a tracker can ship. Arrays belong to the caller.
@@ -25,9 +26,11 @@ struct Options {
   std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the
                                   ///< frame of the blocks; nullptr: 1e-5 * I
-  double time_limit = 0;          ///< s, looked at between rounds; 0: none
-  int threads = 0;  ///< 1: the calling one alone; 0: as many of the selector's executor as pay off; without an executor
-                    ///< always one. The answer does not depend on it
+  double time_limit = 0;          ///< s, looked at between rounds, so that it is exceeded by one at most, and by the
+                                  ///< certificate's look at all candidates; backward_greedy begins with all of them in.
+                                  ///< What there is by then may be little, or nothing. 0: none
+  int threads = 0;  ///< 1: the calling one alone; 0: as many of the selector's executor as pay off; n: at most n, and
+                    ///< at most 16; without an executor always one. The answer does not depend on it
 
   bool certify = false;  ///< fills Selection::upper_bound
   std::size_t certificate_passes =
@@ -35,11 +38,13 @@ struct Options {
   std::size_t exchange_sweeps = 0;  ///< after the search, at most so many sweeps that swap a selected candidate for a
                                     ///< better one; pays for budgets of 20 or less (docs/performance.md)
 
-  const unsigned char* required = nullptr;      ///< n: nonzero is selected in any case, first, and counts as budget
-  const unsigned char* excluded = nullptr;      ///< n: nonzero is not selected
-  const std::uint32_t* groups = nullptr;        ///< n: group of each candidate, < group_count; nullptr: no groups
-  std::size_t group_count = 0;                  ///< at most the selector's capacity
-  std::size_t max_per_group = 1;                ///< most to select of a group
+  const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts as budget; has
+                                            ///< to be valid (BlockStore::is_valid), else nothing is selected
+  const unsigned char* excluded = nullptr;  ///< n: nonzero is not selected
+  const std::uint32_t* groups = nullptr;    ///< n: group of each candidate, < group_count, of invalid and excluded
+                                            ///< ones too; nullptr: no groups, whatever the three below
+  std::size_t group_count = 0;              ///< at most the selector's capacity
+  std::size_t max_per_group = 1;            ///< most to select of a group
   const std::uint32_t* group_maxima = nullptr;  ///< group_count: most to select of each; nullptr: max_per_group
 };
 

@@ -39,20 +39,23 @@ const char* to_string(Status status) noexcept;
 /// The answer: views into the Selector that gave it, valid until its next select() or its end.
 struct Selection {
   Status status;
-  const std::uint32_t* indices;    ///< `size` candidate indices, in order of selection
+  const std::uint32_t* indices;    ///< `size` candidate indices: required ones, then in order of selection;
+                                   ///< backward_greedy's by index; an exchange keeps places
   std::size_t size;                ///< number selected
-  const double* gains;             ///< `size` gains: the growth of log det by each when it was selected, nats
+  const double* gains;             ///< `size` gains: the growth of log det by each after those before it, nats
   double log_det;                  ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;         ///< candidate gains computed, in float32; may differ between machines
   std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell; likewise
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
-  double upper_bound;              ///< no selection of this size that keeps to required and excluded has a greater log
-                                   ///< det: proved, nats; NaN if not asked for (Options::certify)
-  Strategy strategy;               ///< the one that ran: what `automatic` chose
-  int threads;                     ///< the number of threads that the work was spread over; helpers may have come late
+  double upper_bound;  ///< no selection within the budget that keeps to required and excluded has a greater log det:
+                       ///< proved, nats. Maxima of groups are left out, which can only raise it, and so does a deadline
+                       ///< that cut the answer short. NaN if not asked for (Options::certify)
+  Strategy strategy;   ///< the one asked for, or what `automatic` chose
+  int threads;         ///< how many threads the work was offered to, the calling one among them, at most 16;
+                       ///< helpers may have come late or not at all
 
-  /// D-efficiency, exp((log_det - upper_bound) / 6): at least that share of the optimal information in every
-  /// direction's mean (a factor on the volume of the uncertainty's ellipsoid, for each of its six axes). NaN without
+  /// D-efficiency, (det M / det of the bound)^(1/6): the geometric mean of the information over the six directions is
+  /// at least that share of what the best selection could have. 0 where next to nothing is known. NaN without
   /// upper_bound.
   double efficiency() const noexcept { return std::exp((log_det - upper_bound) / state_dimension); }
 
