@@ -40,8 +40,7 @@ class Removal {
       search_.losses_evaluated += losses.evaluations();
       if (is_late) return status;
     }
-    while (search_.remaining > kept) remove_one_of_few();
-    return Status::ok;
+    return search_.remaining > kept ? remove_of_few(kept) : Status::ok;
   }
 
   // The candidates that are left, by index.
@@ -79,23 +78,39 @@ class Removal {
   // With so few each of them may be the only one to see a direction, where 1 - det has no digits. What a candidate
   // gains if it is added last to all others has them; but of identical ones, whose others are added in different
   // orders, not the last bit.
-  void remove_one_of_few() noexcept {
-    std::uint32_t worst = 0;
-    double least = 0;
-    bool is_any = false;
+  Status remove_of_few(std::size_t kept) noexcept {
+    std::uint32_t list[few];
+    std::size_t count = 0;
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
-      if (left_[i] == 0) continue;
-      left_[i] = 0;
-      add_what_is_left();
-      left_[i] = 1;
-      const double growth = put_in(i);
-      if (is_any && growth > least && !is_same(i, worst)) continue;
-      least = growth;
-      worst = i;
-      is_any = true;
+      if (left_[i] != 0) list[count++] = i;
     }
-    left_[worst] = 0;
-    --search_.remaining;
+    bool is_late = false;
+    double growths[few];
+    for (bool is_first = true; count > kept; is_first = false) {
+      is_late = is_late || (!is_first && search_.deadline.has_passed());
+      if (!is_late) {  // else by what is known
+        for (std::size_t j = 0; j < count; ++j) growths[j] = growth_of(list, count, j);
+      }
+      std::size_t worst = 0;
+      for (std::size_t j = 1; j < count; ++j) {
+        if (growths[j] <= growths[worst] || is_same(list[j], list[worst])) worst = j;
+      }
+      left_[list[worst]] = 0;
+      --search_.remaining;
+      --count;
+      std::copy(list + worst + 1, list + count + 1, list + worst);
+      std::copy(growths + worst + 1, growths + count + 1, growths + worst);
+    }
+    return is_late ? Status::deadline_reached : Status::ok;
+  }
+
+  // Of the j-th when it is added to all others.
+  double growth_of(const std::uint32_t* list, std::size_t count, std::size_t j) noexcept {
+    search_.factor = required_;
+    for (std::size_t other = 0; other < count; ++other) {
+      if (other != j) put_in(list[other]);
+    }
+    return put_in(list[j]);
   }
 
   bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {

@@ -18,6 +18,10 @@ constexpr double sum_errors = 128;
 
 // What a pass has to promise, nats: less is rounding.
 constexpr double least_promise = 1e-9;
+// Passes in which the bound has to fall by that much, nats, for more of them to be made: a number of passes without end
+// ends.
+constexpr std::size_t patience = 32;
+constexpr double least_progress = 1e-6;
 
 // A value, and the sum of magnitudes that its rounding error is in proportion to.
 struct Sum {
@@ -84,7 +88,12 @@ double upper_bound(Search& search, std::size_t passes) noexcept {
   Information selected = prior;
   add_blocks(search.candidates, search.indices, search.selected, selected);
   if (!mixture.reset(selected)) return least;
+  double at_last_check = infinity;
   for (std::size_t pass = 0; pass < passes && !search.deadline.has_passed(); ++pass) {
+    if (pass % patience == patience - 1) {
+      if (at_last_check - least < least_progress) break;
+      at_last_check = least;
+    }
     Information best = prior;
     add_blocks(search.candidates, search.constraints.required(), search.constraints.required_count(), best);
     add_blocks(search.candidates, top.candidates, top.count, best);

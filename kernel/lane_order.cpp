@@ -7,10 +7,12 @@ namespace maxlogdet {
 
 // A counting sort by the upper bits, each chunk of lanes with counts of its own.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
-                        threading::Team& team, std::uint32_t* bucket, std::uint32_t* order) noexcept {
-  constexpr std::int32_t buckets = 512;
-  std::uint32_t first[threading::Team::most_chunks][buckets + 1];  // the last is of lanes that do not remain
-  constexpr std::size_t least_lanes = 2048;                        // of a chunk
+                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
+                        std::uint32_t* order) noexcept {
+  constexpr std::int32_t buckets = lane_order_buckets;
+  // Per chunk and bucket; the last bucket is of lanes that do not remain.
+  const auto first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);
+  constexpr std::size_t least_lanes = 2048;  // of a chunk
   const auto for_chunks = [&](auto body) { return team.in_chunks(lanes, least_lanes, simd::tile_size, body); };
   const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
     for (std::size_t lane = begin; lane < begin + size; ++lane) {

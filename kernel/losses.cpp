@@ -47,8 +47,8 @@ void Losses::start(const unsigned char* left, std::size_t n, const InformationFa
     top = std::max(top, memory.growths[i]);
   }
   std::uint32_t* const order = memory.candidate;
-  const std::size_t count =
-      order_lanes(memory.growths, memory.remaining, lanes, top, evaluator_.team(), memory.bucket, order);
+  const std::size_t count = order_lanes(memory.growths, memory.remaining, lanes, top, evaluator_.team(),
+                                        memory.order_counts, memory.bucket, order);
   evaluator_.make_records(lanes, memory.records);
   tile_count_ = tiles_of(count);
   const std::size_t packed = tile_size * tile_count_;

@@ -46,6 +46,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       remaining(lanes_for(capacity)),
       growths(lanes_for(capacity)),
       bucket(lanes_for(capacity)),
+      order_counts(lane_order_counts),
       highest(lanes_for(tiles_of(capacity))),
       bounds(lanes_for(tiles_of(capacity))),
       list(2 * lanes_for(tiles_of(capacity)) + 2 * tile_size * threading::Team::most_chunks),
@@ -117,8 +118,8 @@ void Screening::order_by_gain(bool find_lanes) noexcept {
   const float top = std::max(0.0F, kernel_.largest(memory_.growths, lanes));
   // Lanes are candidates in the order of the store; else `lane` is scratch until it is filled below.
   std::uint32_t* const order = is_store_order_ ? memory_.candidate : memory_.lane;
-  const std::size_t count =
-      order_lanes(memory_.growths, memory_.remaining, lanes, top, evaluator_.team(), memory_.bucket, order);
+  const std::size_t count = order_lanes(memory_.growths, memory_.remaining, lanes, top, evaluator_.team(),
+                                        memory_.order_counts, memory_.bucket, order);
   slope_ = all_slope_;
   offset_ = all_offset_;
   const Line line = upper_line();

@@ -23,6 +23,7 @@ struct ScreeningMemory {
   AlignedArray<float> remaining;               ///< per lane: 1 where there is a candidate that remains, else 0
   AlignedArray<float> growths;                 ///< per lane: when last evaluated
   AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
+  AlignedArray<std::uint32_t> order_counts;    ///< scratch of order_lanes
   AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
   AlignedArray<float> bounds;                  ///< per tile: no exact growth is above it
   AlignedArray<std::uint32_t> list;            ///< per tile: scratch

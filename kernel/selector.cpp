@@ -57,6 +57,15 @@ std::size_t crossover_of(Strategy strategy) noexcept {
   }
 }
 
+// Rounding may put the computed log det of an optimal answer above its bound. By more than rounding explains, nothing
+// is known: then log det itself has no digits (docs/numerics.md).
+double reconciled(const Selection& selection, double relative_error) noexcept {
+  const double excess = selection.log_det - selection.upper_bound;
+  if (!(excess > 0)) return selection.upper_bound;
+  const double explained = 2 * state_dimension * relative_error + 1e-9;
+  return relative_error < 0.125 && excess <= explained ? selection.log_det : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 Selection Selector::select(const BlockStore& candidates, const Options& options) noexcept {
@@ -80,8 +89,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
     if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes);
   });
   search.report(status, selection);
-  // Rounding may put the computed log det of an optimal answer above its bound.
-  if (options.certify) selection.upper_bound = std::max(selection.upper_bound, selection.log_det);
+  if (options.certify) selection.upper_bound = reconciled(selection, search.factor.relative_error());
   return selection;
 }
 

@@ -251,6 +251,22 @@ long double optimum(const Instance& instance, std::size_t budget) {
   return optimum(instance, 0, budget, r);
 }
 
+TEST(Certificate, passes_without_end_end) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (const double scale : {1e-3, 1.0, 1e12}) {
+    BlockStore blocks;
+    for (int i = 0; i < 1000; ++i) push_back(blocks, random_block(random, 3, scale));
+    Selector selector(1000);
+    Options options;
+    options.budget = 3;
+    options.certify = true;
+    options.certificate_passes = std::numeric_limits<std::size_t>::max();
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_GE(selection.upper_bound, selection.log_det);
+  }
+}
+
 void expect_bound(const Instance& instance, double& tightest, int& answers) {
   const EigenPrior prior(instance.prior);
   Options options = instance.options(prior);

@@ -5,11 +5,13 @@
 #include "tests/support.hpp"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <new>
 
 namespace {
@@ -222,6 +224,38 @@ TEST(RealTime, several_threads_allocate_nothing) {
   };
   while (pool.helped() < 10) work();  // a thread's runtime may allocate when it first does something
   EXPECT_EQ(allocations_in(work), 0);
+}
+
+// Real-time threads have small stacks: scratch belongs to the selector.
+TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "a sanitizer's frames are larger";
+#endif
+  struct Work {
+    BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 500, 1), block_kinds[1]);
+    Selector selector{500};
+    int answers = 0;
+  } work;
+  pthread_attr_t attributes;
+  ASSERT_EQ(pthread_attr_init(&attributes), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&attributes, 65536), 0);
+  pthread_t thread{};
+  const auto select = [](void* given) -> void* {
+    Work& to = *static_cast<Work*>(given);
+    for (const Strategy strategy : sim::strategies) {
+      Options options;
+      options.strategy = strategy;
+      options.certify = true;
+      options.certificate_passes = 2;
+      options.exchange_sweeps = 1;
+      to.answers += to.selector.select(to.blocks, options).has_answer() ? 1 : 0;
+    }
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &attributes, select, &work), 0);
+  ASSERT_EQ(pthread_join(thread, nullptr), 0);
+  pthread_attr_destroy(&attributes);
+  EXPECT_EQ(work.answers, static_cast<int>(std::size(sim::strategies)));
 }
 
 TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {

@@ -29,8 +29,7 @@ void pause() noexcept {
 }
 
 constexpr int end_shift = 16;
-constexpr int round_shift = 32;
-constexpr std::uint64_t field = 0xFFFFU;
+constexpr std::uint32_t field = 0xFFFFU;
 
 }  // namespace
 
@@ -49,10 +48,10 @@ void Team::dismiss() noexcept { round_.value.store(closed, std::memory_order_rel
 // Whoever gets a chunk owns it until unfinished_ says that it is done; until then the loop cannot be replaced. `next`
 // goes beyond `end` by at most one a worker.
 bool Team::claim(Range& range, std::uint32_t& chunk) noexcept {
-  const auto is_empty = [](std::uint64_t state) { return (state & field) >= (state >> end_shift & field); };
+  const auto is_empty = [](std::uint32_t state) { return (state & field) >= (state >> end_shift & field); };
   if (is_empty(range.value.load(std::memory_order_relaxed))) return false;
-  const std::uint64_t state = range.value.fetch_add(1, std::memory_order_acquire);
-  chunk = static_cast<std::uint32_t>(state & field);
+  const std::uint32_t state = range.value.fetch_add(1, std::memory_order_acquire);
+  chunk = state & field;
   return !is_empty(state);
 }
 
@@ -78,8 +77,7 @@ void Team::run_loop(const Loop& loop, std::uint32_t count) noexcept {
   for (int i = 0; i < workers_; ++i) {
     const auto end = static_cast<std::uint32_t>(static_cast<std::uint64_t>(count) * (static_cast<unsigned>(i) + 1) /
                                                 static_cast<unsigned>(workers_));
-    ranges_[i].value.store(static_cast<std::uint64_t>(round) << round_shift | end << end_shift | begin,
-                           std::memory_order_release);
+    ranges_[i].value.store(end << end_shift | begin, std::memory_order_release);
     begin = end;
   }
   round_.value.store(round, std::memory_order_release);

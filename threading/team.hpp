@@ -107,8 +107,8 @@ class Team {
     std::atomic<T> value{0};
     char padding[64 - sizeof(std::atomic<T>)];
   };
-  // The chunks that one worker begins with: [next, end), and in the upper half which loop they are of.
-  using Range = Shared<std::uint64_t>;
+  // The chunks that one worker begins with: [next, end), 16 bits each.
+  using Range = Shared<std::uint32_t>;
 
   void open(int workers) noexcept;
   void dismiss() noexcept;

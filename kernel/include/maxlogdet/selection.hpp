@@ -15,6 +15,7 @@ namespace maxlogdet {
 enum class Status {
   ok,                  ///< as many as the budget asks for were selected (none for a budget or a store of 0)
   all_selected,        ///< no more may be selected: every valid candidate that constraints allow, be it none, is in
+                       ///< (or has been rejected, ActiveSelection)
   deadline_reached,    ///< time_limit passed: what was found until then; of the greedy strategies that select one after
                        ///< the other a prefix of the full answer, of the others the best so far
   invalid_budget,      ///< budget above the selector's capacity
@@ -48,7 +49,7 @@ struct Selection {
   std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell; likewise
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;  ///< no selection within the budget that keeps to required and excluded has a greater log det:
-                       ///< proved, nats. Maxima of groups are left out, which can only raise it, and so does a deadline
+                       ///< proved, nats. Maxima of groups hardly count, which can only raise it, and so does a deadline
                        ///< that cut the answer short. NaN if not asked for (Options::certify)
   Strategy strategy;   ///< the one asked for, or what `automatic` chose
   int threads;         ///< how many threads the work was offered to, the calling one among them, at most 16;
