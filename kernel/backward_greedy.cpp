@@ -13,10 +13,8 @@ namespace {
 // no loss is above its share. So taking that candidate out costs the factor one bit at most.
 constexpr std::size_t few = 12;
 static_assert(few >= std::size_t{2} * state_dimension, "6 / few is 1/2 at most");
-// The relative error of the factor above which it is made anew, unless that was of no use the last time.
-constexpr double large_error = 1e-6;
+// A factor made anew with a large error is left alone until that has grown so many times.
 constexpr double useless_growth = 16;
-constexpr double hopeless_error = 0.125;
 
 // Candidates leaving the information one by one.
 class Removal {
@@ -108,9 +106,9 @@ class Removal {
   double growth_of(const std::uint32_t* list, std::size_t count, std::size_t j) noexcept {
     search_.factor = required_;
     for (std::size_t other = 0; other < count; ++other) {
-      if (other != j) put_in(list[other]);
+      if (other != j) search_.add_rows(list[other]);
     }
-    return put_in(list[j]);
+    return search_.add_rows(list[j]);
   }
 
   bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {
@@ -127,12 +125,6 @@ class Removal {
     double rows[max_block_rows][state_dimension];
     read_rows(search_.candidates, candidate, rows);
     return search_.factor.remove_block(search_.kernel, rows, search_.candidates.rows());
-  }
-
-  double put_in(std::uint32_t candidate) noexcept {
-    double rows[max_block_rows][state_dimension];
-    read_rows(search_.candidates, candidate, rows);
-    return search_.factor.add_block(search_.kernel, rows, search_.candidates.rows());
   }
 
   // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does
@@ -152,7 +144,7 @@ class Removal {
   void add_what_is_left() noexcept {
     search_.factor = required_;
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
-      if (left_[i] != 0) put_in(i);
+      if (left_[i] != 0) search_.add_rows(i);
     }
   }
 

@@ -9,11 +9,6 @@
 namespace maxlogdet {
 namespace {
 
-// The relative error of the factor above which it is made anew, in O(k): then it no longer remembers what has left.
-constexpr double large_error = 1e-6;
-// The same, where nothing can be said about gains any more.
-constexpr double hopeless_error = 0.125;
-
 // Trying the places of an answer one by one. What decides is float64, and only beyond what rounding could explain, so
 // that log det never falls; what screens is float32, as in a round of greedy (docs/numerics.md).
 class Exchange {
@@ -87,12 +82,6 @@ class Exchange {
     return squares;
   }
 
-  void add_rows(std::uint32_t candidate) noexcept {
-    double rows[max_block_rows][state_dimension];
-    read_rows(search_.candidates, candidate, rows);
-    search_.factor.add_block(search_.kernel, rows, search_.candidates.rows());
-  }
-
   void take_out(std::size_t place) noexcept {
     double rows[max_block_rows][state_dimension];
     read_rows(search_.candidates, search_.indices[place], rows);
@@ -100,7 +89,7 @@ class Exchange {
     if (is_sound && search_.factor.relative_error() < large_error) return;
     search_.factor = search_.prior;
     for (std::size_t j = 0; j < search_.selected; ++j) {
-      if (j != place) add_rows(search_.indices[j]);
+      if (j != place) search_.add_rows(search_.indices[j]);
     }
   }
 
@@ -108,7 +97,7 @@ class Exchange {
     search_.unselected[search_.indices[place]] = 1;
     search_.unselected[candidate] = 0;
     search_.indices[place] = candidate;
-    add_rows(candidate);
+    search_.add_rows(candidate);
     has_bounds_ = false;
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information.hpp"
 
+#include "kernel/information_factor.hpp"
 #include "kernel/stored_rows.hpp"
 
 #include <algorithm>
@@ -9,8 +10,6 @@ namespace maxlogdet {
 namespace {
 
 constexpr int n = state_dimension;
-
-constexpr double default_prior_information = 1e-5;
 
 }  // namespace
 

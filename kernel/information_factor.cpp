@@ -9,7 +9,6 @@ namespace maxlogdet {
 namespace {
 
 constexpr int n = InformationFactor::n;
-constexpr double default_prior_information = 1e-5;
 
 // Asymmetry forgiven in a prior, relative to sqrt(M_ii M_jj): what assembling it in float64 leaves behind.
 constexpr double symmetry_tolerance = 1e-8;

@@ -7,6 +7,14 @@
 
 namespace maxlogdet {
 
+/// M0 = 1e-5 I where there is no other prior.
+constexpr double default_prior_information = 1e-5;
+
+/// f, InformationFactor::relative_error(), above which a factor that rows have left is made anew, if that helps.
+constexpr double large_error = 1e-6;
+/// f from which on it says nothing about gains any more.
+constexpr double hopeless_error = 0.125;
+
 /// The information M = prior + sum of h^T h over the rows added, kept as the inverse W = L^-1 of its Cholesky factor
 /// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T.
 class InformationFactor {

@@ -15,8 +15,6 @@ using simd::tile_size;
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // A generous constant of the error analysis in docs/numerics.md.
 constexpr double rounding_errors = 256;
-// A relative error of the factor from which on losses of different rounds are not compared.
-constexpr double hopeless_error = 0.125;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }

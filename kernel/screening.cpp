@@ -150,7 +150,7 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   assured_ = -1;
   w_ = factor.inverse();
   const double f = factor.relative_error();
-  factor_drift_ = f < 0.125 ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
+  factor_drift_ = f < hopeless_error ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
   // Once the error is small its bound may be a wide one, of an earlier round.
   const bool is_small = !with_care_ && volume_error_ <= small_volume_error && factor_drift_ < 1e-3;
   const bool may_last = rows_ < 3 && now_ > period && is_small;

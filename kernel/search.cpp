@@ -88,14 +88,19 @@ std::size_t Search::find_best() noexcept {
   return lanes[best];
 }
 
-void Search::add(std::uint32_t candidate) noexcept {
+double Search::add_rows(std::uint32_t candidate) noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(candidates, candidate, rows);
-  add(candidate, rows, candidates.rows());
+  return factor.add_block(kernel, rows, candidates.rows());
 }
 
+void Search::add(std::uint32_t candidate) noexcept { append(candidate, add_rows(candidate)); }
+
 void Search::add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept {
-  const double growth = factor.add_block(kernel, rows, count);
+  append(candidate, factor.add_block(kernel, rows, count));
+}
+
+void Search::append(std::uint32_t candidate, double growth) noexcept {
   indices[selected] = candidate;
   gains[selected] = std::log1p(growth);
   ++selected;

@@ -84,6 +84,9 @@ struct Search {
   /// that float32 cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
   std::size_t find_best() noexcept;
 
+  /// Adds a candidate's rows to the information alone; returns the relative growth of its determinant.
+  double add_rows(std::uint32_t candidate) noexcept;
+
   /// Adds a candidate to the answer and its rows to the information.
   void add(std::uint32_t candidate) noexcept;
 
@@ -102,6 +105,9 @@ struct Search {
 
   /// Fills in what was selected; `status`: how the search ended.
   void report(Status status, Selection& selection) const noexcept;
+
+ private:
+  void append(std::uint32_t candidate, double growth) noexcept;
 };
 
 /// The first thing wrong with what the caller asks for; ok if nothing is.

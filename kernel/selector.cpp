@@ -63,7 +63,8 @@ double reconciled(const Selection& selection, double relative_error) noexcept {
   const double excess = selection.log_det - selection.upper_bound;
   if (!(excess > 0)) return selection.upper_bound;
   const double explained = 2 * state_dimension * relative_error + 1e-9;
-  return relative_error < 0.125 && excess <= explained ? selection.log_det : std::numeric_limits<double>::infinity();
+  return relative_error < hopeless_error && excess <= explained ? selection.log_det
+                                                                : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
