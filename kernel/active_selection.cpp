@@ -3,9 +3,9 @@
 
 #include "kernel/lazy_greedy.hpp"
 #include "kernel/search.hpp"
+#include "kernel/stored_rows.hpp"
 
-#include <cmath>
-#include <limits>
+#include <algorithm>
 #include <new>
 #include <type_traits>
 
@@ -104,15 +104,10 @@ Status ActiveSelection::accept() noexcept {
 Status ActiveSelection::accept(const double* block, int rows) noexcept {
   Proposals* const now = State::answered(state_.get());
   if (now == nullptr) return Status::nothing_proposed;
-  if (block == nullptr || rows < 1 || rows > max_block_rows) return Status::invalid_block;
+  float stored[max_block_rows][state_dimension] = {};  // as a candidate's would be
+  if (!round_block(block, rows, stored)) return Status::invalid_block;
   double measured[max_block_rows][state_dimension];
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      const auto stored = static_cast<float>(block[state_dimension * row + column]);  // as a store would hold it
-      if (!std::isfinite(stored)) return Status::invalid_block;
-      measured[row][column] = static_cast<double>(stored);
-    }
-  }
+  std::copy(&stored[0][0], &stored[0][0] + max_block_rows * state_dimension, &measured[0][0]);
   now->search.add(now->proposed, measured, rows);
   now->search.take_out(now->lane);
   now->proposed = none;

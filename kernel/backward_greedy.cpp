@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/losses.hpp"
 #include "kernel/search.hpp"
-#include "kernel/stored_rows.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -59,7 +58,7 @@ class Removal {
       losses.remove(lane);
       left_[candidate] = 0;
       --search_.remaining;
-      if (!take_out(candidate) || search_.factor.relative_error() > limit) {
+      if (!search_.remove_rows(candidate) || search_.factor.relative_error() > limit) {
         add_what_is_left();
         limit = error_limit();
       }
@@ -119,12 +118,6 @@ class Removal {
       }
     }
     return true;
-  }
-
-  bool take_out(std::uint32_t candidate) noexcept {
-    double rows[max_block_rows][state_dimension];
-    read_rows(search_.candidates, candidate, rows);
-    return search_.factor.remove_block(search_.kernel, rows, search_.candidates.rows());
   }
 
   // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does

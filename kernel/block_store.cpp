@@ -3,6 +3,7 @@
 
 #include "kernel/aligned_array.hpp"
 #include "kernel/block_writer.hpp"
+#include "kernel/stored_rows.hpp"
 #include "simd/kernel.hpp"
 
 #include <algorithm>
@@ -104,15 +105,8 @@ void BlockStore::grow_to_rows(int rows) noexcept {
 }
 
 std::size_t BlockStore::push_back(const double* block, int rows) {
-  if (block == nullptr || rows < 1 || rows > max_block_rows) return push_back_invalid();
   float stored[max_block_rows][state_dimension] = {};
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      const auto value = static_cast<float>(block[state_dimension * row + column]);
-      if (!std::isfinite(value)) return push_back_invalid();
-      stored[row][column] = value;
-    }
-  }
+  if (!round_block(block, rows, stored)) return push_back_invalid();
 
   grow_for_one_more();
   grow_to_rows(rows);

@@ -84,6 +84,8 @@ double upper_bound(Search& search, std::size_t passes) noexcept {
   double least = bound_at(search, search.factor.inverse(), prior, budget, top);
   if (passes == 0) return least;
 
+  Information required = prior;
+  add_blocks(search.candidates, search.constraints.required(), search.constraints.required_count(), required);
   InformationMixture mixture;
   Information selected = prior;
   add_blocks(search.candidates, search.indices, search.selected, selected);
@@ -94,8 +96,7 @@ double upper_bound(Search& search, std::size_t passes) noexcept {
       if (at_last_check - least < least_progress) break;
       at_last_check = least;
     }
-    Information best = prior;
-    add_blocks(search.candidates, search.constraints.required(), search.constraints.required_count(), best);
+    Information best = required;
     add_blocks(search.candidates, top.candidates, top.count, best);
     if (!mixture.add(best, least_promise)) break;
     least = std::min(least, bound_at(search, mixture.inverse(), prior, budget, top));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search.hpp"
-#include "kernel/stored_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -68,24 +67,13 @@ class Exchange {
 
   // tr(H M^-1 H^T).
   double share_of_information(std::uint32_t candidate) const noexcept {
-    double rows[max_block_rows][state_dimension];
-    read_rows(search_.candidates, candidate, rows);
-    const double* const w = search_.factor.inverse();
-    double squares = 0;
-    for (int row = 0; row < search_.candidates.rows(); ++row) {
-      for (int i = 0; i < state_dimension; ++i) {
-        double y = 0;
-        for (int d = 0; d <= i; ++d) y += w[simd::padded_dimension * i + d] * rows[row][d];
-        squares += y * y;
-      }
-    }
-    return squares;
+    double trace = 0;
+    search_.evaluator.exact_traces(search_.factor.inverse(), &candidate, 1, &trace);
+    return trace;
   }
 
   void take_out(std::size_t place) noexcept {
-    double rows[max_block_rows][state_dimension];
-    read_rows(search_.candidates, search_.indices[place], rows);
-    const bool is_sound = search_.factor.remove_block(search_.kernel, rows, search_.candidates.rows());
+    const bool is_sound = search_.remove_rows(search_.indices[place]);
     if (is_sound && search_.factor.relative_error() < large_error) return;
     search_.factor = search_.prior;
     for (std::size_t j = 0; j < search_.selected; ++j) {

@@ -17,8 +17,6 @@ constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 constexpr double rounding_errors = 256;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
-
 }  // namespace
 
 LossesMemory::LossesMemory(std::size_t capacity) : losses(tile_size * tiles_of(capacity)), least(tiles_of(capacity)) {}
@@ -49,13 +47,7 @@ void Losses::start(const unsigned char* left, std::size_t n, const InformationFa
                                         memory.order_counts, memory.bucket, order);
   evaluator_.make_records(lanes, memory.records);
   tile_count_ = tiles_of(count);
-  const std::size_t packed = tile_size * tile_count_;
-  std::fill(order + count, order + packed, order[0]);
-  std::fill_n(static_cast<float*>(memory.remaining), count, 1.0F);
-  std::fill(memory.remaining + count, memory.remaining + packed, 0.0F);
-  const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(evaluator_.rows());
-  tiles_ = {memory.packed, tile_floats, tile_size, memory.remaining};
-  evaluator_.gather(memory.records, order, packed, memory.packed);
+  tiles_ = pack_listed(evaluator_, count, memory);
   evaluate_all(factor);
 }
 

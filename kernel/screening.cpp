@@ -32,8 +32,6 @@ constexpr float any_candidate = -0.5F;
 float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * 5e-7); }
 float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * 5e-7); }
 
-std::size_t tiles_of(std::size_t count) noexcept { return (count + tile_size - 1) / tile_size; }
-
 // Room for whole tiles, and for whole vectors of values per tile.
 std::size_t lanes_for(std::size_t count) noexcept { return tile_size * (tiles_of(count) + 1); }
 
@@ -93,24 +91,29 @@ void Screening::restart(const double* column_max) noexcept {
   is_lasting_ = false;
 }
 
+simd::Tiles pack_listed(const threading::Evaluator& evaluator, std::size_t count, ScreeningMemory& memory) noexcept {
+  const std::size_t lanes = tile_size * tiles_of(count);
+  std::uint32_t* const candidate = memory.candidate;
+  float* const remaining = memory.remaining;
+  if (count < lanes) std::fill(candidate + count, candidate + lanes, candidate[count - 1]);
+  std::fill_n(remaining, count, 1.0F);
+  std::fill(remaining + count, remaining + lanes, 0.0F);
+  evaluator.gather(memory.records, candidate, lanes, memory.packed);
+  const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(evaluator.rows());
+  return {memory.packed, tile_floats, tile_size, remaining};
+}
+
 void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) noexcept {
   lists_all_ = false;
   remaining_ = count;
   is_store_order_ = false;
   is_ordered_ = false;
   tile_count_ = tiles_of(count);
-  const std::size_t lanes = tile_size * tile_count_;
-  const std::size_t tile_floats = tile_size * simd::dimension * static_cast<std::size_t>(rows_);
-  tiles_ = {memory_.packed, tile_floats, tile_size, memory_.remaining};
-  std::uint32_t* const candidate = memory_.candidate;
-  float* const remaining = memory_.remaining;
-  if (candidates != candidate) std::copy_n(candidates, count, candidate);
-  if (count < lanes) std::fill(candidate + count, candidate + lanes, candidate[count - 1]);
-  std::fill_n(remaining, count, 1.0F);
-  std::fill(remaining + count, remaining + lanes, 0.0F);
-  evaluator_.gather(memory_.records, memory_.candidate, lanes, memory_.packed);
+  if (candidates != memory_.candidate) std::copy_n(candidates, count, static_cast<std::uint32_t*>(memory_.candidate));
+  tiles_ = pack_listed(evaluator_, count, memory_);
   std::fill_n(static_cast<unsigned char*>(memory_.tile_remaining), tile_count_, static_cast<unsigned char>(tile_size));
-  if (count < lanes) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - (lanes - count));
+  const std::size_t filling = lanes() - count;
+  if (filling > 0) memory_.tile_remaining[tile_count_ - 1] = static_cast<unsigned char>(tile_size - filling);
 }
 
 void Screening::order_by_gain(bool find_lanes) noexcept {
@@ -279,7 +282,7 @@ float Screening::stale_threshold() const noexcept {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
-// The tiles whose bound of an earlier round is in this range; keeps their new bounds. A chunk takes every so many-th
+// The tiles whose bound of an earlier round is in this range. A chunk takes every so many-th
 // pack of tiles: promising ones lie together.
 void Screening::evaluate_between(float least, float most) noexcept {
   struct Part {

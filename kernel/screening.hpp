@@ -31,6 +31,12 @@ struct ScreeningMemory {
   AlignedArray<std::uint32_t> lane;            ///< per candidate: where it is; also scratch
 };
 
+inline std::size_t tiles_of(std::size_t count) noexcept { return (count + simd::tile_size - 1) / simd::tile_size; }
+
+/// Tiles of the first `count` candidates of memory.candidate, in that order, copied together from their records; all of
+/// them remain. Lanes that fill the last tile up do not.
+simd::Tiles pack_listed(const threading::Evaluator& evaluator, std::size_t count, ScreeningMemory& memory) noexcept;
+
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
 /// (docs/numerics.md), every candidate whose float64 gain could be the largest; usually that is a single one.
 class Screening {

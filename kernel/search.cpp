@@ -94,6 +94,12 @@ double Search::add_rows(std::uint32_t candidate) noexcept {
   return factor.add_block(kernel, rows, candidates.rows());
 }
 
+bool Search::remove_rows(std::uint32_t candidate) noexcept {
+  double rows[max_block_rows][state_dimension];
+  read_rows(candidates, candidate, rows);
+  return factor.remove_block(kernel, rows, candidates.rows());
+}
+
 void Search::add(std::uint32_t candidate) noexcept { append(candidate, add_rows(candidate)); }
 
 void Search::add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept {

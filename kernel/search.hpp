@@ -87,6 +87,9 @@ struct Search {
   /// Adds a candidate's rows to the information alone; returns the relative growth of its determinant.
   double add_rows(std::uint32_t candidate) noexcept;
 
+  /// Takes them out again; as InformationFactor::remove_block.
+  bool remove_rows(std::uint32_t candidate) noexcept;
+
   /// Adds a candidate to the answer and its rows to the information.
   void add(std::uint32_t candidate) noexcept;
 
