@@ -4,12 +4,9 @@
 #include "bench/cases.hpp"
 #include "bench/measure.hpp"
 #include "bench/problem.hpp"
+#include "sim/executor.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
-
-#if defined(MAXLOGDET_HAS_TBB)
-#include <maxlogdet/tbb.hpp>
-#endif
 
 #include <chrono>
 #include <memory>
@@ -19,15 +16,6 @@
 
 namespace maxlogdet::bench {
 namespace {
-
-Executor* executor() {
-#if defined(MAXLOGDET_HAS_TBB)
-  static TbbExecutor tbb;
-  return &tbb;
-#else
-  return nullptr;
-#endif
-}
 
 struct Point {
   std::string kind;
@@ -45,7 +33,7 @@ std::string name_of(const Point& at) {
 }
 
 struct State {
-  explicit State(std::size_t capacity) : selector(capacity, executor()) {}
+  explicit State(std::size_t capacity) : selector(capacity, sim::executor()) {}
   Selector selector;
   Options options;
   Selection selection{};
@@ -106,7 +94,7 @@ Work append_work(std::size_t n, int threads) {
   const auto run = [state](std::size_t /*call*/) {
     state->blocks.clear();
     append_blocks(state->frame.camera, state->frame.T_cw_prior.data(), state->matches.view(), state->options,
-                  state->blocks, executor());
+                  state->blocks, sim::executor());
   };
   return {run, {}};
 }
@@ -114,7 +102,7 @@ Work append_work(std::size_t n, int threads) {
 }  // namespace
 
 void add_threading_cases() {
-  const int most = executor() == nullptr ? 1 : std::max(1, executor()->concurrency());
+  const int most = sim::executor() == nullptr ? 1 : std::max(1, sim::executor()->concurrency());
   std::vector<int> threads;
   for (int count = 1; count < most; count *= 2) threads.push_back(count);
   threads.push_back(most);

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
 #include "cli/plot.hpp"
+#include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/latency.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
-#if defined(MAXLOGDET_HAS_TBB)
-#include <maxlogdet/tbb.hpp>
-#endif
 
 #include <algorithm>
 #include <charconv>
@@ -44,16 +42,6 @@ struct SelectArguments {
   std::string grid;  // empty: no groups
   std::int64_t max_per_cell = 1;
 };
-
-/// Where helpers come from; nullptr in a build without oneTBB.
-Executor* executor() {
-#if defined(MAXLOGDET_HAS_TBB)
-  static TbbExecutor tbb;
-  return &tbb;
-#else
-  return nullptr;
-#endif
-}
 
 // The cells of an image as groups: the paper's buckets.
 class Grid {
@@ -265,7 +253,7 @@ void run(const SelectArguments& arguments) {
   for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
   std::optional<Grid> grid;
   if (!arguments.grid.empty()) grid.emplace(arguments.grid);
-  Selector selector(std::max(largest, grid ? grid->cells() : 0), executor());
+  Selector selector(std::max(largest, grid ? grid->cells() : 0), sim::executor());
   BlockStore blocks(largest);
   Options options = arguments.options;  // a budget above every frame's size selects everything
   options.budget = std::min(static_cast<std::size_t>(arguments.budget), largest);

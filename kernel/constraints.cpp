@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace maxlogdet {
+namespace {
+
+bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags != nullptr && flags[i] != 0; }
+
+}  // namespace
 
 // A counting sort by groups; false if one of them does not exist.
 bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
@@ -37,7 +42,7 @@ Status Constraints::reset(const BlockStore& candidates, const Options& options) 
   for (std::size_t i = 0; i < n && options.required != nullptr; ++i) {
     if (options.required[i] == 0) continue;
     const auto candidate = static_cast<std::uint32_t>(i);
-    const bool is_excluded = options.excluded != nullptr && options.excluded[i] != 0;
+    const bool is_excluded = is_set(options.excluded, i);
     if (is_excluded || !candidates.is_valid(i) || !has_place(candidate)) return Status::infeasible;
     take_place(candidate);
     memory_.required[required_count_++] = candidate;
@@ -47,8 +52,8 @@ Status Constraints::reset(const BlockStore& candidates, const Options& options) 
   free_ = memory_.free.data();
   free_count_ = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const bool is_required = options.required != nullptr && options.required[i] != 0;
-    const bool is_excluded = options.excluded != nullptr && options.excluded[i] != 0;
+    const bool is_required = is_set(options.required, i);
+    const bool is_excluded = is_set(options.excluded, i);
     const bool is_free =
         candidates.is_valid(i) && !is_required && !is_excluded && has_place(static_cast<std::uint32_t>(i));
     memory_.free[i] = is_free ? 1 : 0;

@@ -41,7 +41,7 @@ TEST(ActiveSelection, accepting_everything_is_greedy) {
 
 // What is rejected, and blocks measured otherwise: each proposal is still the best of what is left.
 TEST(ActiveSelection, every_proposal_is_the_best_of_what_is_left) {
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const auto n = static_cast<std::size_t>(random.integer(1, 150));

@@ -2,7 +2,6 @@
 // Backward greedy against an oracle that removes step by step, and lazily against not lazily.
 #include "kernel/search.hpp"
 #include "sim/forced_isa.hpp"
-#include "sim/frame_reader.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -99,7 +98,7 @@ TEST(BackwardGreedy, removes_the_least_loss_in_every_round_on_every_family) {
 }
 
 TEST(BackwardGreedy, removes_the_least_loss_in_every_round_among_awkward_candidates) {
-  for (std::uint64_t variation = 0; variation < 40; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(2, 40)));
@@ -158,7 +157,7 @@ TEST(BackwardGreedy, is_the_same_lazily_on_every_family) {
 }
 
 TEST(BackwardGreedy, is_the_same_lazily_among_awkward_candidates) {
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
@@ -171,23 +170,11 @@ TEST(BackwardGreedy, is_the_same_lazily_among_awkward_candidates) {
 
 // Copies of a few blocks, some moved by one float32 ulp: float64 has to tell dozens apart in every round.
 TEST(BackwardGreedy, is_the_same_lazily_among_near_copies) {
-  for (std::uint64_t variation = 0; variation < 500; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const int rows = random.integer(1, 3);
-    const double scale = std::pow(10.0, random.uniform(-3, 8));
-    std::vector<Block> bases;
-    for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
-    const int n = random.integer(17, 120);
-    BlockStore blocks;
-    for (int i = 0; i < n; ++i) {
-      Block block = bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))];
-      for (double& entry : block.reshaped()) {
-        if (!random.chance(1.0 / 6)) continue;
-        entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
-      }
-      push_back(blocks, block);
-    }
+    const BlockStore blocks = near_copies(random, -3, 8);
+    const auto n = static_cast<int>(blocks.size());
     expect_the_same_lazily(blocks, with_budget(static_cast<std::size_t>(random.integer(1, n))));
   }
 }
@@ -246,7 +233,7 @@ TEST(BackwardGreedy, tells_tiny_losses_apart) {
 }
 
 TEST(BackwardGreedy, keeps_what_is_required_and_leaves_out_what_is_excluded_or_invalid) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const auto n = static_cast<std::size_t>(random.integer(30, 100));
@@ -296,7 +283,7 @@ TEST(BackwardGreedy, has_no_way_to_keep_to_groups) {
 }
 
 TEST(BackwardGreedy, never_beats_the_optimum) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, 8);
@@ -350,7 +337,7 @@ TEST(BackwardGreedy, is_the_same_on_every_instruction_set) {
 
 // Float64 has the same bits whatever lane a candidate is in, and on whatever instruction set.
 TEST(BackwardGreedy, losses_are_the_same_bits_on_all_and_near_the_exact_ones) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     constexpr std::size_t lanes = 2 * simd::tile_size;
@@ -413,18 +400,13 @@ TEST(BackwardGreedy, ends_at_the_deadline_with_a_valid_answer) {
 }
 
 TEST(BackwardGreedy, removes_the_least_loss_on_real_frames) {
-  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
-  const auto frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
-  for (std::size_t i = 0; i < frames.size(); i += 17) {
-    for (const BlockKind& kind : block_kinds) {
-      SCOPED_TRACE(frames[i].name + " " + kind.name);
-      const BlockStore all = blocks_of(frames[i], kind);
-      expect_the_same_lazily(all, with_budget(all.size() / 2));
-      BlockStore some;
-      for (std::size_t j = 0; j < std::min<std::size_t>(all.size(), 50); ++j) push_back(some, stored_block(all, j));
-      EXPECT_LE(loss_given_away(some, order_of_removal(some, with_budget(0), 25)), allowed_loss);
-    }
-  }
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for_real_frames(17, [](const BlockStore& all) {
+    expect_the_same_lazily(all, with_budget(all.size() / 2));
+    BlockStore some;
+    for (std::size_t j = 0; j < std::min<std::size_t>(all.size(), 50); ++j) push_back(some, stored_block(all, j));
+    EXPECT_LE(loss_given_away(some, order_of_removal(some, with_budget(0), 25)), allowed_loss);
+  });
 }
 
 // One number for all families, recorded once: no compiler, instruction set or C library may change it.

@@ -144,7 +144,7 @@ BlockStore random_store(Random& random, std::size_t n) {
 }
 
 TEST(Constraints, greedy_equals_the_oracle) {
-  for (std::uint64_t variation = 0; variation < 400; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const Constrained problem =
@@ -173,7 +173,7 @@ TEST(Constraints, lazy_greedy_equals_greedy_on_frames) {
 }
 
 TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
-  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const Constrained problem =
@@ -202,7 +202,7 @@ TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
 // The guarantee of greedy over a matroid, against every feasible subset.
 TEST(Constraints, greedy_gets_half_of_the_optimum_at_least) {
   double worst = 1;
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     Constrained problem;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Exchange: textbook swaps, never downhill, within constraints, and the same everywhere.
 #include "sim/forced_isa.hpp"
-#include "sim/frame_reader.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -74,7 +73,7 @@ void expect_consistent(const BlockStore& blocks, const Selection& selection,
 }
 
 TEST(Exchange, equals_the_textbook_on_every_family) {
-  int improved = 0;
+  std::size_t improved = 0;
   for_every_family(60, [&](const BlockStore& blocks) {
     for (const std::size_t budget : {3U, 8U, 15U}) {
       for (const std::size_t sweeps : {std::size_t{1}, std::size_t{2}, until_done}) {
@@ -82,16 +81,16 @@ TEST(Exchange, equals_the_textbook_on_every_family) {
         const auto greedy = select_indices(blocks, with(Strategy::greedy, budget, 0));
         const auto exchanged = select_indices(blocks, with(Strategy::greedy, budget, sweeps));
         EXPECT_EQ(exchanged, textbook_exchange(blocks, greedy, sweeps));
-        improved += exchanged != greedy ? 1 : 0;
+        improved += exchanged != greedy ? 1U : 0U;
       }
     }
   });
-  EXPECT_GT(improved, 30);
+  EXPECT_GT(improved, trials(30));
 }
 
 TEST(Exchange, never_lowers_log_det) {
-  int changed = 0;
-  for (std::uint64_t variation = 0; variation < 400; ++variation) {
+  std::size_t changed = 0;
+  for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 80)));
@@ -108,10 +107,10 @@ TEST(Exchange, never_lowers_log_det) {
       ASSERT_EQ(after.size(), before.size());
       EXPECT_GE(log_det_of(blocks, after, prior), log_det_of(blocks, before, prior));
       expect_consistent(blocks, selection, prior);
-      changed += after != before ? 1 : 0;
+      changed += after != before ? 1U : 0U;
     }
   }
-  EXPECT_GT(changed, 200);
+  EXPECT_GT(changed, trials(200));
 }
 
 TEST(Exchange, never_lowers_log_det_at_any_scale_or_among_near_copies) {
@@ -135,8 +134,8 @@ TEST(Exchange, never_lowers_log_det_at_any_scale_or_among_near_copies) {
 }
 
 TEST(Exchange, keeps_what_is_required_leaves_out_what_is_excluded_and_keeps_to_groups) {
-  int changed = 0;
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  std::size_t changed = 0;
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const auto n = static_cast<std::size_t>(random.integer(10, 80));
@@ -168,7 +167,7 @@ TEST(Exchange, keeps_what_is_required_leaves_out_what_is_excluded_and_keeps_to_g
     options.exchange_sweeps = until_done;
     const Selection selection = selector.select(blocks, options);
     const auto after = indices_of(selection);
-    changed += after != before ? 1 : 0;
+    changed += after != before ? 1U : 0U;
     ASSERT_EQ(after.size(), before.size());
     const auto required_count = std::accumulate(required.begin(), required.end(), std::ptrdiff_t{0});
     EXPECT_TRUE(std::equal(before.begin(), before.begin() + required_count, after.begin()));
@@ -195,7 +194,7 @@ TEST(Exchange, keeps_what_is_required_leaves_out_what_is_excluded_and_keeps_to_g
       }
     }
   }
-  EXPECT_GT(changed, 50);
+  EXPECT_GT(changed, trials(50));
 }
 
 TEST(Exchange, is_the_same_on_every_instruction_set) {
@@ -253,16 +252,11 @@ TEST(Exchange, has_nothing_to_do_where_all_or_none_are_selected) {
 }
 
 TEST(Exchange, improves_real_frames_as_the_textbook_does) {
-  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
-  const auto frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
-  for (std::size_t i = 0; i < frames.size(); i += 17) {
-    for (const BlockKind& kind : block_kinds) {
-      SCOPED_TRACE(frames[i].name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frames[i], kind);
-      const auto greedy = select_indices(blocks, with(Strategy::greedy, 8, 0));
-      EXPECT_EQ(select_indices(blocks, with(Strategy::greedy, 8, 2)), textbook_exchange(blocks, greedy, 2));
-    }
-  }
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for_real_frames(17, [](const BlockStore& blocks) {
+    const auto greedy = select_indices(blocks, with(Strategy::greedy, 8, 0));
+    EXPECT_EQ(select_indices(blocks, with(Strategy::greedy, 8, 2)), textbook_exchange(blocks, greedy, 2));
+  });
 }
 
 // One number for all families, recorded once: no compiler, instruction set or C library may change it.

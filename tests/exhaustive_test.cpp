@@ -79,9 +79,9 @@ constexpr long double enumeration_error = 1e-10L;  // of a log det in long doubl
 TEST(Exhaustive, greedy_keeps_its_guarantee_and_never_beats_the_optimum) {
   double worst = 1;
   int optimal = 0;
-  constexpr int instances = 4000;
-  for (int i = 0; i < instances; ++i) {
-    Random random(static_cast<std::uint64_t>(i));
+  const std::size_t instances = trials(4000);
+  for (std::uint64_t variation = 0; variation < instances; ++variation) {
+    Random random(variation);
     SCOPED_TRACE(random.name());
     const Instance instance = random_instance(random);
     const EigenPrior prior(instance.prior);
@@ -100,15 +100,15 @@ TEST(Exhaustive, greedy_keeps_its_guarantee_and_never_beats_the_optimum) {
     }
   }
   RecordProperty("worst_ratio", std::to_string(worst));
-  std::printf("%d instances: greedy optimal in %d, worst greedy / optimum %.4f (guaranteed %.4f)\n", instances, optimal,
-              worst, one_minus_one_over_e);
+  std::printf("%zu instances: greedy optimal in %d, worst greedy / optimum %.4f (guaranteed %.4f)\n", instances,
+              optimal, worst, one_minus_one_over_e);
 }
 
 TEST(Exhaustive, mean_of_stochastic_greedy_keeps_its_guarantee) {
   constexpr int seeds = 100;
   for (const double epsilon : {0.01, 0.1, 0.3}) {
-    for (int i = 0; i < 200; ++i) {
-      Random random(static_cast<std::uint64_t>(i));
+    for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
+      Random random(variation);
       SCOPED_TRACE(random.name() + ", epsilon " + std::to_string(epsilon));
       const Instance instance = random_instance(random);
       const EigenPrior prior(instance.prior);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Greedy against the oracle, and lazy greedy against greedy.
-#include "sim/frame_reader.hpp"
 #include "tests/oracle.hpp"
 
 #include <Eigen/LU>
@@ -65,7 +64,7 @@ TEST(Greedy, takes_the_lowest_index_of_duplicated_candidates) {
 }
 
 TEST(Greedy, tells_candidates_apart_that_differ_in_the_last_bit_of_one_entry) {
-  for (std::uint64_t variation = 0; variation < 20; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore some = blocks_of(make_scene(sim::Scene::euroc_like, 20, random.seed()), block_kinds[3]);
@@ -88,7 +87,7 @@ TEST(Greedy, tells_candidates_apart_that_differ_in_the_last_bit_of_one_entry) {
 }
 
 TEST(Greedy, gains_shrink_and_add_up_to_log_det) {
-  for (std::uint64_t variation = 0; variation < 50; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, 60);
@@ -114,7 +113,7 @@ TEST(Greedy, evaluates_every_remaining_candidate_in_every_round) {
 }
 
 TEST(LazyGreedy, equals_greedy_on_awkward_candidates) {
-  for (std::uint64_t variation = 0; variation < 500; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
@@ -127,23 +126,11 @@ TEST(LazyGreedy, equals_greedy_on_awkward_candidates) {
 // Copies of a few blocks, some moved by one float32 ulp, at scales where rounding is as large as what tells them apart:
 // here a stale maximum without its error bound is now and then below a gain computed later.
 TEST(LazyGreedy, equals_greedy_where_rounding_reorders_near_copies) {
-  for (std::uint64_t variation = 0; variation < 5000; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(5000); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const int rows = random.integer(1, 3);
-    const double scale = std::pow(10.0, random.uniform(-1, 8));
-    std::vector<Block> bases;
-    for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
-    const int n = random.integer(17, 120);
-    BlockStore blocks;
-    for (int i = 0; i < n; ++i) {
-      Block block = bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))];
-      for (double& entry : block.reshaped()) {
-        if (!random.chance(1.0 / 6)) continue;
-        entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
-      }
-      push_back(blocks, block);
-    }
+    const BlockStore blocks = near_copies(random, -1, 8);
+    const auto n = static_cast<int>(blocks.size());
     const auto budget = static_cast<std::size_t>(random.integer(1, n / 2));
     ASSERT_EQ(select_indices(blocks, with(Strategy::lazy_greedy, budget)),
               select_indices(blocks, with(Strategy::greedy, budget)));
@@ -193,33 +180,16 @@ TEST(Greedy, gives_the_recorded_answers) {
   EXPECT_EQ(hash, 6618130281619646114U);
 }
 
-class RealFrames : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
-    frames_ = sim::read_frames(data_folder() + "/orb_slam2_frames");
-    ASSERT_EQ(frames_.size(), 50U);
-  }
-  std::vector<sim::Frame> frames_;
-};
-
-TEST_F(RealFrames, greedy_equals_the_oracle_on_every_frame) {
-  for (const sim::Frame& frame : frames_) {
-    for (const BlockKind& kind : block_kinds) {
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      expect_greedy(blocks_of(frame, kind), 100);
-    }
-  }
+TEST(RealFrames, greedy_equals_the_oracle_on_every_frame) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for_real_frames(1, [](const BlockStore& blocks) { expect_greedy(blocks, 100); });
 }
 
-TEST_F(RealFrames, greedy_gives_away_nothing_in_any_round) {
-  for (std::size_t i = 0; i < frames_.size(); i += 7) {
-    for (const BlockKind& kind : block_kinds) {
-      SCOPED_TRACE(frames_[i].name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frames_[i], kind);
-      EXPECT_LE(gain_given_away(blocks, select_indices(blocks, with(Strategy::greedy, 60))), allowed_loss);
-    }
-  }
+TEST(RealFrames, greedy_gives_away_nothing_in_any_round) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for_real_frames(7, [](const BlockStore& blocks) {
+    EXPECT_LE(gain_given_away(blocks, select_indices(blocks, with(Strategy::greedy, 60))), allowed_loss);
+  });
 }
 
 }  // namespace

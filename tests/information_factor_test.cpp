@@ -88,22 +88,28 @@ TEST(InformationFactor, stays_within_its_relative_error_on_every_family) {
   EXPECT_GT(tightest, 0);
 }
 
-// Large rows that are nearly parallel, on a prior near the identity.
+// Eight blocks of long rows that are nearly parallel.
+BlockStore nearly_parallel_blocks(Random& random) {
+  const double scale = std::pow(10.0, random.uniform(0, 6));
+  const double distance = std::pow(10.0, random.uniform(-6, 0));
+  const Block direction = random_block(random, 1);
+  BlockStore blocks;
+  for (int i = 0; i < 8; ++i) {
+    Block block(random.integer(1, 3), 6);
+    for (int row = 0; row < block.rows(); ++row) {
+      block.row(row) = scale * (direction + distance * random_block(random, 1));
+    }
+    push_back(blocks, block);
+  }
+  return blocks;
+}
+
+// On a prior near the identity.
 TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows) {
   for (std::uint64_t variation = 0; variation < 1000; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const double scale = std::pow(10.0, random.uniform(0, 6));
-    const double distance = std::pow(10.0, random.uniform(-6, 0));
-    const Block direction = random_block(random, 1);
-    BlockStore blocks;
-    for (int i = 0; i < 8; ++i) {
-      Block block(random.integer(1, 3), 6);
-      for (int row = 0; row < block.rows(); ++row) {
-        block.row(row) = scale * (direction + distance * random_block(random, 1));
-      }
-      push_back(blocks, block);
-    }
+    const BlockStore blocks = nearly_parallel_blocks(random);
     const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
     const EigenPrior prior(information);
     InformationFactor factor;
@@ -161,17 +167,7 @@ TEST(InformationFactor, stays_within_its_relative_error_or_refuses_on_nearly_par
   for (std::uint64_t variation = 0; variation < 1000; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const double scale = std::pow(10.0, random.uniform(0, 6));
-    const double distance = std::pow(10.0, random.uniform(-6, 0));
-    const Block direction = random_block(random, 1);
-    BlockStore blocks;
-    for (int i = 0; i < 8; ++i) {
-      Block block(random.integer(1, 3), 6);
-      for (int row = 0; row < block.rows(); ++row) {
-        block.row(row) = scale * (direction + distance * random_block(random, 1));
-      }
-      push_back(blocks, block);
-    }
+    const BlockStore blocks = nearly_parallel_blocks(random);
     const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
     const EigenPrior prior(information);
     InformationFactor factor;

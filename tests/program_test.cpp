@@ -311,7 +311,7 @@ TEST_F(Program, info_tells_version_instruction_sets_and_threads) {
 }
 
 TEST_F(Program, selects_on_every_real_frame) {
-  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   const std::string input = std::filesystem::absolute(data_folder()).string() + "/orb_slam2_frames";
   const auto objects = run_json("select --budget 100 --input '" + input + "'");
   ASSERT_EQ(objects.size(), 50U);

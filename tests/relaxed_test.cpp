@@ -106,7 +106,7 @@ TEST(Relaxed, gives_the_recorded_answers) {
 }
 
 TEST(Relaxed, finds_an_answer_among_awkward_blocks_of_all_scales) {
-  for (std::uint64_t variation = 0; variation < 150; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(150); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const double scale = std::pow(10, random.uniform(-20, 20));

@@ -58,7 +58,7 @@ class Problem {
 };
 
 // Callers at once, each with selectors of its own; they share the problems and, if `shared`, the executor.
-void stress(int callers, int helpers, bool shared, int selections) {
+void stress(int callers, int helpers, bool shared, std::size_t selections) {
   const Random random;
   SCOPED_TRACE(random.name());
   const std::vector<Problem> problems = [] {
@@ -76,7 +76,7 @@ void stress(int callers, int helpers, bool shared, int selections) {
     Executor& executor = shared ? pool : own_pool;
     Selector selector(2600, &executor);
     BlockStore blocks(2600);
-    for (int i = 0; i < selections; ++i) {
+    for (std::size_t i = 0; i < trials(selections); ++i) {
       const Problem& problem = problems[static_cast<std::size_t>(own.integer(0, 2))];
       if (!problem.holds(selector, own)) ++wrong;
       if (i % 10 == 0 && !problem.builds(blocks, executor)) ++wrong;

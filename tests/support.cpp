@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support.hpp"
 
+#include "sim/frame_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -76,6 +80,23 @@ BlockStore awkward_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
+BlockStore near_copies(Random& random, double least, double most) {
+  const int rows = random.integer(1, 3);
+  const double scale = std::pow(10.0, random.uniform(least, most));
+  std::vector<Block> bases;
+  for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
+  BlockStore blocks;
+  for (int i = random.integer(17, 120); i > 0; --i) {
+    Block block = bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))];
+    for (double& entry : block.reshaped()) {
+      if (!random.chance(1.0 / 6)) continue;
+      entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
+    }
+    push_back(blocks, block);
+  }
+  return blocks;
+}
+
 std::vector<std::uint32_t> indices_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
 
 std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options) {
@@ -91,11 +112,23 @@ std::vector<const simd::Kernel*> supported_kernels() {
   return kernels;
 }
 
+std::size_t trials(std::size_t count) {
+  const char* const told = std::getenv("MAXLOGDET_TEST_SHARE");
+  const double share = told == nullptr ? 1 : std::strtod(told, nullptr);
+  return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(count) * std::clamp(share, 0.0, 1.0)));
+}
+
 std::string data_folder() {
   const char* const overridden = std::getenv("MAXLOGDET_DATA");
   const std::string folder = overridden != nullptr ? overridden : MAXLOGDET_DEFAULT_DATA;
   std::error_code error;
   return std::filesystem::is_directory(folder, error) ? folder : "";
+}
+
+std::vector<sim::Frame> real_frames() {
+  const std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
+  EXPECT_EQ(frames.size(), 50U);
+  return frames;
 }
 
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer.
 #include "kernel/search.hpp"
-#include "sim/frame_reader.hpp"
 #include "tests/pool_executor.hpp"
 #include "tests/support.hpp"
 #include "threading/team.hpp"
@@ -138,23 +137,28 @@ Answer answer_of(const Selection& s) {
   return {{s.begin(), s.end()}, {s.gains, s.gains + s.size}, s.log_det, s.upper_bound, s.evaluations, s.status};
 }
 
-// Every strategy, on one thread and on several.
-void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
+void expect_independent_of_threads(const BlockStore& blocks, Options options, Executor& executor,
+                                   std::initializer_list<int> numbers) {
   Selector alone(blocks.size());
   Selector helped(blocks.size(), &executor);
+  const Answer expected = answer_of(alone.select(blocks, options));
+  for (const int threads : numbers) {
+    options.threads = threads;
+    const Selection selection = helped.select(blocks, options);
+    EXPECT_TRUE(answer_of(selection) == expected) << to_string(options.strategy) << " on " << threads << " threads";
+    EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
+  }
+}
+
+// Every strategy, on one thread and on several.
+void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
   for (const Strategy strategy : sim::strategies) {
     Options options;
     options.strategy = strategy;
     options.budget = budget;
     options.certify = true;
     options.exchange_sweeps = 1;
-    const Answer expected = answer_of(alone.select(blocks, options));
-    for (const int threads : {0, 1, 2, 3, 4, 17}) {
-      options.threads = threads;
-      const Selection selection = helped.select(blocks, options);
-      EXPECT_TRUE(answer_of(selection) == expected) << to_string(strategy) << " on " << threads << " threads";
-      EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
-    }
+    expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
   }
 }
 
@@ -168,7 +172,14 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
   PoolExecutor pool(3);
   for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
     SCOPED_TRACE(kind.name);
-    expect_independent_of_threads(blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind), 60, pool);
+    const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
+    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::relaxed}) {
+      Options options;
+      options.strategy = strategy;
+      options.budget = 60;
+      options.certify = true;
+      expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
+    }
   }
 }
 
@@ -196,16 +207,11 @@ TEST(Threads, answers_do_not_depend_on_who_comes) {
 }
 
 TEST(Threads, real_frames_do_not_depend_on_their_number) {
-  if (data_folder().empty()) GTEST_SKIP() << "no real frames here; MAXLOGDET_DATA names their folder";
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   PoolExecutor pool(2);
-  const std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
-  for (std::size_t i = 0; i < frames.size(); i += 10) {
-    for (const BlockKind& kind : block_kinds) {
-      SCOPED_TRACE(frames[i].name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frames[i], kind);
-      expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
-    }
-  }
+  for_real_frames(10, [&pool](const BlockStore& blocks) {
+    expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
+  });
 }
 
 TEST(Threads, a_negative_number_is_refused) {
