@@ -74,6 +74,14 @@ class Results:
         wanted = {"kind": "append_threads", "n": n, "threads": str(threads)}
         return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
+    def round_trip_ns(self, key="median_us"):
+        """A cache line's way to the other core and back."""
+        row = next((row for row in self.rows if row["kind"] == "line"), None)
+        return 1e3 * row[key] / int(row["method"].split("_")[0]) if row else 0
+
+    def cores_are_far(self):
+        return self.round_trip_ns() >= 200
+
     def most_threads(self):
         return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)
 

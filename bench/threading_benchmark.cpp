@@ -8,7 +8,9 @@
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
 
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <thread>
@@ -80,6 +82,27 @@ Work side_by_side_work(const Point& at, int callers) {
   return {run, {}};
 }
 
+// A cache line's way to another thread's core and back, 20000 times.
+Work line_work() {
+  constexpr std::uint32_t trips = 20000;
+  const auto run = [](std::size_t /*call*/) {
+    struct alignas(128) Line {
+      std::atomic<std::uint32_t> count{0};
+    } line;
+    const auto answer = [&line](std::uint32_t first) {  // of two threads, which count in turn
+      for (std::uint32_t next = first; next < 2 * trips; next += 2) {
+        while (line.count.load(std::memory_order_acquire) != next) {
+        }
+        line.count.store(next + 1, std::memory_order_release);
+      }
+    };
+    std::thread other(answer, 1U);
+    answer(0U);
+    other.join();
+  };
+  return {run, {}};
+}
+
 Work append_work(std::size_t n, int threads) {
   struct Appended {
     explicit Appended(std::size_t size)
@@ -147,6 +170,7 @@ void add_threading_cases() {
     const Point at{"side_by_side", Strategy::lazy_greedy, "euroc_like", 2000, 100, Blocks::two_rows, callers};
     add_case(name_of(at), [=] { return side_by_side_work(at, callers); });
   }
+  if (most > 1) add_case("line/20000_round_trips/threads:2", line_work);
   for (const std::size_t n : {2000U, 10000U, 20000U, 100000U}) {
     for (const int count : threads) {
       add_case("append_threads/append_blocks/n:" + std::to_string(n) + "/threads:" + std::to_string(count),

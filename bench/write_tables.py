@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the table of all cases; rewrites the benchmark tables of README.md and docs/performance.md.
+"""Prints the table of all cases; rewrites the benchmark tables of README.md and docs/.
 
-Usage: write_tables.py BENCH.json
+Usage: write_tables.py BENCH.json [--threads]    --threads: those of docs/threading.md alone
 A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'.
 """
 
@@ -238,6 +238,8 @@ def thread_tables(results):
     pauses = [results.find_threads("after_pause", "greedy", count, "20000") for count in (1, most)]
     return [
         results.machine(f"1 and {most} threads"),
+        f"A cache line's way to the other core and back: {results.round_trip_ns():.0f} ns "
+        f"({results.round_trip_ns('min_us'):.0f} to {results.round_trip_ns('p99_us'):.0f}).",
         "",
         f"Median µs on one thread / on {most} threads = how many times faster (k = 100, 2 rows, EuRoC-like, calls one right "
         "after the other):",
@@ -319,19 +321,25 @@ def targets(results):
         at_least=True)  # fmt: skip
     add("full round, share of the measured FMA flops (`profiles/`)", 0.8, record.get("full_round_share_of_peak"), "",
         at_least=True)  # fmt: skip
-    defaults = "n = 2000, k = 100, `map_bias` blocks of 2 rows, EuRoC-like frame where nothing else is said."
+    defaults = (
+        "n = 2000, k = 100, `map_bias` blocks of 2 rows, EuRoC-like frame where nothing else is said. "
+        f"A cache line's way from core to core and back: {results.round_trip_ns():.0f} ns."
+    )
     return [defaults, "", *table(["case", "target", "found"], rows)]
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--threads"]):
         sys.exit(__doc__)
     results = Results(sys.argv[1])
     print_all(results)
+    where = "crossover, cores far apart" if results.cores_are_far() else "crossover"
+    replace_between(ROOT / "docs/threading.md", where, thread_tables(results))
+    if sys.argv[2:]:
+        return
     replace_between(ROOT / "README.md", "latency", readme_table(results))
     replace_between(ROOT / "docs/performance.md", "targets", targets(results))
     replace_between(ROOT / "docs/performance.md", "grid", grid(results))
-    replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
 
 
 if __name__ == "__main__":

@@ -46,14 +46,14 @@ Status run(Search& search, const Options& options, Strategy strategy) noexcept {
   return Status::invalid_strategy;
 }
 
-// Fewer candidates than this are not worth a second thread: where two become faster on the machine of
-// docs/threading.md, and enough beyond to pay for waking them up.
+// Fewer candidates than this are not worth a second thread: from here on two are not slower, be their cores near each
+// other or far apart (docs/threading.md).
 std::size_t crossover_of(Strategy strategy) noexcept {
   switch (strategy) {
     case Strategy::greedy: return 10000;
-    case Strategy::stochastic_greedy: return 50000;
-    case Strategy::backward_greedy: return std::numeric_limits<std::size_t>::max();  // its rounds are too short for two
-    default: return 20000;
+    case Strategy::relaxed: return 50000;
+    case Strategy::lazy_greedy: return 100000;
+    default: return std::numeric_limits<std::size_t>::max();  // rounds too short for two
   }
 }
 
