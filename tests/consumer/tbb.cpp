@@ -15,11 +15,13 @@ int main() {
       block[e] = static_cast<double>((i * 7919 + e * 104729 + i * e) % 1000) / 500 - 1;
     blocks.push_back(block, 2);
   }
+  maxlogdet::Options options;
+  options.strategy = maxlogdet::Strategy::greedy;  // which chooses all threads for so many candidates
   maxlogdet::TbbExecutor executor;
   maxlogdet::Selector helped(n, &executor);
   maxlogdet::Selector alone(n);
-  const maxlogdet::Selection of_helped = helped.select(blocks, maxlogdet::Options());
-  const maxlogdet::Selection of_alone = alone.select(blocks, maxlogdet::Options());
+  const maxlogdet::Selection of_helped = helped.select(blocks, options);
+  const maxlogdet::Selection of_alone = alone.select(blocks, options);
   const bool is_right = of_alone.size == 100 && of_alone.size == of_helped.size &&
                         std::equal(of_alone.begin(), of_alone.end(), of_helped.begin()) &&
                         of_helped.threads == std::max(1, std::min(16, executor.concurrency()));
