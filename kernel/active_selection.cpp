@@ -107,7 +107,7 @@ Status ActiveSelection::accept(const double* block, int rows) noexcept {
   float stored[max_block_rows][state_dimension] = {};  // as a candidate's would be
   if (!round_block(block, rows, stored)) return Status::invalid_block;
   double measured[max_block_rows][state_dimension];
-  std::copy(&stored[0][0], &stored[0][0] + max_block_rows * state_dimension, &measured[0][0]);
+  for (int row = 0; row < rows; ++row) std::copy_n(stored[row], state_dimension, measured[row]);
   now->search.add(now->proposed, measured, rows);
   now->search.take_out(now->lane);
   now->proposed = none;

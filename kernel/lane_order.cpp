@@ -11,7 +11,7 @@ std::size_t order_lanes(const float* values, const float* remaining, std::size_t
                         std::uint32_t* order) noexcept {
   constexpr std::int32_t buckets = lane_order_buckets;
   // Per chunk and bucket; the last bucket is of lanes that do not remain.
-  const auto first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);
+  auto* const first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);
   constexpr std::size_t least_lanes = 2048;  // of a chunk
   const auto for_chunks = [&](auto body) { return team.in_chunks(lanes, least_lanes, simd::tile_size, body); };
   const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {

@@ -126,7 +126,7 @@ std::string data_folder() {
 }
 
 std::vector<sim::Frame> real_frames() {
-  const std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
+  std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
   EXPECT_EQ(frames.size(), 50U);
   return frames;
 }
