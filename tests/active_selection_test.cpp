@@ -60,7 +60,7 @@ TEST(ActiveSelection, every_proposal_is_the_best_of_what_is_left) {
         ASSERT_EQ(active.reject(), Status::ok);
         oracle.exclude(i);
       } else if (random.chance(0.5)) {
-        const Block measured = random_block(random, random.integer(1, 3)).cast<float>().cast<double>();
+        const Block measured = rounded(random_block(random, random.integer(1, 3)));
         ASSERT_EQ(active.accept(measured.data(), static_cast<int>(measured.rows())), Status::ok);
         oracle.take(i, measured);
       } else {
@@ -72,6 +72,24 @@ TEST(ActiveSelection, every_proposal_is_the_best_of_what_is_left) {
     EXPECT_TRUE(selection.size == budget || answered == n) << "ended early";
     EXPECT_NEAR(selection.log_det, static_cast<double>(oracle.log_det()), 1e-7);
     EXPECT_EQ(active.next(), none);
+  }
+}
+
+TEST(ActiveSelection, takes_what_was_measured_as_a_store_would_hold_it) {
+  for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, 50);
+    ActiveSelection exact(50), stored(50);
+    ASSERT_EQ(exact.start(blocks, with_budget(10)), Status::ok);
+    ASSERT_EQ(stored.start(blocks, with_budget(10)), Status::ok);
+    while (exact.next() != none) {
+      ASSERT_EQ(stored.next(), exact.next());
+      const Block measured = random_block(random, random.integer(1, 3));
+      ASSERT_EQ(exact.accept(measured.data(), static_cast<int>(measured.rows())), Status::ok);
+      ASSERT_EQ(stored.accept(rounded(measured).data(), static_cast<int>(measured.rows())), Status::ok);
+    }
+    EXPECT_EQ(exact.selection().log_det, stored.selection().log_det);
   }
 }
 

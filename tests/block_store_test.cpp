@@ -13,7 +13,7 @@ namespace {
 
 void expect_holds(const BlockStore& blocks, std::size_t i, const Block& expected) {
   Block padded = Block::Zero(blocks.rows(), 6);
-  padded.topRows(expected.rows()) = expected.cast<float>().cast<double>();
+  padded.topRows(expected.rows()) = rounded(expected);
   EXPECT_EQ(stored_block(blocks, i), padded) << "candidate " << i;
 }
 
@@ -27,8 +27,7 @@ TEST(BlockStore, holds_what_was_pushed_rounded_to_float32_and_padded_with_zero_r
     for (std::size_t i = 0; i < 300; ++i) {
       pushed.push_back(random_block(random, random.integer(1, 3)));
       EXPECT_EQ(push_back(blocks, pushed.back()), i);
-      const Block stored = pushed.back().cast<float>().cast<double>();
-      largest = largest.cwiseMax(stored.cwiseAbs().colwise().maxCoeff());
+      largest = largest.cwiseMax(rounded(pushed.back()).cwiseAbs().colwise().maxCoeff());
     }
     ASSERT_EQ(blocks.size(), 300U);
     EXPECT_EQ(blocks.rows(), 3);
@@ -147,7 +146,7 @@ TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
   for (int i = 0; i < 50; ++i) {
     Block block = random_block(random, random.integer(1, 3), random.uniform(0.1, 2));
     push_back(blocks, block);
-    largest = largest.cwiseMax(block.cast<float>().cast<double>().cwiseAbs().colwise().maxCoeff().transpose());
+    largest = largest.cwiseMax(rounded(block).cwiseAbs().colwise().maxCoeff().transpose());
     block *= 100;
     block(block.rows() - 1, 5) = std::numeric_limits<double>::quiet_NaN();
     push_back(blocks, block);  // kept as invalid: none of its entries is stored
@@ -166,7 +165,7 @@ TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
 
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
   Random random;
-  const Block block = random_block(random, 2).cast<float>().cast<double>();
+  const Block block = rounded(random_block(random, 2));
   BlockStore blocks;
   push_back(blocks, block);
   push_back(blocks, block.cast<float>());

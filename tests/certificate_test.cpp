@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
@@ -217,6 +219,23 @@ TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
       EXPECT_GE(later, budget == 20 ? 0.95 : 0.995);
       EXPECT_GE(later, first);
     }
+  });
+}
+
+// With half of the answer given, and that the half that says least.
+TEST(Certificate, proves_as_much_where_candidates_are_required) {
+  for_every_family(1000, [](const BlockStore& blocks) {
+    std::vector<std::pair<double, std::size_t>> by_trace;
+    for (std::size_t i = 0; i < blocks.size(); ++i) by_trace.emplace_back(stored_block(blocks, i).squaredNorm(), i);
+    std::nth_element(by_trace.begin(), by_trace.begin() + 50, by_trace.end());
+    std::vector<unsigned char> required(blocks.size());
+    for (std::size_t j = 0; j < 50; ++j) required[by_trace[j].second] = 1;
+    Options options;
+    options.required = required.data();
+    options.certify = true;
+    options.certificate_passes = 8;
+    Selector selector(blocks.size());
+    EXPECT_GE(selector.select(blocks, options).efficiency(), 0.995);
   });
 }
 

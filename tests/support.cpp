@@ -59,6 +59,14 @@ Block stored_block(const BlockStore& blocks, std::size_t i) {
   return block;
 }
 
+Block rounded(Block block) {
+  for (double& entry : block.reshaped()) {
+    const volatile auto stored = static_cast<float>(entry);
+    entry = static_cast<double>(stored);
+  }
+  return block;
+}
+
 BlockStore awkward_blocks(Random& random, std::size_t n) {
   BlockStore blocks;
   std::vector<Block> made;

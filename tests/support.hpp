@@ -58,6 +58,9 @@ Matrix6 random_prior(Random& random);
 /// What the store holds for candidate i, exactly, with all its planes as rows.
 Block stored_block(const BlockStore& blocks, std::size_t i);
 
+/// To float32 and back. Not by casts in a row: GCC 12 at -O3 leaves out both of them (docs/numerics.md).
+Block rounded(Block block);
+
 /// n blocks of 1 to 3 rows; some duplicated, scaled, zero or nearly parallel to others.
 BlockStore awkward_blocks(Random& random, std::size_t n);
 

@@ -119,6 +119,32 @@ TEST(Team, asks_for_as_many_workers_as_pay) {
   EXPECT_EQ(workers_for(&empty, 0, 100, 10), 1);
 }
 
+TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
+  PoolExecutor pool(1);
+  Random random;
+  SCOPED_TRACE(random.name());
+  const auto threads_for = [&](Strategy strategy, std::size_t n) {
+    BlockStore blocks(n);
+    for (std::size_t i = 0; i < n; ++i) push_back(blocks, random_block(random, 2));
+    Selector selector(n, &pool);
+    Options options;
+    options.strategy = strategy;
+    options.budget = 60;
+    options.threads = 0;
+    return selector.select(blocks, options).threads;
+  };
+  // docs/threading.md
+  EXPECT_EQ(threads_for(Strategy::greedy, 9999), 1);
+  EXPECT_EQ(threads_for(Strategy::greedy, 10000), 2);
+  EXPECT_EQ(threads_for(Strategy::relaxed, 49999), 1);
+  EXPECT_EQ(threads_for(Strategy::relaxed, 50000), 2);
+  EXPECT_EQ(threads_for(Strategy::automatic, 49999), 1) << "lazy";
+  EXPECT_EQ(threads_for(Strategy::automatic, 50000), 2) << "relaxed";
+  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 99999), 1);
+  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 100000), 2);
+  EXPECT_EQ(threads_for(Strategy::stochastic_greedy, 100000), 1);
+}
+
 struct Answer {
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
