@@ -79,9 +79,6 @@ class Results:
         row = next((row for row in self.rows if row["kind"] == "line"), None)
         return 1e3 * row[key] / int(row["method"].split("_")[0]) if row else 0
 
-    def cores_are_far(self):
-        return self.round_trip_ns() >= 200
-
     def most_threads(self):
         return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)
 

@@ -333,8 +333,7 @@ def main():
         sys.exit(__doc__)
     results = Results(sys.argv[1])
     print_all(results)
-    where = "crossover, cores far apart" if results.cores_are_far() else "crossover"
-    replace_between(ROOT / "docs/threading.md", where, thread_tables(results))
+    replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
     if sys.argv[2:]:
         return
     replace_between(ROOT / "README.md", "latency", readme_table(results))
