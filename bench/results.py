@@ -74,10 +74,14 @@ class Results:
         wanted = {"kind": "append_threads", "n": n, "threads": str(threads)}
         return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
-    def round_trip_ns(self, key="median_us"):
-        """A cache line's way to the other core and back."""
+    def round_trip(self):
+        """What a cache line's way to the other core and back took, in words."""
         row = next((row for row in self.rows if row["kind"] == "line"), None)
-        return 1e3 * row[key] / int(row["method"].split("_")[0]) if row else 0
+        if row is None:
+            return "not measured"
+        trips = int(row["method"].split("_")[0])
+        median, least, most = (1e3 * row[key] / trips for key in ("median_us", "min_us", "p99_us"))
+        return f"{median:.0f} ns ({least:.0f} to {most:.0f})"
 
     def most_threads(self):
         return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)

@@ -82,9 +82,10 @@ Work side_by_side_work(const Point& at, int callers) {
   return {run, {}};
 }
 
-// A cache line's way to another thread's core and back, 20000 times.
+constexpr std::uint32_t trips = 20000;
+
+// A cache line's way to another thread's core and back, so many times.
 Work line_work() {
-  constexpr std::uint32_t trips = 20000;
   const auto run = [](std::size_t /*call*/) {
     struct alignas(128) Line {
       std::atomic<std::uint32_t> count{0};
@@ -170,7 +171,7 @@ void add_threading_cases() {
     const Point at{"side_by_side", Strategy::lazy_greedy, "euroc_like", 2000, 100, Blocks::two_rows, callers};
     add_case(name_of(at), [=] { return side_by_side_work(at, callers); });
   }
-  if (most > 1) add_case("line/20000_round_trips/threads:2", line_work);
+  if (most > 1) add_case("line/" + std::to_string(trips) + "_round_trips/threads:2", line_work);
   for (const std::size_t n : {2000U, 10000U, 20000U, 100000U}) {
     for (const int count : threads) {
       add_case("append_threads/append_blocks/n:" + std::to_string(n) + "/threads:" + std::to_string(count),

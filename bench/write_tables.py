@@ -238,8 +238,7 @@ def thread_tables(results):
     pauses = [results.find_threads("after_pause", "greedy", count, "20000") for count in (1, most)]
     return [
         results.machine(f"1 and {most} threads"),
-        f"A cache line's way to the other core and back: {results.round_trip_ns():.0f} ns "
-        f"({results.round_trip_ns('min_us'):.0f} to {results.round_trip_ns('p99_us'):.0f}).",
+        f"A cache line's way to the other core and back: {results.round_trip()}.",
         "",
         f"Median µs on one thread / on {most} threads = how many times faster (k = 100, 2 rows, EuRoC-like, calls one right "
         "after the other):",
@@ -323,7 +322,7 @@ def targets(results):
         at_least=True)  # fmt: skip
     defaults = (
         "n = 2000, k = 100, `map_bias` blocks of 2 rows, EuRoC-like frame where nothing else is said. "
-        f"A cache line's way from core to core and back: {results.round_trip_ns():.0f} ns."
+        f"A cache line's way to the other core and back: {results.round_trip()}."
     )
     return [defaults, "", *table(["case", "target", "found"], rows)]
 
