@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/frame.hpp"
+#include "sim/se3.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+enum class PoseMethod {
+  gauss_newton,         ///< eq. 3 of the paper, iterated
+  levenberg_marquardt,  ///< damped, steps that raise the cost are taken back
+};
+
+struct PoseOptions {
+  PoseMethod method = PoseMethod::levenberg_marquardt;
+  bool stereo = true;            ///< use the right-image columns of matches that have one
+  double huber_monocular = 0;    ///< Huber threshold of |e| in deviations, for 2 rows; 0: squared error
+  double huber_stereo = 0;       ///< the same for 3 rows
+  int max_iterations = 10;       ///< linearisations from which a step was tried, also if it was taken back
+  double step_tolerance = 1e-8;  ///< ends when no entry of a step (m, rad) is larger; such a step is not taken
+  double map_sigma = 0;          ///< m; above 0 residuals are whitened by Sigma_z + map_sigma^2 H_p H_p^T, not Sigma_z
+};
+
+enum class PoseStatus {
+  converged,
+  iteration_limit,  ///< usable, but steps were still above the tolerance
+  too_few_matches,  ///< fewer than 3 matches (6 rows) in front of the camera; T_cw is the start
+  singular,  ///< the normal equations could not be solved, or a number was not finite; T_cw is the last good pose
+};
+
+const char* to_string(PoseStatus status);
+
+struct PoseEstimate {
+  Pose T_cw = Pose::Identity();
+  PoseStatus status = PoseStatus::too_few_matches;
+  int iterations = 0;
+  double cost = 0;                        ///< 1/2 sum rho(e^T Sigma^-1 e) at T_cw
+  Matrix6 information = Matrix6::Zero();  ///< H^T W H at T_cw
+
+  bool is_usable() const { return status == PoseStatus::converged || status == PoseStatus::iteration_limit; }
+  /// Of the left perturbation: the inverse of `information`.
+  Matrix6 covariance() const;
+};
+
+/// Inverse of a symmetric positive definite matrix; NaN where it is singular up to rounding.
+Matrix6 invert_information(const Matrix6& information);
+
+/// Squared error of a match in deviations, e^T Sigma^-1 e with Sigma as PoseOptions::map_sigma says; infinite where the
+/// point is not in front of the camera, or a number is not finite.
+double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo, double map_sigma = 0);
+
+/// argmin over T_cw of sum over the subset of rho(||z - h(T_cw, p)||^2 inv_sigma2), by steps T_cw <- exp(xi^) T_cw from
+/// `start`. `subset`: indices into `matches`. Matches behind the camera are left out while they are there; those with a
+/// number that is not finite, or an inv_sigma2 that is not positive, are always. Levenberg-Marquardt takes no step that
+/// raises the cost of the matches that it was made from, or puts one of them behind the camera.
+PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
+                           const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options);
+
+}  // namespace maxlogdet::sim

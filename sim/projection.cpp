@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "sim/projection.hpp"
+
+#include <cmath>
+
+namespace maxlogdet::sim {
+namespace {
+
+// d z / d p_c; the third row is that of u_right = u - bf / Z.
+Eigen::Matrix3d camera_jacobian(const PinholeCamera& camera, const Eigen::Vector3d& p, bool third) {
+  const double Z = p.z();
+  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+  J.row(0) << camera.fx / Z, 0, -camera.fx * p.x() / (Z * Z);
+  J.row(1) << 0, camera.fy / Z, -camera.fy * p.y() / (Z * Z);
+  if (third) J.row(2) << J(0, 0), 0, J(0, 2) + camera.bf / (Z * Z);
+  return J;
+}
+
+Eigen::Vector3d residual(const PinholeCamera& camera, const Eigen::Vector3d& p, const Match& match, bool third) {
+  const double u = camera.fx * p.x() / p.z() + camera.cx;
+  const double v = camera.fy * p.y() / p.z() + camera.cy;
+  return {match.u - u, match.v - v, third ? match.u_right - (u - camera.bf / p.z()) : 0};
+}
+
+}  // namespace
+
+bool linearize(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+               LinearizedMatch& result) {
+  const Eigen::Vector3d p = T_cw * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
+  if (!(p.z() > 0)) return false;
+  const bool third = stereo && !(match.u_right < 0);  // NaN is no missing column but a bad one
+  const Eigen::Matrix3d J = camera_jacobian(camera, p, third);
+  result.rows = third ? 3 : 2;
+  result.residual = residual(camera, p, match, third);
+  result.H_x << J, -J * skew(p);
+  result.H_p = J * T_cw.linear();
+  return result.residual.allFinite() && result.H_x.allFinite() && result.H_p.allFinite();
+}
+
+}  // namespace maxlogdet::sim

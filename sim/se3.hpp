@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+
+namespace maxlogdet::sim {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< (translation, rotation), m and rad
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// A rigid transform; T_cw takes world points to the camera frame.
+using Pose = Eigen::Isometry3d;
+
+/// [v]x, so that skew(v) w = v x w.
+Eigen::Matrix3d skew(const Eigen::Vector3d& v);
+
+/// exp(xi^) of SE(3), closed form (Barfoot, State Estimation for Robotics, section 7.1), and its inverse for rotations
+/// below pi.
+Pose exp_se3(const Vector6& xi);
+Vector6 log_se3(const Pose& T);
+
+/// Ad(T) with T exp(xi^) T^-1 = exp((Ad(T) xi)^).
+Matrix6 adjoint(const Pose& T);
+
+/// d/dt of the pose under exp: exp((xi + delta)^) = exp((left_jacobian(xi) delta)^) exp(xi^) to first order.
+Matrix6 left_jacobian(const Vector6& xi);
+
+/// Angle of a rotation, rad, in [0, pi]; exact near 0.
+double rotation_angle(const Eigen::Matrix3d& R);
+
+/// From and to 3 x 4 row-major.
+Pose pose_of(const std::array<double, 12>& rows);
+std::array<double, 12> to_rows(const Pose& T);
+
+}  // namespace maxlogdet::sim
