@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_reader.hpp"
 
+#include "sim/text.hpp"
+
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string_view>
 
 namespace maxlogdet::sim {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> fields;
@@ -48,9 +44,7 @@ class FrameReader {
     std::string line;
     while (std::getline(stream_, line)) {
       ++line_;
-      std::string_view text = trimmed(line);
-      constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-      if (line_ == 1 && text.substr(0, 3) == byte_order_mark) text = trimmed(text.substr(3));
+      const std::string_view text = text_of_line(line, line_);
       if (text.empty()) continue;
       if (text.front() == '#') {
         read_comment(text.substr(1));
@@ -76,19 +70,10 @@ class FrameReader {
     if (!condition) throw InputError(file_ + ":" + std::to_string(line_) + ": end of file; expected " + expected);
   }
 
-  // A field as a message shows it.
-  static std::string shown(std::string_view field) {
-    constexpr std::size_t longest = 40;
-    return "'" + std::string(field.substr(0, longest)) + (field.size() > longest ? "...'" : "'");
-  }
-
   double number(std::string_view field, const std::string& what) const {
-    double value = 0;
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) {
-      fail("a finite number for " + what + ", not " + shown(field));
-    }
-    return value;
+    const std::optional<double> value = finite_number(field);
+    if (!value) fail("a finite number for " + what + ", not " + shown(field));
+    return *value;
   }
 
   std::int64_t integer(std::string_view field, const std::string& what) const {

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/se3.hpp"
+
+#include <string>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+struct StampedPose {
+  double time = 0;  ///< s
+  Pose T_wb;        ///< body to world, m
+};
+
+/// Poses in order of time.
+struct Trajectory {
+  std::string name;  ///< the file's, without folder and ending
+  std::vector<StampedPose> poses;
+};
+
+/// Reads a trajectory in TUM format: lines `timestamp tx ty tz qx qy qz qw`, `#` begins a comment. Times must increase,
+/// quaternions have a norm of 1 within 1e-2 (they are normalised), and there are at least 2 poses. Throws InputError
+/// with file and line.
+Trajectory read_tum(const std::string& file);
+
+/// One file, or every *.txt of a folder in order of name. Throws InputError, also if there is none.
+std::vector<Trajectory> read_trajectories(const std::string& file_or_folder);
+
+/// Writes it in TUM format, with all digits. Throws InputError if the file cannot be written.
+void write_tum(const Trajectory& trajectory, const std::string& file);
+
+/// Built in, for want of recorded ones: a flight of `seconds` at `rate` poses a second through a room of 8 x 6 x 3 m,
+/// on a Lissajous curve, up to about 1 m/s and 40 deg/s, yaw sweeping, roll and pitch swaying; smooth to every order.
+/// Body frame: x forward, y left, z up. Times are 0, 1 / rate, ... up to and with `seconds`. Throws
+/// std::invalid_argument if seconds < 0 or rate <= 0.
+Trajectory analytic_trajectory(double seconds = 60, double rate = 20);
+
+}  // namespace maxlogdet::sim
