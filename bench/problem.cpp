@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "bench/problem.hpp"
 
+#include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
@@ -108,8 +108,7 @@ std::vector<std::string> synthetic_families() {
 }
 
 std::string real_frames_folder() {
-  const char* const named = std::getenv("MAXLOGDET_DATA");
-  const std::string folder = std::string(named != nullptr ? named : "../shared/data") + "/orb_slam2_frames";
+  const std::string folder = sim::data_folder() + "/orb_slam2_frames";
   std::error_code error;
   return std::filesystem::is_directory(folder, error) ? folder : "";
 }

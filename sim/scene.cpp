@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/scene.hpp"
 
-#include "simd/counter_random.hpp"
+#include "sim/draws.hpp"
 
 #include <cmath>
 
@@ -10,10 +10,6 @@ namespace {
 
 // Arithmetic here is limited to what IEEE 754 rounds exactly (no sin, log, ...), so that every machine makes the same
 // frame to the last bit.
-
-double uniform(CounterRandom& random, double low, double high) {
-  return low + (high - low) * (static_cast<double>(random.bits() >> 11) * 0x1p-53);
-}
 
 struct Camera {
   PinholeCamera pinhole;
@@ -48,9 +44,9 @@ Region region_of(Scene scene) {
 }
 
 // A camera pose: looking along the horizontal of a z-up world, turned by up to about 30 degrees about any axis.
-std::array<double, 12> random_pose(CounterRandom& random) {
+std::array<double, 12> random_pose(Draws& random) {
   double q[4] = {1, 0, 0, 0};
-  for (int i = 1; i < 4; ++i) q[i] = uniform(random, -0.15, 0.15);
+  for (int i = 1; i < 4; ++i) q[i] = random.uniform(-0.15, 0.15);
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   for (double& entry : q) entry /= norm;
   const double w = q[0], x = q[1], y = q[2], z = q[3];
@@ -63,14 +59,14 @@ std::array<double, 12> random_pose(CounterRandom& random) {
   std::array<double, 12> T_cw{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) T_cw[4 * i + static_cast<std::size_t>(axis[j])] = turn[i][j] * sign[j];
-    T_cw[4 * i + 3] = uniform(random, -2, 2);
+    T_cw[4 * i + 3] = random.uniform(-2, 2);
   }
   return T_cw;
 }
 
 // ORB spreads its features over the levels in proportion to their scale: 1.2^-octave.
-int random_octave(CounterRandom& random) {
-  double left = uniform(random, 0, 1);
+int random_octave(Draws& random) {
+  double left = random.uniform(0, 1);
   double share = (1 - 1 / 1.2) / (1 - 1 / (1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2 * 1.2));
   int octave = 0;
   while (octave < 7 && left >= share) {
@@ -94,7 +90,7 @@ std::string to_string(Scene scene) {
 }
 
 Frame make_scene(Scene scene, std::size_t n, std::uint64_t seed) {
-  CounterRandom random(seed);
+  Draws random(seed);
   const Region region = region_of(scene);
   const PinholeCamera& camera = region.camera.pinhole;
   Frame frame;
@@ -108,9 +104,9 @@ Frame make_scene(Scene scene, std::size_t n, std::uint64_t seed) {
     double u, v, inverse_depth;
   };
   const auto place = [&] {
-    const double u = uniform(random, region.u_min, region.u_max);
-    const double v = uniform(random, region.v_min, region.v_max);
-    return Place{u, v, uniform(random, 1 / region.far, 1 / region.near)};
+    const double u = random.uniform(region.u_min, region.u_max);
+    const double v = random.uniform(region.v_min, region.v_max);
+    return Place{u, v, random.uniform(1 / region.far, 1 / region.near)};
   };
   std::vector<Place> clusters;
   for (int i = 0; i < region.clusters; ++i) clusters.push_back(place());
@@ -121,9 +117,9 @@ Frame make_scene(Scene scene, std::size_t n, std::uint64_t seed) {
     if (clusters.empty()) {
       at = place();
     } else {
-      at = clusters[random.below(static_cast<std::uint32_t>(clusters.size()))];
-      at.u += uniform(random, -2, 2);
-      at.v += uniform(random, -2, 2);
+      at = clusters[random.below(clusters.size())];
+      at.u += random.uniform(-2, 2);
+      at.v += random.uniform(-2, 2);
     }
     const double z = 1 / at.inverse_depth;
     const double p_c[3] = {(at.u - camera.cx) / camera.fx * z, (at.v - camera.cy) / camera.fy * z, z};

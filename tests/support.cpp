@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support.hpp"
 
+#include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 
 namespace maxlogdet::test {
 namespace {
@@ -126,12 +126,7 @@ std::size_t trials(std::size_t count) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(count) * std::clamp(share, 0.0, 1.0)));
 }
 
-std::string data_folder() {
-  const char* const overridden = std::getenv("MAXLOGDET_DATA");
-  const std::string folder = overridden != nullptr ? overridden : MAXLOGDET_DEFAULT_DATA;
-  std::error_code error;
-  return std::filesystem::is_directory(folder, error) ? folder : "";
-}
+std::string data_folder() { return sim::data_folder(MAXLOGDET_DEFAULT_DATA); }
 
 std::vector<sim::Frame> real_frames() {
   std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "sim/runs.hpp"
+
+#include "sim/executor.hpp"
+#include "sim/frame_reader.hpp"
+#include "sim/progress.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <utility>
+
+namespace maxlogdet::sim {
+namespace {
+
+volatile std::sig_atomic_t stop_asked_for = 0;
+
+void ask_to_stop(int signal) {
+  stop_asked_for = 1;
+  std::signal(signal, SIG_DFL);  // which the next one meets
+}
+
+// Shared by the workers of one call of run_missing().
+struct Work {
+  const std::vector<std::string>& keys;
+  const std::function<nlohmann::json(const std::string&)>& run;
+  RunLog& log;
+  Progress progress;
+  std::size_t already_done;
+  std::size_t all;
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> done{0};
+  std::mutex mutex;
+  std::exception_ptr error;
+
+  bool is_over() const { return StopOnInterrupt::is_asked_for() || next.load() >= keys.size(); }
+
+  void take_one() noexcept {
+    try {
+      const std::size_t i = next.fetch_add(1);
+      if (i >= keys.size()) return;
+      nlohmann::json result = run(keys[i]);
+      if (result.is_null()) return;
+      log.add(keys[i], std::move(result));
+      done.fetch_add(1);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      error = std::current_exception();
+      next.store(keys.size());
+    }
+  }
+
+  static void body(void* context, int worker) {
+    auto& work = *static_cast<Work*>(context);
+    while (!work.is_over()) {
+      work.take_one();
+      if (worker == 0) work.progress.update(work.already_done + work.done.load(), work.all);
+    }
+  }
+};
+
+}  // namespace
+
+RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_(std::move(file)) {
+  std::ifstream old(file_);
+  std::string line;
+  std::string kept = settings.dump() + '\n';
+  if (std::getline(old, line) && !old.eof()) {  // a line without its end was cut short
+    if (line + '\n' != kept) {
+      throw InputError(file_ + ":1: holds runs of other settings; expected " + settings.dump() +
+                       ": choose another --output, or delete the file");
+    }
+    while (std::getline(old, line) && !old.eof()) {
+      const nlohmann::json run = nlohmann::json::parse(line, nullptr, false);
+      if (!run.is_object() || !run.contains("key") || !run["key"].is_string() || !run.contains("result")) continue;
+      runs_[run["key"].get<std::string>()] = run["result"];
+      kept += line + '\n';
+    }
+  }
+  old.close();
+  std::ofstream file_now(file_ + ".new", std::ios::trunc);
+  file_now << kept;
+  file_now.close();
+  std::error_code error;
+  if (file_now) std::filesystem::rename(file_ + ".new", file_, error);
+  if (!file_now || error) throw InputError(file_ + ": cannot be written; expected a folder that can be written to");
+}
+
+void RunLog::add(const std::string& key, nlohmann::json result) {
+  const nlohmann::ordered_json line = {{"key", key}, {"result", result}};
+  const std::string text = line.dump() + '\n';
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::ofstream file(file_, std::ios::app);
+  file << text << std::flush;
+  if (!file) throw InputError(file_ + ": cannot be written");
+  runs_[key] = std::move(result);
+}
+
+StopOnInterrupt::StopOnInterrupt() {
+  stop_asked_for = 0;
+  previous_ = std::signal(SIGINT, ask_to_stop);
+}
+
+StopOnInterrupt::~StopOnInterrupt() { std::signal(SIGINT, previous_); }
+
+bool StopOnInterrupt::is_asked_for() noexcept { return stop_asked_for != 0; }
+
+std::size_t run_missing(const std::string& what, const std::vector<std::string>& keys, int threads, RunLog& log,
+                        const std::function<nlohmann::json(const std::string& key)>& work) {
+  std::vector<std::string> missing;
+  for (const std::string& key : keys) {
+    if (!log.has(key)) missing.push_back(key);
+  }
+  Work shared{missing, work, log, Progress(what, "run"), keys.size() - missing.size(), keys.size(), {}, {}, {}, {}};
+  Executor* const helpers = executor();
+  const int most = helpers == nullptr ? 1 : helpers->concurrency();
+  const int workers = threads == 0 ? most : std::min(threads, most);
+  if (workers > 1) {
+    helpers->run(workers, &Work::body, &shared);
+  } else {
+    Work::body(&shared, 0);
+  }
+  if (shared.error) std::rethrow_exception(shared.error);
+  return shared.already_done + shared.done.load();
+}
+
+double number_of(const nlohmann::json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+}  // namespace maxlogdet::sim
