@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
+#include "cli/simulation.hpp"
 
 #include <maxlogdet/version.hpp>
 
@@ -10,6 +11,7 @@
 namespace {
 
 constexpr int exit_bad_input = 2;
+constexpr int exit_interrupted = 130;  // as a shell reports Ctrl-C
 
 // One line, whatever a file name or a field may hold.
 int fail(std::string message) {
@@ -31,15 +33,21 @@ int main(int argc, char** argv) {
     program.require_subcommand(0, 1);
     program.set_version_flag("--version", maxlogdet::version());
     maxlogdet::cli::add_select_command(program);
+    maxlogdet::cli::add_simulate_command(program);
     maxlogdet::cli::add_info_command(program);
     try {
       program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
-      return fail(std::string(error.what()) + " (see maxlogdet --help, maxlogdet select --help)");
+      return fail(std::string(error.what()) +
+                  " (see maxlogdet --help, maxlogdet select --help, maxlogdet simulate --help)");
     }
-    if (program.get_subcommands().empty()) return fail("a command is missing: select or info (maxlogdet --help)");
+    if (program.get_subcommands().empty())
+      return fail("a command is missing: select, simulate or info (maxlogdet --help)");
     return std::cout.flush() ? 0 : fail("standard output could not be written");
+  } catch (const maxlogdet::cli::Interrupted& error) {
+    fail(error.what());
+    return exit_interrupted;
   } catch (const std::exception& error) {  // sim::InputError among them
     return fail(error.what());
   }

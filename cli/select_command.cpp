@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
+#include "cli/gnuplot.hpp"
 #include "cli/plot.hpp"
+#include "cli/simulation.hpp"
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/image_grid.hpp"
 #include "sim/latency.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
@@ -43,45 +46,20 @@ struct SelectArguments {
   std::int64_t max_per_cell = 1;
 };
 
-// The cells of an image as groups: the paper's buckets.
-class Grid {
- public:
-  /// "COLUMNSxROWS"; throws an InputError.
-  explicit Grid(const std::string& text) {
-    const char* const end = text.data() + text.size();
-    const auto columns = std::from_chars(text.data(), end, columns_);
-    const bool has_rows = columns.ec == std::errc() && columns.ptr != end && *columns.ptr == 'x';
-    const auto rows = has_rows ? std::from_chars(columns.ptr + 1, end, rows_) : columns;
-    if (!has_rows || rows.ec != std::errc() || rows.ptr != end || columns_ < 1 || rows_ < 1 || columns_ > most ||
-        rows_ > most) {
-      throw sim::InputError("--grid '" + text + "'; expected COLUMNSxROWS, each from 1 to 1000, as in 8x6");
-    }
+// "COLUMNSxROWS"; throws an InputError.
+sim::ImageGrid grid_of(const std::string& text) {
+  constexpr int most = 1000;
+  sim::ImageGrid grid;
+  const char* const end = text.data() + text.size();
+  const auto columns = std::from_chars(text.data(), end, grid.columns);
+  const bool has_rows = columns.ec == std::errc() && columns.ptr != end && *columns.ptr == 'x';
+  const auto rows = has_rows ? std::from_chars(columns.ptr + 1, end, grid.rows) : columns;
+  if (!has_rows || rows.ec != std::errc() || rows.ptr != end || grid.columns < 1 || grid.rows < 1 ||
+      grid.columns > most || grid.rows > most) {
+    throw sim::InputError("--grid '" + text + "'; expected COLUMNSxROWS, each from 1 to 1000, as in 8x6");
   }
-
-  std::size_t cells() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
-
-  /// The cell of every match of a frame; what lies beyond the image counts with the cells at its edge.
-  std::vector<std::uint32_t> cells_of(const sim::Frame& frame) const {
-    std::vector<std::uint32_t> cells;
-    for (const sim::Match& match : frame.matches) {
-      const int column = part(match.u, frame.width, columns_);
-      const int row = part(match.v, frame.height, rows_);
-      cells.push_back(static_cast<std::uint32_t>(columns_ * row + column));
-    }
-    return cells;
-  }
-
- private:
-  static constexpr int most = 1000;
-
-  static int part(double pixel, int size, int parts) {
-    const double position = pixel / std::max(size, 1) * parts;
-    return position > 0 ? static_cast<int>(std::min<double>(position, parts - 1)) : 0;
-  }
-
-  int columns_ = 0;
-  int rows_ = 0;
-};
+  return grid;
+}
 
 constexpr std::size_t embedded_candidates = 2000;
 constexpr std::uint64_t embedded_seed = 1;
@@ -91,23 +69,8 @@ struct Timing {
   sim::Latency select;
 };
 
-std::uint64_t seed_of(const std::string& text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    throw sim::InputError("--seed '" + text + "'; expected a number from 0 to 2^64 - 1");
-  }
-  return seed;
-}
-
 [[noreturn]] void fail(const sim::Frame& frame, const std::string& why) {
   throw sim::InputError("frame " + frame.name + ": " + why);
-}
-
-std::string unsupported_isa_message() {
-  const char* const forced = std::getenv("MAXLOGDET_ISA");
-  return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
-         "'; expected one that this build and this machine have: " + sim::joined(sim::supported_isas(), ", ");
 }
 
 // What the user can do about it.
@@ -251,8 +214,8 @@ void run(const SelectArguments& arguments) {
 
   std::size_t largest = 0;
   for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
-  std::optional<Grid> grid;
-  if (!arguments.grid.empty()) grid.emplace(arguments.grid);
+  std::optional<sim::ImageGrid> grid;
+  if (!arguments.grid.empty()) grid = grid_of(arguments.grid);
   Selector selector(std::max(largest, grid ? grid->cells() : 0), sim::executor());
   BlockStore blocks(largest);
   Options options = arguments.options;  // a budget above every frame's size selects everything
@@ -262,7 +225,8 @@ void run(const SelectArguments& arguments) {
   std::vector<std::uint32_t> cells;
   const auto use_cells_of = [&](const sim::Frame& frame) {
     if (!grid) return;
-    cells = grid->cells_of(frame);
+    cells.clear();
+    for (const sim::Match& match : frame.matches) cells.push_back(grid->cell_of(frame, match));
     options.groups = cells.data();
   };
   const auto repeat = static_cast<std::size_t>(arguments.repeat);
@@ -296,7 +260,7 @@ void run(const SelectArguments& arguments) {
     }
     if (arguments.plot.empty()) continue;
     const std::string file = plot_file_of(frame, arguments.plot, frames.size() == 1);
-    plot_selection(frame, selection, file);
+    plot_selection(frame, {selection.begin(), selection.end()}, file);
     pictures.push_back(file);
   }
   if (arguments.as_json) return;

@@ -15,11 +15,17 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
 }
 
 MatchArrays::MatchArrays(const Frame& frame) {
-  for (const Match& match : frame.matches) {
-    points_.insert(points_.end(), match.point, match.point + 3);
-    sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
-    is_stereo_.push_back(match.is_stereo() ? 1 : 0);
-  }
+  for (const Match& match : frame.matches) add(match);
+}
+
+MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
+  for (const std::uint32_t i : subset) add(frame.matches[i]);
+}
+
+void MatchArrays::add(const Match& match) {
+  points_.insert(points_.end(), match.point, match.point + 3);
+  sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
+  is_stereo_.push_back(match.is_stereo() ? 1 : 0);
 }
 
 Matches MatchArrays::view() const noexcept {

@@ -44,11 +44,15 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 class MatchArrays {
  public:
   explicit MatchArrays(const Frame& frame);
+  /// Of the matches with these indices, in that order.
+  MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset);
 
   /// Views into this object.
   Matches view() const noexcept;
 
  private:
+  void add(const Match& match);
+
   std::vector<double> points_;
   std::vector<double> sigmas_;
   std::vector<unsigned char> is_stereo_;

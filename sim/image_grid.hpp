@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/frame.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace maxlogdet::sim {
+
+/// The cells of an image: the paper's buckets.
+struct ImageGrid {
+  int columns = 1;
+  int rows = 1;
+
+  std::size_t cells() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+
+  /// What lies beyond the image counts with the cells at its edge.
+  std::uint32_t cell_of(const Frame& frame, const Match& match) const {
+    return static_cast<std::uint32_t>(columns * part(match.v, frame.height, rows) +
+                                      part(match.u, frame.width, columns));
+  }
+
+ private:
+  static int part(double pixel, int size, int parts) {
+    const double position = pixel / std::max(size, 1) * parts;
+    return position > 0 ? static_cast<int>(std::min<double>(position, parts - 1)) : 0;
+  }
+};
+
+}  // namespace maxlogdet::sim

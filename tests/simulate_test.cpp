@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include "sim/trajectory.hpp"
+#include "tests/program.hpp"
+
+#include <map>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+// Small enough for an emulator.
+constexpr char small_metrics[] = "simulate metrics --points 40 --sizes 15,30 --runs 4 --output out";
+
+class Simulate : public Program {
+ protected:
+  std::string contents(const std::string& file) const { return contents_of(folder_ + "/" + file); }
+
+  // The cells of a CSV file, the header first.
+  std::vector<std::vector<std::string>> csv(const std::string& file) const {
+    std::istringstream lines(contents(file));
+    std::vector<std::vector<std::string>> rows;
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream cells(line);
+      rows.emplace_back();
+      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+    }
+    return rows;
+  }
+
+  // The rows without columns whose names begin with ms_ or us: what a clock says.
+  std::vector<std::vector<std::string>> without_times(const std::string& file) const {
+    auto rows = csv(file);
+    const std::vector<std::string> header = rows.at(0);
+    for (auto& row : rows) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        if (header[i].rfind("ms_", 0) == 0 || header[i].rfind("us", 0) == 0) row[i].clear();
+      }
+    }
+    return rows;
+  }
+
+  void write_trajectory(const std::string& name) const {
+    std::filesystem::create_directories(folder_ + "/tum");
+    sim::Trajectory trajectory = sim::analytic_trajectory(5, 10);
+    write_tum(trajectory, folder_ + "/tum/" + name + ".txt");
+  }
+  std::string small_tracking(const std::string& experiment) const {
+    return "simulate " + experiment + " --trajectories tum --max-matches 150 --runs 2 ";
+  }
+};
+
+TEST_F(Simulate, metrics_writes_tables_pictures_and_every_run) {
+  const Outcome outcome = run(small_metrics);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("max_log_det"), std::string::npos);
+  const auto rows = csv("out/metrics.csv");
+  EXPECT_EQ(sim::joined(rows.at(0), ","),
+            "noise_px,size,weighting,selector,rms_translation_m,rms_rotation_deg,ci95_translation_m,ci95_rotation_deg,"
+            "runs");
+  std::set<std::string> selectors, weightings;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    weightings.insert(rows[i].at(2));
+    selectors.insert(rows[i].at(3));
+    EXPECT_EQ(rows[i].at(8), "4");
+    EXPECT_GT(std::stod(rows[i].at(4)), 0);
+  }
+  EXPECT_EQ(weightings, (std::set<std::string>{"map_bias", "measurement", "measurement_and_map"}));
+  EXPECT_EQ(selectors, (std::set<std::string>{"max_log_det", "max_trace", "min_condition", "max_min_eigenvalue",
+                                              "random", "all", "all_weighted"}));
+  EXPECT_EQ(rows.size(), 1 + 2 * 2 * 3 * 7U);
+  EXPECT_EQ(csv("out/metrics_aligned.csv").at(0), rows.at(0));
+  EXPECT_EQ(csv("out/metrics_runs.csv").size(), 1 + 4 * 2 * (2 * (3 * 4 + 1) + 2U));
+  const auto json = nlohmann::json::parse(contents("out/metrics.json"));
+  EXPECT_EQ(json["runs_finished"], 4);
+  EXPECT_EQ(json["table"].size(), rows.size() - 1);
+  EXPECT_EQ(json["table"][0]["rms_translation_m"].get<double>(), std::stod(rows.at(1).at(4)));
+  EXPECT_EQ(contents("out/metrics.md") + "tables, plots and every run: out/metrics*\n", outcome.out);
+  for (const char* const picture : {"map_bias", "measurement", "measurement_and_map", "scene"}) {
+    const std::string name = std::string("out/metrics_") + picture;
+    EXPECT_NE(contents(name + ".svg").find("<svg"), std::string::npos) << picture;
+    EXPECT_EQ(contents(name + ".png").substr(1, 3), "PNG") << picture;
+  }
+}
+
+TEST_F(Simulate, results_do_not_depend_on_threads_and_do_on_the_seed) {
+  ASSERT_EQ(run(std::string(small_metrics) + "1 --threads 1").exit_code, 0);
+  ASSERT_EQ(run(std::string(small_metrics) + "2 --threads 2").exit_code, 0);
+  ASSERT_EQ(run(std::string(small_metrics) + "3 --seed 1").exit_code, 0);
+  for (const char* const file : {"metrics.csv", "metrics_aligned.csv", "metrics_runs.csv", "metrics.json"}) {
+    EXPECT_EQ(contents(std::string("out1/") + file), contents(std::string("out2/") + file)) << file;
+    EXPECT_NE(contents(std::string("out1/") + file), contents(std::string("out3/") + file)) << file;
+  }
+}
+
+TEST_F(Simulate, goes_on_where_it_stopped) {
+  ASSERT_EQ(run(small_metrics).exit_code, 0);
+  const std::string whole = contents("out/metrics.csv");
+  std::string log = contents("out/metrics_runs.jsonl");
+  const std::size_t second_run = log.find('\n', log.find('\n') + 1) + 1;
+  std::ofstream(folder_ + "/out/metrics_runs.jsonl") << log.substr(0, second_run + 100);  // killed in its second run
+  std::filesystem::remove(folder_ + "/out/metrics.csv");
+  ASSERT_EQ(run(small_metrics).exit_code, 0);
+  EXPECT_EQ(contents("out/metrics.csv"), whole);
+  const std::string first_run = log.substr(0, second_run);
+  EXPECT_EQ(contents("out/metrics_runs.jsonl").rfind(first_run, 0), 0U) << "the first run is not made anew";
+
+  const Outcome other = run(std::string(small_metrics) + " --map-bias 0.1");
+  expect_refused(other, "out/metrics_runs.jsonl:1: holds runs of other settings");
+}
+
+TEST_F(Simulate, ctrl_c_leaves_what_is_finished) {
+  // A million runs take hours; 600 tenths of a second are patience enough for the first two.
+  const Outcome outcome = run_script(MAXLOGDET_PROGRAM
+                                     " simulate metrics --points 40 --sizes 15 --runs 1000000 --output out "
+                                     ">out.txt 2>err.txt </dev/null &\n"
+                                     "pid=$!\n"
+                                     "for i in $(seq 600); do\n"
+                                     "  [ $(cat out/metrics_runs.jsonl 2>/dev/null | wc -l) -ge 3 ] && break\n"
+                                     "  sleep 0.1\n"
+                                     "done\n"
+                                     "kill -INT $pid; wait $pid");
+  EXPECT_EQ(outcome.exit_code, 130);
+  EXPECT_NE(outcome.err.find("of 1000000 runs are finished"), std::string::npos) << outcome.err;
+  const auto json = nlohmann::json::parse(contents("out/metrics.json"));
+  EXPECT_GE(json["runs_finished"], 2);
+  EXPECT_EQ(json["table"][0]["runs"], json["runs_finished"]);
+}
+
+TEST_F(Simulate, euroc_tracks_along_given_trajectories) {
+  write_trajectory("first");
+  write_trajectory("second");
+  const Outcome outcome = run(small_tracking("euroc") + "--threads 1 --output one");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto rows = csv("one/euroc.csv");
+  EXPECT_EQ(sim::joined(rows.at(0), ","),
+            "sequence,selector,run,ate_m,rpe_m_per_s,roe_deg_per_s,ms_outliers,ms_selection,ms_pose");
+  std::map<std::string, int> runs_of;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    ++runs_of[rows[i].at(1)];
+    EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it keeps track";
+    EXPECT_GT(std::stod(rows[i].at(8)), 0);
+  }
+  for (const char* const selector :
+       {"quality", "bucket", "observability", "md", "quality_md", "inl", "all", "all_weighted", "random"}) {
+    EXPECT_EQ(runs_of[selector], 4) << selector;
+    EXPECT_NE(outcome.out.find(selector), std::string::npos);
+  }
+  EXPECT_EQ(rows.size(), 1 + 9 * 4U);
+  EXPECT_NE(contents("one/euroc.svg").find("<svg"), std::string::npos);
+  EXPECT_EQ(contents("one/euroc.png").substr(1, 3), "PNG");
+  EXPECT_EQ(nlohmann::json::parse(contents("one/euroc.json"))["table"].size(), 36U);
+
+  ASSERT_EQ(run(small_tracking("euroc") + "--threads 2 --output two").exit_code, 0);
+  EXPECT_EQ(without_times("one/euroc.csv"), without_times("two/euroc.csv"));
+}
+
+TEST_F(Simulate, euroc_takes_sequences_and_selectors_by_name) {
+  write_trajectory("first");
+  write_trajectory("second");
+  ASSERT_EQ(run(small_tracking("euroc") + "--sequences second --selectors md,all --seconds 3.5 --output out").exit_code,
+            0);
+  const auto rows = csv("out/euroc.csv");
+  ASSERT_EQ(rows.size(), 1 + 2 * 2U);
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i].at(0), "second");
+  expect_refused(run(small_tracking("euroc") + "--sequences third"), "'third'; expected one of first, second");
+  expect_refused(run(small_tracking("euroc") + "--selectors best"), "best");
+}
+
+TEST_F(Simulate, without_recorded_trajectories_one_is_built_in) {
+  const Outcome outcome =
+      run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("the built-in one is used"), std::string::npos);
+  EXPECT_EQ(csv("out/budget.csv").size(), 3U);
+}
+
+TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
+  write_trajectory("first");
+  ASSERT_EQ(run(small_tracking("budget") + "--budgets 20,60 --output out").exit_code, 0);
+  const auto rows = csv("out/budget.csv");
+  EXPECT_EQ(sim::joined(rows.at(0), ","), "sequence,selector,budget,run,ate_m,rpe_m_per_s,roe_deg_per_s");
+  ASSERT_EQ(rows.size(), 1 + 3 * 2U);
+  std::set<std::pair<std::string, std::string>> contestants;
+  for (std::size_t i = 1; i < rows.size(); ++i) contestants.insert({rows[i].at(1), rows[i].at(2)});
+  EXPECT_EQ(contestants, (std::set<std::pair<std::string, std::string>>{{"md", "20"}, {"md", "60"}, {"inl", "0"}}));
+  EXPECT_NE(contents("out/budget.svg").find("inl, mean"), std::string::npos);
+}
+
+TEST_F(Simulate, epsilon_covers_its_grid) {
+  ASSERT_EQ(run("simulate epsilon --sizes 60,100 --runs 2 --output out").exit_code, 0);
+  EXPECT_EQ(csv("out/epsilon.csv").size(), 1 + 2 * 2 * 8 * 8U);
+  for (const char* const map : {"time", "gap", "differing"}) {
+    EXPECT_NE(contents(std::string("out/epsilon_") + map + ".svg").find("n = 100"), std::string::npos);
+  }
+  ASSERT_EQ(run("simulate epsilon --sizes 60,100 --runs 2 --threads 2 --output two").exit_code, 0);
+  EXPECT_EQ(without_times("out/epsilon.csv"), without_times("two/epsilon.csv"));
+}
+
+TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
+  expect_refused(run("simulate"), "an experiment is missing: metrics, budget, euroc or epsilon");
+  expect_refused(run("simulate everything"), "everything");
+  expect_refused(run("simulate metrics --runs 0"), "--runs");
+  expect_refused(run("simulate metrics --threads -1"), "--threads");
+  expect_refused(run("simulate metrics --seed x"), "--seed");
+  expect_refused(run("simulate metrics --sizes 4"), "--sizes");
+  expect_refused(run("simulate metrics --sizes 400"), "--sizes");
+  expect_refused(run("simulate metrics --sizes ten"), "--sizes");
+  expect_refused(run("simulate metrics --noise 0"), "--noise");
+  expect_refused(run("simulate metrics --noise nan"), "--noise");
+  expect_refused(run("simulate metrics --points 5"), "--points");
+  expect_refused(run("simulate metrics --weightings heavy"), "heavy");
+  expect_refused(run("simulate metrics --prior 0"), "--prior");
+  expect_refused(run("simulate metrics --nearest 30"), "--nearest");
+  expect_refused(run("simulate metrics --map-bias nan"), "--map-bias");
+  std::ofstream(folder_ + "/file") << "no folder\n";
+  expect_refused(run("simulate metrics --output file/out"), "file/out");
+  expect_refused(run("simulate epsilon --sizes 5"), "--sizes");
+  expect_refused(run("simulate epsilon --epsilons 2"), "--epsilons");
+  expect_refused(run("simulate euroc --trajectories nowhere"), "nowhere");
+  expect_refused(run("simulate euroc --trajectories frames"), "frames");
+  expect_refused(run("simulate euroc --budget 1"), "--budget");
+  expect_refused(run("simulate euroc --outliers 0.9"), "--outliers");
+  expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+}
+
+TEST_F(Simulate, names_the_line_of_a_malformed_trajectory) {
+  write_trajectory("first");
+  std::ofstream(folder_ + "/tum/first.txt", std::ios::app) << "1e9 1 2 oops 0 0 0 1\n";
+  const Outcome outcome = run("simulate euroc --trajectories tum --output out");
+  expect_refused(outcome, "tum/first.txt:");
+  EXPECT_NE(outcome.err.find("oops"), std::string::npos);
+}
+
+TEST_F(Simulate, without_gnuplot_the_numbers_are_there) {
+  std::filesystem::create_directories(folder_ + "/bin");
+  for (const char* const tool : {"sh", "env"}) {
+    std::filesystem::create_symlink(std::string("/usr/bin/") + tool, folder_ + "/bin/" + tool);
+  }
+  const Outcome outcome = run(small_metrics, "PATH=" + folder_ + "/bin ");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("no plots"), std::string::npos) << outcome.err;
+  EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 2 * 3 * 7U);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
