@@ -85,7 +85,7 @@ void Simulation::run(const nlohmann::ordered_json& settings, const std::vector<s
   finished_ = sim::run_missing("simulate " + name_, keys, threads_, *log_, work);
 }
 
-void Simulation::write_csv(const std::string& file, const sim::Table& table) {
+void Simulation::write_csv(const std::string& file, const sim::Table& table) const {
   sim::write_file(path_of(file + ".csv"), to_csv(table));
 }
 

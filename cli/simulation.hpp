@@ -46,7 +46,7 @@ class Simulation {
   const sim::RunLog& log() const { return *log_; }
 
   /// FILE.csv.
-  void write_csv(const std::string& file, const sim::Table& table);
+  void write_csv(const std::string& file, const sim::Table& table) const;
   /// Prints a headed table, and keeps it for NAME.md.
   void print(const std::string& heading, const sim::Table& table);
   /// FILE.svg and FILE.png; without gnuplot only a warning.

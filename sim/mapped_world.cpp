@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace maxlogdet::sim {
 namespace {
@@ -49,8 +50,8 @@ Rig forward_rig() {
   return rig;
 }
 
-MappedWorld::MappedWorld(const Trajectory& trajectory, const Rig& rig, const WorldOptions& options, std::uint64_t seed)
-    : trajectory_(trajectory), rig_(rig), options_(options), draws_(seed) {
+MappedWorld::MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptions& options, std::uint64_t seed)
+    : trajectory_(trajectory), rig_(std::move(rig)), options_(options), draws_(seed) {
   scatter_landmarks();
 }
 

@@ -49,7 +49,7 @@ struct WorldOptions {
 class MappedWorld {
  public:
   /// The trajectory outlives this. Everything is drawn from `seed`.
-  MappedWorld(const Trajectory& trajectory, const Rig& rig, const WorldOptions& options, std::uint64_t seed);
+  MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptions& options, std::uint64_t seed);
 
   /// Frames in order of the trajectory, from 0 on. Returns false after the last; `frame` keeps its memory. Its
   /// T_cw_prior is left alone.

@@ -59,10 +59,10 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   if (rejects_outliers(selector_.settings().kind)) {
     Rejection all = reject_outliers(frame.camera, frame.matches, candidates, start, optimization_);
     if (is_good(all)) start = all.estimate.T_cw;
-    candidates = std::move(all.inliers);
+    result.inliers = std::move(all.inliers);
     frame.T_cw_prior = to_rows(start);
     watch.lap(result.ms_outliers);
-    result.selected = selector_.select(frame, candidates);
+    result.selected = selector_.select(frame, result.inliers);
     watch.lap(result.ms_selection);
   } else {
     result.selected = std::move(candidates);
@@ -71,7 +71,7 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   watch.lap(result.ms_pose);
   result.is_tracked = is_good(optimized);
   if (result.is_tracked) result.T_cw = optimized.estimate.T_cw;
-  result.inliers = rejects_outliers(selector_.settings().kind) ? std::move(candidates) : std::move(optimized.inliers);
+  if (!rejects_outliers(selector_.settings().kind)) result.inliers = std::move(optimized.inliers);
   velocity_ = result.T_cw * last_.inverse();
   last_ = result.T_cw;
   selector_.add_pose(result.T_cw);

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -31,7 +32,7 @@ void Progress::update(std::size_t done, std::size_t all) {
   std::string left;
   if (done > 0) {
     const double seconds = elapsed / static_cast<double>(done) * static_cast<double>(all - done);
-    left = ", " + std::to_string(static_cast<long>(seconds + 0.5)) + " s left";
+    left = ", " + std::to_string(std::lround(seconds)) + " s left";
   }
   std::fprintf(stderr, "\r%s [%s] %s %zu of %zu%s\033[K", what_.c_str(), bar.c_str(), unit_.c_str(), done, all,
                left.c_str());

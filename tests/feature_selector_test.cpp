@@ -168,7 +168,7 @@ TEST(FeatureSelector, bucket_prefers_no_cell) {
   FeatureSelector selector(settings);
   std::vector<int> counts(4, 0);
   const auto runs = static_cast<double>(trials(4000));
-  for (double run = 0; run < runs; ++run) {
+  for (std::size_t run = trials(4000); run > 0; --run) {
     for (const std::uint32_t i : selector.select(frame, candidates)) {
       ++counts[settings.grid.cell_of(frame, frame.matches[i])];
     }
@@ -187,7 +187,7 @@ TEST(FeatureSelector, random_and_bucket_take_every_candidate_as_often) {
     FeatureSelector selector(settings);
     std::vector<int> counts(40, 0);
     const auto runs = static_cast<double>(trials(10000));
-    for (double run = 0; run < runs; ++run) {
+    for (std::size_t run = trials(10000); run > 0; --run) {
       for (const std::uint32_t i : selector.select(frame, candidates)) ++counts[i];
     }
     for (const std::uint32_t i : candidates) {

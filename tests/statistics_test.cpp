@@ -42,9 +42,9 @@ TEST(Draws, chance_is_as_likely_as_told) {
   Random random;
   SCOPED_TRACE(random.name());
   Draws draws(random.seed());
-  const auto n = static_cast<double>(trials(100000));
   double yes = 0;
-  for (double i = 0; i < n; ++i) yes += draws.chance(0.3) ? 1 : 0;
+  for (std::size_t i = trials(100000); i > 0; --i) yes += draws.chance(0.3) ? 1 : 0;
+  const auto n = static_cast<double>(trials(100000));
   EXPECT_NEAR(yes, 0.3 * n, 5 * std::sqrt(n * 0.21));
 }
 
@@ -128,7 +128,7 @@ TEST(Draws, shuffle_front_puts_every_value_at_every_place_of_the_front_as_often)
   constexpr std::size_t n = 8, front = 3;
   std::vector<std::vector<int>> counts(front, std::vector<int>(n, 0));
   const auto runs = static_cast<double>(trials(20000));
-  for (double run = 0; run < runs; ++run) {
+  for (std::size_t run = trials(20000); run > 0; --run) {
     std::vector<std::uint32_t> values(n);
     std::iota(values.begin(), values.end(), 0U);
     draws.shuffle_front(values, front);
