@@ -248,6 +248,10 @@ void add_euroc_experiment(CLI::App& simulate) {
       ->capture_default_str();
   command->callback([arguments] {
     complete(*arguments);
+    if (arguments->selection.pool < arguments->selection.budget) {
+      throw sim::InputError("--pool " + std::to_string(arguments->selection.pool) + "; expected at least the budget, " +
+                            std::to_string(arguments->selection.budget));
+    }
     for (const std::string& name : arguments->selectors) {
       sim::SelectorSettings one = arguments->selection;
       one.kind = sim::find_named(sim::selector_kinds, name).value();

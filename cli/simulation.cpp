@@ -6,6 +6,7 @@
 #include "sim/names.hpp"
 
 #include <maxlogdet/isa.hpp>
+#include <maxlogdet/version.hpp>
 
 #include <charconv>
 #include <cstdlib>
@@ -79,7 +80,8 @@ Simulation::Simulation(std::string name, const SimulationArguments& arguments)
 void Simulation::run(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
                      const std::function<nlohmann::json(const std::string&)>& work) {
   settings_ = settings;
-  log_ = std::make_unique<sim::RunLog>(path_of(name_ + "_runs.jsonl"), settings);
+  settings_["version"] = version();  // runs of another version are others
+  log_ = std::make_unique<sim::RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
   const sim::StopOnInterrupt stop;
   asked_for_ = keys.size();
   finished_ = sim::run_missing("simulate " + name_, keys, threads_, *log_, work);

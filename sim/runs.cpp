@@ -67,6 +67,7 @@ struct Work {
 
 RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_(std::move(file)) {
   std::ifstream old(file_);
+  if (!old && std::filesystem::exists(file_)) throw InputError(file_ + ": cannot be read; expected finished runs");
   std::string line;
   std::string kept = settings.dump() + '\n';
   if (std::getline(old, line) && !old.eof()) {  // a line without its end was cut short

@@ -221,6 +221,7 @@ TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
   expect_refused(run("simulate euroc --trajectories frames"), "frames");
   expect_refused(run("simulate euroc --budget 1"), "--budget");
   expect_refused(run("simulate euroc --outliers 0.9"), "--outliers");
+  expect_refused(run("simulate euroc --budget 300"), "--pool 200; expected at least the budget, 300");
   expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
