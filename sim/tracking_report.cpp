@@ -259,12 +259,21 @@ Table budget_summary(const TrackingRuns& runs, const std::vector<SelectorSetting
   Table table;
   table.header = {"features"};
   for (const ErrorKind& kind : {ate, rpe, roe}) table.header.push_back("median " + axis_label(kind) + " [quartiles]");
+  for (const ErrorKind& kind : {ate, rpe, roe}) table.header.push_back(std::string(kind.name) + " against inl");
+  const auto inl = std::find_if(contestants.begin(), contestants.end(),
+                                [](const SelectorSettings& one) { return one.kind == SelectorKind::inl; });
+  const auto reference = static_cast<std::size_t>(inl - contestants.begin());
   for (std::size_t c = 0; c < contestants.size(); ++c) {
     table.rows.push_back(
         {has_budget(contestants[c].kind) ? std::to_string(contestants[c].budget) : to_string(contestants[c].kind)});
     for (const ErrorKind& kind : {ate, rpe, roe}) {
       const Quartiles q = quartiles_of(all_errors_of(runs, c, kind));
       table.rows.back().push_back(fixed(q.median, 4) + " [" + fixed(q.lower, 4) + ", " + fixed(q.upper, 4) + "]");
+    }
+    for (const ErrorKind& kind : {ate, rpe, roe}) {
+      const bool is_compared = c != reference && inl != contestants.end();
+      table.rows.back().push_back(
+          is_compared ? claim(all_errors_of(runs, c, kind), all_errors_of(runs, reference, kind)) : "-");
     }
   }
   return table;

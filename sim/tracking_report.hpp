@@ -46,7 +46,7 @@ Table claim_table(const TrackingRuns& runs, const std::string& name);
 /// budget.csv: sequence, selector, budget (0: none), run, the three errors.
 Table budget_table(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
 
-/// Quartiles by budget, and inl's.
+/// Quartiles by budget, and inl's; the differences to inl in percent of its mean error, paired, as in claim_table().
 Table budget_summary(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
 
 /// Gnuplot scripts without terminal and output. The first: box plots over budgets, inl's mean and quartiles as a band.

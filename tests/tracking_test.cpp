@@ -434,10 +434,12 @@ TEST(TrackingReport, budgets_have_their_quartiles) {
   const sim::Table summary = budget_summary(runs, contestants);
   ASSERT_EQ(summary.rows.size(), 3U);
   EXPECT_EQ(summary.rows[0],
-            Row({"40", "300.0000 [200.0000, 400.0000]", "3.0000 [2.0000, 4.0000]", "30.0000 [20.0000, 40.0000]"}));
-  EXPECT_EQ(summary.rows[1][0], "60");
-  EXPECT_EQ(summary.rows[2],
-            Row({"inl", "3.0000 [3.0000, 3.0000]", "3.0000 [3.0000, 3.0000]", "3.0000 [3.0000, 3.0000]"}));
+            Row({"40", "300.0000 [200.0000, 400.0000]", "3.0000 [2.0000, 4.0000]", "30.0000 [20.0000, 40.0000]",
+                 "9900.0 ± 6544.0 % ▼", "0.0 ± 65.4 % ·", "900.0 ± 654.4 % ▼"}));
+  EXPECT_EQ(summary.rows[1], Row({"60", "2.0000 [2.0000, 2.0000]", "2.0000 [2.0000, 2.0000]", "2.0000 [2.0000, 2.0000]",
+                                  "-33.3 ± 0.0 % ▲", "-33.3 ± 0.0 % ▲", "-33.3 ± 0.0 % ▲"}));
+  EXPECT_EQ(summary.rows[2], Row({"inl", "3.0000 [3.0000, 3.0000]", "3.0000 [3.0000, 3.0000]",
+                                  "3.0000 [3.0000, 3.0000]", "-", "-", "-"}));
   const sim::Table table = budget_table(runs, contestants);
   EXPECT_EQ(sim::to_csv({table.header, {}}), "sequence,selector,budget,run,ate_m,rpe_m_per_s,roe_deg_per_s\n");
   ASSERT_EQ(table.rows.size(), 15U);
