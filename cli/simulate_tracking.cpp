@@ -146,6 +146,7 @@ void run_euroc(const Arguments& arguments) {
         "Relative errors over windows of 3 s: RPE (m/s), ROE (deg/s); the lowest are bold, among the "
         "selectors with a budget and among those without:",
         relative_error_table(runs));
+    simulation.print("Means over sequences, with their 95 % interval over runs:", average_table(runs));
     simulation.print("Absolute trajectory error after Sim3 alignment (m):", absolute_error_table(runs));
     simulation.print("Mean wall time of a frame:", time_table(runs));
     for (const char* const name : {"md", "quality_md"}) {
@@ -282,8 +283,10 @@ void add_budget_experiment(CLI::App& simulate) {
       one.budget = budget;
       arguments->options.selectors.push_back(one);
     }
-    one.kind = sim::SelectorKind::inl;
-    arguments->options.selectors.push_back(one);
+    for (const sim::SelectorKind everything : {sim::SelectorKind::inl, sim::SelectorKind::all_weighted}) {
+      one.kind = everything;
+      arguments->options.selectors.push_back(one);
+    }
     run_budget(*arguments);
   });
 }

@@ -182,6 +182,20 @@ Table relative_error_table(const TrackingRuns& runs) {
   return table;
 }
 
+Table average_table(const TrackingRuns& runs) {
+  Table table;
+  table.header = {"mean over sequences"};
+  for (const ErrorKind& kind : {rpe, roe, ate}) table.header.push_back(axis_label(kind));
+  for (std::size_t c = 0; c < runs.contestants.size(); ++c) {
+    table.rows.push_back({runs.contestants[c]});
+    for (const ErrorKind& kind : {rpe, roe, ate}) {
+      const std::vector<double> averages = run_averages(runs, c, kind);
+      table.rows.back().push_back(averages.empty() ? "-" : fixed(mean_of(averages), 5));
+    }
+  }
+  return table;
+}
+
 Table absolute_error_table(const TrackingRuns& runs) {
   const Means means = means_of(runs, ate);
   Table table;
@@ -286,14 +300,14 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
   for (const ErrorKind& kind : {ate, rpe, roe}) {
     ++number;
     Quartiles band{nan, nan, nan, nan, nan, nan};
+    double weighted = nan;
     std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
     script << "$boxes" << number << " << EOD\n";
     for (std::size_t c = 0; c < contestants.size(); ++c) {
       const Quartiles q = quartiles_of(all_errors_of(runs, c, kind));
-      if (!has_budget(contestants[c].kind)) {
-        band = q;
-        continue;
-      }
+      if (contestants[c].kind == SelectorKind::inl) band = q;
+      if (contestants[c].kind == SelectorKind::all_weighted) weighted = q.mean;
+      if (!has_budget(contestants[c].kind)) continue;
       least = std::min(least, contestants[c].budget);
       most = std::max(most, contestants[c].budget);
       script << contestants[c].budget << ' ' << exact(q.lower) << ' ' << exact(q.low) << ' ' << exact(q.high) << ' '
@@ -307,7 +321,8 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
            << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << exact(band.mean)
            << " lc rgb '#d62020' lw 2 dt 2 title 'inl, mean', " << exact(band.lower)
            << " lc rgb '#d62020' dt 3 title 'inl, quartiles', " << exact(band.upper)
-           << " lc rgb '#d62020' dt 3 notitle\n";
+           << " lc rgb '#d62020' dt 3 notitle, " << exact(weighted) << " lc rgb " << colour_of("all_weighted")
+           << " lw 2 dt 2 title 'all weighted, mean'\n";
   }
   return script.str() + plot_style() + "set key bottom center outside horizontal\nset multiplot layout 1,3 title '" +
          (runs.sequences.empty() ? "" : runs.sequences.front()) + ", " + std::to_string(runs.runs.size()) + " runs'\n" +

@@ -32,6 +32,9 @@ Table euroc_table(const TrackingRuns& runs);
 /// `all`, and by how much on average there.
 Table relative_error_table(const TrackingRuns& runs);
 
+/// Mean over sequences of RPE, ROE and ATE, with its 95 % interval over runs, a row a contestant.
+Table average_table(const TrackingRuns& runs);
+
 /// Table III: ATE (m), the lowest bold; average, minimum, maximum.
 Table absolute_error_table(const TrackingRuns& runs);
 
@@ -49,7 +52,8 @@ Table budget_table(const TrackingRuns& runs, const std::vector<SelectorSettings>
 /// Quartiles by budget, and inl's; the differences to inl in percent of its mean error, paired, as in claim_table().
 Table budget_summary(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
 
-/// Gnuplot scripts without terminal and output. The first: box plots over budgets, inl's mean and quartiles as a band.
+/// Gnuplot scripts without terminal and output. The first: box plots over budgets, inl's mean and quartiles as a band,
+/// all_weighted's mean.
 std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
 std::string euroc_plot(const TrackingRuns& runs);
 

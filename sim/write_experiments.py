@@ -196,6 +196,7 @@ def main():
         "metrics_seconds": [f"`simulate metrics` with all its defaults took {metrics.seconds():.0f} s."],
         "budget": budget.table("Errors by budget"),
         "euroc_relative": euroc.table("Relative errors"),
+        "euroc_averages": euroc.table("Means over sequences"),
         "euroc_absolute": euroc.table("Absolute trajectory error"),
         "euroc_beside_paper": beside_paper_table(euroc),
         "euroc_md": euroc.table("Difference of `md`"),

@@ -172,7 +172,7 @@ TEST_F(Simulate, without_recorded_trajectories_one_is_built_in) {
       run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("the built-in one is used"), std::string::npos);
-  EXPECT_EQ(csv("out/budget.csv").size(), 3U);
+  EXPECT_EQ(csv("out/budget.csv").size(), 4U);
 }
 
 TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
@@ -180,11 +180,13 @@ TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
   ASSERT_EQ(run(small_tracking("budget") + "--budgets 20,60 --output out").exit_code, 0);
   const auto rows = csv("out/budget.csv");
   EXPECT_EQ(sim::joined(rows.at(0), ","), "sequence,selector,budget,run,ate_m,rpe_m_per_s,roe_deg_per_s");
-  ASSERT_EQ(rows.size(), 1 + 3 * 2U);
+  ASSERT_EQ(rows.size(), 1 + 4 * 2U);
   std::set<std::pair<std::string, std::string>> contestants;
   for (std::size_t i = 1; i < rows.size(); ++i) contestants.insert({rows[i].at(1), rows[i].at(2)});
-  EXPECT_EQ(contestants, (std::set<std::pair<std::string, std::string>>{{"md", "20"}, {"md", "60"}, {"inl", "0"}}));
+  EXPECT_EQ(contestants, (std::set<std::pair<std::string, std::string>>{
+                             {"md", "20"}, {"md", "60"}, {"inl", "0"}, {"all_weighted", "0"}}));
   EXPECT_NE(contents("out/budget.svg").find("inl, mean"), std::string::npos);
+  EXPECT_NE(contents("out/budget.svg").find("all weighted, mean"), std::string::npos);
 }
 
 TEST_F(Simulate, epsilon_covers_its_grid) {

@@ -452,6 +452,22 @@ TEST(TrackingReport, budgets_have_their_quartiles) {
   EXPECT_NE(plot.find("set xrange [32:68]"), std::string::npos);
 }
 
+TEST(TrackingReport, averages_have_the_interval_over_runs_of_the_means_over_sequences) {
+  TrackingRuns runs;
+  runs.contestants = {"md"};
+  runs.sequences = {"A", "B"};
+  for (std::size_t run = 0; run < 2; ++run) {
+    const auto e = static_cast<double>(run);  // means over A and B: 2 and 3
+    runs.runs.push_back({"A", run, {outcome_of(1 + e, 10, 100)}});
+    runs.runs.push_back({"B", run, {outcome_of(3 + e, 30, 300)}});
+  }
+  const sim::Table table = average_table(runs);
+  // Student's 12.7062 times the deviation of 2 and 3 over the root of 2.
+  EXPECT_EQ(table.rows.at(0), Row({"md", "2.50000 ± 6.35310", "20.00000 ± 0.00000", "200.00000 ± 0.00000"}));
+  runs.runs.pop_back();  // the second run lacks a sequence
+  EXPECT_EQ(average_table(runs).rows.at(0), Row({"md", "2.00000", "20.00000", "200.00000"}));
+}
+
 TEST(TrackingReport, bars_are_means_over_runs) {
   const std::string plot = euroc_plot(hand_made());
   EXPECT_NE(plot.find("$errors3 << EOD\nA 2 0.5 3 2\nB 1 4 3 2\nEOD\n"), std::string::npos) << plot;
