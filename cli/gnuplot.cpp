@@ -47,6 +47,7 @@ void draw(const std::string& script, const std::string& file, int width, int hei
   is_drawn = gnuplot != nullptr && pclose(gnuplot) == 0 && is_drawn;
   std::signal(SIGPIPE, previous);
   if (!is_drawn) {
+    std::remove(file.c_str());  // half a picture
     throw sim::InputError(file +
                           ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
                           "gnuplot-nox) and the file to be writable");

@@ -18,7 +18,7 @@ struct Arguments {
 
 void check(const sim::EpsilonOptions& options) {
   for (const std::size_t n : options.sizes) {
-    if (n < 10 || n > 1'000'000) throw sim::InputError("--sizes: expected numbers from 10 to 1000000");
+    if (n < 10 || n > 20'000) throw sim::InputError("--sizes: expected numbers from 10 to 20000");
   }
   for (const double epsilon : options.epsilons) {
     if (!(epsilon > 0 && epsilon <= 1)) throw sim::InputError("--epsilons: expected numbers above 0, at most 1");
@@ -39,11 +39,18 @@ void run(const Arguments& arguments) {
   });
 
   std::vector<std::vector<sim::EpsilonOutcome>> runs;
+  std::vector<std::string> numbers;
   for (const std::string& key : keys) {
-    if (simulation.log().has(key)) runs.push_back(sim::epsilon_outcomes_of(simulation.log().at(key)));
+    if (!simulation.log().has(key)) continue;
+    runs.push_back(sim::epsilon_outcomes_of(simulation.log().at(key)));
+    numbers.push_back(key.substr(key.find('/') + 1));
   }
-  const sim::Table table = epsilon_table(runs);
+  const sim::Table table = epsilon_table(runs, numbers);
   simulation.write_csv("epsilon", table);
+  if (runs.empty()) {
+    simulation.finish(table);
+    return;
+  }
   simulation.print("Over the whole grid of n and k:", guarantee_table(options, runs));
   constexpr std::size_t paper_n = 1000, paper_k = 100;
   const bool has_papers = std::count(options.sizes.begin(), options.sizes.end(), paper_n) > 0 &&

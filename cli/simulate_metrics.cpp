@@ -22,9 +22,11 @@ void plot_scene(Simulation& simulation, const sim::PnpOptions& options) {
   const sim::Frame frame = sim::pnp_frame(options, 0);
   BlockOptions block_options;
   block_options.weighting = options.weightings.front();
+  block_options.map_sigma = options.map_deviation;
   BlockStore blocks;
   build_blocks(frame, block_options, blocks);
-  const auto selected = select_greedily(sim::GreedyMetric::max_log_det, blocks, options.sizes.front());
+  const auto selected = select_greedily(sim::GreedyMetric::max_log_det, blocks, options.sizes.front(),
+                                        options.prior * sim::Matrix6::Identity());
   simulation.try_to_draw([&] {
     for (const char* const ending : {".svg", ".png"}) {
       plot_selection(frame, selected, simulation.path_of(std::string("metrics_scene") + ending));
@@ -42,14 +44,17 @@ void run(const Arguments& arguments) {
                  [&](const std::string& key) { return to_json(run_pnp(options, std::stoull(key))); });
 
   std::vector<std::vector<sim::PnpOutcome>> runs;
+  std::vector<std::string> numbers;
   for (const std::string& key : keys) {
-    if (simulation.log().has(key)) runs.push_back(sim::pnp_outcomes_of(simulation.log().at(key)));
+    if (!simulation.log().has(key)) continue;
+    runs.push_back(sim::pnp_outcomes_of(simulation.log().at(key)));
+    numbers.push_back(key);
   }
   const std::vector<sim::PnpRow> rows = summarize(options, runs);
   const sim::Table table = metrics_table(rows, false);
   simulation.write_csv("metrics", table);
   simulation.write_csv("metrics_aligned", metrics_table(rows, true));
-  simulation.write_csv("metrics_runs", metrics_runs_table(options, runs));
+  simulation.write_csv("metrics_runs", metrics_runs_table(options, runs, numbers));
   if (!rows.empty()) {
     for (const Weighting weighting : options.weightings) {
       const std::string name = to_string(weighting);

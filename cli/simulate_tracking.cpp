@@ -3,12 +3,15 @@
 #include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/names.hpp"
+#include "sim/text.hpp"
 #include "sim/tracking_report.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 
 namespace maxlogdet::cli {
 namespace {
@@ -30,6 +33,16 @@ struct Arguments {
 
   void add_to(CLI::App& command);
 };
+
+// CLI::Range lets nan through.
+CLI::Validator finite_range(double low, double high) {
+  return {[low, high](const std::string& text) {
+            const std::optional<double> value = sim::finite_number(text);
+            const bool holds = value && *value >= low && *value <= high;
+            return holds ? std::string() : "expected a number from " + sim::exact(low) + " to " + sim::exact(high);
+          },
+          "NUMBER"};
+}
 
 struct Sequences {
   std::vector<sim::Trajectory> trajectories;
@@ -68,7 +81,25 @@ void keep_seconds(std::vector<sim::Trajectory>& trajectories, double seconds) {
     auto& poses = trajectory.poses;
     poses.erase(std::find_if(poses.begin(), poses.end(), [&](const auto& pose) { return pose.time > end; }),
                 poses.end());
+    if (poses.size() < 3) {
+      throw sim::InputError("--seconds " + sim::exact(seconds) + ": expected at least 3 poses of " + trajectory.name);
+    }
   }
+}
+
+// What tells a trajectory from another of the same name: FNV-1a of its numbers.
+std::uint64_t fingerprint_of(const sim::Trajectory& trajectory) {
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  const auto add = [&](double value) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    hash = (hash ^ bits) * 0x100000001b3U;
+  };
+  for (const sim::StampedPose& pose : trajectory.poses) {
+    add(pose.time);
+    for (const double entry : sim::to_rows(pose.T_wb)) add(entry);
+  }
+  return hash;
 }
 
 Sequences sequences_of(const Arguments& arguments) {
@@ -96,7 +127,9 @@ nlohmann::ordered_json settings_of(const std::string& experiment, const Argument
     contestants.push_back(std::string(to_string(one.kind)) + "/" + std::to_string(one.budget));
   }
   nlohmann::ordered_json poses;
-  for (const sim::Trajectory& trajectory : sequences.trajectories) poses[trajectory.name] = trajectory.poses.size();
+  for (const sim::Trajectory& trajectory : sequences.trajectories) {
+    poses[trajectory.name] = {trajectory.poses.size(), fingerprint_of(trajectory)};
+  }
   return {{"experiment", experiment},           {"seed", options.seed},
           {"selectors", contestants},           {"pool", arguments.selection.pool},
           {"weighting", arguments.weighting},   {"strategy", arguments.strategy},
@@ -182,7 +215,7 @@ void Arguments::add_to(CLI::App& command) {
       "Trajectory in TUM format, or folder of them (*.txt), body to world, with EuRoC's camera on it; by "
       "default euroc_ground_truth where recorded data is found (MAXLOGDET_DATA), else one is built in");
   command.add_option("--seconds", seconds, "Only the first seconds of each; 0: all")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(finite_range(0.0, 1e9))
       ->capture_default_str();
   command.add_option("--weighting", weighting, "Which blocks Max-logDet looks at")
       ->check(CLI::IsMember(sim::names_of(sim::weightings)))
@@ -191,26 +224,26 @@ void Arguments::add_to(CLI::App& command) {
       ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
   command.add_option("--map-sigma", map_sigma, "What all_weighted and measurement_and_map assume of map points, m")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(finite_range(0.0, 10.0))
       ->capture_default_str();
   sim::WorldOptions& world = options.world;
   command.add_option("--max-matches", world.max_matches, "Most matches of a frame")
       ->check(CLI::Range(std::size_t{20}, std::size_t{100'000}))
       ->capture_default_str();
   command.add_option("--outliers", world.outlier_rate, "Share of wrong matches")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(finite_range(0.0, 0.5))
       ->capture_default_str();
   command.add_option("--pixel-sigma", world.pixel_sigma, "Measurement noise at octave 0, px")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(finite_range(0.0, 100.0))
       ->capture_default_str();
   command.add_option("--batch-translation", world.batch_translation, "Deviation of a keyframe's position, m")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(finite_range(0.0, 1.0))
       ->capture_default_str();
   command.add_option("--batch-rotation", world.batch_rotation_deg, "Deviation of a keyframe's orientation, deg")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(finite_range(0.0, 10.0))
       ->capture_default_str();
   command.add_option("--batch-scale", world.batch_scale, "Deviation of a keyframe's scale")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(finite_range(0.0, 0.5))
       ->capture_default_str();
 }
 
@@ -227,7 +260,7 @@ void complete(Arguments& arguments) {
   one.search.threads = 1;
 }
 
-constexpr std::int64_t least_budget = 10;
+constexpr std::size_t least_budget = 20;
 
 }  // namespace
 
@@ -242,10 +275,10 @@ void add_euroc_experiment(CLI::App& simulate) {
       ->check(CLI::IsMember(sim::names_of(sim::selector_kinds)))
       ->capture_default_str();
   command->add_option("--budget", arguments->selection.budget, "Features that a selector may use")
-      ->check(CLI::Range(std::size_t{least_budget}, std::size_t{100'000}))
+      ->check(CLI::Range(least_budget, std::size_t{100'000}))
       ->capture_default_str();
   command->add_option("--pool", arguments->selection.pool, "quality_md: candidates by quality")
-      ->check(CLI::Range(std::size_t{least_budget}, std::size_t{100'000}))
+      ->check(CLI::Range(least_budget, std::size_t{100'000}))
       ->capture_default_str();
   command->callback([arguments] {
     complete(*arguments);
@@ -274,7 +307,7 @@ void add_budget_experiment(CLI::App& simulate) {
       ->expected(1);
   command->add_option("--budgets", arguments->budgets, "Numbers of features")
       ->delimiter(',')
-      ->check(CLI::Range(std::size_t{least_budget}, std::size_t{100'000}))
+      ->check(CLI::Range(least_budget, std::size_t{100'000}))
       ->capture_default_str();
   command->callback([arguments] {
     complete(*arguments);

@@ -18,8 +18,9 @@
 namespace maxlogdet::cli {
 namespace {
 
-// A cell as JSON: a number if it reads as one, null for nan.
-nlohmann::ordered_json json_of(const std::string& cell) {
+// A cell as JSON: a number if it reads as one and is no name, null for nan.
+nlohmann::ordered_json json_of(const std::string& column, const std::string& cell) {
+  if (column == "sequence" || column == "selector" || column == "weighting") return cell;
   if (cell == "nan") return nullptr;
   double value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
@@ -31,7 +32,7 @@ nlohmann::ordered_json json_of(const sim::Table& table) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const auto& cells : table.rows) {
     nlohmann::ordered_json row;
-    for (std::size_t i = 0; i < cells.size(); ++i) row[table.header[i]] = json_of(cells[i]);
+    for (std::size_t i = 0; i < cells.size(); ++i) row[table.header[i]] = json_of(table.header[i], cells[i]);
     rows.push_back(std::move(row));
   }
   return rows;

@@ -10,8 +10,8 @@
 
 namespace maxlogdet::sim {
 
-/// epsilon.csv: an outcome a row, under the number of its run.
-Table epsilon_table(const std::vector<std::vector<EpsilonOutcome>>& runs);
+/// epsilon.csv: an outcome a row, under the number of its run; runs come a size each.
+Table epsilon_table(const std::vector<std::vector<EpsilonOutcome>>& runs, const std::vector<std::string>& numbers);
 
 /// By epsilon, over the whole grid: the least f / f(greedy) and f / bound beside the guarantee 1 - 1/e - epsilon; mean
 /// gap, share of differing features, gains saved and times saved against greedy and lazy greedy.

@@ -192,7 +192,8 @@ Match MappedWorld::match_of(std::uint32_t id, const Landmark& landmark) {
   match.inv_sigma2 = 1 / (scale * scale);  // what a tracker assumes: 1 px at octave 0
 
   const double sigma = options_.pixel_sigma * scale;
-  Eigen::Vector2d error(draws_.normal(), draws_.normal());
+  const double error_v = draws_.normal(), error_u = draws_.normal();
+  Eigen::Vector2d error(error_u, error_v);
   double quality = 30 + 5 * error.norm() + 12 * draws_.normal();
   error *= sigma;
   if (draws_.chance(options_.outlier_rate)) {

@@ -23,8 +23,9 @@ using Matrix12 = Eigen::Matrix<double, 12, 12>;
 ///       [     0           I   ]
 ///
 /// and the observability matrix of a set of matches stacks these rows for all its matches and the last segments. Higher
-/// powers of F add nothing: (F - I)^2 = 0 to first order in v. The set is grown greedily by the smallest singular value
-/// of that matrix, among random samples of candidates, as Algorithm 1 does with log det.
+/// powers of F add only terms of the order of v. H_x of both rows is that of the segment's end, and segments are
+/// stacked without transitions between them (the stripped observability matrix). The set is grown greedily by the
+/// smallest singular value of that matrix, among random samples of candidates, as Algorithm 1 does with log det.
 class ObservabilitySelection {
  public:
   explicit ObservabilitySelection(std::size_t segments = 3) : segments_(segments) {}

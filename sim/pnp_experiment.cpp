@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <tuple>
@@ -136,6 +137,7 @@ class PnpRun {
     pose.map_sigma = which.selector == "all_weighted" ? options_.map_deviation : 0;
     const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, subset, scene_.guess, pose);
     PnpOutcome outcome;
+    if (!estimate.is_usable()) return failed();
     outcome.translation_m = distance_between(estimate.T_cw, scene_.true_T_cw);
     outcome.rotation_deg = rotation_between(estimate.T_cw, scene_.true_T_cw);
     outcome.aligned_translation_m = distance_between(estimate.T_cw, scene_.aligned_T_cw);
@@ -145,6 +147,12 @@ class PnpRun {
   }
 
  private:
+  // A pose that could not be computed has no error.
+  static PnpOutcome failed() {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    return {nan, nan, nan, nan, nan, nan, nan};
+  }
+
   const std::vector<std::uint32_t>& order_of(const std::string& selector, const std::string& weighting) {
     if (weighting == no_weighting) return scene_.random_order;
     auto& order = orders_[{selector, weighting}];
@@ -231,7 +239,7 @@ void check(const PnpOptions& options) {
   const auto require = [](bool holds, const char* expected) {
     if (!holds) throw InputError(expected);
   };
-  require(options.points >= 6 && options.points <= 100000, "--points: expected 6 to 100000");
+  require(options.points >= 6 && options.points <= 2000, "--points: expected 6 to 2000");
   require(!options.sizes.empty() && !options.noises.empty() && !options.weightings.empty(),
           "--sizes, --noise, --weightings: expected at least one of each");
   for (const std::size_t size : options.sizes) {
@@ -246,6 +254,8 @@ void check(const PnpOptions& options) {
           "--nearest, --farthest: expected 0.5 m < nearest < farthest <= 10 km");
   require(options.translation >= 0 && options.translation <= 1, "a translation of 0 to 1 m along each axis");
   require(options.rotation_deg >= 0 && options.rotation_deg <= 20, "a rotation of 0 to 20 degrees about each axis");
+  require(options.nearest + options.map_bias > 5 * options.map_deviation,
+          "--map-bias, --map-deviation, --nearest: expected a map that stays in front of the camera");
   require(options.prior > 0 && options.prior <= 1e6, "--prior: expected a number above 0, at most 1e6");
 }
 

@@ -94,6 +94,7 @@ struct Score {
 };
 
 Score score_of(const Squares& squares) {
+  if (squares.empty()) return {std::nan(""), {}};  // no size below that of all points
   const std::size_t n = squares.front().size();
   Score score;
   score.without.resize(n);
@@ -160,7 +161,8 @@ Table metrics_table(const std::vector<PnpRow>& rows, bool aligned) {
   return table;
 }
 
-Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs) {
+Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
+                         const std::vector<std::string>& numbers) {
   Table table;
   table.header = {"run",
                   "noise_px",
@@ -179,7 +181,7 @@ Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vecto
     for (std::size_t c = 0; c < cases.size(); ++c) {
       const PnpCase& which = cases[c];
       const PnpOutcome& o = runs[run].at(c);
-      table.rows.push_back({std::to_string(run), exact(which.noise_px), std::to_string(which.size), which.weighting,
+      table.rows.push_back({numbers.at(run), exact(which.noise_px), std::to_string(which.size), which.weighting,
                             which.selector, exact(o.translation_m), exact(o.rotation_deg),
                             exact(o.aligned_translation_m), exact(o.aligned_rotation_deg), exact(o.bias_amplification),
                             exact(o.expected_translation_m), exact(o.expected_rotation_deg)});

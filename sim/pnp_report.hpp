@@ -12,8 +12,9 @@ namespace maxlogdet::sim {
 /// metrics.csv; with `aligned` errors against the best rigid alignment of the map in its place.
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned);
 
-/// metrics_runs.csv: every outcome of every run.
-Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs);
+/// metrics_runs.csv: every outcome of every run, under the run's number.
+Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
+                         const std::vector<std::string>& numbers);
 
 /// What theory expects beside what was measured: bias amplification and errors by eqs. 5 to 7, at one size.
 Table expectation_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting,

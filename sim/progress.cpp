@@ -22,6 +22,7 @@ Progress::~Progress() {
 
 void Progress::update(std::size_t done, std::size_t all) {
   const auto now = Clock::now();
+  if (!first_) first_ = done;
   if (now < next_ || !is_terminal_ || all == 0) return;
   next_ = now + std::chrono::milliseconds(200);
   is_shown_ = true;
@@ -30,8 +31,8 @@ void Progress::update(std::size_t done, std::size_t all) {
   bar.resize(width, '.');
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   std::string left;
-  if (done > 0) {
-    const double seconds = elapsed / static_cast<double>(done) * static_cast<double>(all - done);
+  if (done > *first_) {
+    const double seconds = elapsed / static_cast<double>(done - *first_) * static_cast<double>(all - done);
     left = ", " + std::to_string(std::lround(seconds)) + " s left";
   }
   std::fprintf(stderr, "\r%s [%s] %s %zu of %zu%s\033[K", what_.c_str(), bar.c_str(), unit_.c_str(), done, all,

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 namespace maxlogdet::sim {
@@ -17,6 +18,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// The first call tells what was done before.
   void update(std::size_t done, std::size_t all);
 
  private:
@@ -26,6 +28,7 @@ class Progress {
   Clock::time_point start_;
   Clock::time_point next_;
   bool is_terminal_;
+  std::optional<std::size_t> first_;
   bool is_shown_ = false;
 };
 

@@ -5,6 +5,8 @@
 #include "sim/frame_reader.hpp"
 #include "sim/progress.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <csignal>
@@ -17,9 +19,14 @@
 namespace maxlogdet::sim {
 namespace {
 
-volatile std::sig_atomic_t stop_asked_for = 0;
+// Read by all workers; a signal handler may touch atomics that need no lock.
+std::atomic<int> stop_asked_for{0};
+static_assert(std::atomic<int>::is_always_lock_free, "for the signal handler");
 
 void ask_to_stop(int signal) {
+  constexpr char message[] = "\nfinishing the runs under way; Ctrl-C again ends at once\n";
+  const ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
+  static_cast<void>(written);
   stop_asked_for = 1;
   std::signal(signal, SIG_DFL);  // which the next one meets
 }
@@ -117,6 +124,7 @@ std::size_t run_missing(const std::string& what, const std::vector<std::string>&
     if (!log.has(key)) missing.push_back(key);
   }
   Work shared{missing, work, log, Progress(what, "run"), keys.size() - missing.size(), keys.size(), {}, {}, {}, {}};
+  shared.progress.update(shared.already_done, shared.all);
   Executor* const helpers = executor();
   const int most = helpers == nullptr ? 1 : helpers->concurrency();
   const int workers = threads == 0 ? most : std::min(threads, most);

@@ -129,6 +129,17 @@ std::vector<double> all_errors_of(const TrackingRuns& runs, std::size_t c, const
   return errors;
 }
 
+// Whether there is anything to see: trajectories shorter than a window have no relative errors.
+bool can_be_drawn(const TrackingRuns& runs, const ErrorKind& kind) {
+  return std::any_of(runs.runs.begin(), runs.runs.end(), [&](const TrackingRun& run) {
+    return std::any_of(run.outcomes.begin(), run.outcomes.end(),
+                       [&](const TrackingOutcome& o) { return std::isfinite(o.errors.*kind.member); });
+  });
+}
+
+// A number as gnuplot reads it.
+std::string plotted(double value) { return std::isnan(value) ? "NaN" : exact(value); }
+
 std::string axis_label(const ErrorKind& kind) { return std::string(kind.name) + " (" + kind.unit + ")"; }
 
 }  // namespace
@@ -299,6 +310,7 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
   int number = 0;
   for (const ErrorKind& kind : {ate, rpe, roe}) {
     ++number;
+    if (!can_be_drawn(runs, kind)) continue;
     Quartiles band{nan, nan, nan, nan, nan, nan};
     double weighted = nan;
     std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
@@ -310,18 +322,18 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
       if (!has_budget(contestants[c].kind)) continue;
       least = std::min(least, contestants[c].budget);
       most = std::max(most, contestants[c].budget);
-      script << contestants[c].budget << ' ' << exact(q.lower) << ' ' << exact(q.low) << ' ' << exact(q.high) << ' '
-             << exact(q.upper) << ' ' << exact(q.median) << '\n';
+      script << contestants[c].budget << ' ' << plotted(q.lower) << ' ' << plotted(q.low) << ' ' << plotted(q.high)
+             << ' ' << plotted(q.upper) << ' ' << plotted(q.median) << '\n';
     }
     script << "EOD\n";
     panels << "set xlabel 'features selected a frame'\nset ylabel '" << axis_label(kind) << "'\nset xrange ["
            << least - 8 << ':' << most + 8 << "]\nset boxwidth 6\nset yrange [*:*]\nplot $boxes" << number
            << " using 1:2:3:4:5 with candlesticks whiskerbars lc rgb " << colour_of("quality_md")
            << " fs solid 0.4 title 'max_log_det', $boxes" << number
-           << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << exact(band.mean)
-           << " lc rgb '#d62020' lw 2 dt 2 title 'inl, mean', " << exact(band.lower)
-           << " lc rgb '#d62020' dt 3 title 'inl, quartiles', " << exact(band.upper)
-           << " lc rgb '#d62020' dt 3 notitle, " << exact(weighted) << " lc rgb " << colour_of("all_weighted")
+           << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << plotted(band.mean)
+           << " lc rgb '#d62020' lw 2 dt 2 title 'inl, mean', " << plotted(band.lower)
+           << " lc rgb '#d62020' dt 3 title 'inl, quartiles', " << plotted(band.upper)
+           << " lc rgb '#d62020' dt 3 notitle, " << plotted(weighted) << " lc rgb " << colour_of("all_weighted")
            << " lw 2 dt 2 title 'all weighted, mean'\n";
   }
   return script.str() + plot_style() + "set key bottom center outside horizontal\nset multiplot layout 1,3 title '" +
@@ -335,11 +347,12 @@ std::string euroc_plot(const TrackingRuns& runs) {
   int number = 0;
   for (const ErrorKind& kind : {rpe, roe, ate}) {
     ++number;
+    if (!can_be_drawn(runs, kind)) continue;
     const Means means = means_of(runs, kind);
     script << "$errors" << number << " << EOD\n";
     for (std::size_t s = 0; s < runs.sequences.size(); ++s) {
       script << runs.sequences[s];
-      for (const double mean : means[s]) script << ' ' << exact(mean);
+      for (const double mean : means[s]) script << ' ' << plotted(mean);
       script << '\n';
     }
     script << "EOD\n";

@@ -32,6 +32,14 @@ std::vector<std::string_view> split(std::string_view text) {
   return fields;
 }
 
+// Names go into CSV files and plots as they are.
+bool is_plain(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  });
+}
+
 class TumReader {
  public:
   explicit TumReader(const std::string& file) : file_(file), stream_(file) {
@@ -40,6 +48,10 @@ class TumReader {
 
   Trajectory read() {
     trajectory_.name = std::filesystem::path(file_).stem().string();
+    if (!is_plain(trajectory_.name)) {
+      throw InputError(file_ +
+                       ": expected a file name of letters, digits, '_', '-' and '.': it names the sequence in tables");
+    }
     std::string line;
     while (std::getline(stream_, line)) {
       ++line_;

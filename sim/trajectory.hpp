@@ -20,8 +20,8 @@ struct Trajectory {
 };
 
 /// Reads a trajectory in TUM format: lines `timestamp tx ty tz qx qy qz qw`, `#` begins a comment. Times must increase,
-/// quaternions have a norm of 1 within 1e-2 (they are normalised), and there are at least 2 poses. Throws InputError
-/// with file and line.
+/// quaternions have a norm of 1 within 1e-2 (they are normalised), and there are at least 2 poses; the name of the file
+/// is of letters, digits, `_`, `-` and `.`, since tables and plots have it. Throws InputError with file and line.
 Trajectory read_tum(const std::string& file);
 
 /// One file, or every *.txt of a folder in order of name. Throws InputError, also if there is none.

@@ -178,12 +178,12 @@ TEST(Epsilon, tables_average_what_they_name) {
 }
 
 TEST(Epsilon, csv_has_an_outcome_a_row) {
-  const sim::Table table = epsilon_table(hand_made());
+  const sim::Table table = epsilon_table(hand_made(), {"0", "7"});
   EXPECT_EQ(sim::to_csv({table.header, {}}),
             "run,n,k,epsilon,us,us_greedy,us_lazy,gap_nats,differing,gains,gains_greedy,share_of_greedy,"
             "share_of_bound\n");
   ASSERT_EQ(table.rows.size(), 5U);
-  EXPECT_EQ(sim::to_csv({table.rows[4], {}}), "1,200,10,0.1,1,100,8,9,10,10,1955,0.5,0.4\n");
+  EXPECT_EQ(sim::to_csv({table.rows[4], {}}), "7,200,10,0.1,1,100,8,9,10,10,1955,0.5,0.4\n");
 }
 
 }  // namespace

@@ -222,9 +222,44 @@ TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
   expect_refused(run("simulate euroc --trajectories nowhere"), "nowhere");
   expect_refused(run("simulate euroc --trajectories frames"), "frames");
   expect_refused(run("simulate euroc --budget 1"), "--budget");
+  for (const char* const option : {"pixel-sigma", "outliers", "batch-translation", "map-sigma", "seconds"}) {
+    for (const char* const value : {"nan", "inf", "-1", "x", "1e99"}) {
+      expect_refused(run(std::string("simulate euroc --") + option + " " + value), std::string("--") + option);
+    }
+  }
+  write_trajectory("a,b");
+  expect_refused(run("simulate euroc --trajectories tum"), "a,b.txt: expected a file name of letters");
+  expect_refused(run("simulate metrics --nearest 0.6 --farthest 0.9 --map-bias -1"), "in front of the camera");
   expect_refused(run("simulate euroc --outliers 0.9"), "--outliers");
   expect_refused(run("simulate euroc --budget 300"), "--pool 200; expected at least the budget, 300");
   expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+}
+
+TEST_F(Simulate, takes_subsets_of_all_points) {
+  const Outcome outcome = run("simulate metrics --points 40 --sizes 40 --runs 3 --output out");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 3 * 7U);
+}
+
+TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_a_picture) {
+  write_trajectory("first");
+  const Outcome outcome = run(small_tracking("euroc") + "--seconds 2 --output out");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(csv("out/euroc.csv").at(1).at(4), "nan");
+  EXPECT_TRUE(nlohmann::json::parse(contents("out/euroc.json"))["table"][0]["rpe_m_per_s"].is_null());
+  EXPECT_EQ(run(small_tracking("budget") + "--seconds 2 --budgets 20 --output out").err, "");
+  expect_refused(run(small_tracking("euroc") + "--seconds 0.1 --output short"), "at least 3 poses of first");
+}
+
+TEST_F(Simulate, trajectories_of_the_same_name_are_not_taken_for_each_other) {
+  write_trajectory("first");
+  ASSERT_EQ(run(small_tracking("euroc") + "--seconds 1 --selectors md --output out").exit_code, 0);
+  std::string text = contents("tum/first.txt");
+  text[text.find_last_of("0123456789", text.rfind('\n', text.size() / 10)) - 6] ^= 1;  // some digit of a quaternion
+  std::ofstream(folder_ + "/tum/first.txt") << text;
+  expect_refused(run(small_tracking("euroc") + "--seconds 1 --selectors md --output out"),
+                 "holds runs of other settings");
 }
 
 TEST_F(Simulate, names_the_line_of_a_malformed_trajectory) {
