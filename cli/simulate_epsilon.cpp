@@ -41,8 +41,8 @@ void run(const Arguments& arguments) {
   std::vector<std::vector<sim::EpsilonOutcome>> runs;
   std::vector<std::string> numbers;
   for (const std::string& key : keys) {
-    if (!simulation.log().has(key)) continue;
-    runs.push_back(sim::epsilon_outcomes_of(simulation.log().at(key)));
+    if (!simulation.has(key)) continue;
+    runs.push_back(simulation.finished(key, sim::epsilon_outcomes_of, options.shares.size() * options.epsilons.size()));
     numbers.push_back(key.substr(key.find('/') + 1));
   }
   const sim::Table table = epsilon_table(runs, numbers);

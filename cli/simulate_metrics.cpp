@@ -46,8 +46,8 @@ void run(const Arguments& arguments) {
   std::vector<std::vector<sim::PnpOutcome>> runs;
   std::vector<std::string> numbers;
   for (const std::string& key : keys) {
-    if (!simulation.log().has(key)) continue;
-    runs.push_back(sim::pnp_outcomes_of(simulation.log().at(key)));
+    if (!simulation.has(key)) continue;
+    runs.push_back(simulation.finished(key, sim::pnp_outcomes_of, pnp_cases(options).size()));
     numbers.push_back(key);
   }
   const std::vector<sim::PnpRow> rows = summarize(options, runs);
@@ -58,7 +58,7 @@ void run(const Arguments& arguments) {
   if (!rows.empty()) {
     for (const Weighting weighting : options.weightings) {
       const std::string name = to_string(weighting);
-      simulation.print("Mean over subset sizes of the RMS error, `" + name +
+      simulation.print("Mean over subset sizes below that of all points of the RMS error, `" + name +
                            "` blocks; ▲ max_log_det is better, ▼ worse, · cannot be told:",
                        comparison_table(options, runs, weighting));
       simulation.print(

@@ -116,6 +116,13 @@ Sequences sequences_of(const Arguments& arguments) {
   }
   keep_named(sequences.trajectories, wanted_of(arguments, names_of(sequences.trajectories)));
   keep_seconds(sequences.trajectories, arguments.seconds);
+  for (const sim::Trajectory& trajectory : sequences.trajectories) {
+    const double length = trajectory.poses.back().time - trajectory.poses.front().time;
+    if (length >= arguments.options.window) continue;
+    std::cerr << "maxlogdet: " << trajectory.name << " is " << sim::exact(length)
+              << " s long, shorter than a window of " << sim::exact(arguments.options.window)
+              << " s: it has no relative errors\n";
+  }
   return sequences;
 }
 
@@ -160,10 +167,10 @@ sim::TrackingRuns simulate(Simulation& simulation, const std::string& experiment
   for (const sim::Trajectory& trajectory : sequences.trajectories) {
     for (std::int64_t run = 0; run < arguments.common.runs; ++run) {
       const std::string key = trajectory.name + "/" + std::to_string(run);
-      if (!simulation.log().has(key)) continue;
+      if (!simulation.has(key)) continue;
       if (runs.sequences.empty() || runs.sequences.back() != trajectory.name) runs.sequences.push_back(trajectory.name);
-      runs.runs.push_back(
-          {trajectory.name, static_cast<std::size_t>(run), sim::tracking_outcomes_of(simulation.log().at(key))});
+      runs.runs.push_back({trajectory.name, static_cast<std::size_t>(run),
+                           simulation.finished(key, sim::tracking_outcomes_of, arguments.options.selectors.size())});
     }
   }
   return runs;
@@ -201,7 +208,9 @@ void run_budget(const Arguments& arguments) {
   const sim::Table table = budget_table(runs, arguments.options.selectors);
   simulation.write_csv("budget", table);
   if (!runs.runs.empty()) {
-    simulation.print("Errors by budget, " + sim::joined(runs.sequences, ", ") + ":",
+    simulation.print("Errors by budget, " + sim::joined(runs.sequences, ", ") +
+                         "; differences to inl in percent of its mean, with their 95 % interval over runs, ▲ better, ▼ "
+                         "worse, · cannot be told:",
                      budget_summary(runs, arguments.options.selectors));
     simulation.plot("budget", budget_plot(runs, arguments.options.selectors), 1300, 460);
   }
@@ -212,7 +221,8 @@ void Arguments::add_to(CLI::App& command) {
   common.add_to(command);
   command.add_option(
       "--trajectories", trajectories,
-      "Trajectory in TUM format, or folder of them (*.txt), body to world, with EuRoC's camera on it; by "
+      "Trajectory in TUM format, or folder of them (*.txt), body to world, times in s, with EuRoC's camera on "
+      "it: one frame a pose; by "
       "default euroc_ground_truth where recorded data is found (MAXLOGDET_DATA), else one is built in");
   command.add_option("--seconds", seconds, "Only the first seconds of each; 0: all")
       ->check(finite_range(0.0, 1e9))
@@ -282,7 +292,9 @@ void add_euroc_experiment(CLI::App& simulate) {
       ->capture_default_str();
   command->callback([arguments] {
     complete(*arguments);
-    if (arguments->selection.pool < arguments->selection.budget) {
+    const auto& names = arguments->selectors;
+    const bool has_pool = std::count(names.begin(), names.end(), to_string(sim::SelectorKind::quality_md)) > 0;
+    if (has_pool && arguments->selection.pool < arguments->selection.budget) {
       throw sim::InputError("--pool " + std::to_string(arguments->selection.pool) + "; expected at least the budget, " +
                             std::to_string(arguments->selection.budget));
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "sim/frame_reader.hpp"
 #include "sim/runs.hpp"
 #include "sim/table.hpp"
 
@@ -42,8 +43,20 @@ class Simulation {
   /// Runs what NAME_runs.jsonl lacks; `settings` tell which runs may be shared with earlier calls.
   void run(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
            const std::function<nlohmann::json(const std::string&)>& work);
-  /// The finished ones.
-  const sim::RunLog& log() const { return *log_; }
+  /// Whether a run is finished; and what it gave, `count` outcomes as `parse` makes them of JSON. Throws
+  /// sim::InputError if it is not what this program wrote.
+  bool has(const std::string& key) const { return log_->has(key); }
+  template <class Outcome>
+  std::vector<Outcome> finished(const std::string& key, std::vector<Outcome> (*parse)(const nlohmann::json&),
+                                std::size_t count) const {
+    try {
+      std::vector<Outcome> outcomes = parse(log_->at(key));
+      if (outcomes.size() == count) return outcomes;
+    } catch (const std::exception&) {  // of the JSON library, which names neither file nor run
+    }
+    throw sim::InputError(path_of(name_ + "_runs.jsonl") + ": run " + key +
+                          " is damaged; expected what this program wrote: delete the file to begin anew");
+  }
 
   /// FILE.csv.
   void write_csv(const std::string& file, const sim::Table& table) const;

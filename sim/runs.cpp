@@ -70,6 +70,20 @@ struct Work {
   }
 };
 
+// Which settings differ from those that a file begins with.
+std::string difference(const std::string& line, const nlohmann::ordered_json& settings) {
+  const nlohmann::json there = nlohmann::json::parse(line, nullptr, false);
+  if (!there.is_object()) return "not written by this program";
+  std::string text;
+  for (const auto& [name, value] : settings.items()) {
+    const bool is_there = there.contains(name);
+    if (is_there && there[name] == nlohmann::json(value)) continue;
+    text += (text.empty() ? "" : ", ") + name + " " + (is_there ? there[name].dump() : "missing") + " instead of " +
+            value.dump();
+  }
+  return text.empty() ? "more of them" : text;
+}
+
 }  // namespace
 
 RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_(std::move(file)) {
@@ -79,8 +93,8 @@ RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_
   std::string kept = settings.dump() + '\n';
   if (std::getline(old, line) && !old.eof()) {  // a line without its end was cut short
     if (line + '\n' != kept) {
-      throw InputError(file_ + ":1: holds runs of other settings; expected " + settings.dump() +
-                       ": choose another --output, or delete the file");
+      throw InputError(file_ + ":1: holds runs of other settings (" + difference(line, settings) +
+                       "): choose another --output, or delete the file");
     }
     while (std::getline(old, line) && !old.eof()) {
       const nlohmann::json run = nlohmann::json::parse(line, nullptr, false);

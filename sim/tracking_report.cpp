@@ -110,17 +110,18 @@ std::string claim(const std::vector<double>& ours, const std::vector<double>& th
   for (std::size_t i = 0; i < ours.size(); ++i) percents.push_back(100 * (ours[i] - theirs[i]) / sum);
   if (percents.empty()) return "-";
   const Estimate difference = mean_of(percents);
+  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
   const bool is_told = std::abs(difference.value) > difference.ci95;
   return fixed(difference, 1) + " % " + (!is_told ? "·" : difference.value < 0 ? "▲" : "▼");
 }
 
 struct Quartiles {
-  double low, lower, median, upper, high, mean;
+  double low, lower, median, upper, high;
 };
 
 Quartiles quartiles_of(const std::vector<double>& values) {
-  return {quantile_of(values, 0),    quantile_of(values, 0.25), quantile_of(values, 0.5),
-          quantile_of(values, 0.75), quantile_of(values, 1),    plain_mean(values)};
+  return {quantile_of(values, 0), quantile_of(values, 0.25), quantile_of(values, 0.5), quantile_of(values, 0.75),
+          quantile_of(values, 1)};
 }
 
 std::vector<double> all_errors_of(const TrackingRuns& runs, std::size_t c, const ErrorKind& kind) {
@@ -311,14 +312,14 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
   for (const ErrorKind& kind : {ate, rpe, roe}) {
     ++number;
     if (!can_be_drawn(runs, kind)) continue;
-    Quartiles band{nan, nan, nan, nan, nan, nan};
+    Quartiles band{nan, nan, nan, nan, nan};
     double weighted = nan;
     std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
     script << "$boxes" << number << " << EOD\n";
     for (std::size_t c = 0; c < contestants.size(); ++c) {
       const Quartiles q = quartiles_of(all_errors_of(runs, c, kind));
       if (contestants[c].kind == SelectorKind::inl) band = q;
-      if (contestants[c].kind == SelectorKind::all_weighted) weighted = q.mean;
+      if (contestants[c].kind == SelectorKind::all_weighted) weighted = q.median;
       if (!has_budget(contestants[c].kind)) continue;
       least = std::min(least, contestants[c].budget);
       most = std::max(most, contestants[c].budget);
@@ -330,11 +331,11 @@ std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSett
            << least - 8 << ':' << most + 8 << "]\nset boxwidth 6\nset yrange [*:*]\nplot $boxes" << number
            << " using 1:2:3:4:5 with candlesticks whiskerbars lc rgb " << colour_of("quality_md")
            << " fs solid 0.4 title 'max_log_det', $boxes" << number
-           << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << plotted(band.mean)
-           << " lc rgb '#d62020' lw 2 dt 2 title 'inl, mean', " << plotted(band.lower)
+           << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << plotted(band.median)
+           << " lc rgb '#d62020' lw 2 dt 2 title 'inl, median', " << plotted(band.lower)
            << " lc rgb '#d62020' dt 3 title 'inl, quartiles', " << plotted(band.upper)
            << " lc rgb '#d62020' dt 3 notitle, " << plotted(weighted) << " lc rgb " << colour_of("all_weighted")
-           << " lw 2 dt 2 title 'all weighted, mean'\n";
+           << " lw 2 dt 2 title 'all weighted, median'\n";
   }
   return script.str() + plot_style() + "set key bottom center outside horizontal\nset multiplot layout 1,3 title '" +
          (runs.sequences.empty() ? "" : runs.sequences.front()) + ", " + std::to_string(runs.runs.size()) + " runs'\n" +
