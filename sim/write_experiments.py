@@ -202,6 +202,7 @@ def main():
         "euroc_beside_paper": beside_paper_table(euroc),
         "euroc_md": euroc.table("Difference of `md`"),
         "euroc_quality_md": euroc.table("Difference of `quality_md`"),
+        "euroc_stochastic": Experiment(results, "euroc_stochastic").table("Difference of `md`"),
         "euroc_times": times_table(Experiment(results, "euroc_time")),
         "euroc_variants": tracking_variants_table(results),
         "epsilon_grid": epsilon.table("Over the whole grid"),
