@@ -113,8 +113,8 @@ TEST_F(Simulate, refuses_a_damaged_file_of_runs) {
   ASSERT_EQ(run(small_metrics).exit_code, 0);
   const std::string log = contents("out/metrics_runs.jsonl");
   const std::string settings = log.substr(0, log.find('\n') + 1);
-  for (const char* const result : {"[]", "[[1,2]]", "{}", "7", "[\"x\"]"}) {
-    std::ofstream(folder_ + "/out/metrics_runs.jsonl") << settings << "{\"key\":\"1\",\"result\":" << result << "}\n";
+  for (const char* const result : {"[]", "[[1,2]]", "{}", "7", R"(["x"])"}) {
+    std::ofstream(folder_ + "/out/metrics_runs.jsonl") << settings << R"({"key":"1","result":)" << result << "}\n";
     expect_refused(run(small_metrics), "out/metrics_runs.jsonl: run 1 is damaged");
   }
   std::ofstream(folder_ + "/out/metrics_runs.jsonl") << "something else\n";
