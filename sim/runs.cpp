@@ -127,7 +127,10 @@ StopOnInterrupt::StopOnInterrupt() {
   previous_ = std::signal(SIGINT, ask_to_stop);
 }
 
-StopOnInterrupt::~StopOnInterrupt() { std::signal(SIGINT, previous_); }
+StopOnInterrupt::~StopOnInterrupt() {
+  std::signal(SIGINT, previous_);
+  stop_asked_for = 0;
+}
 
 bool StopOnInterrupt::is_asked_for() noexcept { return stop_asked_for != 0; }
 
