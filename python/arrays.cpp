@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "python/arrays.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+namespace maxlogdet::python {
+namespace {
+
+std::string text_of(const py::handle& object) { return py::str(object); }
+
+std::string text_of(const Shape& shape) {
+  std::string text = "(";
+  for (const py::ssize_t extent : shape) {
+    text += (extent == any_n ? "n" : extent == any_r ? "r" : std::to_string(extent)) + ", ";
+  }
+  text.erase(text.size() - (shape.size() > 1 ? 2 : 1));  // (n,) and (n, 3)
+  return text + ")";
+}
+
+// numpy.asarray with a shape and a kind of entries: `kinds` are the letters of dtype.kind.
+py::array array_of(const py::handle& object, const char* name, const char* kinds, const char* entries,
+                   const Shape& shape) {
+  const py::array array = py::array::ensure(object);
+  if (!array) throw py::type_error(std::string(name) + ": expected an array of " + entries);
+  const std::string kind(1, array.dtype().kind());
+  if (array.size() > 0 && std::string(kinds).find(kind) == std::string::npos) {  // [] is an array of floats
+    throw py::type_error(std::string(name) + ": expected an array of " + entries + ", got " + text_of(array.dtype()));
+  }
+  bool fits = shape.empty() || static_cast<std::size_t>(array.ndim()) == shape.size();
+  for (std::size_t axis = 0; fits && axis < shape.size(); ++axis) {
+    fits = shape[axis] < 0 || shape[axis] == array.shape(static_cast<py::ssize_t>(axis));
+  }
+  if (!fits) {
+    throw py::value_error(std::string(name) + ": expected shape " + text_of(shape) + ", got " +
+                          text_of(array.attr("shape")));
+  }
+  return array;
+}
+
+template <class T>
+Array<T> converted(const py::array& array, const char* name) {
+  const Array<T> result = Array<T>::ensure(array);
+  if (!result) throw py::value_error(std::string(name) + ": cannot be converted");
+  return result;
+}
+
+py::int_ integer_from(const py::handle& object, const char* name) {
+  const auto integer = py::reinterpret_steal<py::int_>(PyNumber_Index(object.ptr()));
+  if (!integer) {
+    PyErr_Clear();
+    throw py::type_error(std::string(name) + ": expected an integer, got " + text_of(py::type::of(object)));
+  }
+  return integer;
+}
+
+}  // namespace
+
+Array<double> real_array(const py::handle& object, const char* name, const Shape& shape) {
+  return converted<double>(array_of(object, name, "fiu", "floats", shape), name);
+}
+
+Array<double> optional_real_array(const py::handle& object, const char* name, const Shape& shape) {
+  return object.is_none() ? Array<double>() : real_array(object, name, shape);
+}
+
+Array<bool> optional_mask(const py::handle& object, const char* name, std::size_t n) {
+  if (object.is_none()) return Array<bool>();
+  const char* const entries = "bools (mask = numpy.zeros(n, bool); mask[indices] = True makes one of indices)";
+  return converted<bool>(array_of(object, name, "b", entries, {static_cast<py::ssize_t>(n)}), name);
+}
+
+std::vector<std::uint32_t> small_integers(const py::handle& object, const char* name, const Shape& shape) {
+  const py::array array = array_of(object, name, "iu", "integers", shape);
+  if (array.size() == 0) return {};
+  const bool is_small = py::int_(array.attr("min")()) >= py::int_(0) &&
+                        py::int_(array.attr("max")()) <= py::int_(std::numeric_limits<std::uint32_t>::max());
+  if (!is_small) throw py::value_error(std::string(name) + ": expected integers in [0, 2^32)");
+  const Array<std::uint32_t> small = converted<std::uint32_t>(array, name);
+  return {small.data(), small.data() + small.size()};
+}
+
+const double* data_or_null(const Array<double>& array) { return array.size() == 0 ? nullptr : array.data(); }
+
+const unsigned char* data_or_null(const Array<bool>& array) {
+  return array.size() == 0 ? nullptr : static_cast<const unsigned char*>(static_cast<const void*>(array.data()));
+}
+
+std::size_t count_from(const py::handle& object, const char* name) {
+  const py::int_ integer = integer_from(object, name);
+  const std::size_t value = PyLong_AsSize_t(integer.ptr());
+  if (PyErr_Occurred() != nullptr) {
+    PyErr_Clear();
+    throw py::value_error(std::string(name) + ": expected an integer in [0, 2^64), got " + text_of(integer));
+  }
+  return value;
+}
+
+int int_from(const py::handle& object, const char* name) {
+  const py::int_ integer = integer_from(object, name);
+  int overflow = 0;
+  const long long value = PyLong_AsLongLongAndOverflow(integer.ptr(), &overflow);
+  constexpr long long least = std::numeric_limits<int>::min();
+  constexpr long long most = std::numeric_limits<int>::max();
+  if (overflow != 0) return static_cast<int>(overflow < 0 ? least : most);
+  return static_cast<int>(std::clamp(value, least, most));
+}
+
+double number_from(const py::handle& object, const char* name) {
+  const double value = PyFloat_AsDouble(object.ptr());
+  if (PyErr_Occurred() != nullptr) {
+    PyErr_Clear();
+    throw py::type_error(std::string(name) + ": expected a number, got " + text_of(py::type::of(object)));
+  }
+  return value;
+}
+
+}  // namespace maxlogdet::python

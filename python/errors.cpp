@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "python/errors.hpp"
+
+#include "python/bindings.hpp"
+
+#include <exception>
+#include <string>
+
+namespace maxlogdet::python {
+namespace {
+
+const char* explain(Status status) noexcept {
+  switch (status) {
+    case Status::ok:
+    case Status::all_selected:
+    case Status::deadline_reached: return "not an error";
+    case Status::invalid_budget: return "the budget is above the selector's capacity";
+    case Status::invalid_epsilon: return "stochastic_greedy takes 0 < epsilon < 1";
+    case Status::invalid_prior: return "the prior is not finite, not symmetric, or not safely positive definite";
+    case Status::capacity_exceeded: return "more candidates than the selector's capacity";
+    case Status::invalid_strategy: return "this kind of selection does not know the strategy";
+    case Status::invalid_time_limit: return "time_limit is negative or NaN";
+    case Status::invalid_threads: return "threads is negative";
+    case Status::invalid_groups:
+      return "a group without a maximum, or a number of groups above the selector's capacity";
+    case Status::infeasible:
+      return "a required candidate is excluded or invalid, or more are required than the budget or a group allows";
+    case Status::unsupported_groups: return "the strategy has no way to keep to groups";
+    case Status::nothing_proposed: return "an answer without a proposal";
+    case Status::invalid_block: return "the block as measured is not finite";
+    case Status::unsupported_isa: return "MAXLOGDET_ISA names an instruction set not built in, or not of this machine";
+  }
+  return "unknown";
+}
+
+const char* explain(BlockStatus status) noexcept {
+  switch (status) {
+    case BlockStatus::ok:
+    case BlockStatus::singular_rays: return "not an error";
+    case BlockStatus::invalid_camera: return "fx and fy must be positive and finite, and bf too for stereo rows";
+    case BlockStatus::invalid_pose: return "T_cw is not finite, or its left 3 x 3 part is not a rotation";
+    case BlockStatus::invalid_options:
+      return "map_sigma must not be negative, depth_sigma must be positive, both finite; threads must not be negative";
+    case BlockStatus::missing_points: return "no points";
+  }
+  return "unknown";
+}
+
+void raise(const StatusError& error, const char* type_name) {
+  const py::object type = py::module_::import("maxlogdet._core").attr(type_name);
+  const py::object value = type(error.what());
+  value.attr("status") = error.status();
+  PyErr_SetObject(type.ptr(), value.ptr());
+}
+
+}  // namespace
+
+StatusError::StatusError(const char* status, const char* explanation)
+    : std::runtime_error(std::string(status) + ": " + explanation), status_(status) {}
+StatusError::StatusError(Status status) : StatusError(to_string(status), explain(status)) {}
+StatusError::StatusError(BlockStatus status) : StatusError(to_string(status), explain(status)) {}
+
+void bind_errors(py::module_& module) {
+  module.attr("SelectionError") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
+      "maxlogdet.SelectionError",
+      "The library refused what it was asked. `status` is the name of the reason, as 'invalid_prior'.",
+      PyExc_ValueError, nullptr));
+  py::register_exception_translator([](std::exception_ptr pointer) {  // NOLINT(performance-unnecessary-value-param)
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const StatusError& error) {
+      raise(error, "SelectionError");
+    }
+  });
+}
+
+}  // namespace maxlogdet::python

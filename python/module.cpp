@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// The compiled half of the Python package `maxlogdet`; maxlogdet/__init__.py is what is imported.
+#include "python/bindings.hpp"
+#include "python/executor.hpp"
+
+#include <maxlogdet/isa.hpp>
+#include <maxlogdet/version.hpp>
+
+// NOLINTNEXTLINE(readability-identifier-naming): Python asks for PyInit__core.
+PYBIND11_MODULE(_core, module) {
+  using namespace maxlogdet::python;  // NOLINT(google-build-using-namespace): the macro's body is ours
+  // Signatures are written by hand, in the form that inspect.signature() reads; pybind11's own it cannot.
+  py::options docstrings;
+  docstrings.disable_function_signatures();
+
+  bind_errors(module);
+  bind_store(module);
+  bind_selection(module);
+  bind_selector(module);
+  bind_active_selection(module);
+
+  module.def("isa", &maxlogdet::active_isa, R"(isa()
+--
+
+The instruction set that a Selector made now would run on: 'sse2', 'avx2', 'avx512' or 'neon'; the environment variable
+MAXLOGDET_ISA forces one. 'none' if that names one which is not built in or which this machine lacks: selecting then
+raises SelectionError ('unsupported_isa'). Answers do not depend on it.)");
+  module.attr("__version__") = maxlogdet::version();
+  module.attr("has_tbb") = has_executor();
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "python/select_options.hpp"
+
+#include "python/arrays.hpp"
+#include "python/names.hpp"
+
+#include <algorithm>
+
+namespace maxlogdet::python {
+namespace {
+
+std::vector<unsigned char> mask_of(const py::object& object, const char* name, std::size_t n) {
+  const Array<bool> mask = optional_mask(object, name, n);
+  const unsigned char* const flags = data_or_null(mask);
+  if (flags == nullptr) return {};
+  return {flags, flags + n};
+}
+
+template <class T>
+const T* data_or_null(const std::vector<T>& entries) {
+  return entries.empty() ? nullptr : entries.data();
+}
+
+// Groups numbered by rank: without maxima of their own only who is together matters, and ids, as of objects, may be
+// larger than any number of groups.
+void renumber(std::vector<std::uint32_t>& groups) {
+  std::vector<std::uint32_t> ids = groups;
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  for (std::uint32_t& group : groups) {
+    group = static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), group) - ids.begin());
+  }
+}
+
+bool bool_from(const py::object& object, const std::string& name) {
+  if (!py::isinstance<py::bool_>(object)) throw py::type_error(name + ": expected True or False");
+  return object.cast<bool>();
+}
+
+}  // namespace
+
+// What both kinds of selection know.
+bool SelectOptions::take(const std::string& name, const py::object& value, std::size_t n) {
+  if (name == "strategy") {
+    if (!py::isinstance<py::str>(value)) throw py::type_error("strategy: expected a string");
+    options.strategy = strategy_of(value.cast<std::string>());
+  } else if (name == "prior") {
+    const Array<double> prior = optional_real_array(value, "prior", {state_dimension, state_dimension});
+    prior_.assign(prior.data(), prior.data() + prior.size());
+  } else if (name == "time_limit") {
+    options.time_limit = number_from(value, "time_limit");
+  } else if (name == "required") {
+    required_ = mask_of(value, "required", n);
+  } else if (name == "excluded") {
+    excluded_ = mask_of(value, "excluded", n);
+  } else if (name == "groups") {
+    if (!value.is_none()) groups_ = small_integers(value, "groups", {static_cast<py::ssize_t>(n)});
+  } else if (name == "group_maxima") {
+    if (!value.is_none()) group_maxima_ = small_integers(value, "group_maxima", {any_n});
+  } else if (name == "max_per_group") {
+    options.max_per_group = count_from(value, "max_per_group");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool SelectOptions::take_for_whole(const std::string& name, const py::object& value) {
+  if (name == "epsilon") {
+    options.epsilon = number_from(value, "epsilon");
+  } else if (name == "seed") {
+    options.seed = count_from(value, "seed");
+  } else if (name == "threads") {
+    has_threads = !value.is_none();
+    if (has_threads) options.threads = int_from(value, "threads");
+  } else if (name == "certify") {
+    options.certify = bool_from(value, name);
+  } else if (name == "certificate_passes") {
+    options.certificate_passes = count_from(value, "certificate_passes");
+  } else if (name == "exchange_sweeps") {
+    options.exchange_sweeps = count_from(value, "exchange_sweeps");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object& budget, const py::kwargs& keywords) {
+  options.budget = count_from(budget, "budget");
+  bool has_maxima = false;  // be they none
+  for (const auto& [key, item] : keywords) {
+    const auto name = key.cast<std::string>();
+    const auto value = py::reinterpret_borrow<py::object>(item);
+    const bool is_known = take(name, value, n) || (kind == SelectionKind::whole && take_for_whole(name, value));
+    has_maxima = has_maxima || (name == "group_maxima" && !value.is_none());
+    if (!is_known) throw py::type_error("unexpected keyword argument '" + name + "'");
+  }
+  if (groups_.empty() && !group_maxima_.empty() && n > 0) {
+    throw py::value_error("group_maxima: expected groups as well, which say who is in which");
+  }
+  if (!has_maxima) renumber(groups_);
+  options.prior = data_or_null(prior_);
+  options.required = data_or_null(required_);
+  options.excluded = data_or_null(excluded_);
+  options.groups = data_or_null(groups_);
+  options.group_maxima = data_or_null(group_maxima_);
+  options.group_count = has_maxima                  ? group_maxima_.size()
+                        : options.groups != nullptr ? *std::max_element(groups_.begin(), groups_.end()) + std::size_t{1}
+                                                    : 0;
+}
+
+}  // namespace maxlogdet::python

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "python/selection.hpp"
+
+#include "python/errors.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace maxlogdet::python {
+namespace {
+
+std::string text_of(const Answer& answer) {
+  return py::str("<maxlogdet.Selection: {}, {} selected by {}, log_det {:.6g}>")
+      .format(to_string(answer.selection.status), answer.selection.size, to_string(answer.selection.strategy),
+              answer.selection.log_det);
+}
+
+}  // namespace
+
+Answer answer_of(const Selection& selection) {
+  if (!selection.has_answer()) throw StatusError(selection.status);
+  const auto size = static_cast<py::ssize_t>(selection.size);
+  Answer answer{selection, py::array_t<py::ssize_t>(size), py::array_t<double>(size)};
+  std::copy_n(selection.indices, selection.size, answer.indices.mutable_data());
+  std::copy_n(selection.gains, selection.size, answer.gains.mutable_data());
+  answer.selection.indices = nullptr;
+  answer.selection.gains = nullptr;
+  return answer;
+}
+
+void bind_selection(py::module_& module) {
+  const auto number = [](auto member) { return [member](const Answer& self) { return self.selection.*member; }; };
+  py::class_<Answer>(module, "Selection",
+                     R"(What was selected. Its arrays are its own: the next select() leaves them alone.
+
+len() is the number selected; iterating gives their indices.)")
+      .def_readonly("indices", &Answer::indices,
+                    "(k,) of numpy.intp: required ones, then in order of selection; of backward_greedy by index.")
+      .def_readonly("gains", &Answer::gains, "(k,): the growth of log det by each after those before it, nats.")
+      .def_property_readonly("log_det", number(&Selection::log_det), "log det(prior + sum of selected H^T H), nats.")
+      .def_property_readonly("upper_bound", number(&Selection::upper_bound),
+                             "No selection within the budget that keeps to required and excluded has a greater log "
+                             "det: proved, nats. NaN unless certify=True.")
+      .def_property_readonly(
+          "efficiency", [](const Answer& self) { return self.selection.efficiency(); },
+          "(det M / det of the bound)^(1/6); NaN unless certify=True.")
+      .def_property_readonly(
+          "status", [](const Answer& self) { return to_string(self.selection.status); },
+          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': what was found until then.")
+      .def_property_readonly(
+          "strategy", [](const Answer& self) { return to_string(self.selection.strategy); },
+          "The one asked for, or what 'automatic' chose.")
+      .def_property_readonly("evaluations", number(&Selection::evaluations),
+                             "Gains computed in float32; may differ between machines.")
+      .def_property_readonly("float64_decisions", number(&Selection::float64_decisions),
+                             "Of these, computed again in float64.")
+      .def_property_readonly("invalid_candidates", number(&Selection::invalid_candidates),
+                             "Candidates without a block: never selected.")
+      .def_property_readonly("threads", number(&Selection::threads), "How many threads the work was offered to.")
+      .def("__len__", [](const Answer& self) { return self.indices.size(); })
+      .def("__iter__", [](const Answer& self) { return py::iter(self.indices.attr("tolist")()); })
+      .def("__repr__", &text_of);
+}
+
+}  // namespace maxlogdet::python

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/selector.hpp>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/executor.hpp"
+#include "python/select_options.hpp"
+#include "python/selection.hpp"
+#include "python/store.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace maxlogdet::python {
+namespace {
+
+/// A Selector, the threads that its selections are offered to, and whether one is under way: another Python thread may
+/// run meanwhile, and must not begin one on the same selector.
+struct OwnSelector {
+  OwnSelector(std::size_t capacity, int threads_by_default)
+      : selector(capacity, executor()), threads(threads_by_default) {}
+
+  Selector selector;
+  int threads;
+  bool is_busy = false;  // changed with the GIL held
+};
+
+class Turn {
+ public:
+  explicit Turn(OwnSelector& selector) : selector_(selector) {
+    if (selector.is_busy) {
+      throw std::runtime_error("this Selector is at work in another thread: give each thread one of its own");
+    }
+    selector.is_busy = true;
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  ~Turn() { selector_.is_busy = false; }
+
+ private:
+  OwnSelector& selector_;
+};
+
+// `blocks` must be leased.
+Answer run(OwnSelector& self, const BlockStore& blocks, const Options& options) {
+  const Turn turn(self);
+  Selection selection{};
+  {
+    const py::gil_scoped_release others_may_run;
+    selection = self.selector.select(blocks, options);
+  }
+  return answer_of(selection);
+}
+
+Answer select(OwnSelector& self, const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
+  const Lease lease(store_of(blocks));  // first: converting arguments may run Python code, which could change the store
+  SelectOptions asked(SelectionKind::whole, lease.blocks().size(), budget, keywords);
+  if (!asked.has_threads) asked.options.threads = self.threads;
+  return run(self, lease.blocks(), asked.options);
+}
+
+// A budget above the number of candidates asks for all of them: the selector need not be larger.
+Answer select_once(const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
+  const Lease lease(store_of(blocks));
+  const std::size_t n = lease.blocks().size();
+  SelectOptions asked(SelectionKind::whole, n, budget, keywords);
+  OwnSelector selector(std::max(n, asked.options.group_count), 0);
+  asked.options.budget = std::min(asked.options.budget, n);
+  return run(selector, lease.blocks(), asked.options);
+}
+
+}  // namespace
+
+void bind_selector(py::module_& module) {
+  py::class_<OwnSelector>(module, "Selector", R"(Selector(capacity, threads=0)
+
+Owns all the memory that selecting from up to `capacity` candidates needs: keep one for a loop over frames, one a thread.
+threads: 1: the calling one alone; 0: as many as pay off; n: at most n, with oneTBB (has_tbb; always one without). The
+answer does not depend on it. The GIL is released meanwhile; select() raises RuntimeError in a second thread.)")
+      .def(py::init([](const py::object& capacity, const py::object& threads) {
+             return std::make_unique<OwnSelector>(count_from(capacity, "capacity"), int_from(threads, "threads"));
+           }),
+           py::arg("capacity"), py::arg("threads") = 0)
+      .def(
+          "select", &select, py::arg("blocks"), py::arg("budget") = 100,
+          R"(select(self, blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+--
+
+Selects `budget` of the candidates of a BlockStore (or of what makes one): those that maximise
+log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError, whose status says what is wrong.
+
+strategy: 'greedy', 'lazy_greedy' (greedy's answer, faster), 'stochastic_greedy' (epsilon, seed), 'relaxed',
+  'backward_greedy', or 'automatic'.
+prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
+time_limit: s; 0: none. What there is by then is the answer, with the status 'deadline_reached'.
+threads: as of Selector(), whose value None stands for.
+certify: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
+exchange_sweeps: at most so many sweeps of swaps after the search; pays for budgets of 20 or less.
+required, excluded: (n,) bool: selected in any case, and not at all.
+groups: (n,) integers from 0 on, the group of each; at most group_maxima[g], (groups,), of each are selected, or
+  max_per_group if that is None.
+
+All arrays are copied before the search begins.)")
+      .def_property_readonly(
+          "capacity", [](const OwnSelector& self) { return self.selector.capacity(); },
+          "Most candidates, and largest budget, that select() accepts.")
+      .def("__repr__", [](const OwnSelector& self) {
+        return "<maxlogdet.Selector: capacity " + std::to_string(self.selector.capacity()) + ">";
+      });
+  module.def(
+      "select", &select_once, py::arg("blocks"), py::arg("budget") = 100,
+      R"(select(blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+--
+
+Selector.select() with a Selector of its own, just large enough; in a loop over frames keep a Selector instead.
+`blocks` is a BlockStore, an (n, r, 6) array of floats, or a list of (r, 6) arrays. Any number of threads may call it.)");
+}
+
+}  // namespace maxlogdet::python

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "python/store.hpp"
+
+#include "python/arrays.hpp"
+#include "python/blocks_from_points.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace maxlogdet::python {
+namespace {
+
+// One block as it came; None becomes an array of no rows.
+Array<double> block_of(const py::handle& object, const char* name) {
+  Array<double> block = real_array(object, name, {any_r, state_dimension});
+  if (block.shape(0) < 1 || block.shape(0) > max_block_rows) {
+    throw py::value_error(std::string(name) + ": expected shape (r, 6) with r in {1, 2, 3}, got " +
+                          std::string(py::str(block.attr("shape"))) +
+                          " (n candidates of one row: a[:, None, :] is (n, 1, 6))");
+  }
+  return block;
+}
+
+void append_array(Store& store, const py::handle& object) {
+  const Array<double> blocks = real_array(object, "blocks", {any_n, any_r, state_dimension});
+  const py::ssize_t rows = blocks.shape(1);
+  if (rows < 1 || rows > max_block_rows) {
+    throw py::value_error("blocks: expected shape (n, r, 6) with r in {1, 2, 3}, got " +
+                          std::string(py::str(blocks.attr("shape"))));
+  }
+  BlockStore& to = store.changeable_with_room_for(static_cast<std::size_t>(blocks.shape(0)));
+  const double* block = blocks.data();
+  for (py::ssize_t i = 0; i < blocks.shape(0); ++i, block += rows * state_dimension) {
+    to.push_back(block, static_cast<int>(rows));
+  }
+}
+
+// All of them are looked at before the first is appended: a mistake in one leaves the store as it was.
+void append_list(Store& store, const py::sequence& list) {
+  std::vector<Array<double>> blocks;
+  blocks.reserve(list.size());
+  for (const py::handle& item : list) {
+    const std::string name = "blocks[" + std::to_string(blocks.size()) + "]";
+    blocks.push_back(item.is_none() ? Array<double>() : block_of(item, name.c_str()));
+  }
+  BlockStore& to = store.changeable_with_room_for(blocks.size());
+  for (const Array<double>& block : blocks) {
+    if (block.size() == 0) {
+      to.push_back_invalid();
+    } else {
+      to.push_back(block.data(), static_cast<int>(block.shape(0)));
+    }
+  }
+}
+
+void extend(Store& store, const py::object& blocks) {
+  if (py::isinstance<py::list>(blocks) || py::isinstance<py::tuple>(blocks)) {
+    append_list(store, py::reinterpret_borrow<py::sequence>(blocks));
+  } else {
+    append_array(store, blocks);
+  }
+}
+
+std::size_t append(Store& store, const py::object& object) {
+  if (object.is_none()) return store.changeable_with_room_for(1).push_back_invalid();
+  const Array<double> block = block_of(object, "block");
+  return store.changeable_with_room_for(1).push_back(block.data(), static_cast<int>(block.shape(0)));
+}
+
+// A read-only array over the store's memory, which holds a lease. What is derived from it holds the array.
+py::array view(const std::shared_ptr<Store>& store, const py::dtype& type, const std::vector<py::ssize_t>& shape,
+               const std::vector<py::ssize_t>& strides, const void* memory) {
+  py::array array;
+  if (store->blocks().size() == 0 || shape.front() == 0) {
+    array = py::array(type, shape);  // nothing to look at
+  } else {
+    const py::capsule lease(new Lease(store), [](void* pointer) { delete static_cast<Lease*>(pointer); });
+    array = py::array(type, shape, strides, memory, lease);
+  }
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+py::array planes(const std::shared_ptr<Store>& store) {
+  const BlockStore& blocks = store->blocks();
+  constexpr py::ssize_t entry = sizeof(float);
+  const py::ssize_t plane = entry * static_cast<py::ssize_t>(blocks.stride());
+  return view(store, py::dtype::of<float>(), {blocks.rows(), state_dimension, static_cast<py::ssize_t>(blocks.size())},
+              {plane * state_dimension, plane, entry}, blocks.plane(0, 0));
+}
+
+py::array validity(const std::shared_ptr<Store>& store) {
+  const BlockStore& blocks = store->blocks();
+  return view(store, py::dtype::of<bool>(), {static_cast<py::ssize_t>(blocks.size())}, {1}, blocks.validity());
+}
+
+std::shared_ptr<Store> make(const py::object& blocks, const py::object& capacity) {
+  auto store = std::make_shared<Store>(count_from(capacity, "capacity"));
+  if (!blocks.is_none()) extend(*store, blocks);
+  return store;
+}
+
+std::shared_ptr<Store> copy(const Store& store) {
+  auto result = std::make_shared<Store>(store.blocks().size());
+  result->changeable() = store.blocks();
+  return result;
+}
+
+std::string text_of(const Store& store) {
+  const BlockStore& blocks = store.blocks();
+  return "<maxlogdet.BlockStore: " + std::to_string(blocks.size()) + " candidates, " +
+         std::to_string(blocks.invalid_count()) + " invalid, " + std::to_string(blocks.rows()) + " rows>";
+}
+
+}  // namespace
+
+BlockStore& Store::changeable() {
+  if (leases_ > 0) {
+    throw py::buffer_error("the store cannot change while arrays view it or a selection uses it (" +
+                           std::to_string(leases_) + " of them): delete or stop them, or change store.copy()");
+  }
+  return blocks_;
+}
+
+BlockStore& Store::changeable_with_room_for(std::size_t count) {
+  BlockStore& blocks = changeable();
+  const std::size_t needed = blocks.size() + count;
+  if (needed > blocks.capacity()) blocks.reserve(std::max(needed, 2 * blocks.capacity()));
+  return blocks;
+}
+
+Lease::Lease(std::shared_ptr<Store> store) noexcept : store_(std::move(store)) { ++store_->leases_; }
+
+Lease::~Lease() {
+  if (store_ != nullptr) --store_->leases_;
+}
+
+std::shared_ptr<Store> store_of(const py::handle& blocks) {
+  if (py::isinstance<Store>(blocks)) return blocks.cast<std::shared_ptr<Store>>();
+  auto store = std::make_shared<Store>(0);
+  extend(*store, py::reinterpret_borrow<py::object>(blocks));
+  return store;
+}
+
+void bind_store(py::module_& module) {
+  py::class_<Store, std::shared_ptr<Store>> store(module, "BlockStore", R"(BlockStore(blocks=None, capacity=0)
+
+Candidate blocks H_i, r x 6 with r in {1, 2, 3}, columns (translation, rotation), rounded to float32. `blocks` is an
+(n, r, 6) array of floats, or a list of (r, 6) arrays of any mix of r; shorter blocks are filled up with zero rows. A
+None in the list, and a block that float32 cannot hold (NaN, infinity, overflow), is kept as an invalid candidate: it
+takes an index and is never selected. `capacity` candidates fit in without allocating.
+
+While arrays view the store (planes, valid) or a selection uses it, changing it raises BufferError.)");
+  store.def(py::init(&make), py::arg("blocks") = py::none(), py::arg("capacity") = 0)
+      .def("append", &append, py::arg("block"), R"(append(self, block)
+--
+
+Appends one candidate, an (r, 6) array, or None for one that is invalid; returns its index.)")
+      .def("extend", &extend, py::arg("blocks"), R"(extend(self, blocks)
+--
+
+Appends candidates, given as to BlockStore(). Those of an array or a list with a mistake in it not at all.)")
+      .def(
+          "clear", [](Store& self) { self.changeable().clear(); }, R"(clear(self)
+--
+
+Removes all candidates; keeps the memory.)")
+      .def(
+          "reserve",
+          [](Store& self, const py::object& capacity) { self.changeable().reserve(count_from(capacity, "capacity")); },
+          py::arg("capacity"), R"(reserve(self, capacity)
+--
+
+Makes room for so many candidates; what is stored stays.)")
+      .def("copy", &copy, R"(copy(self)
+--
+
+A store of its own with the same candidates.)")
+      .def("__len__", [](const Store& self) { return self.blocks().size(); })
+      .def("__repr__", &text_of)
+      .def_property_readonly(
+          "capacity", [](const Store& self) { return self.blocks().capacity(); },
+          "How many candidates fit in without allocating.")
+      .def_property_readonly(
+          "rows", [](const Store& self) { return self.blocks().rows(); },
+          "Rows of the tallest block; 0 while there is no valid one.")
+      .def_property_readonly(
+          "invalid_count", [](const Store& self) { return self.blocks().invalid_count(); },
+          "How many candidates are invalid.")
+      .def_property_readonly("planes", &planes,
+                             "(rows, 6, n) float32, read-only: the store's own memory, not a copy. The array keeps "
+                             "the store alive, and the store unchanged. planes.transpose(2, 0, 1) is (n, rows, 6).")
+      .def_property_readonly("valid", &validity, "(n,) bool, read-only: the store's own memory, as planes.");
+  bind_blocks_from_points(module, store);
+}
+
+}  // namespace maxlogdet::python
