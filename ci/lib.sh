@@ -20,11 +20,13 @@ run_logged() {
   return "$status"
 }
 
-# configure_release FOLDER CMAKE_OPTION...: a release build in FOLDER, without tests and benchmarks unless options ask.
+# configure_release FOLDER CMAKE_OPTION...: a release build in FOLDER, without tests, benchmarks and the Python module
+# unless options ask.
 configure_release() {
   local build=$1
   shift
-  cmake --preset release -B "$build" -DMAXLOGDET_BUILD_TESTS=OFF -DMAXLOGDET_BUILD_BENCHMARKS=OFF "$@"
+  cmake --preset release -B "$build" -DMAXLOGDET_BUILD_TESTS=OFF -DMAXLOGDET_BUILD_BENCHMARKS=OFF \
+    -DMAXLOGDET_BUILD_PYTHON=OFF "$@"
 }
 
 show_progress() {

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: MIT
+from types import TracebackType
+from typing import Iterator, Literal, Optional, Sequence, Type, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_Blocks = Union[ArrayLike, Sequence[Optional[ArrayLike]]]
+_Strategy = Literal["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy", "automatic"]
+_Status = Literal["ok", "all_selected", "deadline_reached"]
+_Weighting = Literal["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
+_Third = Literal["none", "stereo", "depth"]
+
+__version__: str
+has_tbb: bool
+
+def isa() -> str: ...
+
+class SelectionError(ValueError):
+    status: str
+
+class PinholeCamera:
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    bf: float
+    def __init__(self, fx: float, fy: float, cx: float = 0.0, cy: float = 0.0, bf: float = 0.0) -> None: ...
+
+class BlockReport:
+    @property
+    def status(self) -> Literal["ok", "singular_rays"]: ...
+    @property
+    def appended(self) -> int: ...
+    @property
+    def invalid(self) -> int: ...
+    @property
+    def behind_camera(self) -> int: ...
+    @property
+    def singular_rays(self) -> int: ...
+
+class BlockStore:
+    def __init__(self, blocks: Optional[_Blocks] = None, capacity: int = 0) -> None: ...
+    def append(self, block: Optional[ArrayLike]) -> int: ...
+    def extend(self, blocks: _Blocks) -> None: ...
+    def append_blocks(
+        self,
+        camera: PinholeCamera,
+        T_cw: ArrayLike,
+        points: ArrayLike,
+        *,
+        sigmas: Optional[ArrayLike] = None,
+        has_third: Optional[ArrayLike] = None,
+        usable: Optional[ArrayLike] = None,
+        weights: Optional[ArrayLike] = None,
+        map_covariances: Optional[ArrayLike] = None,
+        weighting: _Weighting = 'map_bias',
+        third: _Third = 'none',
+        map_sigma: float = 0.05,
+        depth_sigma: float = 0.05,
+        threads: int = 0,
+    ) -> BlockReport: ...
+    def clear(self) -> None: ...
+    def reserve(self, capacity: int) -> None: ...
+    def copy(self) -> BlockStore: ...
+    def __len__(self) -> int: ...
+    @property
+    def capacity(self) -> int: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def invalid_count(self) -> int: ...
+    @property
+    def planes(self) -> NDArray[np.float32]: ...
+    @property
+    def valid(self) -> NDArray[np.bool_]: ...
+
+class Selection:
+    @property
+    def indices(self) -> NDArray[np.intp]: ...
+    @property
+    def gains(self) -> NDArray[np.float64]: ...
+    @property
+    def log_det(self) -> float: ...
+    @property
+    def upper_bound(self) -> float: ...
+    @property
+    def efficiency(self) -> float: ...
+    @property
+    def status(self) -> _Status: ...
+    @property
+    def strategy(self) -> _Strategy: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def float64_decisions(self) -> int: ...
+    @property
+    def invalid_candidates(self) -> int: ...
+    @property
+    def threads(self) -> int: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[int]: ...
+
+class Selector:
+    def __init__(self, capacity: int, threads: int = 0) -> None: ...
+    def select(
+        self,
+        blocks: Union[BlockStore, _Blocks],
+        budget: int = 100,
+        *,
+        strategy: _Strategy = 'lazy_greedy',
+        epsilon: float = 0.1,
+        seed: int = 0,
+        prior: Optional[ArrayLike] = None,
+        time_limit: float = 0.0,
+        threads: Optional[int] = None,
+        certify: bool = False,
+        certificate_passes: int = 0,
+        exchange_sweeps: int = 0,
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
+        groups: Optional[ArrayLike] = None,
+        group_maxima: Optional[ArrayLike] = None,
+        max_per_group: int = 1,
+    ) -> Selection: ...
+    @property
+    def capacity(self) -> int: ...
+
+class ActiveSelection:
+    def __init__(self, capacity: int) -> None: ...
+    def start(
+        self,
+        blocks: Union[BlockStore, _Blocks],
+        budget: int = 100,
+        *,
+        strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
+        prior: Optional[ArrayLike] = None,
+        time_limit: float = 0.0,
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
+        groups: Optional[ArrayLike] = None,
+        group_maxima: Optional[ArrayLike] = None,
+        max_per_group: int = 1,
+    ) -> None: ...
+    def next(self) -> Optional[int]: ...
+    def accept(self, block: Optional[ArrayLike] = None) -> None: ...
+    def reject(self) -> None: ...
+    def selection(self) -> Selection: ...
+    def stop(self) -> None: ...
+    @property
+    def capacity(self) -> int: ...
+    def __iter__(self) -> ActiveSelection: ...
+    def __next__(self) -> int: ...
+    def __enter__(self) -> ActiveSelection: ...
+    def __exit__(
+        self,
+        error_type: Optional[Type[BaseException]],
+        error: Optional[BaseException],
+        traceback: Optional[TracebackType],
+    ) -> None: ...
+
+def select(
+    blocks: Union[BlockStore, _Blocks],
+    budget: int = 100,
+    *,
+    strategy: _Strategy = 'lazy_greedy',
+    epsilon: float = 0.1,
+    seed: int = 0,
+    prior: Optional[ArrayLike] = None,
+    time_limit: float = 0.0,
+    threads: Optional[int] = None,
+    certify: bool = False,
+    certificate_passes: int = 0,
+    exchange_sweeps: int = 0,
+    required: Optional[ArrayLike] = None,
+    excluded: Optional[ArrayLike] = None,
+    groups: Optional[ArrayLike] = None,
+    group_maxima: Optional[ArrayLike] = None,
+    max_per_group: int = 1,
+) -> Selection: ...

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""Proposals, answers, and what an active selection keeps as it is."""
+import gc
+
+import numpy as np
+import pytest
+
+import maxlogdet
+from oracle import check_greedy, pinhole_blocks
+
+
+def test_accepting_everything_is_lazy_greedy(rng):
+    blocks = pinhole_blocks(rng, 300)
+    expected = maxlogdet.select(blocks, 40)
+    active = maxlogdet.ActiveSelection(300)
+    active.start(blocks, 40)
+    proposed = []
+    for i in active:
+        assert active.next() == i  # until it is answered
+        proposed.append(i)
+        active.accept()
+    assert active.next() is None
+    selection = active.selection()
+    assert proposed == expected.indices.tolist() == selection.indices.tolist()
+    assert selection.log_det == expected.log_det
+    assert np.array_equal(selection.gains, expected.gains)
+
+
+def test_what_is_rejected_is_not_proposed_again(rng):
+    blocks = rng.normal(size=(100, 2, 6))
+    is_matched = rng.random(100) < 0.5
+    active = maxlogdet.ActiveSelection(100)
+    active.start(blocks, 20)
+    proposed, rejected = [], []
+    for i in active:
+        proposed.append(i)
+        if is_matched[i]:
+            active.accept()
+        else:
+            active.reject()
+            rejected.append(i)
+    selection = active.selection()
+    assert len(set(proposed)) == len(proposed)
+    assert len(selection) == 20 and is_matched[selection.indices].all()
+    check_greedy(blocks, selection.indices, allowed=np.isin(np.arange(100), rejected, invert=True))
+
+
+def test_a_block_as_measured_takes_the_place_of_the_proposed(rng):
+    blocks = rng.normal(size=(50, 2, 6))
+    measured = rng.normal(size=(3, 6))
+    active = maxlogdet.ActiveSelection(50)
+    active.start(blocks, 2)
+    active.next()
+    with pytest.raises(ValueError, match=r"block: expected shape \(r, 6\)"):
+        active.accept(np.zeros((4, 6)))
+    with pytest.raises(maxlogdet.SelectionError) as error:
+        active.accept(np.full((2, 6), np.nan))
+    assert error.value.status == "invalid_block"
+    assert active.next() is not None  # still proposed
+    active.accept(measured)
+    rounded = measured.astype(np.float32).astype(float)
+    expected = np.linalg.slogdet(1e-5 * np.eye(6) + rounded.T @ rounded)[1]
+    assert active.selection().log_det == pytest.approx(expected, abs=1e-6)
+
+
+def test_constraints_hold(rng):
+    blocks = rng.normal(size=(60, 2, 6))
+    required, excluded = np.zeros(60, bool), np.zeros(60, bool)
+    required[50], excluded[10:40] = True, True
+    groups = np.arange(60) % 7
+    active = maxlogdet.ActiveSelection(60)
+    active.start(blocks, 60, required=required, excluded=excluded, groups=groups, max_per_group=2)
+    for _ in active:
+        active.accept()
+    selection = active.selection()
+    assert selection.indices[0] == 50 and not excluded[selection.indices].any()
+    assert np.bincount(groups[selection.indices]).max() == 2
+    assert selection.status == "all_selected"
+
+
+def test_arrays_may_go_or_change_after_the_start(rng):
+    blocks = rng.normal(size=(200, 2, 6))
+    groups, maxima, excluded = rng.integers(0, 20, 200), np.full(20, 3), rng.random(200) < 0.3
+    prior = 100 * np.eye(6)
+    options = dict(groups=groups, group_maxima=maxima, excluded=excluded, prior=prior)
+    expected = maxlogdet.select(blocks, 40, **options).indices.tolist()
+    active = maxlogdet.ActiveSelection(200)
+    active.start(maxlogdet.BlockStore(blocks), 40, **options)  # nobody else holds that store
+    for array in (groups, maxima, excluded, prior, blocks):
+        array[...] = 10**6
+    del options, groups, maxima, excluded, prior, blocks
+    gc.collect()
+    for _ in active:
+        active.accept()
+    assert active.selection().indices.tolist() == expected
+
+
+def test_a_store_does_not_change_while_proposals_come_from_it(rng):
+    store = maxlogdet.BlockStore(rng.normal(size=(30, 2, 6)))
+    active = maxlogdet.ActiveSelection(100)
+
+    def refused():
+        try:
+            store.append(None)
+        except BufferError:
+            return True
+        return False
+
+    active.start(store, 5)
+    assert refused()
+    for _ in active:
+        active.accept()
+    assert refused()  # it can still be asked for its selection
+    active.stop()
+    assert not refused()
+    with active:
+        active.start(store, 5)
+        assert refused()
+    assert not refused()
+    active.start(store, 5)
+    active.start(rng.normal(size=(30, 2, 6)), 5)
+    assert not refused()
+    active.start(store, 5)
+    with pytest.raises(maxlogdet.SelectionError):
+        active.start(store, 101)  # above the capacity
+    assert not refused()
+    active.start(store, 5)
+    del active
+    gc.collect()
+    assert not refused()
+
+
+def test_other_selections_may_use_the_store_meanwhile(rng):
+    store = maxlogdet.BlockStore(rng.normal(size=(30, 2, 6)))
+    first, second = maxlogdet.ActiveSelection(30), maxlogdet.ActiveSelection(30)
+    first.start(store, 5)
+    second.start(store, 5)
+    assert first.next() == second.next() == maxlogdet.select(store, 5).indices[0]
+
+
+def test_an_answer_without_a_proposal_is_an_error(rng):
+    active = maxlogdet.ActiveSelection(30)
+
+    def status_of(call):
+        with pytest.raises(maxlogdet.SelectionError) as error:
+            call()
+        return error.value.status
+
+    def all_statuses():
+        return {status_of(call) for call in (active.accept, active.reject, lambda: active.accept(np.ones((2, 6))))}
+
+    assert active.next() is None and list(active) == []
+    assert all_statuses() == {"nothing_proposed"}
+    assert status_of(active.selection) == "nothing_proposed"
+    active.start(rng.normal(size=(30, 2, 6)), 5)
+    assert all_statuses() == {"nothing_proposed"}  # next() has not been called
+    assert len(active.selection()) == 0
+    active.next()
+    active.stop()
+    assert all_statuses() == {"nothing_proposed"}
+    assert active.next() is None
+
+
+def test_an_unanswered_proposal_ends_an_iteration_with_an_error(rng):
+    active = maxlogdet.ActiveSelection(30)
+    active.start(rng.normal(size=(30, 2, 6)), 5)
+    with pytest.raises(RuntimeError, match=r"accept\(\) or reject\(\)"):
+        for _ in active:
+            pass
+    active.accept()  # and can be mended
+    assert len(active.selection()) == 1
+
+
+def test_a_time_limit_ends_the_proposals(rng):
+    active = maxlogdet.ActiveSelection(30)
+    active.start(rng.normal(size=(30, 2, 6)), 5, time_limit=1e-9)
+    assert active.next() is None
+    assert active.selection().status == "deadline_reached"
+
+
+@pytest.mark.parametrize("options, error, text", [
+    (dict(strategy="relaxed"), maxlogdet.SelectionError, "invalid_strategy"),
+    (dict(certify=True), TypeError, "unexpected keyword argument 'certify'"),
+    (dict(threads=1), TypeError, "unexpected keyword argument 'threads'"),
+    (dict(budget=101), maxlogdet.SelectionError, "invalid_budget"),
+    (dict(prior=-np.eye(6)), maxlogdet.SelectionError, "invalid_prior"),
+])
+def test_what_start_refuses(rng, options, error, text):
+    active = maxlogdet.ActiveSelection(100)
+    with pytest.raises(error, match=text):
+        active.start(rng.normal(size=(30, 2, 6)), **options)
+    assert active.next() is None

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Blocks from points and a pose, against the formulas of jacobian.hpp in NumPy."""
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import maxlogdet
+
+CAMERA = maxlogdet.PinholeCamera(fx=458.0, fy=457.0, cx=367.0, cy=248.0, bf=50.0)
+
+
+def rotation(rng):
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else -q
+
+
+def random_scene(rng, n=60):
+    """A pose, points in front of the camera, and the same in its frame."""
+    T_cw = np.eye(4)
+    T_cw[:3, :3] = rotation(rng)
+    T_cw[:3, 3] = rng.normal(size=3)
+    p_c = rng.uniform([-3, -2, 1], [3, 2, 20], size=(n, 3))
+    points = (p_c - T_cw[:3, 3]) @ T_cw[:3, :3]
+    return T_cw, points, p_c
+
+
+def of_pose(p_c):
+    """d p_c / d xi = [I | -[p_c]x], n x 3 x 6."""
+    x, y, z = p_c.T
+    o, i = np.zeros_like(x), np.ones_like(x)
+    return np.stack([np.stack(row, -1) for row in
+                     ([i, o, o, o, z, -y], [o, i, o, -z, o, x], [o, o, i, y, -x, o])], 1)
+
+
+def projection(p_c, third="none"):
+    """d z / d p_c, n x rows x 3."""
+    x, y, z = p_c.T
+    o = np.zeros_like(x)
+    u = [CAMERA.fx / z, o, -CAMERA.fx * x / z**2]
+    v = [o, CAMERA.fy / z, -CAMERA.fy * y / z**2]
+    rows = {"none": [], "stereo": [[u[0], o, u[2] + CAMERA.bf / z**2]], "depth": [[o, o, np.ones_like(z)]]}[third]
+    return np.stack([np.stack(row, -1) for row in [u, v, *rows]], 1)
+
+
+def appended(*arguments, **options):
+    store = maxlogdet.BlockStore()
+    report = store.append_blocks(CAMERA, *arguments, **options)
+    assert (report.appended, report.invalid) == (len(store), store.invalid_count)
+    return store.planes.transpose(2, 0, 1).astype(np.float64), report
+
+
+def informations(blocks):
+    return np.einsum("nri,nrj->nij", blocks, blocks)
+
+
+def assert_close(actual, expected):
+    scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(actual / scale, expected / scale, atol=2e-6)  # float32
+
+
+def test_map_bias_is_the_papers_block(rng):
+    T_cw, points, p_c = random_scene(rng)
+    blocks, report = appended(T_cw, points)
+    assert report.status == "ok" and report.appended == 60
+    to_plane = np.eye(3) - p_c[:, :, None] * np.array([0, 0, 1]) / p_c[:, 2, None, None]
+    assert_close(blocks, (to_plane @ of_pose(p_c))[:, :2])
+    with_depth, _ = appended(T_cw, points, third="depth")
+    assert_close(with_depth, of_pose(p_c))
+
+
+@pytest.mark.parametrize("third", ["none", "stereo", "depth"])
+def test_measurement_is_the_jacobian_over_sigma(rng, third):
+    T_cw, points, p_c = random_scene(rng)
+    sigmas = 1.2 ** rng.integers(0, 8, size=60)
+    blocks, _ = appended(T_cw, points, sigmas=sigmas, weighting="measurement", third=third, depth_sigma=0.02)
+    deviations = np.repeat(sigmas[:, None], blocks.shape[1], axis=1)
+    if third == "depth":
+        deviations[:, 2] = 0.02
+    assert_close(blocks, projection(p_c, third) @ of_pose(p_c) / deviations[:, :, None])
+
+
+@pytest.mark.parametrize("given", ["sigma", "covariances"])
+def test_measurement_and_map_whitens_both_noises(rng, given):
+    T_cw, points, p_c = random_scene(rng)
+    roots = 0.1 * rng.normal(size=(60, 3, 3))
+    covariances = roots @ roots.transpose(0, 2, 1)
+    options = {"map_sigma": 0.3}
+    if given == "sigma":
+        covariances = np.broadcast_to(0.3**2 * np.eye(3), (60, 3, 3))
+    else:
+        options["map_covariances"] = covariances
+    blocks, _ = appended(T_cw, points, weighting="measurement_and_map", **options)
+    J = projection(p_c)
+    H_x, H_p = J @ of_pose(p_c), J @ T_cw[:3, :3]
+    sigma = np.eye(2) + H_p @ covariances @ H_p.transpose(0, 2, 1)
+    assert_close(informations(blocks), H_x.transpose(0, 2, 1) @ np.linalg.inv(sigma) @ H_x)
+
+
+def test_weights_multiply_the_information(rng):
+    T_cw, points, _ = random_scene(rng)
+    weights = rng.uniform(0, 4, size=60)
+    plain, _ = appended(T_cw, points)
+    weighted, _ = appended(T_cw, points, weights=weights)
+    assert_close(informations(weighted), weights[:, None, None] * informations(plain))
+
+
+def test_matches_without_a_block_keep_their_index(rng):
+    T_cw, points, p_c = random_scene(rng)
+    usable = np.ones(60, bool)
+    usable[[3, 5]] = False
+    p_c[10, 2] = -1
+    points[10] = (p_c[10] - T_cw[:3, 3]) @ T_cw[:3, :3]
+    points[20, 1] = np.nan
+    store = maxlogdet.BlockStore([None, None])
+    report = store.append_blocks(CAMERA, T_cw, points, usable=usable)
+    assert (report.appended, report.invalid, report.behind_camera) == (60, 4, 1)
+    assert np.flatnonzero(~store.valid).tolist() == [0, 1, 5, 7, 12, 22]
+
+
+def test_a_third_row_only_where_there_is_one(rng):
+    T_cw, points, _ = random_scene(rng)
+    has_third = rng.random(60) < 0.5
+    blocks, _ = appended(T_cw, points, weighting="measurement", third="stereo", has_third=has_third)
+    assert np.array_equal(blocks[:, 2].any(axis=1), has_third)
+
+
+def test_singular_rays_are_reported(rng):
+    level = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]])  # looks along the world's y
+    points = np.array([[0.0, 5, 0], [1, 5, 1]])
+    _, report = appended(level, points, weighting="map_bias_world")
+    assert (report.status, report.singular_rays, report.invalid) == ("singular_rays", 1, 1)
+
+
+def test_contiguous_float64_is_read_where_it_is_and_all_else_is_converted(rng):
+    n = 100000
+    T_cw, points, _ = random_scene(rng, n)
+    sigmas = rng.uniform(1, 2, n)
+    usable = np.ones(n, bool)
+    store = maxlogdet.BlockStore(capacity=n)
+
+    def append(points):
+        store.clear()
+        tracemalloc.start()
+        store.append_blocks(CAMERA, T_cw, points, sigmas=sigmas, usable=usable, weighting="measurement")
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak, np.array(store.planes)
+
+    peak, expected = append(points)
+    assert peak < 10000
+    peak, planes = append(np.asfortranarray(points))
+    assert peak >= points.nbytes  # so the figure above could have been larger
+    assert np.array_equal(planes, expected)
+    _, planes = append(points.astype(np.float32).astype(">f4"))
+    assert np.abs(planes - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_threads_make_the_same_blocks(rng):
+    T_cw, points, _ = random_scene(rng, 50000)
+    one, _ = appended(T_cw, points, threads=1)
+    two, _ = appended(T_cw, points, threads=2)
+    assert np.array_equal(one, two)
+
+
+def test_poses_may_be_3x4_or_4x4(rng):
+    T_cw, points, _ = random_scene(rng)
+    square, _ = appended(T_cw, points)
+    flat, _ = appended(T_cw[:3], points)
+    assert np.array_equal(square, flat)
+    for wrong in (T_cw.T, T_cw[:3, :3], T_cw[:2], T_cw.ravel()):
+        with pytest.raises(ValueError, match="T_cw: expected shape"):
+            appended(wrong, points)
+
+
+REFUSED = [
+    ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(0, 1))),
+    ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1), third="stereo")),
+    ("invalid_pose", dict(T_cw=2 * np.eye(4)[:3])),
+    ("invalid_pose", dict(T_cw=np.full((3, 4), np.nan))),
+    ("invalid_options", dict(map_sigma=-1.0)),
+    ("invalid_options", dict(depth_sigma=0.0)),
+    ("invalid_options", dict(threads=-1)),
+]
+
+
+@pytest.mark.parametrize("status, wrong", REFUSED)
+def test_what_the_library_refuses_appends_nothing(status, wrong):
+    store = maxlogdet.BlockStore()
+    arguments = {"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong}
+    with pytest.raises(maxlogdet.SelectionError, match=status) as error:
+        store.append_blocks(**arguments)
+    assert error.value.status == status
+    assert len(store) == 0
+
+
+@pytest.mark.parametrize("error, text, wrong", [
+    (ValueError, r"points: expected shape \(n, 3\), got \(3, 4\)", dict(points=np.ones((3, 4)))),
+    (ValueError, r"sigmas: expected shape \(5,\), got \(4,\)", dict(sigmas=np.ones(4))),
+    (ValueError, r"map_covariances: expected shape \(5, 3, 3\)", dict(map_covariances=np.ones((5, 9)))),
+    (ValueError, r"usable: expected shape \(5,\)", dict(usable=np.ones(6, bool))),
+    (TypeError, "has_third: expected an array of bools", dict(has_third=np.ones(5, int))),
+    (TypeError, "points: expected an array of floats, got complex128", dict(points=np.ones((5, 3), complex))),
+    (TypeError, "weights: expected an array of floats, got <U1", dict(weights=list("abcde"))),
+    (ValueError, "weighting: expected one of 'map_bias'", dict(weighting="none")),
+    (ValueError, "third: expected one of 'none', 'stereo', 'depth'", dict(third="rgbd")),
+])
+def test_wrong_arguments_are_named(error, text, wrong):
+    store = maxlogdet.BlockStore()
+    with pytest.raises(error, match=text):
+        store.append_blocks(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((5, 3)), **wrong})
+    assert len(store) == 0
+
+
+def test_no_points_are_no_error():
+    store = maxlogdet.BlockStore()
+    assert store.append_blocks(CAMERA, np.eye(4), np.zeros((0, 3)), sigmas=[], usable=[]).appended == 0
+    assert repr(CAMERA) == "PinholeCamera(fx=458.0, fy=457.0, cx=367.0, cy=248.0, bf=50.0)"
