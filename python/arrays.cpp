@@ -22,7 +22,7 @@ std::string text_of(const Shape& shape) {
 // numpy.asarray with a shape and a kind of entries: `kinds` are the letters of dtype.kind.
 py::array array_of(const py::handle& object, const char* name, const char* kinds, const char* entries,
                    const Shape& shape) {
-  const py::array array = py::array::ensure(object);
+  py::array array = py::array::ensure(object);
   if (!array) throw py::type_error(std::string(name) + ": expected an array of " + entries);
   const std::string kind(1, array.dtype().kind());
   if (array.size() > 0 && std::string(kinds).find(kind) == std::string::npos) {  // [] is an array of floats
@@ -41,13 +41,13 @@ py::array array_of(const py::handle& object, const char* name, const char* kinds
 
 template <class T>
 Array<T> converted(const py::array& array, const char* name) {
-  const Array<T> result = Array<T>::ensure(array);
+  Array<T> result = Array<T>::ensure(array);
   if (!result) throw py::value_error(std::string(name) + ": cannot be converted");
   return result;
 }
 
 py::int_ integer_from(const py::handle& object, const char* name) {
-  const auto integer = py::reinterpret_steal<py::int_>(PyNumber_Index(object.ptr()));
+  auto integer = py::reinterpret_steal<py::int_>(PyNumber_Index(object.ptr()));
   if (!integer) {
     PyErr_Clear();
     throw py::type_error(std::string(name) + ": expected an integer, got " + text_of(py::type::of(object)));
@@ -66,7 +66,7 @@ Array<double> optional_real_array(const py::handle& object, const char* name, co
 }
 
 Array<bool> optional_mask(const py::handle& object, const char* name, std::size_t n) {
-  if (object.is_none()) return Array<bool>();
+  if (object.is_none()) return {};
   const char* const entries = "bools (mask = numpy.zeros(n, bool); mask[indices] = True makes one of indices)";
   return converted<bool>(array_of(object, name, "b", entries, {static_cast<py::ssize_t>(n)}), name);
 }

@@ -6,9 +6,8 @@
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/version.hpp>
 
-// NOLINTNEXTLINE(readability-identifier-naming): Python asks for PyInit__core.
 PYBIND11_MODULE(_core, module) {
-  using namespace maxlogdet::python;  // NOLINT(google-build-using-namespace): the macro's body is ours
+  using namespace maxlogdet::python;
   // Signatures are written by hand, in the form that inspect.signature() reads; pybind11's own it cannot.
   py::options docstrings;
   docstrings.disable_function_signatures();
