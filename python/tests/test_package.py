@@ -97,12 +97,12 @@ def test_an_installed_package_can_be_imported(tmp_path):
     assert (site / "maxlogdet" / "py.typed").exists()
 
 
-def test_the_module_exports_nothing_but_its_entry():
+def test_the_module_exports_nothing_of_the_library():
     nm = "/usr/bin/nm"
     if not os.path.exists(nm):
         pytest.skip("no nm")
     library = next(pathlib.Path(maxlogdet.__file__).parent.glob("_core*.so"))
     symbols = subprocess.run([nm, "-D", "--defined-only", str(library)], check=True, text=True, capture_output=True).stdout
-    ours = [line for line in symbols.splitlines() if "maxlogdet" in line]
-    assert ours == []
+    ours = [line for line in symbols.splitlines() if re.search(r"\b_Z(T[VIS])?NK?9maxlogdet", line)]
+    assert ours == []  # std's templates of our types may be there: their visibility is std's
     assert "PyInit__core" in symbols

@@ -151,7 +151,7 @@ def test_no_group_has_more_than_its_maximum(rng, scale):
     blocks = rng.normal(size=(200, 2, 6))
     groups = rng.integers(0, 10, size=200)
     for most in (1, 3):
-        selection = maxlogdet.select(blocks, 100, groups=groups * scale, max_per_group=most)
+        selection = maxlogdet.Selector(200).select(blocks, 100, groups=groups * scale, max_per_group=most)
         assert selection.status == "all_selected"
         assert np.array_equal(np.bincount(groups[selection.indices], minlength=10), np.full(10, most))
 
