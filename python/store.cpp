@@ -12,7 +12,7 @@
 namespace maxlogdet::python {
 namespace {
 
-// One block as it came; None becomes an array of no rows.
+// One block, r x 6.
 Array<double> block_of(const py::handle& object, const char* name) {
   Array<double> block = real_array(object, name, {any_r, state_dimension});
   if (block.shape(0) < 1 || block.shape(0) > max_block_rows) {
