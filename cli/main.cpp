@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
 #include "cli/simulation.hpp"
+#include "sim/text.hpp"
 
 #include <maxlogdet/version.hpp>
 
@@ -13,14 +14,8 @@ namespace {
 constexpr int exit_bad_input = 2;
 constexpr int exit_interrupted = 130;  // as a shell reports Ctrl-C
 
-// One line, whatever a file name or a field may hold.
-int fail(std::string message) {
-  constexpr std::size_t longest = 1000;
-  if (message.size() > longest) message = message.substr(0, longest) + "...";
-  for (char& c : message) {
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
-  }
-  std::cerr << "maxlogdet: " << message << '\n';
+int fail(const std::string& message) {
+  std::cerr << "maxlogdet: " << maxlogdet::sim::one_line(message) << '\n';
   return exit_bad_input;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cli/plot.hpp"
 
-#include "cli/gnuplot.hpp"
+#include "sim/gnuplot.hpp"
 #include "sim/statistics.hpp"
 
 #include <algorithm>
@@ -44,8 +44,8 @@ std::string script(const sim::Frame& frame, const std::vector<std::uint32_t>& se
     out << "EOD\n";
   }
   out << "set multiplot layout 1,2 title "
-      << quoted(frame.name + ": " + std::to_string(selected.size()) + " of " + std::to_string(frame.matches.size()) +
-                " matches selected")
+      << sim::quoted(frame.name + ": " + std::to_string(selected.size()) + " of " +
+                     std::to_string(frame.matches.size()) + " matches selected")
       << "\nset style line 1 lc rgb '#3465c4' pt 7 ps 0.3\nset style line 2 lc rgb '#d62020' pt 7 ps 0.6\n"
       << "set tics nomirror out\nset key outside bottom center horizontal\n"
       << "set title 'map view (from above, camera at the bottom)'\nset xlabel 'right (m)'\nset ylabel 'forward "
@@ -65,7 +65,7 @@ std::string script(const sim::Frame& frame, const std::vector<std::uint32_t>& se
 }  // namespace
 
 void plot_selection(const sim::Frame& frame, const std::vector<std::uint32_t>& selected, const std::string& file) {
-  draw(script(frame, selected), file, 1200, 480);
+  sim::draw(script(frame, selected), file, 1200, 480);
 }
 
 }  // namespace maxlogdet::cli

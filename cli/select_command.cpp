@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "cli/gnuplot.hpp"
 #include "cli/plot.hpp"
 #include "cli/simulation.hpp"
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/gnuplot.hpp"
 #include "sim/image_grid.hpp"
 #include "sim/latency.hpp"
 #include "sim/names.hpp"
@@ -206,7 +206,7 @@ std::string plot_file_of(const sim::Frame& frame, const std::string& plot, bool 
 }
 
 void run(const SelectArguments& arguments) {
-  if (!arguments.plot.empty()) check_plot_file(arguments.plot);
+  if (!arguments.plot.empty()) sim::check_plot_file(arguments.plot);
   const std::vector<sim::Frame> frames =
       arguments.input.empty()
           ? std::vector<sim::Frame>{sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)}

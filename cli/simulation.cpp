@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cli/simulation.hpp"
 
-#include "cli/gnuplot.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/gnuplot.hpp"
 #include "sim/names.hpp"
 
 #include <maxlogdet/isa.hpp>
@@ -105,7 +105,7 @@ void Simulation::warn(const std::string& why) {
 
 void Simulation::plot(const std::string& file, const std::string& script, int width, int height) {
   try_to_draw([&] {
-    for (const char* const ending : {".svg", ".png"}) draw(script, path_of(file + ending), width, height);
+    for (const char* const ending : {".svg", ".png"}) sim::draw(script, path_of(file + ending), width, height);
   });
 }
 

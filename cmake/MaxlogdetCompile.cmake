@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 
+get_filename_component(maxlogdet_root ${CMAKE_CURRENT_LIST_DIR}/.. ABSOLUTE)
+set(MAXLOGDET_ROOT ${maxlogdet_root} CACHE INTERNAL "The sources")  # for every folder that calls what follows
+
 # Compile options of all our own targets; private, so that none reaches a consumer.
 function(maxlogdet_compile_options target)
-  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_include_directories(${target} PRIVATE ${MAXLOGDET_ROOT})
   if(MAXLOGDET_IS_TOP_LEVEL)  # inside another project, that one chooses
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
     if(MAXLOGDET_WERROR)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/feature_selector.hpp"
 
+#include "sim/executor.hpp"
+
 #include <algorithm>
 #include <numeric>
 #include <stdexcept>
@@ -28,7 +30,7 @@ bool has_budget(SelectorKind kind) { return rejects_outliers(kind) && kind != Se
 bool rejects_outliers(SelectorKind kind) { return kind != SelectorKind::all && kind != SelectorKind::all_weighted; }
 
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
-    : settings_(settings), draws_(settings.seed), selector_(settings.budget) {}
+    : settings_(settings), draws_(settings.seed), selector_(settings.budget, executor()) {}
 
 std::vector<std::uint32_t> FeatureSelector::select(const Frame& frame, const std::vector<std::uint32_t>& candidates) {
   if (!has_budget(settings_.kind) || candidates.size() <= settings_.budget) return candidates;
@@ -82,7 +84,7 @@ std::vector<std::uint32_t> FeatureSelector::max_log_det(const Frame& frame,
                                                         const std::vector<std::uint32_t>& candidates) {
   const BlockReport report = build_blocks(frame, MatchArrays(frame, candidates), settings_.blocks, blocks_);
   if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.status));
-  if (selector_.capacity() < blocks_.size()) selector_ = Selector(blocks_.size());
+  if (selector_.capacity() < blocks_.size()) selector_ = Selector(blocks_.size(), executor());
   Options options = settings_.search;
   options.budget = settings_.budget;
   const Selection selection = selector_.select(blocks_, options);

@@ -15,17 +15,21 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
 }
 
 MatchArrays::MatchArrays(const Frame& frame) {
-  for (const Match& match : frame.matches) add(match);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
 }
 
 MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
-  for (const std::uint32_t i : subset) add(frame.matches[i]);
+  for (const std::uint32_t i : subset) add(frame, i);
 }
 
-void MatchArrays::add(const Match& match) {
+void MatchArrays::add(const Frame& frame, std::size_t i) {
+  const Match& match = frame.matches[i];
   points_.insert(points_.end(), match.point, match.point + 3);
   sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
   is_stereo_.push_back(match.is_stereo() ? 1 : 0);
+  if (frame.map_covariances.empty()) return;
+  const std::array<double, 9>& covariance = frame.map_covariances[i];
+  map_covariances_.insert(map_covariances_.end(), covariance.begin(), covariance.end());
 }
 
 Matches MatchArrays::view() const noexcept {
@@ -34,6 +38,7 @@ Matches MatchArrays::view() const noexcept {
   matches.points = points_.data();
   matches.sigmas = sigmas_.data();
   matches.has_third = is_stereo_.data();
+  matches.map_covariances = map_covariances_.empty() ? nullptr : map_covariances_.data();
   return matches;
 }
 

@@ -33,7 +33,8 @@ struct Frame {
   int height = 0;                                                            ///< image, px
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
-  std::vector<std::string> unknown_columns;  ///< of the file, skipped: perhaps misspelt
+  std::vector<std::array<double, 9>> map_covariances;  ///< a match each: 3 x 3, world frame, m^2; empty: not known
+  std::vector<std::string> unknown_columns;            ///< of the file, skipped: perhaps misspelt
 };
 
 /// A map point in the camera frame of the frame's prior pose, m.
@@ -51,10 +52,11 @@ class MatchArrays {
   Matches view() const noexcept;
 
  private:
-  void add(const Match& match);
+  void add(const Frame& frame, std::size_t i);
 
   std::vector<double> points_;
   std::vector<double> sigmas_;
+  std::vector<double> map_covariances_;
   std::vector<unsigned char> is_stereo_;
 };
 

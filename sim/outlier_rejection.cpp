@@ -18,12 +18,12 @@ PoseOptions options_of_round(const RejectionOptions& options, bool is_last) {
   return result;
 }
 
+}  // namespace
+
 bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options) {
   const double limit = options.stereo && match.is_stereo() ? options.chi2_stereo : options.chi2_monocular;
   return chi2(camera, T_cw, match, options.stereo, options.map_sigma) <= limit;
 }
-
-}  // namespace
 
 Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
                           const std::vector<std::uint32_t>& subset, const Pose& start,

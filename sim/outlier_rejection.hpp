@@ -21,6 +21,9 @@ struct RejectionOptions {
   double step_tolerance = 1e-8;
 };
 
+/// Whether a match's chi2 at T_cw is within the limit for its rows.
+bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options);
+
 struct Rejection {
   PoseEstimate estimate;
   std::vector<std::uint32_t> inliers;  ///< ascending

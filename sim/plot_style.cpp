@@ -26,6 +26,7 @@ const Style& style_of(const std::string& name) {
       {"inl", {"#d62020", "dt 2 lw 2 pt 2"}},
       {"all", {"#000000", "dt 1 lw 2 pt 3"}},
       {"all_weighted", {"#56b4e9", "dt 2 lw 2 pt 4"}},
+      {"active", {"#8a2be2", "dt 1 lw 2 pt 12"}},
   };
   static const Style other = {"#404040", "dt 1 lw 1 pt 6"};
   const auto found = styles.find(name);

@@ -308,13 +308,6 @@ struct Linearization {
   Scaled equations;
 };
 
-// A product of rotations drifts off the rotations by rounding: back to them.
-Pose orthonormal(const Pose& T) {
-  Pose result = T;
-  result.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
-  return result;
-}
-
 double squared_error(const View& view, const Sight& at, double inv_sigma2, double map_sigma, const Sight& weighted_at) {
   if (!(map_sigma > 0)) return inv_sigma2 * squared_norm(at.error);
   double e[3] = {at.error[0], at.error[1], at.error[2]};

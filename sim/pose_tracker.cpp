@@ -1,32 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "sim/pose_tracker.hpp"
 
-#include <chrono>
+#include "sim/stopwatch.hpp"
+
 #include <numeric>
 #include <utility>
 
 namespace maxlogdet::sim {
 namespace {
-
-// Adds the time since the last lap to `ms`.
-class Stopwatch {
- public:
-  void lap(double& ms) {
-    const auto now = Clock::now();
-    ms += std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
-};
-
-// Products of rotations drift from rotations, and constant velocity would multiply the drift with every frame.
-Pose rigid(Pose T) {
-  T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
-  return T;
-}
 
 bool is_good(const Rejection& optimized) {
   return optimized.estimate.is_usable() && optimized.inliers.size() >= PoseTracker::least_inliers;
@@ -45,7 +26,7 @@ void PoseTracker::start(const Pose& T_cw) {
   selector_.add_pose(T_cw);
 }
 
-Pose PoseTracker::predict() const { return rigid(velocity_ * last_); }
+Pose PoseTracker::predict() const { return orthonormal(velocity_ * last_); }
 
 TrackedFrame PoseTracker::track(Frame& frame) {
   TrackedFrame result;

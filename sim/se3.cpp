@@ -111,6 +111,12 @@ Matrix6 left_jacobian(const Vector6& xi) {
 
 double rotation_angle(const Eigen::Matrix3d& R) { return rotation_vector(R).norm(); }
 
+Pose orthonormal(const Pose& T) {
+  Pose result = T;
+  result.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
+  return result;
+}
+
 Pose pose_of(const std::array<double, 12>& rows) {
   Pose T = Pose::Identity();
   for (Eigen::Index i = 0; i < 12; ++i) T.matrix()(i / 4, i % 4) = rows[static_cast<std::size_t>(i)];

@@ -30,6 +30,9 @@ Matrix6 left_jacobian(const Vector6& xi);
 /// Angle of a rotation, rad, in [0, pi]; exact near 0.
 double rotation_angle(const Eigen::Matrix3d& R);
 
+/// The pose with its rotation brought back onto the rotations, which products of many leave by rounding.
+Pose orthonormal(const Pose& T);
+
 /// From and to 3 x 4 row-major.
 Pose pose_of(const std::array<double, 12>& rows);
 std::array<double, 12> to_rows(const Pose& T);

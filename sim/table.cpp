@@ -73,6 +73,18 @@ std::string fixed(const Estimate& estimate, int decimals) {
   return fixed(estimate.value, decimals) + " ± " + fixed(estimate.ci95, decimals);
 }
 
+std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs) {
+  std::vector<double> percents;
+  double sum = 0;
+  for (const double error : theirs) sum += error / static_cast<double>(theirs.size());
+  for (std::size_t i = 0; i < ours.size(); ++i) percents.push_back(100 * (ours[i] - theirs[i]) / sum);
+  if (percents.empty()) return "-";
+  const Estimate difference = mean_of(percents);
+  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
+  const bool is_told = std::abs(difference.value) > difference.ci95;
+  return fixed(difference, 1) + " % " + (!is_told ? "·" : difference.value < 0 ? "▲" : "▼");
+}
+
 void write_file(const std::string& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
   stream << text;

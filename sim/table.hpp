@@ -29,6 +29,10 @@ std::string fixed(double value, int decimals);
 /// "0.123 ± 0.004"
 std::string fixed(const Estimate& estimate, int decimals);
 
+/// What paired errors show: ours less theirs in percent of the mean of theirs, with its 95 % interval. ▲ ours are
+/// lower, ▼ higher, · cannot be told. "-" without any.
+std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
+
 /// Writes a whole file. Throws InputError if it cannot be written.
 void write_file(const std::string& file, const std::string& text);
 

@@ -31,6 +31,16 @@ inline std::string shown(std::string_view field) {
   return "'" + std::string(field.substr(0, longest)) + (field.size() > longest ? "...'" : "'");
 }
 
+/// A message as one line of a sensible length, whatever a file name or a field in it may hold.
+inline std::string one_line(std::string message) {
+  constexpr std::size_t longest = 1000;
+  if (message.size() > longest) message = message.substr(0, longest) + "...";
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  }
+  return message;
+}
+
 /// The number that the whole field is, in any locale; nothing if it is none or not finite.
 inline std::optional<double> finite_number(std::string_view field) {
   double value = 0;

@@ -103,18 +103,6 @@ std::vector<double> run_averages(const TrackingRuns& runs, std::size_t c, const 
   return averages;
 }
 
-std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs) {
-  std::vector<double> percents;
-  double sum = 0;
-  for (const double error : theirs) sum += error / static_cast<double>(theirs.size());
-  for (std::size_t i = 0; i < ours.size(); ++i) percents.push_back(100 * (ours[i] - theirs[i]) / sum);
-  if (percents.empty()) return "-";
-  const Estimate difference = mean_of(percents);
-  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
-  const bool is_told = std::abs(difference.value) > difference.ci95;
-  return fixed(difference, 1) + " % " + (!is_told ? "·" : difference.value < 0 ? "▲" : "▼");
-}
-
 struct Quartiles {
   double low, lower, median, upper, high;
 };

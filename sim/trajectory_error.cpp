@@ -99,8 +99,9 @@ TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, con
     const Pose true_motion = truth[i].T_wb.inverse() * truth[j].T_wb;
     const Pose motion = aligned[i].T_wb.inverse() * aligned[j].T_wb;
     const Pose drift = true_motion.inverse() * motion;
-    errors.rpe_m_per_s += drift.translation().norm() / time;
-    errors.roe_deg_per_s += rotation_angle(drift.linear()) * degrees / time;
+    errors.drifts.push_back({drift.translation().norm() / time, rotation_angle(drift.linear()) * degrees / time});
+    errors.rpe_m_per_s += errors.drifts.back().m_per_s;
+    errors.roe_deg_per_s += errors.drifts.back().deg_per_s;
     ++errors.windows;
   }
   const double windows =

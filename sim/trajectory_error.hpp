@@ -23,13 +23,20 @@ Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 /// The same without scale.
 Similarity align_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
+/// Error of the motion over a window.
+struct Drift {
+  double m_per_s = 0;
+  double deg_per_s = 0;
+};
+
 /// Accuracy of a trajectory, as section V of the paper has it.
 struct TrajectoryErrors {
-  double ate_m = 0;          ///< root mean square of position differences after Sim3 alignment
-  double rpe_m_per_s = 0;    ///< mean over windows of |translation drift| / window
-  double roe_deg_per_s = 0;  ///< mean over windows of |rotation drift| / window
-  double scale = 1;          ///< of the alignment, estimate to truth
-  std::size_t windows = 0;   ///< 0: the trajectory is shorter than a window, RPE and ROE are NaN
+  double ate_m = 0;           ///< root mean square of position differences after Sim3 alignment
+  double rpe_m_per_s = 0;     ///< mean over windows of |translation drift| / window
+  double roe_deg_per_s = 0;   ///< mean over windows of |rotation drift| / window
+  double scale = 1;           ///< of the alignment, estimate to truth
+  std::size_t windows = 0;    ///< 0: the trajectory is shorter than a window, RPE and ROE are NaN
+  std::vector<Drift> drifts;  ///< of each window
 };
 
 /// Compares `estimate` with `truth`, pose by pose (same times, at least 3). The estimate is first brought onto the

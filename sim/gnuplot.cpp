@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "cli/gnuplot.hpp"
+#include "sim/gnuplot.hpp"
 
 #include "sim/frame_reader.hpp"
 
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 namespace {
 
 std::string terminal_of(const std::string& file, int width, int height) {
@@ -17,7 +17,7 @@ std::string terminal_of(const std::string& file, int width, int height) {
   const std::string ending = std::filesystem::path(file).extension().string();
   if (ending == ".svg") return "svg size " + size + " dynamic noenhanced font 'sans-serif,14' background 'white'";
   if (ending == ".png") return "pngcairo size " + size + " noenhanced font 'sans-serif,11' background 'white'";
-  throw sim::InputError(file + ": expected a plot file that ends in .svg or .png");
+  throw InputError(file + ": expected a plot file that ends in .svg or .png");
 }
 
 }  // namespace
@@ -31,10 +31,10 @@ std::string quoted(const std::string& text) {
 void check_plot_file(const std::string& file) {
   terminal_of(file, 1, 1);
   std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw sim::InputError(file + ": is a folder; expected a plot file");
+  if (std::filesystem::is_directory(file, error)) throw InputError(file + ": is a folder; expected a plot file");
   const std::string folder = std::filesystem::path(file).parent_path().string();
   if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0) {
-    throw sim::InputError(file + ": cannot be written; expected a folder that exists and can be written to");
+    throw InputError(file + ": cannot be written; expected a folder that exists and can be written to");
   }
 }
 
@@ -48,10 +48,10 @@ void draw(const std::string& script, const std::string& file, int width, int hei
   std::signal(SIGPIPE, previous);
   if (!is_drawn) {
     std::remove(file.c_str());  // half a picture
-    throw sim::InputError(file +
-                          ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
-                          "gnuplot-nox) and the file to be writable");
+    throw InputError(file +
+                     ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
+                     "gnuplot-nox) and the file to be writable");
   }
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim
