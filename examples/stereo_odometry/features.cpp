@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "examples/stereo_odometry/features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/hal/hal.hpp>
+#include <opencv2/video/tracking.hpp>
+
+namespace stereo_odometry {
+namespace {
+
+constexpr int cell_size = 40;  // px; about as many cells as a wide image has features to spread over
+constexpr int window = 13;     // of optical flow, px
+constexpr int flow_levels = 1;
+constexpr double farthest_move = 4;  // px, between two keypoints that match and patches that do
+constexpr int most_distance = 75;    // of descriptors left and right, bits of 256
+
+// The best of each cell in turn, until there are `count`: corners cluster on a few strong textures otherwise.
+std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> keypoints, cv::Size size, std::size_t count) {
+  if (keypoints.size() <= count) return keypoints;
+  const int columns = size.width / cell_size + 1, rows = size.height / cell_size + 1;
+  std::stable_sort(keypoints.begin(), keypoints.end(),
+                   [](const cv::KeyPoint& a, const cv::KeyPoint& b) { return a.response > b.response; });
+  std::vector<std::vector<cv::KeyPoint>> cells(static_cast<std::size_t>(columns * rows));
+  for (const cv::KeyPoint& k : keypoints) {
+    const int cell = static_cast<int>(k.pt.y) / cell_size * columns + static_cast<int>(k.pt.x) / cell_size;
+    cells[static_cast<std::size_t>(cell)].push_back(k);
+  }
+  std::vector<cv::KeyPoint> chosen;
+  for (std::size_t round = 0; chosen.size() < count; ++round) {
+    for (const auto& cell : cells) {
+      if (round < cell.size() && chosen.size() < count) chosen.push_back(cell[round]);
+    }
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<char> align(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid,
+                        const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to) {
+  if (from.empty()) return {};
+  const std::vector<cv::Point2f> start = to;
+  std::vector<unsigned char> status;
+  cv::calcOpticalFlowPyrLK(from_pyramid, to_pyramid, from, to, status, cv::noArray(), {window, window}, flow_levels,
+                           {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01}, cv::OPTFLOW_USE_INITIAL_FLOW);
+  std::vector<char> is_aligned(from.size(), 0);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    is_aligned[i] = status[i] != 0 && cv::norm(to[i] - start[i]) <= farthest_move ? 1 : 0;
+  }
+  return is_aligned;
+}
+
+double scale_of(int octave) { return std::pow(scale_factor, octave); }
+
+int distance(const unsigned char* a, const unsigned char* b) { return cv::hal::normHamming(a, b, 32); }
+
+FeatureExtractor::FeatureExtractor(const maxlogdet::PinholeCamera& camera, int count)
+    : largest_disparity_(camera.fx),  // of a point one baseline away
+      count_(static_cast<std::size_t>(count)),
+      orb_(cv::ORB::create(4 * count, static_cast<float>(scale_factor), pyramid_levels, 19, 0, 2, cv::ORB::HARRIS_SCORE,
+                           31, 10)) {}
+
+void FeatureExtractor::detect(const cv::Mat& image, std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors) {
+  orb_->detect(image, keypoints);
+  keypoints = spread(std::move(keypoints), image.size(), count_);
+  orb_->compute(image, keypoints, descriptors);
+}
+
+StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
+  StereoFeatures features;
+  std::vector<cv::KeyPoint> right;
+  cv::Mat right_descriptors;
+  detect(images.left, features.keypoints, features.descriptors);
+  detect(images.right, right, right_descriptors);
+
+  std::vector<std::vector<int>> in_row(static_cast<std::size_t>(images.right.rows));  // right keypoints by row
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    const int band = static_cast<int>(std::ceil(2 * scale_of(right[i].octave)));
+    const int row = cvRound(right[i].pt.y);
+    for (int y = std::max(row - band, 0); y <= std::min(row + band, images.right.rows - 1); ++y)
+      in_row[static_cast<std::size_t>(y)].push_back(static_cast<int>(i));
+  }
+  features.u_right.assign(features.size(), -1);
+  std::vector<std::size_t> matched;
+  std::vector<cv::Point2f> from, to;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const cv::KeyPoint& left = features.keypoints[i];
+    int best = -1, least = most_distance + 1;
+    for (const int j : in_row[static_cast<std::size_t>(std::min(cvRound(left.pt.y), images.right.rows - 1))]) {
+      const cv::KeyPoint& candidate = right[static_cast<std::size_t>(j)];
+      const double disparity = left.pt.x - candidate.pt.x;
+      if (std::abs(candidate.octave - left.octave) > 1 || disparity < 0 || disparity > largest_disparity_) continue;
+      const int bits = distance(features.descriptors.ptr(static_cast<int>(i)), right_descriptors.ptr(j));
+      if (bits < least) least = bits, best = j;
+    }
+    if (best < 0) continue;
+    matched.push_back(i);
+    from.push_back(left.pt);
+    to.emplace_back(right[static_cast<std::size_t>(best)].pt.x, left.pt.y);
+  }
+  std::vector<cv::Mat> right_pyramid;
+  cv::buildOpticalFlowPyramid(images.left, features.pyramid, {window, window}, flow_levels);
+  cv::buildOpticalFlowPyramid(images.right, right_pyramid, {window, window}, flow_levels, false);
+  const std::vector<char> is_aligned = align(features.pyramid, right_pyramid, from, to);
+  for (std::size_t m = 0; m < matched.size(); ++m) {
+    const bool is_on_row = std::abs(to[m].y - from[m].y) < 1;
+    if (is_aligned[m] != 0 && is_on_row && to[m].x >= 0 && to[m].x < from[m].x) features.u_right[matched[m]] = to[m].x;
+  }
+  return features;
+}
+
+}  // namespace stereo_odometry

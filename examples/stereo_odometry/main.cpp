@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+#include "examples/stereo_odometry/report.hpp"
+#include "sim/gnuplot.hpp"
+#include "sim/names.hpp"
+#include "sim/progress.hpp"
+#include "sim/stopwatch.hpp"
+#include "sim/text.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace sim = maxlogdet::sim;
+using namespace stereo_odometry;
+
+namespace {
+
+constexpr const char* active_name = "active";
+
+struct Arguments {
+  std::string dataset;
+  std::string output;
+  std::vector<std::string> selectors = sim::names_of(sim::selector_kinds);
+  std::vector<std::size_t> budgets = {100};
+  std::size_t runs = 10;
+  std::size_t frames = 0;
+  int features = 2000;
+  int threads = 1;
+  std::size_t overlays = 10;
+  std::uint64_t seed = 0;
+  std::string strategy = "lazy_greedy";
+  std::string weighting = "map_bias";
+  std::string residuals = "stereo";
+  TrackerOptions options;
+
+  void add_to(CLI::App& program);
+};
+
+void Arguments::add_to(CLI::App& program) {
+  selectors.emplace_back(active_name);
+  std::vector<std::string> names = selectors;
+  program.add_option("--dataset", dataset, "Folder in the layout of KITTI odometry or of EuRoC (ASL)")->required();
+  program.add_option("--output", output, "Folder for trajectories, tables and pictures")->required();
+  program.add_option("--selectors", selectors, "What is compared; active matches in the order of information")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  program.add_option("--budget", budgets, "Matches that a selector may use; several are compared")
+      ->delimiter(',')
+      ->check(CLI::Range(std::size_t{20}, std::size_t{100'000}))
+      ->capture_default_str();
+  program.add_option("--runs", runs, "Repetitions: other random numbers, times once more")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
+      ->capture_default_str();
+  program.add_option("--frames", frames, "Only so many of the first; 0: all")->capture_default_str();
+  program.add_option("--features", features, "Keypoints an image")
+      ->check(CLI::Range(100, 20'000))
+      ->capture_default_str();
+  program.add_option("--threads", threads, "Of selection and of OpenCV; the result does not depend on it")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  program.add_option("--overlays", overlays, "Draw the features of every so manyth frame; 0: none")
+      ->capture_default_str();
+  program.add_option("--seed", seed, "Of the random selectors")->capture_default_str();
+  program.add_option("--strategy", strategy, "Search of md, quality_md")
+      ->check(CLI::IsMember(sim::names_of(sim::strategies)))
+      ->capture_default_str();
+  program.add_option("--epsilon", options.selection.search.epsilon, "Of stochastic_greedy")
+      ->check(CLI::Range(1e-6, 1 - 1e-6))
+      ->capture_default_str();
+  program.add_option("--weighting", weighting, "Blocks of md, quality_md, active")
+      ->check(CLI::IsMember(sim::names_of(sim::weightings)))
+      ->capture_default_str();
+  program.add_option("--residuals", residuals, "Rows of a match: with its right-image column, or without")
+      ->check(CLI::IsMember({"stereo", "monocular"}))
+      ->capture_default_str();
+  program.add_option("--pool", options.selection.pool, "quality_md: candidates by quality")->capture_default_str();
+}
+
+std::vector<Contestant> contestants_of(const Arguments& arguments) {
+  TrackerOptions options = arguments.options;
+  options.optimization.stereo = arguments.residuals == "stereo";
+  options.optimization.step_tolerance = 1e-6;
+  options.selection.search.strategy = *sim::find_named(sim::strategies, arguments.strategy);
+  options.selection.search.threads = arguments.threads;
+  options.selection.blocks.weighting = *sim::find_named(sim::weightings, arguments.weighting);
+  options.selection.blocks.third =
+      options.optimization.stereo ? maxlogdet::ThirdMeasurement::stereo : maxlogdet::ThirdMeasurement::none;
+  options.selection.blocks.threads = 1;
+  std::vector<Contestant> contestants;
+  for (const std::string& name : arguments.selectors) {
+    options.active = name == active_name;
+    options.selection.kind = options.active ? sim::SelectorKind::md : *sim::find_named(sim::selector_kinds, name);
+    options.optimization.map_sigma =
+        options.selection.kind == sim::SelectorKind::all_weighted ? options.selection.blocks.map_sigma : 0;
+    if (!has_budget(options.selection.kind)) {
+      contestants.push_back({name, name, std::nullopt, options});
+      continue;
+    }
+    for (const std::size_t budget : arguments.budgets) {
+      options.selection.budget = budget;
+      options.selection.pool = std::max(arguments.options.selection.pool, budget);
+      const std::string suffix = arguments.budgets.size() > 1 ? "_" + std::to_string(budget) : "";
+      contestants.push_back({name + suffix, name, budget, options});
+    }
+  }
+  return contestants;
+}
+
+// One pass over the dataset with a tracker for each contestant. All get the same features of a frame, one after the
+// other, in an order that moves on by one with every frame: what the machine does meanwhile hits all alike.
+std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
+                       const std::vector<Contestant>& contestants, std::size_t run, sim::Progress& progress) {
+  const std::size_t frames = arguments.frames == 0 ? dataset.size() : std::min(arguments.frames, dataset.size());
+  FeatureExtractor extractor(dataset.camera(), arguments.features);
+  std::vector<StereoTracker> trackers;
+  for (const Contestant& one : contestants) {
+    TrackerOptions options = one.options;
+    options.selection.seed = options.selection.search.seed = arguments.seed + run;
+    const sim::Pose T_wc = dataset.truth(0).value_or(sim::Pose::Identity());
+    trackers.emplace_back(dataset.camera(), dataset.width(), dataset.height(), options, T_wc.inverse());
+  }
+  std::vector<Run> runs(contestants.size());
+  for (std::size_t i = 0; i < frames; ++i) {
+    const StereoImages images = dataset.load(i);
+    double ms_extraction = 0;
+    sim::Stopwatch watch;
+    const StereoFeatures features = extractor.extract(images);
+    watch.lap(ms_extraction);
+    for (std::size_t turn = 0; turn < contestants.size(); ++turn) {
+      const std::size_t c = (turn + i) % contestants.size();
+      FrameResult result = trackers[c].track(features);
+      if (run == 0 && arguments.overlays > 0 && i % arguments.overlays == 0) {
+        const std::string number = std::to_string(i);
+        const std::string file = arguments.output + "/" + contestants[c].name + "/overlay_" +
+                                 std::string(number.size() < 6 ? 6 - number.size() : 0, '0') + number + ".png";
+        if (!cv::imwrite(file, overlay(images.left, result, contestants[c].name))) {
+          throw sim::InputError(file + ": cannot be written; expected a folder with room for pictures");
+        }
+      }
+      if (result.status == FrameStatus::predicted && run == 0) {
+        std::cerr << "stereo_odometry: " << contestants[c].name << ": frame " << i
+                  << ": too few matches; goes on where constant velocity leads\n";
+      }
+      runs[c].frames.push_back({dataset.time(i), ms_extraction, features.size(), std::move(result)});
+    }
+    progress.update(run * frames + i + 1, arguments.runs * frames);
+  }
+  return runs;
+}
+
+void write(const Arguments& arguments, const StereoDataset& dataset, const std::vector<Contestant>& contestants,
+           const std::vector<Run>& runs) {
+  for (std::size_t c = 0; c < runs.size(); ++c) {
+    const std::string folder = arguments.output + "/" + contestants[c].name;
+    sim::write_tum({contestants[c].name, runs[c].trajectory()}, folder + "/trajectory_tum.txt");
+    sim::write_file(folder + "/trajectory_kitti.txt", to_kitti(runs[c]));
+    sim::write_file(folder + "/frames.csv", to_csv(frame_table(runs[c])));
+  }
+  const std::string script = trajectory_plot(contestants, runs, dataset);
+  try {
+    for (const char* const ending : {".svg", ".png"}) {
+      sim::draw(script, arguments.output + "/trajectory" + ending, 900, 500);
+    }
+  } catch (const sim::InputError& error) {  // no reason to lose the numbers
+    std::cerr << "stereo_odometry: no plot: " << sim::one_line(error.what()) << '\n';
+  }
+}
+
+void run(const Arguments& arguments) {
+  const std::unique_ptr<StereoDataset> dataset = open_dataset(arguments.dataset);
+  const std::vector<Contestant> contestants = contestants_of(arguments);
+  cv::setNumThreads(arguments.threads);
+  for (const Contestant& one : contestants) {
+    std::error_code error;
+    std::filesystem::create_directories(arguments.output + "/" + one.name, error);
+    if (error) throw sim::InputError(arguments.output + ": cannot be made; expected a folder that can be written to");
+  }
+  std::vector<Summary> summaries;
+  for (const Contestant& one : contestants) summaries.push_back({one, {}});
+  sim::Progress progress("stereo_odometry " + dataset->name(), "frame");
+  for (std::size_t r = 0; r < arguments.runs; ++r) {
+    const std::vector<Run> runs = track(*dataset, arguments, contestants, r, progress);
+    for (std::size_t c = 0; c < runs.size(); ++c) summaries[c].runs.push_back(outcome_of(runs[c], *dataset));
+    if (r == 0) write(arguments, *dataset, contestants, runs);
+  }
+  std::string report = to_markdown(summary_table(summaries));
+  const sim::Table comparison = comparison_table(summaries, "inl");
+  if (!comparison.rows.empty()) report += '\n' + to_markdown(comparison);
+  std::cout << report;
+  sim::write_file(arguments.output + "/summary.md", report);
+  sim::write_file(arguments.output + "/summary.json", to_json(summaries).dump(1) + '\n');
+}
+
+int fail(const std::string& message) {
+  std::cerr << "stereo_odometry: " << sim::one_line(message) << '\n';
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    CLI::App program("Stereo visual odometry that optimises its pose with selected matches, once with every selector.");
+    program.name("stereo_odometry");
+    Arguments arguments;
+    arguments.add_to(program);
+    try {
+      program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) return program.exit(error);  // --help
+      return fail(std::string(error.what()) + " (see --help)");
+    }
+    run(arguments);
+    return std::cout.flush() ? 0 : fail("standard output could not be written");
+  } catch (const std::exception& error) {  // sim::InputError among them
+    return fail(error.what());
+  }
+}

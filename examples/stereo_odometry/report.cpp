@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+#include "examples/stereo_odometry/report.hpp"
+
+#include "sim/gnuplot.hpp"
+#include "sim/plot_style.hpp"
+#include "sim/statistics.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <utility>
+
+namespace stereo_odometry {
+
+using maxlogdet::sim::claim;
+using maxlogdet::sim::Drift;
+using maxlogdet::sim::exact;
+using maxlogdet::sim::fixed;
+using maxlogdet::sim::mean_of;
+using maxlogdet::sim::quantile_of;
+using maxlogdet::sim::StampedPose;
+using maxlogdet::sim::Table;
+using maxlogdet::sim::TrajectoryErrors;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+using Figure = std::function<double(const Outcome&)>;
+
+std::vector<double> of_runs(const Summary& summary, const Figure& figure) {
+  std::vector<double> values;
+  for (const Outcome& run : summary.runs) values.push_back(figure(run));
+  return values;
+}
+
+double mean(const Summary& summary, const Figure& figure) { return mean_of(of_runs(summary, figure)).value; }
+double median(const Summary& summary, const Figure& figure) { return quantile_of(of_runs(summary, figure), 0.5); }
+
+nlohmann::ordered_json number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+}
+
+double ate(const Outcome& run) { return run.per_frame.ate_m; }
+double rpe(const Outcome& run) { return run.per_frame.rpe_m_per_s; }
+double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
+
+// Of the frames whose truth is known.
+TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
+                           double window) {
+  if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
+  return trajectory_errors(estimate, truth, window);
+}
+
+// Errors of all windows of all runs, one a window and run.
+std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
+  std::vector<double> drifts;
+  for (const Outcome& run : summary.runs) {
+    for (const Drift& drift : run.per_frame.drifts) drifts.push_back(drift.*member);
+  }
+  return drifts;
+}
+
+// Averaged over runs, window by window: runs of one dataset are no independent witnesses of it.
+std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
+  std::vector<double> means(summary.runs.front().per_frame.drifts.size(), 0.0);
+  const std::vector<double> all = drifts_of(summary, member);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    means[i % means.size()] += all[i] / static_cast<double>(summary.runs.size());
+  }
+  return means;
+}
+
+}  // namespace
+
+std::vector<StampedPose> Run::trajectory() const {
+  std::vector<StampedPose> poses;
+  for (const FrameRecord& frame : frames) poses.push_back({frame.time, frame.result.T_cw.inverse()});
+  return poses;
+}
+
+Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
+  std::vector<StampedPose> estimate, truth;
+  const std::vector<StampedPose> all = run.trajectory();
+  std::vector<double> periods;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i > 0) periods.push_back(all[i].time - all[i - 1].time);
+    if (!dataset.truth(i)) continue;
+    estimate.push_back(all[i]);
+    truth.push_back({all[i].time, *dataset.truth(i)});
+  }
+  Outcome outcome;
+  outcome.per_frame = errors_of(estimate, truth, periods.empty() ? 1 : quantile_of(periods, 0.5));
+  outcome.per_second = errors_of(estimate, truth, 1);
+  const auto frames = static_cast<double>(run.frames.size());
+  double measured = 0;
+  for (const FrameRecord& frame : run.frames) {
+    const FrameResult& result = frame.result;
+    outcome.tracked_percent += result.status == FrameStatus::predicted ? 0 : 100 / frames;
+    outcome.features += static_cast<double>(frame.features) / frames;
+    outcome.searched += static_cast<double>(result.searched) / frames;
+    outcome.matches += static_cast<double>(result.matches.size()) / frames;
+    outcome.inliers += static_cast<double>(result.inliers.size()) / frames;
+    outcome.selected += static_cast<double>(result.selected.size()) / frames;
+    outcome.ms_base +=
+        (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection + result.ms.mapping) / frames;
+    outcome.ms_matching += result.ms.matching / frames;
+    outcome.ms_selection += result.ms.selection / frames;
+    outcome.ms_pose_optimization += result.ms.pose_optimization / frames;
+    if (std::isnan(result.efficiency)) continue;
+    outcome.efficiency += result.efficiency;
+    ++measured;
+  }
+  outcome.efficiency /= measured > 0 ? measured : nan;
+  return outcome;
+}
+
+nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Summary& one : all) {
+    nlohmann::ordered_json entry;
+    entry["selector"] = one.contestant.selector;
+    entry["budget"] = one.contestant.budget ? nlohmann::ordered_json(*one.contestant.budget) : nlohmann::ordered_json();
+    entry["ate_m"] = number(mean(one, ate));
+    entry["rpe_m_per_s"] = number(mean(one, rpe));
+    entry["roe_deg_per_s"] = number(mean(one, roe));
+    entry["tracked_percent"] = mean(one, [](const Outcome& run) { return run.tracked_percent; });
+    entry["ms"] = {{"base", median(one, [](const Outcome& run) { return run.ms_base; })},
+                   {"matching", median(one, [](const Outcome& run) { return run.ms_matching; })},
+                   {"selection", median(one, [](const Outcome& run) { return run.ms_selection; })},
+                   {"pose_optimization", median(one, [](const Outcome& run) { return run.ms_pose_optimization; })},
+                   {"total", median(one, [](const Outcome& run) { return run.ms_total(); })}};
+    entry["runs"] = one.runs.size();
+    entry["rpe_1s_m_per_s"] = number(mean(one, [](const Outcome& run) { return run.per_second.rpe_m_per_s; }));
+    entry["roe_1s_deg_per_s"] = number(mean(one, [](const Outcome& run) { return run.per_second.roe_deg_per_s; }));
+    entry["searched"] = mean(one, [](const Outcome& run) { return run.searched; });
+    entry["matches"] = mean(one, [](const Outcome& run) { return run.matches; });
+    entry["inliers"] = mean(one, [](const Outcome& run) { return run.inliers; });
+    entry["selected"] = mean(one, [](const Outcome& run) { return run.selected; });
+    entry["efficiency"] = number(mean(one, [](const Outcome& run) { return run.efficiency; }));
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+Table summary_table(const std::vector<Summary>& all) {
+  Table table;
+  table.header = {"selector",  "ATE (m)",       "RPE (m/s)",      "ROE (deg/s)",    "tracked (%)",
+                  "base (ms)", "matching (ms)", "selection (ms)", "pose opt. (ms)", "total (ms)",
+                  "inliers",   "selected",      "efficiency"};
+  for (const Summary& one : all) {
+    const auto time = [&](const Figure& figure) { return fixed(median(one, figure), 3); };
+    table.rows.push_back(
+        {one.contestant.name, fixed(mean(one, ate), 3), fixed(mean(one, rpe), 4), fixed(mean(one, roe), 4),
+         fixed(mean(one, [](const Outcome& run) { return run.tracked_percent; }), 0),
+         time([](const Outcome& run) { return run.ms_base; }), time([](const Outcome& run) { return run.ms_matching; }),
+         time([](const Outcome& run) { return run.ms_selection; }),
+         time([](const Outcome& run) { return run.ms_pose_optimization; }),
+         time([](const Outcome& run) { return run.ms_total(); }),
+         fixed(mean(one, [](const Outcome& run) { return run.inliers; }), 0),
+         fixed(mean(one, [](const Outcome& run) { return run.selected; }), 0),
+         fixed(mean(one, [](const Outcome& run) { return run.efficiency; }), 3)});
+  }
+  return table;
+}
+
+Table comparison_table(const std::vector<Summary>& all, const std::string& reference) {
+  Table table;
+  table.header = {"against " + reference, "RPE", "ROE", "RPE over 1 s", "ROE over 1 s"};
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Summary& one) { return one.contestant.name == reference; });
+  if (found == all.end()) return table;
+  const auto over_a_second = [&](const Summary& one, double TrajectoryErrors::*member) {
+    const auto value = [&](const Summary& of) {
+      return mean(of, [&](const Outcome& run) { return run.per_second.*member; });
+    };
+    const double percent = 100 * (value(one) / value(*found) - 1);
+    return std::isfinite(percent) ? fixed(percent, 1) + " %" : "-";
+  };
+  for (const Summary& one : all) {
+    if (&one == &*found || one.runs.front().per_frame.drifts.empty()) continue;
+    table.rows.push_back(
+        {one.contestant.name, claim(mean_drifts(one, &Drift::m_per_s), mean_drifts(*found, &Drift::m_per_s)),
+         claim(mean_drifts(one, &Drift::deg_per_s), mean_drifts(*found, &Drift::deg_per_s)),
+         over_a_second(one, &TrajectoryErrors::rpe_m_per_s), over_a_second(one, &TrajectoryErrors::roe_deg_per_s)});
+  }
+  return table;
+}
+
+Table frame_table(const Run& run) {
+  Table table;
+  table.header = {"frame",         "time_s",
+                  "status",        "keyframe",
+                  "features",      "searched",
+                  "candidates",    "inliers",
+                  "selected",      "outliers",
+                  "log_det",       "efficiency",
+                  "ms_extraction", "ms_coarse",
+                  "ms_matching",   "ms_outlier_rejection",
+                  "ms_selection",  "ms_pose_optimization",
+                  "ms_mapping"};
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    const FrameRecord& frame = run.frames[i];
+    const FrameResult& result = frame.result;
+    table.rows.push_back({std::to_string(i), exact(frame.time), to_string(result.status),
+                          result.is_keyframe ? "1" : "0", std::to_string(frame.features),
+                          std::to_string(result.searched), std::to_string(result.matches.size()),
+                          std::to_string(result.inliers.size()), std::to_string(result.selected.size()),
+                          std::to_string(std::count(result.is_outlier.begin(), result.is_outlier.end(), 1)),
+                          exact(result.log_det), exact(result.efficiency)});
+    for (const double ms : {frame.ms_extraction, result.ms.coarse, result.ms.matching, result.ms.outlier_rejection,
+                            result.ms.selection, result.ms.pose_optimization, result.ms.mapping}) {
+      table.rows.back().push_back(fixed(ms, 4));
+    }
+  }
+  return table;
+}
+
+std::string to_kitti(const Run& run) {
+  std::string text;
+  for (const StampedPose& pose : run.trajectory()) {
+    const std::array<double, 12> rows = maxlogdet::sim::to_rows(pose.T_wb);
+    for (std::size_t i = 0; i < rows.size(); ++i) text += exact(rows[i]) + (i + 1 < rows.size() ? " " : "\n");
+  }
+  return text;
+}
+
+cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption) {
+  cv::Mat picture;
+  cv::cvtColor(image, picture, cv::COLOR_GRAY2BGR);
+  std::vector<char> is_selected(result.matches.size(), 0);
+  for (const std::uint32_t i : result.selected) is_selected[i] = 1;
+  const cv::Scalar blue(200, 120, 0), orange(0, 94, 213), red(0, 0, 255), white(255, 255, 255), black(0, 0, 0);
+  for (const bool drawn : {false, true}) {  // the selected ones on top
+    for (std::size_t i = 0; i < result.matches.size(); ++i) {
+      if ((is_selected[i] != 0) != drawn) continue;
+      const cv::Point at(cvRound(result.matches[i].u), cvRound(result.matches[i].v));
+      if (drawn) {
+        cv::circle(picture, at, 5, orange, cv::FILLED, cv::LINE_AA);
+      } else {
+        cv::circle(picture, at, 3, blue, 1, cv::LINE_AA);
+      }
+      if (!result.is_outlier.empty() && result.is_outlier[i] != 0) {
+        cv::drawMarker(picture, at, red, cv::MARKER_TILTED_CROSS, 10, 1, cv::LINE_AA);
+      }
+    }
+  }
+  const std::string text = caption + ": " + std::to_string(result.selected.size()) + " selected (filled) of " +
+                           std::to_string(result.matches.size()) + " matches, outliers crossed; " +
+                           to_string(result.status);
+  cv::putText(picture, text, {8, 18}, cv::FONT_HERSHEY_SIMPLEX, 0.5, black, 3, cv::LINE_AA);
+  cv::putText(picture, text, {8, 18}, cv::FONT_HERSHEY_SIMPLEX, 0.5, white, 1, cv::LINE_AA);
+  return picture;
+}
+
+std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
+                            const StereoDataset& dataset) {
+  // From above: the two axes that a camera moves along most.
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(HUGE_VAL), high = -low;
+  for (const StampedPose& pose : runs.front().trajectory()) {
+    low = low.cwiseMin(pose.T_wb.translation());
+    high = high.cwiseMax(pose.T_wb.translation());
+  }
+  int least = 0;
+  (high - low).minCoeff(&least);
+  const int across = least == 0 ? 1 : 0, along = least == 2 ? 1 : 2;
+  const char* const names[] = {"x (m)", "y (m)", "z (m)"};
+  std::ostringstream script;
+  const auto line = [&](const Eigen::Vector3d& p) { script << exact(p[along]) << ' ' << exact(p[across]) << '\n'; };
+  bool has_truth = false;
+  script << "$truth << EOD\n";
+  for (std::size_t i = 0; i < runs.front().frames.size(); ++i) {
+    if (!dataset.truth(i)) continue;
+    has_truth = true;
+    line(dataset.truth(i)->translation());
+  }
+  script << "EOD\n";
+  for (std::size_t c = 0; c < runs.size(); ++c) {
+    script << "$run" << c << " << EOD\n";
+    for (const StampedPose& pose : runs[c].trajectory()) line(pose.T_wb.translation());
+    script << "EOD\n";
+  }
+  script << maxlogdet::sim::plot_style() << "set xlabel '" << names[along] << "'\nset ylabel '" << names[across]
+         << "'\nset title " << maxlogdet::sim::quoted(dataset.name() + ", from above; axes differ in scale")
+         << "\nplot ";
+  if (has_truth) script << "$truth with lines lc rgb '#000000' lw 4 title 'ground truth', ";
+  for (std::size_t c = 0; c < runs.size(); ++c) {
+    script << (c == 0 ? "" : ", ") << "$run" << c << " with linespoints "
+           << maxlogdet::sim::line_style(contestants[c].selector) << " title '" << contestants[c].name << "'";
+  }
+  return script.str() + "\n";
+}
+
+}  // namespace stereo_odometry

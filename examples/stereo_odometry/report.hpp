@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "examples/stereo_odometry/tracker.hpp"
+#include "sim/table.hpp"
+#include "sim/trajectory_error.hpp"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stereo_odometry {
+
+/// One that is compared: a selector with its budget.
+struct Contestant {
+  std::string name;  ///< for files and plots
+  std::string selector;
+  std::optional<std::size_t> budget;  ///< none: it takes all
+  TrackerOptions options;
+};
+
+/// A frame in the record.
+struct FrameRecord {
+  double time = 0;           ///< s
+  double ms_extraction = 0;  ///< features and stereo matches, shared by all contestants
+  std::size_t features = 0;
+  FrameResult result;
+};
+
+/// One contestant's run along a dataset.
+struct Run {
+  std::vector<FrameRecord> frames;
+
+  std::vector<maxlogdet::sim::StampedPose> trajectory() const;  ///< T_wc
+};
+
+/// How a run came off. Errors are NaN without a truth.
+struct Outcome {
+  maxlogdet::sim::TrajectoryErrors per_frame;   ///< windows of one frame
+  maxlogdet::sim::TrajectoryErrors per_second;  ///< windows of one second
+  double tracked_percent = 0;
+  double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
+  double ms_base = 0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes
+  double ms_matching = 0, ms_selection = 0, ms_pose_optimization = 0;
+
+  double ms_total() const { return ms_base + ms_matching + ms_selection + ms_pose_optimization; }
+};
+
+Outcome outcome_of(const Run& run, const StereoDataset& dataset);
+
+/// All runs of one contestant.
+struct Summary {
+  Contestant contestant;
+  std::vector<Outcome> runs;
+};
+
+/// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
+/// tracked_percent, ms; and more. Errors are means over runs, times medians over runs of means over frames.
+nlohmann::ordered_json to_json(const std::vector<Summary>& all);
+
+/// The same for people, and how errors compare with those of `reference`, paired by run and frame.
+maxlogdet::sim::Table summary_table(const std::vector<Summary>& all);
+maxlogdet::sim::Table comparison_table(const std::vector<Summary>& all, const std::string& reference);
+
+/// frames.csv of one run.
+maxlogdet::sim::Table frame_table(const Run& run);
+
+/// KITTI's format: 3 x 4 camera-to-world, row-major, a line a frame, all digits.
+std::string to_kitti(const Run& run);
+
+/// The image with matches: selected ones filled, unselected ones as rings, outliers crossed.
+cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption);
+
+/// Gnuplot script: trajectories from above, with the truth where it is known.
+std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
+                            const StereoDataset& dataset);
+
+}  // namespace stereo_odometry

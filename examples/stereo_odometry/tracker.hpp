@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "examples/stereo_odometry/local_map.hpp"
+#include "examples/stereo_odometry/projection_search.hpp"
+#include "sim/feature_selector.hpp"
+#include "sim/outlier_rejection.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace stereo_odometry {
+
+struct TrackerOptions {
+  maxlogdet::sim::SelectorSettings selection;     ///< which matches the pose is optimised with
+  bool active = false;                            ///< match in the order of information, up to the budget (kind md)
+  maxlogdet::sim::RejectionOptions optimization;  ///< rounds, thresholds; `stereo`: residuals of three rows or of two
+  MapOptions map;
+  std::size_t coarse_points = 200;  ///< at most so many points find the pose that the others are searched from
+  double coarse_radius = 15;        ///< px at level 0, around where constant velocity has a point
+  double fine_radius = 4;           ///< px at level 0, around where the coarse pose has it
+  double gate = 4;                  ///< chi2 limits are so much wider at the coarse pose
+  std::size_t least_matches = 15;   ///< with less a pose is not trusted
+  int most_predicted = 5;           ///< after so many frames without a pose a new map is begun
+};
+
+enum class FrameStatus {
+  initialized,  ///< a map was begun at this frame's predicted pose
+  tracked,      ///< the pose comes from matches
+  predicted,    ///< too few matches: the pose is where constant velocity leads
+};
+
+const char* to_string(FrameStatus status);
+
+/// Wall time of a frame's stages, ms.
+struct StageTimes {
+  double coarse = 0;             ///< prediction, matching of some points, and their pose
+  double matching = 0;           ///< of the local map
+  double outlier_rejection = 0;  ///< by chi2 at the coarse pose
+  double selection = 0;          ///< building blocks included
+  double pose_optimization = 0;
+  double mapping = 0;  ///< outlier flags, keyframes
+};
+
+/// What one frame gave.
+struct FrameResult {
+  maxlogdet::sim::Pose T_cw = maxlogdet::sim::Pose::Identity();
+  FrameStatus status = FrameStatus::predicted;
+  bool is_keyframe = false;
+  std::size_t searched = 0;  ///< local map points that were looked for
+  std::vector<maxlogdet::sim::Match> matches;
+  std::vector<std::uint32_t> inliers;   ///< of matches, before selection
+  std::vector<std::uint32_t> selected;  ///< of matches, what the pose was optimised with
+  std::vector<char> is_outlier;         ///< a match each, chi2 at the optimised pose
+  /// Log det of the information of what is selected, prior and blocks as the selector's; and its efficiency,
+  /// (det / det of a proved bound for as many of the inliers)^(1/6).
+  double log_det = std::numeric_limits<double>::quiet_NaN();
+  double efficiency = std::numeric_limits<double>::quiet_NaN();
+  StageTimes ms;
+};
+
+/// Stereo visual odometry, frame by frame: constant-velocity prediction; a coarse pose from some points of the last
+/// keyframe (as PTAM has it: few points, wide search); matching of the local map by projection; outlier rejection by
+/// chi2; selection; pose optimisation with what is selected; outlier flags for all matches; keyframes.
+class StereoTracker {
+ public:
+  /// Begins at T_cw.
+  StereoTracker(const maxlogdet::PinholeCamera& camera, int width, int height, const TrackerOptions& options,
+                const maxlogdet::sim::Pose& T_cw);
+
+  FrameResult track(const StereoFeatures& features);
+
+  const TrackerOptions& options() const { return options_; }
+
+ private:
+  struct Frame;
+
+  void begin_map(Frame& now);
+  bool find_coarse_pose(Frame& now);
+  void match_local_map(Frame& now);
+  void match_actively(Frame& now);
+  void match_the_rest(Frame& now);
+  void optimize(Frame& now);
+  void judge(Frame& now);
+  void measure_selection(Frame& now);
+  void set_view(const std::vector<maxlogdet::sim::Match>& matches, const std::vector<MapPointPtr>& points);
+
+  TrackerOptions options_;
+  LocalMap map_;
+  maxlogdet::sim::FeatureSelector selector_;
+  maxlogdet::BlockStore blocks_;
+  maxlogdet::ActiveSelection active_;
+  maxlogdet::Selector certifier_;
+  maxlogdet::sim::Frame view_;  // camera and image; pose and matches of the frame that is tracked
+  maxlogdet::sim::Pose last_;
+  maxlogdet::sim::RejectionOptions gate_;                             // the explicit rejection's limits
+  maxlogdet::sim::Pose velocity_ = maxlogdet::sim::Pose::Identity();  // T_cw = velocity * T_cw of the last frame
+  int predicted_ = 0;                                                 // frames since the last that was tracked
+};
+
+}  // namespace stereo_odometry
