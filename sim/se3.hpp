@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 
 namespace maxlogdet::sim {
 
@@ -29,6 +30,9 @@ Matrix6 left_jacobian(const Vector6& xi);
 
 /// Angle of a rotation, rad, in [0, pi]; exact near 0.
 double rotation_angle(const Eigen::Matrix3d& R);
+
+/// The rigid transform next to [R | t], 3 x 4; nothing if R is not a rotation within 1e-3.
+std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows);
 
 /// From and to 3 x 4 row-major.
 Pose pose_of(const std::array<double, 12>& rows);
