@@ -2,13 +2,12 @@
 #include "sim/frame_reader.hpp"
 
 #include "sim/text.hpp"
+#include "sim/text_file.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
@@ -16,16 +15,6 @@
 
 namespace maxlogdet::sim {
 namespace {
-
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> fields;
-  for (;;) {
-    const auto comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
-  }
-}
 
 // All columns of docs/frame_format.md; some are for other readers.
 constexpr std::string_view known_columns[] = {"kp",         "mp_id",      "X",         "Y",           "Z",
@@ -35,26 +24,20 @@ constexpr std::string_view known_columns[] = {"kp",         "mp_id",      "X",  
 
 class FrameReader {
  public:
-  explicit FrameReader(const std::string& file) : file_(file), stream_(file) {
-    if (!stream_) throw InputError(file + ": cannot be opened; expected a readable frame file");
+  explicit FrameReader(const std::string& file) : file_(file, "frame file") {
+    frame_.name = std::filesystem::path(file).stem().string();
   }
 
   Frame read() {
-    frame_.name = std::filesystem::path(file_).stem().string();
-    std::string line;
-    while (std::getline(stream_, line)) {
-      ++line_;
-      const std::string_view text = text_of_line(line, line_);
-      if (text.empty()) continue;
-      if (text.front() == '#') {
-        read_comment(text.substr(1));
+    while (const auto text = file_.next()) {
+      if (text->front() == '#') {
+        read_comment(text->substr(1));
       } else if (names_.empty()) {
-        read_header(text);
+        read_header(*text);
       } else {
-        read_match(text);
+        read_match(*text);
       }
     }
-    if (stream_.bad()) throw InputError(file_ + ": reading failed after line " + std::to_string(line_));
     require(has_camera_, "a comment '# fx,fy,cx,cy,bf: ...'");
     require(has_image_, "a comment '# image width,height: ...'");
     require(has_pose_, "a comment '# Tcw_prior: ...' with the pose to linearise at");
@@ -63,33 +46,21 @@ class FrameReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& expected) const {
-    throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected);
-  }
   void require(bool condition, const std::string& expected) const {
-    if (!condition) throw InputError(file_ + ":" + std::to_string(line_) + ": end of file; expected " + expected);
-  }
-
-  double number(std::string_view field, const std::string& what) const {
-    const std::optional<double> value = finite_number(field);
-    if (!value) fail("a finite number for " + what + ", not " + shown(field));
-    return *value;
+    if (!condition) file_.fail_at_end(expected);
   }
 
   std::int64_t integer(std::string_view field, const std::string& what) const {
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc() || end != field.data() + field.size()) {
-      fail("an integer for " + what + ", not " + shown(field));
-    }
-    return value;
+    const std::optional<std::int64_t> value = whole_number(field);
+    if (!value) file_.fail("an integer for " + what + ", not " + shown(field));
+    return *value;
   }
 
   std::vector<double> numbers(std::string_view text, std::size_t count, const std::string& what) const {
-    const auto fields = split(text);
-    if (fields.size() != count) fail(std::to_string(count) + " numbers for " + what);
+    const auto fields = split_at_commas(text);
+    if (fields.size() != count) file_.fail(std::to_string(count) + " numbers for " + what);
     std::vector<double> values;
-    for (const auto field : fields) values.push_back(number(field, what));
+    for (const auto field : fields) values.push_back(file_.number(field, what));
     return values;
   }
 
@@ -109,24 +80,24 @@ class FrameReader {
     const std::string name = comment_name(text.substr(0, colon));
     const std::string_view values = text.substr(colon + 1);
     const auto is_new = [&](bool& was_seen) {
-      if (was_seen) fail("one comment '" + name + "', not a second one");
+      if (was_seen) file_.fail("one comment '" + name + "', not a second one");
       was_seen = true;
     };
     if (name == "fx,fy,cx,cy,bf") {
       is_new(has_camera_);
       const auto v = numbers(values, 5, "fx,fy,cx,cy,bf");
-      if (!(v[0] > 0) || !(v[1] > 0)) fail("positive fx and fy");
-      if (!(v[4] >= 0)) fail("bf of 0 (monocular) or more");
+      if (!(v[0] > 0) || !(v[1] > 0)) file_.fail("positive fx and fy");
+      if (!(v[4] >= 0)) file_.fail("bf of 0 (monocular) or more");
       frame_.camera = {v[0], v[1], v[2], v[3], v[4]};
     } else if (name == "imagewidth,height") {
       is_new(has_image_);
-      const auto fields = split(values);
-      if (fields.size() != 2) fail("2 integers for image width,height");
+      const auto fields = split_at_commas(values);
+      if (fields.size() != 2) file_.fail("2 integers for image width,height");
       const auto width = integer(fields[0], "image width");
       const auto height = integer(fields[1], "image height");
       constexpr std::int64_t largest = 1 << 20;
       if (width < 1 || height < 1 || width > largest || height > largest)
-        fail("an image width and height from 1 to 2^20");
+        file_.fail("an image width and height from 1 to 2^20");
       frame_.width = static_cast<int>(width);
       frame_.height = static_cast<int>(height);
     } else if (name == "Tcw_prior") {
@@ -135,33 +106,33 @@ class FrameReader {
       const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(v.data());
       const Eigen::Matrix3d R = T_cw.leftCols<3>();
       if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
-        fail("a rotation in the first 3 columns of Tcw_prior");
+        file_.fail("a rotation in the first 3 columns of Tcw_prior");
       std::copy(v.begin(), v.end(), frame_.T_cw_prior.begin());
     }
   }
 
   void read_header(std::string_view text) {
-    const auto names = split(text);
+    const auto names = split_at_commas(text);
     names_.assign(names.begin(), names.end());
     for (std::size_t i = 0; i < names.size(); ++i) {
-      if (!column_.emplace(names[i], i).second) fail("each column once, not " + shown(names[i]) + " twice");
+      if (!column_.emplace(names[i], i).second) file_.fail("each column once, not " + shown(names[i]) + " twice");
       if (std::find(std::begin(known_columns), std::end(known_columns), names[i]) == std::end(known_columns)) {
         frame_.unknown_columns.emplace_back(names[i]);
       }
     }
     for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
       if (column_.count(name) == 0)
-        fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
+        file_.fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
     }
   }
 
   void read_match(std::string_view text) {
-    const auto fields = split(text);
+    const auto fields = split_at_commas(text);
     if (fields.size() != names_.size()) {
-      fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields.size()));
+      file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields.size()));
     }
     std::vector<double> values;
-    for (std::size_t i = 0; i < fields.size(); ++i) values.push_back(number(fields[i], names_[i]));
+    for (std::size_t i = 0; i < fields.size(); ++i) values.push_back(file_.number(fields[i], names_[i]));
     const auto value = [&](const std::string& name, double fallback) {
       const auto column = column_.find(name);
       return column == column_.end() ? fallback : values[column->second];
@@ -180,18 +151,16 @@ class FrameReader {
     match.u = value("u", 0);
     match.v = value("v", 0);
     const std::int64_t octave = whole("octave", 0);
-    if (octave < 0 || octave > 63) fail("an octave from 0 to 63");
+    if (octave < 0 || octave > 63) file_.fail("an octave from 0 to 63");
     match.octave = static_cast<int>(octave);
     match.u_right = value("u_right", -1);
     match.inv_sigma2 = value("inv_sigma2", 1);
-    if (!(match.inv_sigma2 > 0)) fail("a positive inv_sigma2");
+    if (!(match.inv_sigma2 > 0)) file_.fail("a positive inv_sigma2");
     match.desc_dist = value("desc_dist", 0);
     frame_.matches.push_back(match);
   }
 
-  std::string file_;
-  std::ifstream stream_;
-  std::size_t line_ = 0;
+  TextFile file_;
   std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
   bool has_camera_ = false;
@@ -202,26 +171,13 @@ class FrameReader {
 
 }  // namespace
 
-Frame read_frame(const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw InputError(file + ": is a folder; expected a frame file");
-  return FrameReader(file).read();
-}
+Frame read_frame(const std::string& file) { return FrameReader(file).read(); }
 
 std::vector<Frame> read_frames(const std::string& file_or_folder) {
-  namespace fs = std::filesystem;
   std::error_code error;
-  if (!fs::is_directory(file_or_folder, error)) return {read_frame(file_or_folder)};
-  std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("frame_", 0) == 0 && entry.path().extension() == ".csv") files.push_back(entry.path().string());
-  }
-  if (error) throw InputError(file_or_folder + ": cannot be listed: " + error.message());
-  if (files.empty()) throw InputError(file_or_folder + ": expected files named frame_*.csv in this folder, found none");
-  std::sort(files.begin(), files.end());
+  if (!std::filesystem::is_directory(file_or_folder, error)) return {read_frame(file_or_folder)};
   std::vector<Frame> frames;
-  for (const auto& file : files) frames.push_back(read_frame(file));
+  for (const auto& file : files_of(file_or_folder, "frame_", ".csv")) frames.push_back(read_frame(file));
   return frames;
 }
 

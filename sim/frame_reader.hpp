@@ -2,18 +2,12 @@
 #pragma once
 
 #include "sim/frame.hpp"
+#include "sim/input_error.hpp"
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::sim {
-
-/// Input that cannot be used: one line that names the file, the line, and what was expected.
-class InputError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Reads one frame (docs/frame_format.md). Throws InputError.
 Frame read_frame(const std::string& file);

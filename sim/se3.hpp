@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 
 namespace maxlogdet::sim {
 
@@ -32,6 +33,9 @@ double rotation_angle(const Eigen::Matrix3d& R);
 
 /// The pose with its rotation brought back onto the rotations, which products of many leave by rounding.
 Pose orthonormal(const Pose& T);
+
+/// The rigid transform next to [R | t], 3 x 4; nothing if R is not a rotation within 1e-3.
+std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows);
 
 /// From and to 3 x 4 row-major.
 Pose pose_of(const std::array<double, 12>& rows);

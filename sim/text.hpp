@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 // What the readers of text files share.
 namespace maxlogdet::sim {
@@ -23,6 +26,35 @@ inline std::string_view text_of_line(std::string_view line, std::size_t line_num
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   const std::string_view text = trimmed(line);
   return line_number == 1 && text.substr(0, 3) == byte_order_mark ? trimmed(text.substr(3)) : text;
+}
+
+/// The fields between blanks and tabs.
+inline std::vector<std::string_view> split_at_blanks(std::string_view text) {
+  constexpr char blanks[] = " \t";
+  std::vector<std::string_view> fields;
+  auto begin = text.find_first_not_of(blanks);
+  while (begin != std::string_view::npos) {
+    const auto end = std::min(text.find_first_of(blanks, begin), text.size());
+    fields.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(blanks, end);
+  }
+  return fields;
+}
+
+/// The fields between commas, without the white space around them.
+inline std::vector<std::string_view> split_at_commas(std::string_view text) {
+  std::vector<std::string_view> fields;
+  for (;;) {
+    const auto comma = text.find(',');
+    fields.push_back(trimmed(text.substr(0, comma)));
+    if (comma == std::string_view::npos) return fields;
+    text.remove_prefix(comma + 1);
+  }
+}
+
+/// Letters, digits, `_`, `-` and `.`: what goes into names, since names go into CSV files and plots as they are.
+inline bool is_plain(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
 }
 
 /// A field as a message shows it.
@@ -46,6 +78,14 @@ inline std::optional<double> finite_number(std::string_view field) {
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// The same of integers.
+inline std::optional<std::int64_t> whole_number(std::string_view field) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc() || end != field.data() + field.size()) return std::nullopt;
   return value;
 }
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory.hpp"
 
-#include "sim/frame_reader.hpp"
 #include "sim/text.hpp"
+#include "sim/text_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <locale>
-#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -19,79 +19,46 @@ namespace {
 
 constexpr char columns[] = "timestamp tx ty tz qx qy qz qw";
 
-// The fields between blanks and tabs.
-std::vector<std::string_view> split(std::string_view text) {
-  constexpr char blanks[] = " \t";
-  std::vector<std::string_view> fields;
-  auto begin = text.find_first_not_of(blanks);
-  while (begin != std::string_view::npos) {
-    const auto end = std::min(text.find_first_of(blanks, begin), text.size());
-    fields.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(blanks, end);
-  }
-  return fields;
-}
-
-// Names go into CSV files and plots as they are.
-bool is_plain(const std::string& name) {
-  return std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
-           c == '.';
-  });
-}
-
 class TumReader {
  public:
-  explicit TumReader(const std::string& file) : file_(file), stream_(file) {
-    if (!stream_) throw InputError(file + ": cannot be opened; expected a readable trajectory file");
+  explicit TumReader(const std::string& file) : file_(file, "trajectory file") {
+    trajectory_.name = std::filesystem::path(file).stem().string();
+    if (!std::all_of(trajectory_.name.begin(), trajectory_.name.end(), is_plain)) {
+      throw InputError(file +
+                       ": expected a file name of letters, digits, '_', '-' and '.': it names the sequence in tables");
+    }
   }
 
   Trajectory read() {
-    trajectory_.name = std::filesystem::path(file_).stem().string();
-    if (!is_plain(trajectory_.name)) {
-      throw InputError(file_ +
-                       ": expected a file name of letters, digits, '_', '-' and '.': it names the sequence in tables");
-    }
-    std::string line;
-    while (std::getline(stream_, line)) {
-      ++line_;
-      const std::string_view text = text_of_line(line, line_);
-      const std::string_view pose = trimmed(text.substr(0, text.find('#')));
+    while (const auto text = file_.next()) {
+      const std::string_view pose = trimmed(text->substr(0, text->find('#')));
       if (!pose.empty()) read_pose(pose);
     }
-    if (stream_.bad()) throw InputError(file_ + ": reading failed after line " + std::to_string(line_));
     const std::size_t poses = trajectory_.poses.size();
     if (poses < 2) {
-      throw InputError(file_ + ":" + std::to_string(line_) + ": end of file; expected at least 2 lines '" + columns +
-                       "', not " + std::to_string(poses));
+      file_.fail_at_end("at least 2 lines '" + std::string(columns) + "', not " + std::to_string(poses));
     }
     return std::move(trajectory_);
   }
 
  private:
-  [[noreturn]] void fail(const std::string& expected) const {
-    throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected);
-  }
-
   void read_pose(std::string_view text) {
     constexpr std::array<const char*, 8> names = {"timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
-    const auto fields = split(text);
+    const auto fields = split_at_blanks(text);
     if (fields.size() != names.size()) {
-      fail("8 fields '" + std::string(columns) + "', not " + std::to_string(fields.size()));
+      file_.fail("8 fields '" + std::string(columns) + "', not " + std::to_string(fields.size()));
     }
     std::array<double, names.size()> v{};
     for (std::size_t i = 0; i < v.size(); ++i) {
-      const std::optional<double> value = finite_number(fields[i]);
-      if (!value) fail("a finite number for " + std::string(names[i]) + ", not " + shown(fields[i]));
-      v[i] = *value;
+      v[i] = file_.number(fields[i], names[i]);
     }
     auto& poses = trajectory_.poses;
     if (!poses.empty() && !(v[0] > poses.back().time)) {
-      fail("a timestamp later than that of the pose before, not " + shown(fields[0]));
+      file_.fail("a timestamp later than that of the pose before, not " + shown(fields[0]));
     }
     const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
     if (!(std::abs(q.norm() - 1) <= 1e-2)) {
-      fail("a quaternion qx qy qz qw of norm 1 within 0.01, not one of norm " + shown(std::to_string(q.norm())));
+      file_.fail("a quaternion qx qy qz qw of norm 1 within 0.01, not one of norm " + shown(std::to_string(q.norm())));
     }
     StampedPose pose;
     pose.time = v[0];
@@ -99,9 +66,7 @@ class TumReader {
     poses.push_back(pose);
   }
 
-  std::string file_;
-  std::ifstream stream_;
-  std::size_t line_ = 0;
+  TextFile file_;
   Trajectory trajectory_;
 };
 
@@ -120,25 +85,48 @@ Pose analytic_pose(double t) {
 
 }  // namespace
 
-Trajectory read_tum(const std::string& file) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw InputError(file + ": is a folder; expected a trajectory file");
-  return TumReader(file).read();
+Trajectory read_tum(const std::string& file) { return TumReader(file).read(); }
+
+Trajectory read_asl(const std::string& file) {
+  TextFile text_file(file, "ground truth file");
+  Trajectory trajectory;
+  trajectory.name = std::filesystem::path(file).stem().string();
+  const auto read_row = [&](std::int64_t stamp, const std::vector<std::string_view>& fields) {
+    std::array<double, 8> v{};
+    for (std::size_t i = 1; i < v.size(); ++i) v[i] = text_file.number(fields[i], "a pose");
+    const Eigen::Quaterniond q(v[4], v[5], v[6], v[7]);
+    if (!(std::abs(q.norm() - 1) <= 1e-2)) text_file.fail("a quaternion q_w,q_x,q_y,q_z of norm 1 within 0.01");
+    StampedPose pose;
+    pose.time = static_cast<double>(stamp) * 1e-9;
+    pose.T_wb = Eigen::Translation3d(v[1], v[2], v[3]) * q.normalized();
+    trajectory.poses.push_back(pose);
+  };
+  read_stamped_rows(text_file, 8, "stamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z", read_row);
+  return trajectory;
+}
+
+std::optional<Pose> pose_at(const Trajectory& trajectory, double time, double longest_gap) {
+  const auto& poses = trajectory.poses;
+  const auto after = std::lower_bound(poses.begin(), poses.end(), time,
+                                      [](const StampedPose& pose, double t) { return pose.time < t; });
+  if (after == poses.end()) return std::nullopt;
+  if (after->time == time) return after->T_wb;
+  if (after == poses.begin()) return std::nullopt;
+  const StampedPose& before = *std::prev(after);
+  const double gap = after->time - before.time;
+  if (gap > longest_gap) return std::nullopt;
+  const double share = (time - before.time) / gap;
+  const Eigen::Vector3d from = before.T_wb.translation();
+  const Eigen::Vector3d to = after->T_wb.translation();
+  const Eigen::Quaterniond q(before.T_wb.linear());
+  return Eigen::Translation3d(from + share * (to - from)) * q.slerp(share, Eigen::Quaterniond(after->T_wb.linear()));
 }
 
 std::vector<Trajectory> read_trajectories(const std::string& file_or_folder) {
-  namespace fs = std::filesystem;
   std::error_code error;
-  if (!fs::is_directory(file_or_folder, error)) return {read_tum(file_or_folder)};
-  std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(file_or_folder, error)) {
-    if (entry.path().extension() == ".txt") files.push_back(entry.path().string());
-  }
-  if (error) throw InputError(file_or_folder + ": cannot be listed: " + error.message());
-  if (files.empty()) throw InputError(file_or_folder + ": expected files named *.txt in this folder, found none");
-  std::sort(files.begin(), files.end());
+  if (!std::filesystem::is_directory(file_or_folder, error)) return {read_tum(file_or_folder)};
   std::vector<Trajectory> trajectories;
-  for (const auto& file : files) trajectories.push_back(read_tum(file));
+  for (const auto& file : files_of(file_or_folder, "", ".txt")) trajectories.push_back(read_tum(file));
   return trajectories;
 }
 

@@ -3,6 +3,7 @@
 
 #include "sim/se3.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,15 @@ Trajectory read_tum(const std::string& file);
 
 /// One file, or every *.txt of a folder in order of name. Throws InputError, also if there is none.
 std::vector<Trajectory> read_trajectories(const std::string& file_or_folder);
+
+/// Reads the ground truth of an EuRoC sequence in the ASL layout: rows
+/// `stamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z` and what comes after these, `#` begins a comment line. The rest as
+/// read_tum, but for the name, which is the file's as it is, and for the number of poses.
+Trajectory read_asl(const std::string& file);
+
+/// The pose at a time, from the two around it, rotations by slerp; nothing outside of the trajectory, or where these
+/// are more than `longest_gap` s apart.
+std::optional<Pose> pose_at(const Trajectory& trajectory, double time, double longest_gap);
 
 /// Writes it in TUM format, with all digits. Throws InputError if the file cannot be written.
 void write_tum(const Trajectory& trajectory, const std::string& file);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_reader.hpp"
 #include "sim/latency.hpp"
+#include "tests/expect_input_error.hpp"
 #include "tests/support.hpp"
 
 #include <cmath>
@@ -40,16 +41,7 @@ class FrameReader : public ::testing::Test {
   void expect_error(const std::vector<std::string>& lines, const std::string& place,
                     const std::string& expected) const {
     const std::string file = write(lines);
-    try {
-      sim::read_frame(file);
-      ADD_FAILURE() << "no error; expected one about " << expected;
-    } catch (const sim::InputError& error) {
-      const std::string message = error.what();
-      EXPECT_EQ(message.rfind(file + place, 0), 0U) << message;
-      EXPECT_NE(message.find("expected"), std::string::npos) << message;
-      EXPECT_NE(message.find(expected), std::string::npos) << message;
-      EXPECT_EQ(message.find('\n'), std::string::npos) << "one line";
-    }
+    expect_input_error([&] { sim::read_frame(file); }, file + place, expected);
   }
 
   std::string folder_;

@@ -147,6 +147,28 @@ TEST(Se3, a_turn_of_more_than_pi_is_one_of_less) {
   EXPECT_NEAR(sim::rotation_angle(R), 2 * pi - 4, 1e-14);
 }
 
+TEST(Se3, the_nearest_pose_takes_away_what_is_no_rotation) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t i = trials(200); i > 0; --i) {
+    const Pose T = sim::exp_se3(random_xi(random, 2));
+    Eigen::Matrix<double, 3, 4> rows = T.matrix().topRows<3>();
+    for (double& entry : rows.leftCols<3>().reshaped()) entry += random.uniform(-1e-4, 1e-4);
+    const auto pose = sim::nearest_pose(rows);
+    ASSERT_TRUE(pose.has_value());
+    EXPECT_TRUE(pose->linear().isUnitary(1e-14));
+    EXPECT_TRUE(pose->isApprox(T, 1e-3));
+    EXPECT_EQ(pose->translation(), T.translation());
+    const Eigen::Matrix3d stretch = pose->linear().transpose() * rows.leftCols<3>();
+    EXPECT_TRUE(stretch.isApprox(stretch.transpose(), 1e-14)) << "the polar decomposition is the nearest";
+  }
+  Eigen::Matrix<double, 3, 4> rows = Pose::Identity().matrix().topRows<3>();
+  EXPECT_FALSE(sim::nearest_pose(1.001 * rows).has_value());
+  EXPECT_FALSE(sim::nearest_pose(-rows).has_value()) << "a reflection";
+  rows(0, 1) = 1e200;
+  EXPECT_FALSE(sim::nearest_pose(rows).has_value());
+}
+
 TEST(Se3, rows_hold_a_pose) {
   const std::array<double, 12> rows = {0, -1, 0, 4, 1, 0, 0, 5, 0, 0, 1, 6};
   const Pose T = sim::pose_of(rows);

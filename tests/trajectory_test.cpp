@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory.hpp"
 
-#include "sim/frame_reader.hpp"
+#include "tests/expect_input_error.hpp"
 #include "tests/support.hpp"
 
 #include <cmath>
@@ -36,25 +36,10 @@ class TrajectoryReader : public ::testing::Test {
     return file;
   }
 
-  // The message must begin with the place, tell what was expected, and be one line.
-  template <class Body>
-  static void expect_error(const Body& body, const std::string& place, const std::string& expected) {
-    try {
-      body();
-      ADD_FAILURE() << "no error; expected one about " << expected;
-    } catch (const sim::InputError& error) {
-      const std::string message = error.what();
-      EXPECT_EQ(message.rfind(place, 0), 0U) << message;
-      EXPECT_NE(message.find(expected), std::string::npos) << message;
-      EXPECT_EQ(message.find('\n'), std::string::npos) << "one line";
-      EXPECT_LT(message.size(), place.size() + 150) << message;
-    }
-  }
-
   void expect_error_in(const std::vector<std::string>& lines, const std::string& place,
                        const std::string& expected) const {
     const std::string file = write(lines);
-    expect_error([&] { sim::read_tum(file); }, file + place, expected);
+    expect_input_error([&] { sim::read_tum(file); }, file + place, expected);
   }
 
   std::string folder_;
@@ -132,13 +117,13 @@ TEST_F(TrajectoryReader, names_the_line_and_what_it_expected) {
 
 TEST_F(TrajectoryReader, names_what_cannot_be_read_or_written) {
   const std::string nowhere = folder_ + "/nowhere.txt";
-  expect_error([&] { sim::read_tum(folder_); }, folder_, "is a folder; expected a trajectory file");
-  expect_error([&] { sim::read_tum(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_error([&] { sim::read_trajectories(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_error([&] { sim::read_trajectories(folder_); }, folder_, "expected files named *.txt");
-  expect_error([&] { sim::write_tum(sim::analytic_trajectory(), folder_); }, folder_, "cannot be written");
+  expect_input_error([&] { sim::read_tum(folder_); }, folder_, "is a folder; expected a trajectory file");
+  expect_input_error([&] { sim::read_tum(nowhere); }, nowhere, "cannot be opened; expected");
+  expect_input_error([&] { sim::read_trajectories(nowhere); }, nowhere, "cannot be opened; expected");
+  expect_input_error([&] { sim::read_trajectories(folder_); }, folder_, "expected files named *.txt");
+  expect_input_error([&] { sim::write_tum(sim::analytic_trajectory(), folder_); }, folder_, "cannot be written");
   const std::string no_folder = folder_ + "/none/trajectory.txt";
-  expect_error([&] { sim::write_tum(sim::analytic_trajectory(), no_folder); }, no_folder, "cannot be written");
+  expect_input_error([&] { sim::write_tum(sim::analytic_trajectory(), no_folder); }, no_folder, "cannot be written");
 }
 
 TEST_F(TrajectoryReader, reads_a_folder_in_order_and_nothing_else_in_it) {
@@ -188,6 +173,47 @@ TEST_F(TrajectoryReader, reads_what_was_written) {
 
   sim::write_tum(sim::analytic_trajectory(), file);
   expect_same(sim::analytic_trajectory(), sim::read_tum(file));
+}
+
+TEST_F(TrajectoryReader, reads_ground_truth_in_the_asl_layout) {
+  const std::vector<std::string> rows = {"#timestamp, p_RS_R_x [m], ... ,",
+                                         "1403636580838555648,1, -2,0.5,0.8,0,0,0.6,9,9\r",
+                                         "1403636580843555648,4,5,6,1,0,0,0"};
+  const sim::Trajectory trajectory = sim::read_asl(write(rows, "data.csv"));
+  ASSERT_EQ(trajectory.poses.size(), 2U);
+  EXPECT_NEAR(trajectory.poses[0].time, 1403636580.838555648, 1e-6);
+  EXPECT_EQ(trajectory.poses[0].T_wb.translation(), Eigen::Vector3d(1, -2, 0.5));
+  Eigen::Matrix3d turned;  // about z, by twice the angle whose cosine is 0.8
+  turned << 0.28, -0.96, 0, 0.96, 0.28, 0, 0, 0, 1;
+  EXPECT_TRUE(trajectory.poses[0].T_wb.linear().isApprox(turned, 1e-15));
+  const auto expect_error_with = [&](const std::string& row, const std::string& expected) {
+    const std::string file = write({rows[0], rows[1], row}, "data.csv");
+    expect_input_error([&] { sim::read_asl(file); }, file + ":3: ", expected);
+  };
+  expect_error_with("1403636580843555648,4,5,6,1,0,0", "expected the fields stamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z, not 7");
+  expect_error_with("1403636580838555648,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before");
+  expect_error_with("1.5,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before, not '1.5'");
+  expect_error_with("1403636580843555648,4,5,x,1,0,0,0", "expected a finite number for a pose, not 'x'");
+  expect_error_with("1403636580843555648,4,5,6,1.02,0,0,0", "expected a quaternion q_w,q_x,q_y,q_z of norm 1");
+}
+
+TEST(PoseAt, is_exact_on_steady_turns_and_straight_lines_and_nothing_in_gaps) {
+  const auto at = [](double t) -> sim::Pose {
+    return Eigen::Translation3d(t, 2 - 3 * t, 0.5) *
+           Eigen::AngleAxisd(0.7 * t, Eigen::Vector3d(2, -1, 2).normalized()) *
+           Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX());
+  };
+  sim::Trajectory trajectory;
+  for (const double t : {1.0, 1.1, 1.2, 1.5, 1.6}) trajectory.poses.push_back({t, at(t)});
+  for (const double t : {1.0, 1.03, 1.1, 1.199, 1.2, 1.5, 1.55, 1.6}) {
+    const auto pose = sim::pose_at(trajectory, t, 0.11);
+    ASSERT_TRUE(pose.has_value()) << t;
+    EXPECT_TRUE(pose->isApprox(at(t), 1e-14)) << t;
+  }
+  for (const double t : {0.999, 1.21, 1.35, 1.499, 1.601}) {
+    EXPECT_FALSE(sim::pose_at(trajectory, t, 0.11).has_value()) << t;
+  }
+  EXPECT_FALSE(sim::pose_at(sim::Trajectory(), 1, 0.11).has_value());
 }
 
 TEST(AnalyticTrajectory, has_the_poses_it_was_asked_for) {

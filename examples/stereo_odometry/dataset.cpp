@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "examples/stereo_odometry/dataset.hpp"
+
+#include "examples/stereo_odometry/layouts.hpp"
+#include "sim/input_error.hpp"
+#include "sim/text.hpp"
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stereo_odometry {
+namespace {
+
+namespace fs = std::filesystem;
+using maxlogdet::sim::InputError;
+
+bool is_folder(const std::string& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+constexpr KittiFolders kitti_folders[] = {
+    {"image_l", "image_r", 0}, {"image_0", "image_1", 0}, {"image_2", "image_3", 2}};
+
+Recording read_recording(const std::string& folder) {
+  for (const std::string& mav0 : {folder + "/mav0", folder}) {
+    if (is_folder(mav0 + "/cam0")) return read_euroc(folder, mav0);
+  }
+  for (const KittiFolders& names : kitti_folders) {
+    if (is_folder(folder + "/" + names.left_images)) return read_kitti(folder, names);
+  }
+  throw InputError(folder +
+                   ": holds no stereo images; expected the folders image_l and image_r, image_0 and image_1, or "
+                   "image_2 and image_3 (KITTI), or mav0 with cam0 and cam1 (EuRoC)");
+}
+
+std::string name_of(const std::string& folder) {
+  std::error_code error;
+  fs::path path = fs::canonical(folder, error);
+  if (path.filename() == "mav0") path = path.parent_path();
+  std::string name = path.filename().string();
+  for (char& c : name) c = maxlogdet::sim::is_plain(c) ? c : '_';
+  return name.empty() ? "dataset" : name;
+}
+
+cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map) {
+  if (map.x.empty()) return image;
+  cv::Mat result;
+  cv::remap(image, result, map.x, map.y, cv::INTER_LINEAR);
+  return result;
+}
+
+}  // namespace
+
+StereoImages StereoDataset::load(std::size_t i) const {
+  const Recording::Pair& pair = recording_.pairs.at(i);
+  const cv::Size size(width(), height());
+  const cv::Mat left = read_grey(pair.left, size);
+  const cv::Mat right = read_grey(pair.right, size);
+  return {rectified(left, recording_.left_map), rectified(right, recording_.right_map)};
+}
+
+std::unique_ptr<StereoDataset> open_dataset(const std::string& folder) {
+  if (!is_folder(folder)) throw InputError(folder + ": is not a folder; expected one with stereo images");
+  return std::make_unique<StereoDataset>(name_of(folder), read_recording(folder));
+}
+
+cv::Mat read_grey(const std::string& file, const cv::Size& size) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) throw InputError(file + ": is missing; expected an image file");
+  cv::Mat image;
+  try {
+    image = cv::imread(file, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) {
+    image.release();  // the other way in which OpenCV tells that it cannot
+  }
+  if (image.empty()) throw InputError(file + ": cannot be read; expected a whole image, PNG as a rule");
+  const auto text = [](const cv::Size& s) {
+    return std::to_string(s.width) + " x " + std::to_string(s.height) + " px";
+  };
+  if (!size.empty() && image.size() != size) {
+    throw InputError(file + ": is an image of " + text(image.size()) + "; expected " + text(size) +
+                     ", as calibrated or as the first one");
+  }
+  return image;
+}
+
+}  // namespace stereo_odometry

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/input_error.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// A text file, line by line, for readers whose errors name the line.
+class TextFile {
+ public:
+  /// `what` it should be goes into messages: "trajectory file". Throws InputError if it cannot be opened.
+  TextFile(std::string file, const std::string& what);
+
+  /// The next line that has text, without the white space around it, or nothing at the end of the file; valid until the
+  /// next call. Throws InputError if reading fails.
+  std::optional<std::string_view> next();
+
+  /// Throw an InputError about the line read last, or about what the file should have had besides.
+  [[noreturn]] void fail(const std::string& expected) const;
+  [[noreturn]] void fail_at_end(const std::string& expected) const;
+
+  /// The finite number that a field of the line read last is; `what` it is goes into the message otherwise.
+  double number(std::string_view field, const std::string& what) const;
+
+ private:
+  std::string file_;
+  std::ifstream stream_;
+  std::string line_;
+  std::size_t line_number_ = 0;
+};
+
+/// Calls row(stamp, fields) for each row of a file in the ASL layout (EuRoC): comma-separated fields, the first of them
+/// a stamp in ns, 0 or more and later than the one before; lines that begin with `#` are skipped. Throws InputError
+/// about other rows, and about those that have fewer than `count` fields; `columns` names these.
+void read_stamped_rows(TextFile& file, std::size_t count, const std::string& columns,
+                       const std::function<void(std::int64_t stamp, const std::vector<std::string_view>& fields)>& row);
+
+/// The files of a folder whose names begin with `prefix` and have the given extension (".csv"), as paths in order of
+/// name. Throws InputError if it cannot be listed or has none.
+std::vector<std::string> files_of(const std::string& folder, const std::string& prefix, const std::string& extension);
+
+}  // namespace maxlogdet::sim
