@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/report.hpp"
 #include "sim/gnuplot.hpp"
+#include "sim/input_error.hpp"
 #include "sim/names.hpp"
 #include "sim/progress.hpp"
 #include "sim/stopwatch.hpp"
@@ -36,7 +37,7 @@ struct Arguments {
   std::size_t overlays = 10;
   std::uint64_t seed = 0;
   std::string strategy = "lazy_greedy";
-  std::string weighting = "map_bias";
+  std::string weighting = "measurement_and_map";
   std::string residuals = "stereo";
   TrackerOptions options;
 
