@@ -150,9 +150,10 @@ FrameResult StereoTracker::track(const StereoFeatures& features) {
       match_local_map(now);
     }
     optimize(now);
+    measure_selection(now);
+    now.watch = Stopwatch();
     judge(now);
     now.watch.lap(now.result.ms.mapping);
-    measure_selection(now);
   } else {
     now.watch.lap(now.result.ms.coarse);
   }
