@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Executors written in C: none of them changes the answer, whatever threads it has.
-#define _POSIX_C_SOURCE 200809L
+#define _POSIX_C_SOURCE 200809L  // NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): for pthread.h
 
 #include "tests/c_check.h"
 
@@ -143,7 +143,7 @@ static void check_answers(const maxlogdet_executor* given, int32_t threads) {
 // Blocks are the same with its help; seen in what is selected of them.
 static void check_blocks(const maxlogdet_executor* executor) {
   static const double pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  double* const points = malloc(3 * n * sizeof *points);
+  double* const points = malloc((size_t)3 * n * sizeof *points);
   REQUIRE(points != NULL);
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = 0; j < 3; ++j) points[3 * i + j] = 3 * random_entry() + (j == 2 ? 5 : 0);

@@ -21,11 +21,11 @@
 // where no status is returned with 0, none or NaN. Pointers are not checked otherwise, nor are the lengths of arrays.
 // No function throws, prints or ends the program; nothing but create, reserve, push_back and append_blocks allocates.
 
+// NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
 #include <maxlogdet/version.h>
 #include <stddef.h>
 #include <stdint.h>
 
-// NOLINTBEGIN(modernize-use-using): this is C
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -312,4 +312,4 @@ const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active
 #ifdef __cplusplus
 }
 #endif
-// NOLINTEND(modernize-use-using)
+// NOLINTEND(modernize-deprecated-headers,modernize-use-using)
