@@ -30,19 +30,18 @@
 extern "C" {
 #endif
 
-/// How a call ended. A selection with one of the first three carries an answer; with any other it is empty, and its
-/// log_det is NaN.
+/// How a call ended. A selection that is ok, all_selected or deadline_reached carries an answer; with any other status
+/// it is empty, and its log_det is NaN.
 typedef int32_t maxlogdet_status;
 enum {
-  MAXLOGDET_STATUS_OUT_OF_MEMORY = -2,  ///< no memory; what was asked for has not been done
-  MAXLOGDET_STATUS_INVALID_ARGUMENT =
-      -1,                                 ///< a null pointer, a struct_size that is none, an executor without functions
-  MAXLOGDET_STATUS_OK = 0,                ///< done; of a selection: as many as the budget asks for
-  MAXLOGDET_STATUS_ALL_SELECTED = 1,      ///< no more may be selected
-  MAXLOGDET_STATUS_DEADLINE_REACHED = 2,  ///< time_limit passed: what was found until then
-  MAXLOGDET_STATUS_INVALID_BUDGET = 3,    ///< budget above the capacity
-  MAXLOGDET_STATUS_INVALID_EPSILON = 4,   ///< stochastic_greedy with epsilon not in (0, 1)
-  MAXLOGDET_STATUS_INVALID_PRIOR = 5,     ///< prior not finite, not symmetric, or not safely positive definite
+  MAXLOGDET_STATUS_OUT_OF_MEMORY = -2,       ///< no memory; what was asked for has not been done
+  MAXLOGDET_STATUS_INVALID_ARGUMENT = -1,    ///< a null pointer, no struct_size, no functions
+  MAXLOGDET_STATUS_OK = 0,                   ///< done; of a selection: as many as the budget asks for
+  MAXLOGDET_STATUS_ALL_SELECTED = 1,         ///< no more may be selected
+  MAXLOGDET_STATUS_DEADLINE_REACHED = 2,     ///< time_limit passed: what was found until then
+  MAXLOGDET_STATUS_INVALID_BUDGET = 3,       ///< budget above the capacity
+  MAXLOGDET_STATUS_INVALID_EPSILON = 4,      ///< stochastic_greedy with epsilon not in (0, 1)
+  MAXLOGDET_STATUS_INVALID_PRIOR = 5,        ///< prior not finite, not symmetric, or not safely positive definite
   MAXLOGDET_STATUS_CAPACITY_EXCEEDED = 6,    ///< more candidates than the capacity
   MAXLOGDET_STATUS_INVALID_STRATEGY = 7,     ///< not an enumerator, or not one that an active selection has
   MAXLOGDET_STATUS_INVALID_TIME_LIMIT = 8,   ///< negative or NaN
@@ -83,7 +82,7 @@ enum {
   MAXLOGDET_THIRD_MEASUREMENT_DEPTH = 2    ///< depth, m
 };
 
-/// How append_blocks ended. Nothing is appended with any but the first two of 0 and above.
+/// How append_blocks ended. Nothing is appended unless it is ok or singular_rays.
 typedef int32_t maxlogdet_block_status;
 enum {
   MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY = -2,
