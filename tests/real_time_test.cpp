@@ -5,6 +5,7 @@
 #include "tests/support.hpp"
 
 #include <fcntl.h>
+#include <maxlogdet/maxlogdet.h>
 #include <pthread.h>
 #include <unistd.h>
 
@@ -19,7 +20,8 @@
 
 namespace {
 
-std::atomic<long> allocations{0};  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<long> allocations{0};           // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<long> until_memory_is_out{-1};  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 
 }  // namespace
 
@@ -51,6 +53,7 @@ void* __libc_memalign(std::size_t alignment, std::size_t size);
 
 void* malloc(std::size_t size) {
   ++allocations;
+  if (until_memory_is_out >= 0 && until_memory_is_out-- == 0) return nullptr;
   return __libc_malloc(size);
 }
 void* calloc(std::size_t count, std::size_t size) {
@@ -203,6 +206,101 @@ TEST(RealTime, active_selection_allocates_nothing) {
             }),
             0);
   EXPECT_EQ(selected, 100U);
+}
+
+TEST(RealTime, the_c_api_allocates_nothing_either) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Block block = random_block(random, 3);
+  maxlogdet_block_store* blocks = nullptr;
+  maxlogdet_selector* selector = nullptr;
+  maxlogdet_active_selection* active = nullptr;
+  ASSERT_EQ(maxlogdet_block_store_create(400, &blocks), MAXLOGDET_STATUS_OK);
+  ASSERT_EQ(maxlogdet_selector_create(400, nullptr, &selector), MAXLOGDET_STATUS_OK);
+  ASSERT_EQ(maxlogdet_active_selection_create(400, &active), MAXLOGDET_STATUS_OK);
+  int answers = 0;
+  std::size_t accepted = 0;
+  EXPECT_EQ(allocations_in([&] {
+              for (int i = 0; i < 400; ++i) maxlogdet_block_store_push_back(blocks, block.data(), 1 + i % 3);
+              maxlogdet_options options;
+              maxlogdet_options_init(&options, sizeof options);
+              options.certify = 1;
+              options.exchange_sweeps = 1;
+              for (const double limit : {0.0, 1e-5, -1.0}) {
+                for (maxlogdet_strategy strategy = 0; strategy < 7; ++strategy) {
+                  options.time_limit = limit;
+                  options.strategy = strategy;
+                  answers += maxlogdet_selection_has_answer(maxlogdet_selector_select(selector, blocks, &options));
+                }
+              }
+              options.struct_size = 1;
+              maxlogdet_selector_select(selector, blocks, &options);
+              maxlogdet_options_init(&options, sizeof options);
+              maxlogdet_active_selection_start(active, blocks, &options);
+              for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
+                if (i % 3 == 0) maxlogdet_active_selection_accept(active);
+                if (i % 3 == 1) maxlogdet_active_selection_accept_block(active, block.data(), 3);
+                if (i % 3 == 2) maxlogdet_active_selection_reject(active);
+              }
+              accepted = maxlogdet_active_selection_selection(active)->size;
+            }),
+            0);
+  EXPECT_EQ(answers, 12);
+  EXPECT_EQ(accepted, 100U);
+  maxlogdet_active_selection_destroy(active);
+  maxlogdet_selector_destroy(selector);
+  maxlogdet_block_store_destroy(blocks);
+}
+
+// Whichever allocation it is that fails: a status, nothing half made, and nothing lost.
+TEST(RealTime, in_c_no_memory_is_a_status) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "malloc is the sanitizer's";
+#endif
+  // Calls it with ever more memory until it has enough; returns how often it had not.
+  const auto failures_of = [](const auto& create) {
+    long memory = 0;
+    for (;; ++memory) {
+      until_memory_is_out = memory;
+      const maxlogdet_status status = create();
+      until_memory_is_out = -1;
+      if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
+      EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
+    }
+  };
+  maxlogdet_block_store* blocks = nullptr;
+  maxlogdet_selector* selector = nullptr;
+  maxlogdet_active_selection* active = nullptr;
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 3);
+  const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
+  EXPECT_GT(of_selector, 10);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_active_selection_create(10, &active); }), of_selector);
+
+  const double block[6] = {1, 2, 3, 4, 5, 6};
+  for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), 2);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 11U);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), 2);
+
+  maxlogdet_camera camera;
+  maxlogdet_matches matches;
+  maxlogdet_block_options block_options;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&block_options, sizeof block_options);
+  camera.fx = camera.fy = 450;
+  const std::vector<double> points(3000, 1);
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  matches.size = 1000;
+  matches.points = points.data();
+  EXPECT_EQ(failures_of([&] {
+              return maxlogdet_append_blocks(&camera, T_cw, &matches, &block_options, blocks, nullptr)->status;
+            }),
+            2);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 1011U);
+  maxlogdet_active_selection_destroy(active);
+  maxlogdet_selector_destroy(selector);
+  maxlogdet_block_store_destroy(blocks);
 }
 
 // With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).

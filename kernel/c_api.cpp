@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: MIT
+// The handles of the C API: each is an object of C++, and what it lends out.
+#include <maxlogdet/maxlogdet.h>
+#include <maxlogdet/maxlogdet.hpp>
+
+#include "kernel/c_structs.hpp"
+
+#include <algorithm>
+#include <limits>
+
+using maxlogdet::c_api::read;
+using maxlogdet::c_api::to_c;
+
+namespace {
+
+// An executor in C. Its functions do not throw: C has no exceptions, and C++ is told not to.
+class CallbackExecutor final : public maxlogdet::Executor {
+ public:
+  explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
+
+  int concurrency() const noexcept override { return std::max(1, callbacks_.concurrency(callbacks_.user_data)); }
+
+  void run(int workers, Body body, void* context) noexcept override {
+    callbacks_.run(callbacks_.user_data, workers, body, context);
+  }
+
+ private:
+  maxlogdet_executor callbacks_;
+};
+
+// Nothing that it is used for throws for another reason than memory.
+template <class Work>
+maxlogdet_status with_memory(const Work& work) noexcept {
+  try {
+    work();
+  } catch (...) {
+    return MAXLOGDET_STATUS_OUT_OF_MEMORY;
+  }
+  return MAXLOGDET_STATUS_OK;
+}
+
+// What is lent out where no handle can, or where what it was asked is not understood.
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGUMENT,
+                                                   MAXLOGDET_STRATEGY_LAZY_GREEDY,
+                                                   0,
+                                                   nullptr,
+                                                   nullptr,
+                                                   not_a_number,
+                                                   not_a_number,
+                                                   0,
+                                                   0,
+                                                   0,
+                                                   1,
+                                                   0};
+constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0};
+constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0};
+
+}  // namespace
+
+struct maxlogdet_block_store {
+  explicit maxlogdet_block_store(size_t capacity) : blocks(capacity) {}
+
+  maxlogdet::BlockStore blocks;
+  maxlogdet_block_report report{};
+};
+
+struct maxlogdet_selector {
+  maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks, bool has_executor)
+      : executor(callbacks), selector(capacity, has_executor ? &executor : nullptr) {}
+  // The one points to the other.
+  maxlogdet_selector(const maxlogdet_selector&) = delete;
+  maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
+
+  CallbackExecutor executor;
+  maxlogdet::Selector selector;
+  maxlogdet_selection selection{};
+};
+
+struct maxlogdet_active_selection {
+  explicit maxlogdet_active_selection(size_t capacity) : active(capacity) {}
+
+  maxlogdet::ActiveSelection active;
+  bool is_refused = false;  // the last start: what it was to end is over, its candidates may be gone
+  maxlogdet_selection selection{};
+};
+
+maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *blocks = nullptr;
+  return with_memory([&] { *blocks = new maxlogdet_block_store(capacity); });
+}
+
+void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks) { delete blocks; }
+
+maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.reserve(capacity); });
+}
+
+maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  blocks->blocks.clear();
+  return MAXLOGDET_STATUS_OK;
+}
+
+size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.size();
+}
+
+size_t maxlogdet_block_store_capacity(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.capacity();
+}
+
+int32_t maxlogdet_block_store_rows(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.rows();
+}
+
+int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size_t index) {
+  return blocks != nullptr && index < blocks->blocks.size() && blocks->blocks.is_valid(index) ? 1 : 0;
+}
+
+size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.invalid_count();
+}
+
+maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.push_back(block, rows); });
+}
+
+maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.push_back_invalid(); });
+}
+
+const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* camera, const double* T_cw,
+                                                      const maxlogdet_matches* matches,
+                                                      const maxlogdet_block_options* options,
+                                                      maxlogdet_block_store* blocks,
+                                                      const maxlogdet_executor* executor) {
+  maxlogdet::PinholeCamera cpp_camera;
+  maxlogdet::Matches cpp_matches;
+  maxlogdet::BlockOptions cpp_options;
+  maxlogdet_executor callbacks{};
+  if (blocks == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options) ||
+      (executor != nullptr && !read(executor, callbacks))) {
+    return &refused_report;
+  }
+  CallbackExecutor helpers(callbacks);
+  const maxlogdet_status status = with_memory([&] {
+    blocks->report = to_c(append_blocks(cpp_camera, T_cw, cpp_matches, cpp_options, blocks->blocks,
+                                        executor == nullptr ? nullptr : &helpers));
+  });
+  return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
+}
+
+int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
+  return selection != nullptr && selection->status >= MAXLOGDET_STATUS_OK &&
+                 selection->status <= MAXLOGDET_STATUS_DEADLINE_REACHED
+             ? 1
+             : 0;
+}
+
+double maxlogdet_selection_efficiency(const maxlogdet_selection* selection) {
+  if (selection == nullptr) return not_a_number;
+  maxlogdet::Selection cpp_selection{};
+  cpp_selection.log_det = selection->log_det;
+  cpp_selection.upper_bound = selection->upper_bound;
+  return cpp_selection.efficiency();
+}
+
+maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
+                                           maxlogdet_selector** selector) {
+  if (selector == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *selector = nullptr;
+  maxlogdet_executor callbacks{};
+  if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks, executor != nullptr); });
+}
+
+void maxlogdet_selector_destroy(maxlogdet_selector* selector) { delete selector; }
+
+size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector) {
+  return selector == nullptr ? 0 : selector->selector.capacity();
+}
+
+const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
+                                                     const maxlogdet_options* options) {
+  maxlogdet::Options cpp_options;
+  if (selector == nullptr || blocks == nullptr || !read(options, cpp_options)) return &refused_selection;
+  selector->selection = to_c(selector->selector.select(blocks->blocks, cpp_options));
+  return &selector->selection;
+}
+
+maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *active = nullptr;
+  return with_memory([&] { *active = new maxlogdet_active_selection(capacity); });
+}
+
+void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active) { delete active; }
+
+size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active) {
+  return active == nullptr ? 0 : active->active.capacity();
+}
+
+maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
+                                                  const maxlogdet_block_store* candidates,
+                                                  const maxlogdet_options* options) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  maxlogdet::Options cpp_options;
+  active->is_refused = candidates == nullptr || !read(options, cpp_options);
+  if (active->is_refused) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return static_cast<maxlogdet_status>(active->active.start(candidates->blocks, cpp_options));
+}
+
+uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active) {
+  return active == nullptr || active->is_refused ? MAXLOGDET_NONE : active->active.next();
+}
+
+maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_status>(active->active.accept());
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
+                                                         int32_t rows) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_status>(active->active.accept(block, rows));
+}
+
+maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_status>(active->active.reject());
+}
+
+const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active_selection* active) {
+  if (active == nullptr || active->is_refused) return &refused_selection;
+  active->selection = to_c(active->active.selection());
+  return &active->selection;
+}

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// maxlogdet for C99, and for everything that calls C: other languages, other compilers. What the functions compute is
+// said in the C++ headers of the same names; here stands what a caller in C has to know. docs/c_api.md has a program.
+//
+// Handles. A block store, a selector and an active selection are opaque: create makes one (or tells by its status why
+// not, and then stores a null pointer), destroy ends it, and takes a null pointer. One thread at a time uses a handle;
+// several may read a block store. What is returned by pointer belongs to the handle that gave it, and is only read.
+//
+// Structs, and later versions. A struct that the caller fills begins with struct_size; NAME_init(&s, sizeof s) sets
+// that and the defaults. A later version of the library may append fields: it reads no more than struct_size bytes, and
+// what a caller's struct is too short for has its default, so that a program or a binding made for this header goes on
+// working with every later library of the same major version. Any struct_size is taken that is a multiple of 8, of at
+// least the first 16 bytes, and no longer than the library's own struct. Every other one (a struct without init, or one
+// longer than this library knows, which is older than the header then) is refused as invalid_argument. Structs that the
+// library fills are reached through pointers, and may grow at their ends as well. Values of enumerators, and the order
+// and types of fields, do not change.
+//
+// Errors. No pointer may be null where its comment does not allow it: a null one is answered with invalid_argument, or
+// where no status is returned with 0, none or NaN. Pointers are not checked otherwise, nor are the lengths of arrays.
+// No function throws, prints or ends the program; nothing but create, reserve, push_back and append_blocks allocates.
+
+// NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
+#include <maxlogdet/version.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// How a call ended. A selection that is ok, all_selected or deadline_reached carries an answer; with any other status
+/// it is empty, and its log_det is NaN.
+typedef int32_t maxlogdet_status;
+enum {
+  MAXLOGDET_STATUS_OUT_OF_MEMORY = -2,       ///< no memory; what was asked for has not been done
+  MAXLOGDET_STATUS_INVALID_ARGUMENT = -1,    ///< a null pointer, no struct_size, no functions
+  MAXLOGDET_STATUS_OK = 0,                   ///< done; of a selection: as many as the budget asks for
+  MAXLOGDET_STATUS_ALL_SELECTED = 1,         ///< no more may be selected
+  MAXLOGDET_STATUS_DEADLINE_REACHED = 2,     ///< time_limit passed: what was found until then
+  MAXLOGDET_STATUS_INVALID_BUDGET = 3,       ///< budget above the capacity
+  MAXLOGDET_STATUS_INVALID_EPSILON = 4,      ///< stochastic_greedy with epsilon not in (0, 1)
+  MAXLOGDET_STATUS_INVALID_PRIOR = 5,        ///< prior not finite, not symmetric, or not safely positive definite
+  MAXLOGDET_STATUS_CAPACITY_EXCEEDED = 6,    ///< more candidates than the capacity
+  MAXLOGDET_STATUS_INVALID_STRATEGY = 7,     ///< not an enumerator, or not one that an active selection has
+  MAXLOGDET_STATUS_INVALID_TIME_LIMIT = 8,   ///< negative or NaN
+  MAXLOGDET_STATUS_INVALID_THREADS = 9,      ///< negative
+  MAXLOGDET_STATUS_INVALID_GROUPS = 10,      ///< a group not below group_count, or group_count above the capacity
+  MAXLOGDET_STATUS_INFEASIBLE = 11,          ///< what is required is excluded, invalid, or more than is allowed
+  MAXLOGDET_STATUS_UNSUPPORTED_GROUPS = 12,  ///< the strategy has no way to keep to groups
+  MAXLOGDET_STATUS_NOTHING_PROPOSED = 13,    ///< an answer without a proposal
+  MAXLOGDET_STATUS_INVALID_BLOCK = 14,       ///< the block as measured is not one
+  MAXLOGDET_STATUS_UNSUPPORTED_ISA = 15      ///< MAXLOGDET_ISA names an instruction set that there is not
+};
+
+/// How the candidates are searched.
+typedef int32_t maxlogdet_strategy;
+enum {
+  MAXLOGDET_STRATEGY_GREEDY = 0,
+  MAXLOGDET_STRATEGY_LAZY_GREEDY = 1,        ///< the default: greedy's answer in a fraction of the time
+  MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY = 2,  ///< Algorithm 1 of the paper, with epsilon and seed
+  MAXLOGDET_STRATEGY_RELAXED = 3,            ///< for tens of thousands of candidates
+  MAXLOGDET_STRATEGY_BACKWARD_GREEDY = 4,    ///< for budgets of more than half of the candidates
+  MAXLOGDET_STRATEGY_AUTOMATIC = 5           ///< one of these, by the size of the problem
+};
+
+/// Which linearised problem a block describes (maxlogdet/jacobian.hpp has the equations).
+typedef int32_t maxlogdet_weighting;
+enum {
+  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the default, the paper's H_c, with points in the camera frame
+  MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,      ///< the same with points in the world frame
+  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< H_x / sigma
+  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< H_x whitened by the noise of measurement and map
+};
+
+/// What a third row measures, for the matches that have one.
+typedef int32_t maxlogdet_third_measurement;
+enum {
+  MAXLOGDET_THIRD_MEASUREMENT_NONE = 0,    ///< the default: all are monocular
+  MAXLOGDET_THIRD_MEASUREMENT_STEREO = 1,  ///< u_right, px; needs the camera's bf > 0
+  MAXLOGDET_THIRD_MEASUREMENT_DEPTH = 2    ///< depth, m
+};
+
+/// How append_blocks ended. Nothing is appended unless it is ok or singular_rays.
+typedef int32_t maxlogdet_block_status;
+enum {
+  MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY = -2,
+  MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT = -1,  ///< as MAXLOGDET_STATUS_INVALID_ARGUMENT
+  MAXLOGDET_BLOCK_STATUS_OK = 0,                 ///< n blocks; those without a Jacobian as invalid candidates
+  MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS = 1,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z
+                                               ///< axis: their blocks are invalid
+  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA = 2,   ///< fx, fy not positive and finite, or stereo rows without bf > 0
+  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw null, not finite or not a rotation
+  MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS = 4,  ///< a sigma, threads or an enumerator out of its range
+  MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5    ///< size > 0 without points
+};
+
+/// Names of the enumerators, in small letters ("all_selected"); "unknown" for any other value. Constants.
+const char* maxlogdet_status_name(maxlogdet_status status);
+const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
+const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
+const char* maxlogdet_block_status_name(maxlogdet_block_status status);
+
+/// Version of the library that was linked; MAXLOGDET_VERSION is that of the header.
+const char* maxlogdet_version(void);
+
+/// The instruction set that a selector made now would run on: "sse2", "avx2", "avx512", "neon"; "none" if the
+/// environment variable MAXLOGDET_ISA names one that there is not.
+const char* maxlogdet_active_isa(void);
+/// Name of the i-th instruction set built in, narrowest first; a null pointer when there are fewer.
+const char* maxlogdet_built_in_isa(int32_t i);
+/// 1 if this machine can run the instruction set of that name, else 0, also for a null pointer.
+int32_t maxlogdet_isa_is_supported(const char* name);
+
+/// Where helpers come from when one selection shall work on several threads: a pool of the caller's
+/// (docs/threading.md), or oneTBB (maxlogdet/tbb.h). The struct is copied; what user_data points to outlives whoever
+/// uses it. Both functions are called on the thread that selects, also by several threads at once if the caller's
+/// selectors share one pool.
+typedef void (*maxlogdet_body)(void* context, int32_t worker);
+typedef struct maxlogdet_executor {
+  size_t struct_size;
+  void* user_data;  ///< handed to both functions
+  /// Most workers that run called from this thread may have, the caller among them; at least 1.
+  int32_t (*concurrency)(void* user_data);
+  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to others. Helpers
+  /// may come late or never. Returns when body(context, 0) and all helpers that have begun have returned, and none will
+  /// begin any more.
+  void (*run)(void* user_data, int32_t workers, maxlogdet_body body, void* context);
+} maxlogdet_executor;
+
+/// Without functions. invalid_argument for a null pointer or another size; a struct of 8 bytes or more is then marked,
+/// so that every function refuses it. So are all functions of this kind.
+maxlogdet_status maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size);
+
+/// Candidate blocks H_i, one a match; fill it once a frame, clear keeps its memory.
+typedef struct maxlogdet_block_store maxlogdet_block_store;
+
+/// Room for `capacity` candidates, which is no limit: a store grows. out_of_memory, invalid_argument.
+maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks);
+void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks);
+
+/// Makes room for `capacity` candidates; what is stored stays. out_of_memory (without effect), invalid_argument.
+maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity);
+/// Removes all candidates; keeps the memory.
+maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks);
+
+size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks);
+size_t maxlogdet_block_store_capacity(const maxlogdet_block_store* blocks);
+/// Rows of the tallest block since clear; 0 while there is no valid block.
+int32_t maxlogdet_block_store_rows(const maxlogdet_block_store* blocks);
+/// 1 if there is a candidate of that index and it has a block, else 0.
+int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size_t index);
+size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks);
+
+/// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32; its
+/// index is the size before. A null block, other rows, or entries that float32 cannot hold are kept as an invalid
+/// candidate, which is never selected, and are no error. out_of_memory (only when the capacity does not suffice),
+/// invalid_argument.
+maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows);
+/// Appends an invalid candidate: a match that has no block.
+maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
+
+/// A rectified pinhole camera: x right, y down, z forward.
+typedef struct maxlogdet_camera {
+  size_t struct_size;
+  double fx;  ///< focal length, px; has no default
+  double fy;  ///< focal length, px; has no default
+  double cx;  ///< principal point, px (no Jacobian depends on it)
+  double cy;  ///< principal point, px
+  double bf;  ///< stereo baseline times fx, px m; 0: monocular
+} maxlogdet_camera;
+maxlogdet_status maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size);
+
+/// n matches as the caller's own arrays; nothing is kept. A null optional array means its default for all.
+typedef struct maxlogdet_matches {
+  size_t struct_size;
+  size_t size;                    ///< n
+  const double* points;           ///< n x 3 row-major: points in the world frame, m
+  const double* sigmas;           ///< n: measurement deviation, px; default 1
+  const uint8_t* has_third;       ///< n: nonzero where the third measurement exists; default: all have it
+  const uint8_t* usable;          ///< n: zero keeps a match as an invalid candidate; default: all are usable
+  const double* weights;          ///< n: w >= 0 multiplies H^T H; default 1
+  const double* map_covariances;  ///< n x 3 x 3: of the points, world frame, m^2; default map_sigma^2 I
+} maxlogdet_matches;
+maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
+
+typedef struct maxlogdet_block_options {
+  size_t struct_size;
+  maxlogdet_weighting weighting;      ///< default map_bias
+  maxlogdet_third_measurement third;  ///< default none
+  double map_sigma;                   ///< m, deviation of a map point (measurement_and_map); default 0.05
+  double depth_sigma;                 ///< m, deviation of a depth measurement; default 0.05
+  int32_t threads;                    ///< as that of maxlogdet_options; the blocks do not depend on it
+  int32_t reserved;                   ///< 0, else invalid_argument
+} maxlogdet_block_options;
+maxlogdet_status maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size);
+
+typedef struct maxlogdet_block_report {
+  maxlogdet_block_status status;
+  size_t appended;       ///< n, or 0 on an error
+  size_t invalid;        ///< of these, kept as invalid candidates, for whatever reason
+  size_t behind_camera;  ///< depth <= 0
+  size_t singular_rays;  ///< rays orthogonal to the world's z axis (map_bias_world)
+} maxlogdet_block_report;
+
+/// Appends one block a match, in their order. `T_cw`: 3 x 4 row-major, world to camera. `executor` may be null: the
+/// calling thread alone. The report is the store's, valid until the next append_blocks to it or its end; never null.
+const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* camera, const double* T_cw,
+                                                      const maxlogdet_matches* matches,
+                                                      const maxlogdet_block_options* options,
+                                                      maxlogdet_block_store* blocks,
+                                                      const maxlogdet_executor* executor);
+
+/// What to select and how; n is the number of candidates. Arrays belong to the caller.
+typedef struct maxlogdet_options {
+  size_t struct_size;
+  size_t budget;                ///< how many to select, at most the capacity; default 100
+  maxlogdet_strategy strategy;  ///< default lazy_greedy
+  int32_t threads;      ///< 1: the calling one alone; 0, the default: as many of the executor as pay off; m: at most m
+  double epsilon;       ///< stochastic_greedy: in (0, 1); default 0.1
+  uint64_t seed;        ///< stochastic_greedy: same seed, same answer; default 0
+  const double* prior;  ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the units of
+                        ///< the blocks; null, the default: 1e-5 I
+  double time_limit;    ///< s, looked at between rounds; 0, the default: none
+  int32_t certify;      ///< nonzero: fill upper_bound; default 0
+  int32_t reserved;     ///< 0, else invalid_argument
+  size_t certificate_passes;  ///< Frank-Wolfe passes that tighten upper_bound; default 0
+  size_t exchange_sweeps;     ///< most sweeps that swap a selected candidate for a better one; default 0
+  const uint8_t* required;    ///< n: nonzero is selected in any case, first; null: none
+  const uint8_t* excluded;    ///< n: nonzero is not selected; null: none
+  const uint32_t* groups;     ///< n: group of each candidate, < group_count; null: no groups, whatever the three below
+  size_t group_count;         ///< at most the capacity
+  size_t max_per_group;       ///< most to select of a group; default 1
+  const uint32_t* group_maxima;  ///< group_count: most to select of each; null: max_per_group
+} maxlogdet_options;
+maxlogdet_status maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
+
+/// The answer.
+typedef struct maxlogdet_selection {
+  maxlogdet_status status;
+  maxlogdet_strategy strategy;  ///< the one asked for, or what `automatic` chose
+  size_t size;                  ///< number selected
+  const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp)
+  const double* gains;          ///< `size` gains: the growth of log det by each after those before it, nats
+  double log_det;               ///< log det of prior and selected blocks together, nats
+  double upper_bound;           ///< no selection within the budget has a greater log det, nats; NaN if not asked for
+  size_t evaluations;           ///< candidate gains computed; may differ between machines
+  size_t float64_decisions;     ///< of these, computed again in float64; likewise
+  size_t invalid_candidates;    ///< candidates without a block: never selected
+  int32_t threads;              ///< how many threads the work was offered to, the calling one among them
+  int32_t reserved;             ///< 0
+} maxlogdet_selection;
+
+/// 1 if this is an answer (perhaps cut short by the deadline), 0 if an error or a null pointer.
+int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection);
+/// (det of the information / det of the bound)^(1/6): at least that share of what the best selection could have. NaN
+/// without upper_bound, and for a null pointer.
+double maxlogdet_selection_efficiency(const maxlogdet_selection* selection);
+
+/// Selects candidates; owns all the memory that this needs. One a thread, kept for the life of the tracker.
+typedef struct maxlogdet_selector maxlogdet_selector;
+
+/// For stores of up to `capacity` candidates. `executor` may be null: the calling thread alone. out_of_memory (also
+/// above 2^32 - 1), invalid_argument.
+maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
+                                           maxlogdet_selector** selector);
+void maxlogdet_selector_destroy(maxlogdet_selector* selector);
+size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector);
+
+/// Selects options->budget of the candidates; neither allocates nor locks. The selection is the selector's, valid until
+/// its next select or its end; never null.
+const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
+                                                     const maxlogdet_options* options);
+
+/// Selection hand in hand with matching: it proposes a candidate, the tracker tries to match it, and answers. After
+/// create nothing of it allocates.
+typedef struct maxlogdet_active_selection maxlogdet_active_selection;
+
+/// What next returns when there is nothing to propose.
+#define MAXLOGDET_NONE UINT32_C(0xFFFFFFFF)
+
+/// As maxlogdet_selector_create.
+maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active);
+void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
+size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
+
+/// Begins anew, and with it the time limit. The candidates must stay as they are until the last call of any other
+/// function. Of the options it takes budget, prior, time_limit and the constraints; strategy is greedy, lazy_greedy or
+/// automatic. The statuses are those of a selection; after an error there is nothing to propose.
+maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
+                                                  const maxlogdet_block_store* candidates,
+                                                  const maxlogdet_options* options);
+
+/// The best of what has been neither accepted nor rejected; the same again until it is answered. MAXLOGDET_NONE when
+/// the budget is reached, nothing is left, or the time limit has passed.
+uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
+
+/// The proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
+maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active);
+/// It enters with the block as measured, rows x 6 row-major, rows in {1, 2, 3}. ok, nothing_proposed, or invalid_block
+/// (null, other rows, not finite); after that it is still proposed.
+maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
+                                                         int32_t rows);
+/// The proposal is not matched, and not proposed again. ok or nothing_proposed.
+maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active);
+
+/// What has been accepted, in that order; valid until the next call of anything with this handle; never null.
+const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active_selection* active);
+
+#ifdef __cplusplus
+}
+#endif
+// NOLINTEND(modernize-deprecated-headers,modernize-use-using)

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: MIT
+// The C API is the C++ one in other words: every answer is the same, bit for bit, errors included.
+#include "sim/frame.hpp"
+#include "tests/support.hpp"
+
+#include <maxlogdet/maxlogdet.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+struct Destroy {
+  void operator()(maxlogdet_block_store* blocks) const { maxlogdet_block_store_destroy(blocks); }
+  void operator()(maxlogdet_selector* selector) const { maxlogdet_selector_destroy(selector); }
+  void operator()(maxlogdet_active_selection* active) const { maxlogdet_active_selection_destroy(active); }
+};
+using CBlocks = std::unique_ptr<maxlogdet_block_store, Destroy>;
+using CSelector = std::unique_ptr<maxlogdet_selector, Destroy>;
+using CActive = std::unique_ptr<maxlogdet_active_selection, Destroy>;
+
+CBlocks c_blocks(std::size_t capacity) {
+  maxlogdet_block_store* made = nullptr;
+  EXPECT_EQ(maxlogdet_block_store_create(capacity, &made), MAXLOGDET_STATUS_OK);
+  return CBlocks(made);
+}
+
+CSelector c_selector(std::size_t capacity) {
+  maxlogdet_selector* made = nullptr;
+  EXPECT_EQ(maxlogdet_selector_create(capacity, nullptr, &made), MAXLOGDET_STATUS_OK);
+  return CSelector(made);
+}
+
+CActive c_active(std::size_t capacity) {
+  maxlogdet_active_selection* made = nullptr;
+  EXPECT_EQ(maxlogdet_active_selection_create(capacity, &made), MAXLOGDET_STATUS_OK);
+  return CActive(made);
+}
+
+CBlocks copied(const BlockStore& blocks) {
+  CBlocks copy = c_blocks(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block block = stored_block(blocks, i);
+    const maxlogdet_status status = blocks.is_valid(i)
+                                        ? maxlogdet_block_store_push_back(copy.get(), block.data(), blocks.rows())
+                                        : maxlogdet_block_store_push_back_invalid(copy.get());
+    EXPECT_EQ(status, MAXLOGDET_STATUS_OK);
+  }
+  return copy;
+}
+
+void expect_same(const maxlogdet_block_store& in_c, const BlockStore& in_cpp) {
+  EXPECT_EQ(maxlogdet_block_store_size(&in_c), in_cpp.size());
+  EXPECT_EQ(maxlogdet_block_store_rows(&in_c), in_cpp.rows());
+  EXPECT_EQ(maxlogdet_block_store_invalid_count(&in_c), in_cpp.invalid_count());
+  for (std::size_t i = 0; i < in_cpp.size(); ++i) {
+    EXPECT_EQ(maxlogdet_block_store_is_valid(&in_c, i) != 0, in_cpp.is_valid(i)) << i;
+  }
+}
+
+maxlogdet_options in_c(const Options& options) {
+  maxlogdet_options made;
+  EXPECT_EQ(maxlogdet_options_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
+  made.budget = options.budget;
+  made.strategy = static_cast<maxlogdet_strategy>(options.strategy);
+  made.threads = options.threads;
+  made.epsilon = options.epsilon;
+  made.seed = options.seed;
+  made.prior = options.prior;
+  made.time_limit = options.time_limit;
+  made.certify = options.certify ? 1 : 0;
+  made.certificate_passes = options.certificate_passes;
+  made.exchange_sweeps = options.exchange_sweeps;
+  made.required = options.required;
+  made.excluded = options.excluded;
+  made.groups = options.groups;
+  made.group_count = options.group_count;
+  made.max_per_group = options.max_per_group;
+  made.group_maxima = options.group_maxima;
+  return made;
+}
+
+bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+void expect_same(const maxlogdet_selection& in_c, const Selection& in_cpp) {
+  ASSERT_EQ(in_c.status, static_cast<int>(in_cpp.status)) << maxlogdet_status_name(in_c.status);
+  ASSERT_EQ(in_c.size, in_cpp.size);
+  EXPECT_EQ(std::vector<std::uint32_t>(in_c.indices, in_c.indices + in_c.size), indices_of(in_cpp));
+  for (std::size_t i = 0; i < in_c.size; ++i) EXPECT_TRUE(same_value(in_c.gains[i], in_cpp.gains[i])) << i;
+  EXPECT_TRUE(same_value(in_c.log_det, in_cpp.log_det));
+  EXPECT_TRUE(same_value(in_c.upper_bound, in_cpp.upper_bound));
+  EXPECT_TRUE(same_value(maxlogdet_selection_efficiency(&in_c), in_cpp.efficiency()));
+  EXPECT_EQ(in_c.evaluations, in_cpp.evaluations);
+  EXPECT_EQ(in_c.float64_decisions, in_cpp.float64_decisions);
+  EXPECT_EQ(in_c.invalid_candidates, in_cpp.invalid_candidates);
+  EXPECT_EQ(in_c.strategy, static_cast<int>(in_cpp.strategy));
+  EXPECT_EQ(in_c.threads, in_cpp.threads);
+  EXPECT_EQ(maxlogdet_selection_has_answer(&in_c) != 0, in_cpp.has_answer());
+}
+
+// Candidates, and options that use every field; some are errors.
+struct Instance {
+  BlockStore blocks;
+  std::size_t capacity = 0;
+  Options options;
+  Matrix6 prior;
+  std::vector<unsigned char> required;
+  std::vector<unsigned char> excluded;
+  std::vector<std::uint32_t> groups;
+  std::vector<std::uint32_t> maxima;
+
+  explicit Instance(Random& random) : blocks(awkward_blocks(random, static_cast<std::size_t>(random.integer(0, 150)))) {
+    for (int i = random.integer(0, 3); i > 0; --i) blocks.push_back_invalid();
+    const std::size_t n = blocks.size();
+    capacity = n + static_cast<std::size_t>(random.integer(0, 30));
+    options.strategy = static_cast<Strategy>(random.chance(0.03) ? random.integer(-1, 6) : random.integer(0, 5));
+    options.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(n)));
+    options.epsilon = random.uniform(0.01, 0.9);
+    options.seed = static_cast<std::uint64_t>(random.integer(0, 1000));
+    options.threads = random.integer(0, 4);
+    options.certify = random.chance(0.5);
+    options.certificate_passes = static_cast<std::size_t>(random.integer(0, 3));
+    options.exchange_sweeps = static_cast<std::size_t>(random.integer(0, 2));
+    options.time_limit = random.chance(0.2) ? 1e-9 : random.chance(0.5) ? 1000 : 0;
+    if (random.chance(0.5)) {
+      prior = random_prior(random);
+      options.prior = prior.data();
+    }
+    if (random.chance(0.3)) {
+      required.resize(n);
+      for (unsigned char& flag : required) flag = random.chance(0.03) ? 1 : 0;
+      options.required = required.data();
+    }
+    if (random.chance(0.3)) {
+      excluded.resize(n);
+      for (unsigned char& flag : excluded) flag = random.chance(0.2) ? 3 : 0;
+      options.excluded = excluded.data();
+    }
+    if (random.chance(0.3)) {
+      const int count = random.integer(1, 10);
+      groups.resize(n);
+      for (std::uint32_t& group : groups) group = static_cast<std::uint32_t>(random.integer(0, count - 1));
+      options.groups = groups.data();
+      options.group_count = static_cast<std::size_t>(count);
+      options.max_per_group = static_cast<std::size_t>(random.integer(1, 20));
+      if (random.chance(0.5)) {
+        for (int g = 0; g < count; ++g) maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 20)));
+        options.group_maxima = maxima.data();
+      }
+    }
+    spoil(random);
+  }
+  Instance(const Instance&) = delete;  // the options point into it
+  Instance& operator=(const Instance&) = delete;
+
+ private:
+  void spoil(Random& random) {
+    const int kind = random.integer(0, 80);
+    if (kind == 0) options.budget = capacity + 1;
+    if (kind == 1) options.epsilon = 0;
+    if (kind == 2) options.threads = -1;
+    if (kind == 3) options.time_limit = -1;
+    if (kind == 4) capacity = blocks.size() / 2;
+    if (kind == 5) options.group_count = 0;
+    if (kind == 6) prior.setZero();
+  }
+};
+
+TEST(CApi, selections_equal_those_of_cpp) {
+  std::size_t answers = 0;
+  std::size_t errors = 0;
+  const std::size_t count = trials(2000);
+  for (std::uint64_t variation = 0; variation < count; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const Instance instance(random);
+    const CBlocks blocks = copied(instance.blocks);
+    expect_same(*blocks, instance.blocks);
+    const CSelector selector = c_selector(instance.capacity);
+    EXPECT_EQ(maxlogdet_selector_capacity(selector.get()), instance.capacity);
+    Selector expected(instance.capacity);
+    const maxlogdet_options options = in_c(instance.options);
+    const maxlogdet_selection* const selection = maxlogdet_selector_select(selector.get(), blocks.get(), &options);
+    expect_same(*selection, expected.select(instance.blocks, instance.options));
+    if (HasFatalFailure()) return;
+    ++(maxlogdet_selection_has_answer(selection) != 0 ? answers : errors);
+  }
+  EXPECT_GE(answers, count / 2);
+  EXPECT_GE(errors, count / 50);
+}
+
+TEST(CApi, active_selections_equal_those_of_cpp) {
+  std::size_t accepted = 0;
+  for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const CActive active = c_active(200);
+    ActiveSelection expected(200);
+    for (int round = 0; round < 2; ++round) {  // a handle is used again
+      const Instance instance(random);
+      const CBlocks blocks = copied(instance.blocks);
+      Options cpp_options = instance.options;
+      if (random.chance(0.9)) cpp_options.strategy = Strategy::lazy_greedy;
+      const maxlogdet_options options = in_c(cpp_options);
+      ASSERT_EQ(maxlogdet_active_selection_start(active.get(), blocks.get(), &options),
+                static_cast<int>(expected.start(instance.blocks, cpp_options)));
+      for (;;) {
+        const std::uint32_t proposed = expected.next();
+        ASSERT_EQ(maxlogdet_active_selection_next(active.get()), proposed);
+        if (proposed == MAXLOGDET_NONE || random.chance(0.01)) break;
+        const int answer = random.integer(0, 3);
+        const Block measured = random_block(random, random.integer(1, 3));
+        const auto rows = static_cast<int>(measured.rows()) + (answer == 3 ? 3 : 0);  // 3: of too many rows
+        Status status = Status::ok;
+        maxlogdet_status in_c = MAXLOGDET_STATUS_OK;
+        if (answer == 0) {
+          status = expected.reject();
+          in_c = maxlogdet_active_selection_reject(active.get());
+        } else if (answer == 1) {
+          status = expected.accept();
+          in_c = maxlogdet_active_selection_accept(active.get());
+        } else {
+          status = expected.accept(measured.data(), rows);
+          in_c = maxlogdet_active_selection_accept_block(active.get(), measured.data(), rows);
+        }
+        ASSERT_EQ(in_c, static_cast<int>(status));
+        expect_same(*maxlogdet_active_selection_selection(active.get()), expected.selection());
+        if (HasFailure()) return;
+      }
+      const Selection selection = expected.selection();
+      accepted += selection.size;
+      expect_same(*maxlogdet_active_selection_selection(active.get()), selection);
+    }
+  }
+  EXPECT_GT(accepted, 1000U * trials(500) / 500);
+}
+
+maxlogdet_matches in_c(const Matches& matches) {
+  maxlogdet_matches made;
+  EXPECT_EQ(maxlogdet_matches_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
+  made.size = matches.size;
+  made.points = matches.points;
+  made.sigmas = matches.sigmas;
+  made.has_third = matches.has_third;
+  made.usable = matches.usable;
+  made.weights = matches.weights;
+  made.map_covariances = matches.map_covariances;
+  return made;
+}
+
+maxlogdet_camera in_c(const PinholeCamera& camera) {
+  maxlogdet_camera made;
+  EXPECT_EQ(maxlogdet_camera_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
+  made.fx = camera.fx;
+  made.fy = camera.fy;
+  made.cx = camera.cx;
+  made.cy = camera.cy;
+  made.bf = camera.bf;
+  return made;
+}
+
+// Stored entries are out of sight in C; what is selected of them, with the bits of its gains, is not.
+TEST(CApi, blocks_equal_those_of_cpp) {
+  constexpr std::size_t n = 300;
+  for (const sim::Scene scene : sim::scenes) {
+    for (const Weighting weighting : sim::weightings) {
+      for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
+        Random random(static_cast<std::uint64_t>(weighting) * 3 + static_cast<std::uint64_t>(third));
+        SCOPED_TRACE(random.name());
+        const sim::Frame frame = make_scene(scene, n, random.seed());
+        const sim::MatchArrays arrays(frame);
+        Matches matches = arrays.view();
+        std::vector<double> sigmas, weights, covariances;
+        std::vector<unsigned char> has_third, usable;
+        for (std::size_t i = 0; i < n; ++i) {
+          sigmas.push_back(random.uniform(-0.01, 3));
+          weights.push_back(random.uniform(-0.01, 2));
+          has_third.push_back(random.chance(0.5) ? 1 : 0);
+          usable.push_back(random.chance(0.9) ? 1 : 0);
+          const Eigen::Matrix3d root = Eigen::Matrix3d::NullaryExpr([&] { return random.uniform(-0.2, 0.2); });
+          const Eigen::Matrix3d covariance = root * root.transpose();
+          covariances.insert(covariances.end(), covariance.data(), covariance.data() + 9);
+        }
+        matches.sigmas = sigmas.data();
+        matches.weights = weights.data();
+        matches.has_third = has_third.data();
+        matches.usable = usable.data();
+        if (random.chance(0.5)) matches.map_covariances = covariances.data();
+        PinholeCamera camera = frame.camera;
+        if (third == ThirdMeasurement::stereo) camera.bf = random.chance(0.9) ? 47.9 : 0;
+        BlockOptions cpp_options;
+        cpp_options.weighting = weighting;
+        cpp_options.third = third;
+        cpp_options.map_sigma = random.uniform(0.01, 0.1);
+        cpp_options.depth_sigma = random.uniform(0.01, 0.1);
+        maxlogdet_block_options options;
+        ASSERT_EQ(maxlogdet_block_options_init(&options, sizeof options), MAXLOGDET_STATUS_OK);
+        options.weighting = static_cast<maxlogdet_weighting>(weighting);
+        options.third = static_cast<maxlogdet_third_measurement>(third);
+        options.map_sigma = cpp_options.map_sigma;
+        options.depth_sigma = cpp_options.depth_sigma;
+
+        BlockStore expected(n);
+        const CBlocks blocks = c_blocks(n);
+        const double* const T_cw = frame.T_cw_prior.data();
+        const BlockReport in_cpp = append_blocks(camera, T_cw, matches, cpp_options, expected);
+        const maxlogdet_camera given_camera = in_c(camera);
+        const maxlogdet_matches given_matches = in_c(matches);
+        const maxlogdet_block_report* const report =
+            maxlogdet_append_blocks(&given_camera, T_cw, &given_matches, &options, blocks.get(), nullptr);
+        EXPECT_EQ(report->status, static_cast<int>(in_cpp.status));
+        EXPECT_STREQ(maxlogdet_block_status_name(report->status), to_string(in_cpp.status));
+        EXPECT_EQ(report->appended, in_cpp.appended);
+        EXPECT_EQ(report->invalid, in_cpp.invalid);
+        EXPECT_EQ(report->behind_camera, in_cpp.behind_camera);
+        EXPECT_EQ(report->singular_rays, in_cpp.singular_rays);
+        expect_same(*blocks, expected);
+        const CSelector selector = c_selector(n);
+        Selector cpp_selector(n);
+        Options all;
+        all.budget = n;
+        const maxlogdet_options select_options = in_c(all);
+        expect_same(*maxlogdet_selector_select(selector.get(), blocks.get(), &select_options),
+                    cpp_selector.select(expected, all));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

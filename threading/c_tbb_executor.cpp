@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/tbb.h>
+#include <maxlogdet/tbb.hpp>
+
+namespace {
+
+// A TbbExecutor has no state: one is as good as another.
+int32_t concurrency(void* /*user_data*/) { return maxlogdet::TbbExecutor().concurrency(); }
+
+void run(void* /*user_data*/, int32_t workers, maxlogdet_body body, void* context) {
+  maxlogdet::TbbExecutor().run(workers, body, context);
+}
+
+}  // namespace
+
+maxlogdet_status maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size) {
+  const maxlogdet_status status = maxlogdet_executor_init(executor, struct_size);
+  if (status != MAXLOGDET_STATUS_OK) return status;
+  if (struct_size < offsetof(maxlogdet_executor, run) + sizeof executor->run) {
+    executor->struct_size = 0;
+    return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  }
+  executor->concurrency = concurrency;
+  executor->run = run;
+  return MAXLOGDET_STATUS_OK;
+}
