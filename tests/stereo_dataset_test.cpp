@@ -23,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using sim::Pose;
 using stereo_odometry::open_dataset;
-using stereo_odometry::StereoDataset;
 using stereo_odometry::StereoImages;
 using Lines = std::vector<std::string>;
 
@@ -391,8 +390,8 @@ class EurocFolder : public StereoDatasetFolder {
   std::vector<Eigen::Vector3d> points(std::size_t i) const {
     Random random("points", i);
     std::vector<Eigen::Vector3d> result;
-    for (double v = -110; v <= 110; v += 22) {
-      for (double u = -170; u <= 170; u += 34) {
+    for (int v = -110; v <= 110; v += 22) {
+      for (int u = -170; u <= 170; u += 34) {
         const Eigen::Vector3d ray(u / left_.fu, v / left_.fv, 1);
         result.emplace_back(true_pose(seconds(stamp(i))) * left_.T_bs * (random.uniform(1.5, 6) * ray));
       }
@@ -546,6 +545,9 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_a_sensor_file) {
     with_field(static_cast<std::size_t>(line),
                std::string("x_") + name + right_.yaml()[static_cast<std::size_t>(line - 1)],
                std::string("expected a field '") + name + "'");
+  }
+  for (const std::string k1 : {"1e300", "-1000"}) {
+    with_field(14, "distortion_coefficients: [" + k1 + ", 0, 0, 0]", "that can be rectified with cam0's");
   }
   with_field(10, "resolution: [375, 240]", "expected the resolution that cam0 has");
   const auto with_pose = [&](const Pose& T_bs, const std::string& place, const std::string& expected) {

@@ -157,6 +157,17 @@ Eigen::Matrix3d rectify(const Camera& left, const Camera& right, Recording& reco
   return R_rectified;
 }
 
+bool is_stereo(const maxlogdet::PinholeCamera& camera) {
+  const auto is_good = [](double value) { return value > 0 && std::isfinite(value); };
+  return is_good(camera.fx) && is_good(camera.fy) && is_good(camera.bf);
+}
+
+// Whether all pixels come from the recorded image or not far beside it; a distortion without sense leads anywhere.
+bool comes_from_image(const RectifyingMap& map, const cv::Size& size) {
+  return cv::checkRange(map.x, true, nullptr, -0.25 * size.width, 1.25 * size.width) &&
+         cv::checkRange(map.y, true, nullptr, -0.25 * size.height, 1.25 * size.height);
+}
+
 maxlogdet::sim::Trajectory find_ground_truth(const std::string& folder, const std::string& mav0) {
   std::error_code error;
   const std::string estimate = mav0 + "/state_groundtruth_estimate0/data.csv";
@@ -180,16 +191,17 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
   Recording recording;
   recording.pairs = list_pairs(mav0);
   read_grey(recording.pairs.front().left, left.size);  // before maps are made, of whatever size the calibration tells
-  Eigen::Matrix3d R;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  bool is_sensible = false;
   try {
     R = rectify(left, right, recording);
+    is_sensible = is_stereo(recording.camera) && comes_from_image(recording.left_map, left.size) &&
+                  comes_from_image(recording.right_map, left.size);
   } catch (const cv::Exception&) {
-    recording.camera = {};  // as bad as numbers without sense
+    is_sensible = false;
   }
-  for (const double value : {recording.camera.fx, recording.camera.fy, recording.camera.bf}) {
-    if (!(value > 0) || !std::isfinite(value)) {
-      throw InputError(right_sensor + ": expected intrinsics, distortion and T_BS that can be rectified with cam0's");
-    }
+  if (!is_sensible) {
+    throw InputError(right_sensor + ": expected intrinsics, distortion and T_BS that can be rectified with cam0's");
   }
   const auto truth = find_ground_truth(folder, mav0);
   constexpr double longest_gap = 0.1 + 1e-4;          // s; stamps of 10 Hz may be rounded
