@@ -117,7 +117,7 @@ using ORB_SLAM2::Frame;
 using ORB_SLAM2::MapPoint;
 
 // A frame with `n` matches, every fourth of its slots empty besides; every eighth match is an outlier, every second one
-// stereo. The frame's pose is a guess some centimetres beside the true one.
+// stereo. The frame's pose is a guess some ten centimetres beside the true one.
 struct World {
   World(Random& random, std::size_t n, bool stereo) : T_cw(random_pose(random)) {
     calls = Calls();
@@ -133,7 +133,7 @@ struct World {
     }
     frame.N = static_cast<int>(frame.mvpMapPoints.size());
     sim::Vector6 xi;
-    xi << random_vector(random, 0.03), random_vector(random, 0.005);
+    xi << random_vector(random, 0.1), random_vector(random, 0.02);
     frame.SetPose(to_mat(sim::exp_se3(xi) * T_cw));
   }
 
@@ -358,7 +358,9 @@ TEST(OrbSlam2Guide, active_matching_tries_one_point_after_the_other_until_enough
   EXPECT_EQ(tried.size(), calls.tried.size()) << "a point was tried twice";
   for (MapPoint* const point : map.points) {
     EXPECT_EQ(point->mnVisible, tried.count(point) > 0 ? 2 : 1);
-    if (!point->mbTrackInView || point->mbBad) EXPECT_EQ(tried.count(point), 0U);
+    if (!point->mbTrackInView || point->mbBad) {
+      EXPECT_EQ(tried.count(point), 0U);
+    }
   }
 }
 

@@ -130,7 +130,9 @@ TEST(OrbSlam3Guide, matches_come_back_with_flags_by_the_frames_own_camera) {
   std::vector<bool> is_selected(300, false);
   for (const auto i : good.selector.select(good.blocks, Options())) is_selected[i] = true;
   for (std::size_t i = 0; i < 300; ++i) {
-    if (!is_selected[i]) EXPECT_EQ(tracking.mCurrentFrame.mvbOutlier[i], i % 5 == 0) << i;
+    if (!is_selected[i]) {
+      EXPECT_EQ(tracking.mCurrentFrame.mvbOutlier[i], i % 5 == 0) << i;
+    }
   }
 }
 
