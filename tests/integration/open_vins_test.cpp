@@ -207,6 +207,11 @@ TEST(OpenVinsGuide, three_rows_hold_all_that_a_projected_jacobian_says_of_a_clon
       const Matrix6 expected = H.transpose() * H;
       EXPECT_LT((block.transpose() * block - expected).norm(), 1e-5 * expected.norm())
           << cameras << " cameras, " << clones << " clones";
+      // The third direction weighs a millionth of the first one: it has to be there too.
+      const Eigen::VectorXd stored = Eigen::JacobiSVD<Eigen::MatrixXd>(block).singularValues();
+      for (Eigen::Index i = 0; i < stored.size() && i < singular.size(); ++i) {
+        EXPECT_NEAR(stored(i), singular(i), 1e-3 * singular(i) + 1e-6 * singular(0)) << "direction " << i;
+      }
     }
   }
 }
