@@ -116,8 +116,8 @@ namespace {
 using ORB_SLAM2::Frame;
 using ORB_SLAM2::MapPoint;
 
-// A frame with `n` matches, every fourth of its slots empty besides; every eighth match is an outlier, every second one
-// stereo. The frame's pose is a guess some ten centimetres beside the true one.
+// A frame with `n` matches, every fourth of its slots empty besides; every eighth match is off by 2 to 20 deviations,
+// every second one stereo. The frame's pose is a guess some ten centimetres beside the true one.
 struct World {
   World(Random& random, std::size_t n, bool stereo) : T_cw(random_pose(random)) {
     calls = Calls();
@@ -157,7 +157,7 @@ struct World {
     cv::KeyPoint key;
     key.octave = random.integer(0, 7);
     const double sigma = std::pow(1.2, key.octave);
-    const double offset = outlier ? 20 * sigma : 0;
+    const double offset = outlier ? random.uniform(2, random.chance(0.5) ? 3.5 : 20) * sigma : 0;
     const double u = Frame::fx * p.x() / p.z() + Frame::cx;
     const double v = Frame::fy * p.y() / p.z() + Frame::cy;
     key.pt.x = static_cast<float>(u + random.uniform(-1, 1) * sigma + offset);
