@@ -15,22 +15,21 @@ namespace ov_type {
 /// A JPL quaternion (x, y, z, w) and a position: q_GtoI, p_IinG for a clone, q_ItoC, p_IinC for extrinsics.
 class PoseJPL {
  public:
-  PoseJPL(const Eigen::Vector4d& quat, const Eigen::Vector3d& pos) : quat_(quat), pos_(pos) {}
+  PoseJPL(const Eigen::Vector4d& quat, const Eigen::Vector3d& pos) { value_ << quat, pos; }
 
-  Eigen::Vector4d quat() const { return quat_; }
-  Eigen::Vector3d pos() const { return pos_; }
+  Eigen::Vector4d quat() const { return value_.head<4>(); }
+  Eigen::Vector3d pos() const { return value_.tail<3>(); }
   /// Trawny and Roumeliotis, Indirect Kalman Filter for 3D Attitude Estimation, eq. 62.
   Eigen::Matrix3d Rot() const {
-    const Eigen::Vector3d v = quat_.head<3>();
-    const double w = quat_(3);
+    const Eigen::Vector3d v = value_.head<3>();
+    const double w = value_(3);
     Eigen::Matrix3d cross;
     cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
     return (2 * w * w - 1) * Eigen::Matrix3d::Identity() - 2 * w * cross + 2 * v * v.transpose();
   }
 
  private:
-  Eigen::Vector4d quat_;
-  Eigen::Vector3d pos_;
+  Eigen::Matrix<double, 7, 1> value_;
 };
 
 }  // namespace ov_type

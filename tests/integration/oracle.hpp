@@ -48,8 +48,9 @@ inline double largest_difference(const BlockStore& blocks, const std::vector<See
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!blocks.is_valid(i)) return 1e300;
     const Block stored = stored_block(blocks, i);
-    Block expected = Block::Zero(stored.rows(), 6);
     const Block rows = map_bias_block(points[i]);
+    if (stored.rows() < rows.rows()) return 1e300;
+    Block expected = Block::Zero(stored.rows(), 6);
     expected.topRows(rows.rows()) = rows;
     largest = std::max(largest, (stored - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff());
   }

@@ -13,7 +13,7 @@ namespace ORB_SLAM2 {
 
 class MapPoint {
  public:
-  cv::Mat GetWorldPos() { return mWorldPos.clone(); }
+  cv::Mat GetWorldPos() const { return mWorldPos.clone(); }
   bool isBad() const { return mbBad; }
   int Observations() const { return nObs; }
   void IncreaseVisible(int n = 1) { mnVisible += n; }

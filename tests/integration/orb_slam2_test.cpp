@@ -25,7 +25,7 @@ struct Calls {
 Calls calls;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 
 maxlogdet::PinholeCamera camera_in_double(const ORB_SLAM2::Frame& frame) {
-  return {frame.fx, frame.fy, frame.cx, frame.cy, frame.mbf};
+  return {ORB_SLAM2::Frame::fx, ORB_SLAM2::Frame::fy, ORB_SLAM2::Frame::cx, ORB_SLAM2::Frame::cy, frame.mbf};
 }
 
 maxlogdet::sim::Pose pose_in_double(const ORB_SLAM2::Frame& frame) {
@@ -199,6 +199,7 @@ TEST(OrbSlam2Guide, blocks_are_derivatives_of_the_projection_under_a_left_pertur
     for (std::size_t i = 0; i < good.blocks.size(); ++i) {
       EXPECT_EQ(good.blocks.is_valid(i), world.frame.mvpMapPoints[i] != nullptr) << i;
       if (!good.blocks.is_valid(i)) continue;
+      EXPECT_NEAR(good.sigmas[i], std::pow(1.2, world.frame.mvKeysUn[i].octave), 1e-5);
       slots.push_back(i);
       push_back(filled, stored_block(good.blocks, i));
     }
@@ -259,7 +260,7 @@ TEST(OrbSlam2Guide, outlier_flags_follow_chi2_under_the_new_pose_and_inliers_are
     World world(random, 400, stereo);
     const Frame guess = world.frame;
     // Flags left over from before, right or wrong, must not matter.
-    for (std::size_t i = 0; i < world.frame.mvbOutlier.size(); ++i) world.frame.mvbOutlier[i] = random.chance(0.5);
+    for (auto&& flag : world.frame.mvbOutlier) flag = random.chance(0.5);
     GoodFeatures good(1000);
     const int inliers = optimize_with_selected(world.frame, good, 100, ORB_SLAM2::Optimizer::PoseOptimization);
 

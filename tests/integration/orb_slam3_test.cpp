@@ -88,6 +88,8 @@ TEST(OrbSlam3Guide, blocks_are_derivatives_of_the_projection_under_a_left_pertur
     points.push_back({(world.frame.GetPose() * point->GetWorldPos()).cast<double>(), 0});
   }
   EXPECT_LT(largest_difference(good.blocks, points), 1e-4);
+  EXPECT_NEAR(good.sigmas[0], 1, 1e-6);
+  EXPECT_NEAR(good.sigmas[1], 2, 1e-6);
 }
 
 // The guide says: under map_bias a distorted central camera has the blocks of a pinhole.

@@ -4,7 +4,6 @@
 // The little of Sophus::SE3 that ORB-SLAM3 and Basalt show, under its names.
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 namespace Sophus {
 
@@ -14,25 +13,23 @@ class SE3 {
   using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
   using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
 
-  SE3() = default;
-  SE3(const Matrix3& rotation, const Vector3& translation) : rotation_(rotation), translation_(translation) {}
+  SE3() { matrix_.setIdentity(); }
+  SE3(const Matrix3& rotation, const Vector3& translation) { matrix_ << rotation, translation; }
 
-  Matrix3 rotationMatrix() const { return rotation_; }
-  const Vector3& translation() const { return translation_; }
-  Eigen::Matrix<Scalar, 3, 4> matrix3x4() const {
-    Eigen::Matrix<Scalar, 3, 4> matrix;
-    matrix << rotation_, translation_;
-    return matrix;
+  Matrix3 rotationMatrix() const { return matrix_.template leftCols<3>(); }
+  Vector3 translation() const { return matrix_.col(3); }
+  Eigen::Matrix<Scalar, 3, 4> matrix3x4() const { return matrix_; }
+  SE3 inverse() const {
+    const Matrix3 transposed = rotationMatrix().transpose();
+    return SE3(transposed, -(transposed * translation()));
   }
-  SE3 inverse() const { return SE3(rotation_.transpose(), -(rotation_.transpose() * translation_)); }
   SE3 operator*(const SE3& other) const {
-    return SE3(rotation_ * other.rotation_, rotation_ * other.translation_ + translation_);
+    return SE3(rotationMatrix() * other.rotationMatrix(), *this * other.translation());
   }
-  Vector3 operator*(const Vector3& point) const { return rotation_ * point + translation_; }
+  Vector3 operator*(const Vector3& point) const { return rotationMatrix() * point + translation(); }
 
  private:
-  Matrix3 rotation_ = Matrix3::Identity();
-  Vector3 translation_ = Vector3::Zero();
+  Eigen::Matrix<Scalar, 3, 4> matrix_;
 };
 
 using SE3f = SE3<float>;
