@@ -189,7 +189,7 @@ TEST(OpenVinsGuide, three_rows_hold_all_that_a_projected_jacobian_says_of_a_clon
   for (const int cameras : {1, 2, 3}) {
     for (const int clones : {2, 4, 9}) {
       const Eigen::MatrixXd H_x = projected_jacobian(random, clones, cameras);
-      const Eigen::Index first = 6 * (clones - 1);
+      const Eigen::Index first = H_x.cols() - 6;
       const double sigma_pix = 1.5;
       const Eigen::MatrixXd H = H_x.middleCols(first, 6) / sigma_pix;
       const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(H).singularValues();
