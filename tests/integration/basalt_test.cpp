@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+// The guide's code for Basalt, run: landmarks by direction and inverse distance in their host camera, and what is
+// entered into the data base.
+#include "tests/integration/basalt_snippets.hpp"
+
+#include "tests/integration/oracle.hpp"
+#include "tests/support.hpp"
+
+#include <algorithm>
+
+namespace maxlogdet::test {
+namespace {
+
+using basalt::KeypointId;
+
+Sophus::SE3d random_transform(Random& random, double scale) {
+  const sim::Pose pose = random_pose(random);
+  return {pose.linear(), scale * pose.translation()};
+}
+
+// Landmarks hosted by both cameras of two keyframes; those with an odd id are not in the data base.
+struct World {
+  World(Random& random, KeypointId n) {
+    estimator.calib.T_i_c = {random_transform(random, 0.1), random_transform(random, 0.1)};
+    estimator.frame_states.emplace(1, basalt::PoseStateWithLin<double>(random_transform(random, 1)));
+    estimator.frame_states.emplace(2, basalt::PoseStateWithLin<double>(random_transform(random, 1)));
+    estimator.frame_states.emplace(3, basalt::PoseStateWithLin<double>(random_transform(random, 1)));
+    estimator.last_state_t_ns = 3;
+    flow->t_ns = 3;
+    flow->observations.resize(2);
+    for (KeypointId id = 0; id < n; ++id) {
+      flow->observations[0][id] = Eigen::Vector2f::Zero();
+      if (id % 3 == 0) flow->observations[1][id] = Eigen::Vector2f::Zero();
+      if (id % 2 == 1) continue;
+      const Eigen::Vector3d p_c = random_point_in_camera(random);
+      const Eigen::Vector3d p_w = camera(3, 0) * p_c;
+      basalt::Keypoint<double> landmark;
+      landmark.host_kf_id = {id % 4 == 0 ? 1 : 2, id % 8 < 4 ? 0U : 1U};
+      const Eigen::Vector3d p_h = camera(landmark.host_kf_id.frame_id, landmark.host_kf_id.cam_id).inverse() * p_w;
+      landmark.inv_dist = 1 / p_h.norm();
+      landmark.direction = basalt::StereographicParam<double>::project({p_h.x(), p_h.y(), p_h.z(), 0});
+      estimator.lmdb.addLandmark(id, landmark);
+      seen.push_back({p_c, 0});
+    }
+  }
+
+  // Camera to world.
+  Sophus::SE3d camera(basalt::FrameId frame, std::size_t index) const {
+    return estimator.getPoseStateWithLin(frame).getPose() * estimator.calib.T_i_c[index];
+  }
+
+  std::set<KeypointId> left_out(std::size_t budget, GoodFeatures& good) const {
+    const auto pose_of = [this](basalt::FrameId frame) { return estimator.getPoseStateWithLin(frame).getPose(); };
+    return left_out_landmarks(estimator.lmdb, flow->observations[0], estimator.calib, pose_of(3), pose_of, budget,
+                              good);
+  }
+
+  basalt::SqrtKeypointVioEstimator<double> estimator;
+  std::shared_ptr<basalt::OpticalFlowResult> flow = std::make_shared<basalt::OpticalFlowResult>();
+  std::vector<SeenPoint> seen;
+};
+
+TEST(BasaltGuide, blocks_are_derivatives_at_the_newest_camera_and_a_camera_in_world_is_not) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 300);
+  GoodFeatures good(1000);
+  world.left_out(100, good);
+  EXPECT_EQ(world.seen.size(), 150U);
+  EXPECT_LT(largest_difference(good.blocks, world.seen), 1e-5);
+
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> inverse = world.camera(3, 0).matrix3x4();
+  ASSERT_TRUE(good.build({1, 1, 0, 0, 0}, inverse.data()));
+  EXPECT_GT(largest_difference(good.blocks, world.seen), 0.1);
+}
+
+TEST(BasaltGuide, a_landmark_at_infinity_is_a_candidate) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 20);
+  basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(0);
+  landmark.inv_dist = 0;
+  landmark.host_kf_id = {3, 0};
+  landmark.direction = Eigen::Vector2d(0.1, 0.1);
+  world.estimator.lmdb.addLandmark(0, landmark);
+  GoodFeatures good(1000);
+  world.left_out(5, good);
+  EXPECT_TRUE(good.blocks.is_valid(0));
+}
+
+TEST(BasaltGuide, observations_of_what_is_left_out_are_not_entered_but_counted) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  GoodFeatures good(1000);
+  const std::set<KeypointId> left_out = world.left_out(100, good);
+  EXPECT_EQ(left_out.size(), 50U);
+  world.estimator.measure(world.flow);
+  std::vector<KeypointId> expected;
+  for (const auto& camera : world.flow->observations) {
+    for (const auto& observation : camera) {
+      if (observation.first % 2 == 0 && left_out.count(observation.first) == 0) expected.push_back(observation.first);
+    }
+  }
+  EXPECT_EQ(world.estimator.lmdb.observed, expected);
+  EXPECT_EQ(world.estimator.connected0, 150U);
+}
+
+TEST(BasaltGuide, nothing_is_left_out_when_there_is_no_selection) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  GoodFeatures small(50);
+  EXPECT_TRUE(world.left_out(40, small).empty()) << "no room";
+  GoodFeatures good(1000);
+  EXPECT_TRUE(world.left_out(150, good).size() == 0) << "no more than the budget";
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

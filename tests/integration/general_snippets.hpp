@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The guide's code that belongs to no tracker.
+
+#include "good_features.inc"
+
+#include "budget.inc"
+#include "certificate.inc"
+#include "per_thread.inc"
+#include "priors.inc"

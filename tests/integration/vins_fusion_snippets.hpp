@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The guide's code for VINS-Fusion where it belongs.
+
+#include "good_features.inc"
+
+#include "tests/integration/vins_fusion_stand_in.hpp"
+
+#include "vins_fusion_blocks.inc"
+
+/// In small: which features get factors, and which place each of them has.
+inline void Estimator::optimization() {
+#include "vins_fusion_ask.inc"
+  int feature_index = -1;
+  for (auto& it_per_id : f_manager.feature) {
+    it_per_id.used_num = static_cast<int>(it_per_id.feature_per_frame.size());
+    if (it_per_id.used_num < 4) continue;
+    ++feature_index;
+#include "vins_fusion_hook.inc"
+    added.emplace_back(it_per_id.feature_id, feature_index);
+  }
+}

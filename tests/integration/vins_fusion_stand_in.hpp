@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What the guide's code sees of VINS-Fusion, under its names (master, 2019 and later).
+
+#include <Eigen/Core>
+#include <list>
+#include <vector>
+
+constexpr int WINDOW_SIZE = 10;
+
+class FeaturePerFrame {
+ public:
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< (x / z, y / z, 1) in the camera frame
+};
+
+class FeaturePerId {
+ public:
+  int feature_id = 0;
+  int start_frame = 0;
+  std::vector<FeaturePerFrame> feature_per_frame;
+  int used_num = 0;
+  double estimated_depth = -1;
+};
+
+class FeatureManager {
+ public:
+  std::list<FeaturePerId> feature;
+};
+
+class Estimator {
+ public:
+  void optimization();
+
+  int frame_count = 0;
+  FeatureManager f_manager;
+  Eigen::Vector3d Ps[WINDOW_SIZE + 1];
+  Eigen::Matrix3d Rs[WINDOW_SIZE + 1];
+  Eigen::Matrix3d ric[2];
+  Eigen::Vector3d tic[2];
+
+  /// Not in the real one: features that the problem was made of, with their places in para_Feature.
+  std::vector<std::pair<int, int>> added;
+
+ private:
+  GoodFeatures good_features{1000};
+};
