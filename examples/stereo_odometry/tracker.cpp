@@ -306,9 +306,8 @@ void StereoTracker::judge(Frame& now) {
   FrameResult& result = now.result;
   result.is_keyframe = result.status == FrameStatus::tracked && map_.needs_keyframe(result.T_cw);
   if (result.is_keyframe && options_.active) {
-    now.watch.lap(result.ms.mapping);
     match_the_rest(now);
-    now.watch.lap(result.ms.matching);
+    now.watch.lap(result.ms.matching_the_rest);
   }
   std::vector<Match> matches;
   std::vector<MapPointPtr> points;

@@ -43,7 +43,8 @@ struct StageTimes {
   double outlier_rejection = 0;  ///< by chi2 at the coarse pose
   double selection = 0;          ///< building blocks included
   double pose_optimization = 0;
-  double mapping = 0;  ///< outlier flags, keyframes
+  double matching_the_rest = 0;  ///< active: what keyframes match besides, when the pose is known
+  double mapping = 0;            ///< outlier flags, keyframes
 };
 
 /// What one frame gave.
