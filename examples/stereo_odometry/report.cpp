@@ -273,15 +273,10 @@ cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::stri
 
 std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
                             const StereoDataset& dataset) {
-  // From above: the two axes that a camera moves along most.
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(HUGE_VAL), high = -low;
-  for (const StampedPose& pose : runs.front().trajectory()) {
-    low = low.cwiseMin(pose.T_wb.translation());
-    high = high.cwiseMax(pose.T_wb.translation());
-  }
-  int least = 0;
-  (high - low).minCoeff(&least);
-  const int across = least == 0 ? 1 : 0, along = least == 2 ? 1 : 2;
+  // From above: without the axis of the world that the first camera's y axis, down, is next to.
+  int vertical = 0;
+  runs.front().trajectory().front().T_wb.linear().col(1).cwiseAbs().maxCoeff(&vertical);
+  const int across = vertical == 0 ? 1 : 0, along = vertical == 2 ? 1 : 2;
   const char* const names[] = {"x (m)", "y (m)", "z (m)"};
   std::ostringstream script;
   const auto line = [&](const Eigen::Vector3d& p) { script << exact(p[along]) << ' ' << exact(p[across]) << '\n'; };
