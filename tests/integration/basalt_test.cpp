@@ -113,7 +113,7 @@ TEST(BasaltGuide, nothing_is_left_out_when_there_is_no_selection) {
   GoodFeatures small(50);
   EXPECT_TRUE(world.left_out(40, small).empty()) << "no room";
   GoodFeatures good(1000);
-  EXPECT_TRUE(world.left_out(150, good).size() == 0) << "no more than the budget";
+  EXPECT_TRUE(world.left_out(150, good).empty()) << "no more than the budget";
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct World {
       feature.feature_id = id;
       feature.start_frame = WINDOW_SIZE - 7 + (id % 5 == 0 ? 5 : random.integer(0, 4));
       const int last = ended ? WINDOW_SIZE - 1 : WINDOW_SIZE;
-      feature.feature_per_frame.resize(static_cast<std::size_t>(last - feature.start_frame + 1));
+      for (int frame = feature.start_frame; frame <= last; ++frame) feature.feature_per_frame.emplace_back();
       // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
       const Eigen::Vector3d p_c = in_camera(feature.start_frame, in_world(random_point_in_camera(random)));
       feature.estimated_depth = std::abs(p_c.z());
