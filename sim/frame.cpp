@@ -15,11 +15,20 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
 }
 
 MatchArrays::MatchArrays(const Frame& frame) {
+  reserve(frame, frame.matches.size());
   for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
 }
 
 MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
+  reserve(frame, subset.size());
   for (const std::uint32_t i : subset) add(frame, i);
+}
+
+void MatchArrays::reserve(const Frame& frame, std::size_t size) {
+  points_.reserve(3 * size);
+  sigmas_.reserve(size);
+  is_stereo_.reserve(size);
+  if (!frame.map_covariances.empty()) map_covariances_.reserve(9 * size);
 }
 
 void MatchArrays::add(const Frame& frame, std::size_t i) {

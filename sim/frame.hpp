@@ -52,6 +52,7 @@ class MatchArrays {
   Matches view() const noexcept;
 
  private:
+  void reserve(const Frame& frame, std::size_t size);
   void add(const Frame& frame, std::size_t i);
 
   std::vector<double> points_;
