@@ -89,7 +89,6 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   TrackerOptions options = arguments.options;
   options.optimization.stereo = arguments.residuals == "stereo";
   options.optimization.step_tolerance = 1e-6;
-  options.selection.search.strategy = *sim::find_named(sim::strategies, arguments.strategy);
   options.selection.search.threads = arguments.threads;
   options.selection.blocks.weighting = *sim::find_named(sim::weightings, arguments.weighting);
   options.selection.blocks.third =
@@ -98,6 +97,8 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   std::vector<Contestant> contestants;
   for (const std::string& name : arguments.selectors) {
     options.active = name == active_name;
+    options.selection.search.strategy =  // one after the other, it can only be greedy
+        options.active ? maxlogdet::Strategy::automatic : *sim::find_named(sim::strategies, arguments.strategy);
     options.selection.kind = options.active ? sim::SelectorKind::md : *sim::find_named(sim::selector_kinds, name);
     options.optimization.map_sigma =
         options.selection.kind == sim::SelectorKind::all_weighted ? options.selection.blocks.map_sigma : 0;
