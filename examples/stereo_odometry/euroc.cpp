@@ -180,7 +180,7 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
   Recording recording;
   recording.pairs = list_pairs(mav0);
   read_grey(recording.pairs.front().left, left.size);  // before maps are made, of whatever size the calibration tells
-  Eigen::Matrix3d R;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   try {
     R = rectify(left, right, recording);
   } catch (const cv::Exception&) {
