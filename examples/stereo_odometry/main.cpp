@@ -60,7 +60,8 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--runs", runs, "Repetitions: other random numbers, times once more")
       ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
       ->capture_default_str();
-  program.add_option("--frames", frames, "Only so many of the first; 0: all")->capture_default_str();
+  const auto count = CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000});  // -1 would be read as the most there is
+  program.add_option("--frames", frames, "Only so many of the first; 0: all")->check(count)->capture_default_str();
   program.add_option("--features", features, "Keypoints an image")
       ->check(CLI::Range(100, 20'000))
       ->capture_default_str();
@@ -68,6 +69,7 @@ void Arguments::add_to(CLI::App& program) {
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
   program.add_option("--overlays", overlays, "Draw the features of every so manyth frame; 0: none")
+      ->check(count)
       ->capture_default_str();
   program.add_option("--seed", seed, "Of the random selectors")->capture_default_str();
   program.add_option("--strategy", strategy, "Search of md, quality_md")
@@ -82,7 +84,9 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--residuals", residuals, "Rows of a match: with its right-image column, or without")
       ->check(CLI::IsMember({"stereo", "monocular"}))
       ->capture_default_str();
-  program.add_option("--pool", options.selection.pool, "quality_md: candidates by quality")->capture_default_str();
+  program.add_option("--pool", options.selection.pool, "quality_md: candidates by quality")
+      ->check(count)
+      ->capture_default_str();
 }
 
 std::vector<Contestant> contestants_of(const Arguments& arguments) {

@@ -97,10 +97,10 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
   outcome.per_frame = errors_of(estimate, truth, periods.empty() ? 1 : quantile_of(periods, 0.5));
   outcome.per_second = errors_of(estimate, truth, 1);
   const auto frames = static_cast<double>(run.frames.size());
-  double measured = 0;
+  double measured = 0, tracked = 0;
   for (const FrameRecord& frame : run.frames) {
     const FrameResult& result = frame.result;
-    outcome.tracked_percent += result.status == FrameStatus::predicted ? 0 : 100 / frames;
+    tracked += result.status == FrameStatus::predicted ? 0 : 1;
     outcome.features += static_cast<double>(frame.features) / frames;
     outcome.searched += static_cast<double>(result.searched) / frames;
     outcome.matches += static_cast<double>(result.matches.size()) / frames;
@@ -117,6 +117,7 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
     outcome.efficiency += result.efficiency;
     ++measured;
   }
+  outcome.tracked_percent = 100 * tracked / frames;  // 100 to the last bit if all are
   outcome.efficiency /= measured > 0 ? measured : nan;
   return outcome;
 }

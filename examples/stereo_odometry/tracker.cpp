@@ -36,6 +36,11 @@ const char* to_string(FrameStatus status) {
 
 // The frame that is tracked: its matches are result.matches, and points[i] is the map point of match i.
 struct StereoTracker::Frame {
+  Frame(const StereoFeatures& seen, int width, int height, const Pose& pose)
+      : features(seen), search(seen, width, height), predicted(pose) {
+    result.T_cw = pose;
+  }
+
   const StereoFeatures& features;
   ProjectionSearch search;
   FrameResult result;
@@ -137,9 +142,7 @@ StereoTracker::StereoTracker(const maxlogdet::PinholeCamera& camera, int width, 
 }
 
 FrameResult StereoTracker::track(const StereoFeatures& features) {
-  Frame now{features, ProjectionSearch(features, view_.width, view_.height), {}, {}, orthonormal(velocity_ * last_),
-            {}};
-  now.result.T_cw = now.predicted;
+  Frame now(features, view_.width, view_.height, orthonormal(velocity_ * last_));
   if (map_.is_empty() || predicted_ >= options_.most_predicted) {
     begin_map(now);
   } else if (find_coarse_pose(now)) {

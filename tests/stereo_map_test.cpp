@@ -1,0 +1,421 @@
+// SPDX-License-Identifier: MIT
+#include "examples/stereo_odometry/projection_search.hpp"
+#include "tests/rendered_world.hpp"
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Match;
+using sim::Pose;
+using stereo_odometry::LocalMap;
+using stereo_odometry::MapOptions;
+using stereo_odometry::MapPoint;
+using stereo_odometry::MapPointPtr;
+using stereo_odometry::Prediction;
+using stereo_odometry::ProjectionSearch;
+using stereo_odometry::StereoFeatures;
+using Descriptor = std::array<unsigned char, 32>;
+
+constexpr int width = RenderedWorld::width, height = RenderedWorld::height;
+const PinholeCamera camera = RenderedWorld::camera();
+
+Descriptor random_descriptor(Random& random) {
+  Descriptor descriptor;
+  for (unsigned char& byte : descriptor) byte = static_cast<unsigned char>(random.integer(0, 255));
+  return descriptor;
+}
+
+// With so many of its bits turned over, from the first or from the last on.
+Descriptor changed(Descriptor descriptor, int bits, bool from_behind = false) {
+  for (int i = 0; i < bits; ++i) {
+    const int bit = from_behind ? 255 - i : i;
+    descriptor[static_cast<std::size_t>(bit / 8)] ^= static_cast<unsigned char>(1 << bit % 8);
+  }
+  return descriptor;
+}
+
+void add(StereoFeatures& features, double u, double v, int octave, Descriptor descriptor, double u_right = -1) {
+  features.keypoints.emplace_back(static_cast<float>(u), static_cast<float>(v), 31.0F, -1.0F, 0.0F, octave);
+  features.u_right.push_back(u_right);
+  features.descriptors.push_back(cv::Mat(1, 32, CV_8UC1, descriptor.data()));
+}
+
+Prediction prediction_at(double u, double v, int octave, const Descriptor& descriptor) {
+  Prediction prediction;
+  prediction.point = std::make_shared<MapPoint>();
+  prediction.point->descriptor = descriptor;
+  prediction.u = u;
+  prediction.v = v;
+  prediction.u_right = u - 20;
+  prediction.octave = octave;
+  return prediction;
+}
+
+std::int64_t find(const StereoFeatures& features, const Prediction& prediction, double radius) {
+  return ProjectionSearch(features, width, height).find(prediction, radius);
+}
+
+TEST(ProjectionSearch, finds_the_keypoint_most_like_the_point_among_those_that_may_be_it) {
+  Random random;
+  const Descriptor wanted = random_descriptor(random);
+  StereoFeatures features;
+  add(features, 100, 100, 1, random_descriptor(random));
+  add(features, 105, 100, 1, wanted);           // too far off
+  add(features, 101, 99, 3, wanted);            // of too high a level
+  add(features, 101, 99, 1, wanted, 101 - 30);  // its disparity is another
+  EXPECT_EQ(find(features, prediction_at(100, 100, 1, wanted), 4), ProjectionSearch::none);
+  add(features, 97, 102, 2, changed(wanted, 40), 97 - 21);
+  EXPECT_EQ(find(features, prediction_at(100, 100, 1, wanted), 4), 4);
+  EXPECT_EQ(find(features, prediction_at(100, 100, 1, wanted), 4.5), 1) << "5.4 px at level 1";
+}
+
+TEST(ProjectionSearch, searches_as_wide_as_the_level_is_coarse) {
+  Random random;
+  const Descriptor wanted = random_descriptor(random);
+  for (int octave = 0; octave < stereo_odometry::pyramid_levels; ++octave) {
+    const double radius = 4 * std::pow(1.2, octave);
+    for (const double factor : {0.98, 1.02}) {
+      for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+        StereoFeatures features;
+        add(features, 64 + factor * radius * x, 96 + factor * radius * y, octave, wanted);  // at a corner of cells
+        EXPECT_EQ(find(features, prediction_at(64, 96, octave, wanted), 4) == 0, factor < 1) << octave;
+      }
+    }
+  }
+}
+
+TEST(ProjectionSearch, finds_keypoints_all_over_the_image) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  StereoFeatures features;
+  std::vector<Descriptor> descriptors;
+  for (int i = 0; i < 300; ++i) {
+    descriptors.push_back(random_descriptor(random));
+    add(features, random.uniform(0, width - 0.01), random.uniform(0, height - 0.01), 0, descriptors.back());
+  }
+  for (std::size_t i = 0; i < 300; ++i) {
+    const cv::Point2f& pixel = features.keypoints[i].pt;
+    const Prediction near = prediction_at(static_cast<double>(pixel.x) + random.uniform(-9, 9),
+                                          static_cast<double>(pixel.y) + random.uniform(-9, 9), 0, descriptors[i]);
+    EXPECT_EQ(find(features, near, 10), static_cast<std::int64_t>(i));
+  }
+}
+
+TEST(ProjectionSearch, passes_by_what_is_taken) {
+  Random random;
+  const Descriptor wanted = random_descriptor(random);
+  StereoFeatures features;
+  add(features, 100, 100, 0, wanted);
+  add(features, 101, 100, 0, changed(wanted, 30));
+  ProjectionSearch search(features, width, height);
+  EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 0);
+  search.take(0);
+  EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 1);
+  search.take(1);
+  EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), ProjectionSearch::none);
+}
+
+TEST(ProjectionSearch, takes_nothing_unlike_or_doubtful) {
+  Random random;
+  const Descriptor wanted = random_descriptor(random);
+  // Distance of the best, distance and level of its rival, and whether the best is believed.
+  const struct {
+    int best, rival, rival_octave;
+    bool is_found;
+  } cases[] = {{100, 256, 0, true}, {101, 256, 0, false}, {40, 50, 0, true},
+               {40, 49, 0, false},  {40, 41, 1, true},    {0, 0, 0, true}};
+  for (const auto& one : cases) {
+    for (const bool rival_is_first : {false, true}) {
+      StereoFeatures features;
+      const auto add_rival = [&] { add(features, 101, 100, one.rival_octave, changed(wanted, one.rival, true)); };
+      if (rival_is_first) add_rival();
+      add(features, 100, 100, 0, changed(wanted, one.best));
+      if (!rival_is_first) add_rival();
+      const std::int64_t found = find(features, prediction_at(100, 100, 0, wanted), 4);
+      const std::int64_t best = rival_is_first && one.best < one.rival ? 1 : 0;
+      EXPECT_EQ(found, one.is_found ? best : ProjectionSearch::none) << one.best << ' ' << one.rival;
+    }
+  }
+}
+
+TEST(ProjectionSearch, of_several_points_the_most_like_gets_the_keypoint) {
+  Random random;
+  const Descriptor seen = random_descriptor(random), other = random_descriptor(random);
+  StereoFeatures features;
+  add(features, 100, 100, 0, seen);
+  add(features, 200, 100, 0, other);
+  const ProjectionSearch search(features, width, height);
+  const Prediction far = prediction_at(101, 100, 0, changed(seen, 60)),
+                   nearer = prediction_at(99, 100, 0, changed(seen, 20)),
+                   nearest = prediction_at(100, 101, 0, changed(seen, 10)), alone = prediction_at(200, 100, 0, other);
+  using Found = std::vector<std::int64_t>;
+  EXPECT_EQ(search.find_all({far, nearer, alone, nearest}, 4), Found({-1, -1, 1, 0}));
+  EXPECT_EQ(search.find_all({nearest, alone, nearer, far}, 4), Found({0, 1, -1, -1}));
+  EXPECT_EQ(search.find_all({nearer, nearer}, 4), Found({0, -1})) << "the first of two that are alike";
+  EXPECT_EQ(search.find_all({}, 4), Found());
+}
+
+TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Pose T_cw = RenderedWorld::T_wc(9).inverse();
+  const Eigen::Vector3d center = T_cw.inverse() * Eigen::Vector3d::Zero();
+  std::vector<MapPointPtr> points;
+  for (int i = 0; i < 4000; ++i) {
+    const auto point = std::make_shared<MapPoint>();
+    point->id = i;
+    point->position = Eigen::Vector3d(random.uniform(-6, 6), random.uniform(-4, 4), random.uniform(-4, 12));
+    point->direction = (point->position - center).normalized();
+    const Eigen::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    point->direction = Eigen::AngleAxisd(random.uniform(0, 2), axis.normalized()) * point->direction;
+    point->distance = (point->position - center).norm() * random.uniform(0.4, 2.5);
+    point->octave = random.integer(0, 7);
+    points.push_back(point);
+  }
+  const auto predictions = points_in_view(points, camera, width, height, T_cw);
+  std::size_t next = 0, behind = 0, outside = 0, turned = 0, too_near_or_far = 0;
+  for (const MapPointPtr& point : points) {
+    const Eigen::Vector3d p = T_cw * point->position;
+    const double u = camera.fx * p.x() / p.z() + camera.cx, v = camera.fy * p.y() / p.z() + camera.cy;
+    const Eigen::Vector3d ray = point->position - center;
+    const double angle = std::atan2(ray.cross(point->direction).norm(), ray.dot(point->direction));
+    // An octave up for every 1.2 times nearer.
+    const double octave = point->octave + std::log2(point->distance / ray.norm()) / std::log2(1.2);
+    if (p.z() <= 0) {
+      ++behind;
+    } else if (u < 0 || u >= width || v < 0 || v >= height) {
+      ++outside;
+    } else if (angle > std::acos(0.5)) {
+      ++turned;
+    } else if (octave < -1 || octave > 8) {
+      ++too_near_or_far;
+    } else {
+      ASSERT_LT(next, predictions.size());
+      const Prediction& found = predictions[next++];
+      ASSERT_EQ(found.point, point);
+      EXPECT_NEAR(found.u, u, 1e-9);
+      EXPECT_NEAR(found.v, v, 1e-9);
+      EXPECT_NEAR(found.u_right, camera.fx * (p.x() - camera.bf / camera.fx) / p.z() + camera.cx, 1e-9);
+      EXPECT_EQ(found.octave, std::min(7, std::max(0, static_cast<int>(std::floor(octave + 0.5)))));
+    }
+  }
+  EXPECT_EQ(next, predictions.size());
+  for (const std::size_t count : {next, behind, outside, turned, too_near_or_far}) EXPECT_GT(count, 50U);
+}
+
+// ---- LocalMap
+
+// Column and row left, column right.
+Eigen::Vector3d project(const Pose& T_cw, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d p = T_cw * point;
+  const double u = camera.fx * p.x() / p.z() + camera.cx;
+  return {u, camera.fy * p.y() / p.z() + camera.cy, u - camera.bf / p.z()};
+}
+
+// H_p of the three by central differences.
+Eigen::Matrix3d jacobian(const Pose& T_cw, const Eigen::Vector3d& point) {
+  Eigen::Matrix3d H;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d step = 1e-5 * Eigen::Vector3d::Unit(i);
+    H.col(i) = (project(T_cw, point + step) - project(T_cw, point - step)) / 2e-5;
+  }
+  return H;
+}
+
+// Normal, up to the twelfth moment or so: a sum of uniform numbers.
+double normal(Random& random) {
+  double sum = -6;
+  for (int i = 0; i < 12; ++i) sum += random.uniform(0, 1);
+  return sum;
+}
+
+Eigen::Vector3d random_landmark(Random& random) {
+  const double depth = random.uniform(2, 6);
+  return {random.uniform(-0.5, 0.5) * depth, random.uniform(-0.4, 0.4) * depth, depth};
+}
+
+// What a camera sees of these, with noise of aligned_sigma where `random` is given.
+StereoFeatures features_of(const Pose& T_cw, const std::vector<Eigen::Vector3d>& landmarks, Random* random = nullptr) {
+  StereoFeatures features;
+  const double sigma = random == nullptr ? 0 : stereo_odometry::aligned_sigma;
+  const auto noise = [&] { return random == nullptr ? 0 : sigma * normal(*random); };
+  for (const Eigen::Vector3d& landmark : landmarks) {
+    const Eigen::Vector3d z = project(T_cw, landmark);
+    add(features, z[0] + noise(), z[1] + noise(), 0, Descriptor{}, z[2] + noise());
+  }
+  return features;
+}
+
+// points[i] is that of keypoint i.
+std::vector<Match> matches_of(const std::vector<MapPointPtr>& points, const StereoFeatures& features) {
+  std::vector<Match> matches;
+  for (std::size_t i = 0; i < points.size(); ++i) matches.push_back(match_of(*points[i], features, i));
+  return matches;
+}
+
+TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Pose T_cw = RenderedWorld::T_wc(5).inverse();
+  StereoFeatures features;
+  std::vector<std::size_t> stereo;
+  std::vector<Descriptor> descriptors;
+  for (std::size_t i = 0; i < 200; ++i) {
+    const double u = random.uniform(40, 440);
+    const bool is_stereo = random.chance(0.7);
+    descriptors.push_back(random_descriptor(random));
+    add(features, u, random.uniform(0, 320), random.integer(0, 7), descriptors.back(),
+        is_stereo ? u - random.uniform(3, 40) : -1);
+    if (is_stereo) stereo.push_back(i);
+  }
+  LocalMap map(camera, MapOptions());
+  EXPECT_TRUE(map.is_empty());
+  map.add_keyframe(T_cw, features, {}, {});
+  EXPECT_FALSE(map.is_empty());
+  ASSERT_EQ(map.local_points().size(), stereo.size()) << "one for each keypoint with a stereo match";
+  EXPECT_EQ(map.reference_points(), map.local_points());
+  for (std::size_t p = 0; p < stereo.size(); ++p) {
+    const MapPoint& point = *map.local_points()[p];
+    const std::size_t i = stereo[p];
+    const cv::Point2d pixel = features.keypoints[i].pt;
+    const Eigen::Vector3d z(pixel.x, pixel.y, features.u_right[i]);
+    EXPECT_LT((project(T_cw, point.position) - z).norm(), 1e-6);
+    EXPECT_GT((T_cw * point.position).z(), 0);
+    const Eigen::Matrix3d H = jacobian(T_cw, point.position);
+    const Eigen::Matrix3d expected = (H.transpose() * H / (0.5 * 0.5)).inverse();
+    EXPECT_LT((point.covariance - expected).norm(), 1e-4 * expected.norm());
+    EXPECT_EQ(point.descriptor, descriptors[i]);
+    EXPECT_EQ(point.octave, features.keypoints[i].octave);
+    const Eigen::Vector3d ray = point.position - T_cw.inverse().translation();
+    EXPECT_NEAR(point.distance, ray.norm(), 1e-9);
+    EXPECT_LT((point.direction * point.distance - ray).norm(), 1e-9);
+    EXPECT_TRUE(point.is_stereo());
+  }
+}
+
+struct Spread {
+  double squared_error = 0;  // of positions, mean, m^2
+  double variance = 0;       // that the covariances tell, mean, m^2
+  double squared_error_in_deviations = 0;
+};
+
+Spread spread_of(const std::vector<MapPointPtr>& points, const std::vector<Eigen::Vector3d>& landmarks) {
+  Spread spread;
+  const auto n = static_cast<double>(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d error = points[i]->position - landmarks[i];
+    spread.squared_error += error.squaredNorm() / n;
+    spread.variance += points[i]->covariance.trace() / n;
+    spread.squared_error_in_deviations += error.dot(points[i]->covariance.inverse() * error) / n;
+  }
+  return spread;
+}
+
+TEST(LocalMap, more_views_bring_points_nearer_to_the_truth_and_the_covariance_knows) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  std::vector<Eigen::Vector3d> landmarks;
+  for (int i = 0; i < 400; ++i) landmarks.push_back(random_landmark(random));
+  LocalMap map(camera, MapOptions());
+  Spread before;
+  std::vector<double> traces(landmarks.size(), HUGE_VAL);
+  for (std::size_t view = 0; view < 4; ++view) {
+    const Pose T_cw = RenderedWorld::T_wc(3 * view).inverse();
+    const StereoFeatures features = features_of(T_cw, landmarks, &random);
+    const std::vector<MapPointPtr> points = view == 0 ? std::vector<MapPointPtr>() : map.local_points();
+    map.add_keyframe(T_cw, features, matches_of(points, features), points);
+    ASSERT_EQ(map.local_points().size(), landmarks.size()) << "no new point where there is one";
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const MapPoint& point = *map.local_points()[i];
+      ASSERT_EQ(point.observations.size(), view + 1);
+      EXPECT_LT(point.covariance.trace(), traces[i]) << i;
+      traces[i] = point.covariance.trace();
+    }
+    const Spread now = spread_of(map.local_points(), landmarks);
+    EXPECT_NEAR(now.squared_error_in_deviations, 3, 0.6) << "of 3 degrees of freedom";
+    if (view == 0) {
+      before = now;
+      continue;
+    }
+    const double share = 1 / static_cast<double>(view + 1);
+    EXPECT_LT(now.squared_error, 1.4 * share * before.squared_error) << "noise averages out";
+    EXPECT_LT(now.variance, 1.2 * share * before.variance);
+  }
+}
+
+TEST(LocalMap, consists_of_the_last_keyframes) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  MapOptions options;
+  options.keyframes = 3;
+  LocalMap map(camera, options);
+  const Pose T_cw = Pose::Identity();
+  std::vector<std::vector<MapPointPtr>> of_keyframes;
+  for (int i = 0; i < 6; ++i) {
+    // 10 new points and, from the second on, 5 of the keyframe before.
+    std::vector<Eigen::Vector3d> landmarks;
+    std::vector<MapPointPtr> known;
+    if (i > 0) known.assign(of_keyframes.back().end() - 5, of_keyframes.back().end());
+    for (const MapPointPtr& point : known) landmarks.push_back(point->position);
+    for (int n = 0; n < 10; ++n) landmarks.push_back(random_landmark(random));
+    const StereoFeatures features = features_of(T_cw, landmarks);
+    map.add_keyframe(T_cw, features, matches_of(known, features), known);
+    of_keyframes.push_back(map.reference_points());
+    ASSERT_EQ(of_keyframes.back().size(), landmarks.size());
+    EXPECT_TRUE(std::equal(known.begin(), known.end(), of_keyframes.back().begin()));
+
+    std::set<std::int64_t> expected;
+    for (std::size_t k = of_keyframes.size() > 3 ? of_keyframes.size() - 3 : 0; k < of_keyframes.size(); ++k) {
+      for (const MapPointPtr& point : of_keyframes[k]) expected.insert(point->id);
+    }
+    std::vector<std::int64_t> ids;
+    for (const MapPointPtr& point : map.local_points()) ids.push_back(point->id);
+    EXPECT_EQ(ids, std::vector<std::int64_t>(expected.begin(), expected.end())) << "in order of id, no doubles";
+  }
+  map.clear();
+  EXPECT_TRUE(map.is_empty());
+}
+
+TEST(LocalMap, points_keep_as_many_observations_as_there_are_keyframes) {
+  Random random;
+  MapOptions options;
+  options.keyframes = 2;
+  LocalMap map(camera, options);
+  const std::vector<Eigen::Vector3d> landmarks = {random_landmark(random)};
+  for (std::size_t view = 0; view < 5; ++view) {
+    const Pose T_cw = RenderedWorld::T_wc(view).inverse();
+    const StereoFeatures features = features_of(T_cw, landmarks);
+    const auto points = view == 0 ? std::vector<MapPointPtr>() : map.local_points();
+    map.add_keyframe(T_cw, features, matches_of(points, features), points);
+    const auto& observations = map.local_points().at(0)->observations;
+    ASSERT_EQ(observations.size(), std::min<std::size_t>(view + 1, 2));
+    EXPECT_TRUE(observations.back().view->T_cw.isApprox(T_cw, 0)) << "the last ones";
+  }
+}
+
+TEST(LocalMap, needs_a_keyframe_when_the_camera_has_moved_or_turned) {
+  LocalMap map(camera, MapOptions());
+  const Pose T_cw = RenderedWorld::T_wc(4).inverse();
+  std::vector<Eigen::Vector3d> landmarks;
+  for (const double depth : {2.0, 4.0, 5.0, 10.0, 20.0})
+    landmarks.push_back(T_cw.inverse() * Eigen::Vector3d(0.1, 0.1, depth));
+  map.add_keyframe(T_cw, features_of(T_cw, landmarks), {}, {});
+  EXPECT_FALSE(map.needs_keyframe(T_cw));
+  for (const double factor : {0.99, 1.01}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
+      EXPECT_EQ(map.needs_keyframe(Eigen::Translation3d(-factor * 0.07 * 5 * unit) * T_cw), factor > 1)
+          << "0.07 of the median depth, 5 m";
+      EXPECT_EQ(map.needs_keyframe(Eigen::AngleAxisd(factor * 0.1, unit) * T_cw), factor > 1) << "0.1 rad";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
