@@ -77,6 +77,16 @@ std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
 
 }  // namespace
 
+void FrameRecord::drop_lists() {
+  matches = result.matches.size();
+  inliers = result.inliers.size();
+  selected = result.selected.size();
+  outliers = static_cast<std::size_t>(std::count(result.is_outlier.begin(), result.is_outlier.end(), 1));
+  result.matches = {};
+  result.inliers = result.selected = {};
+  result.is_outlier = {};
+}
+
 std::vector<StampedPose> Run::trajectory() const {
   std::vector<StampedPose> poses;
   for (const FrameRecord& frame : frames) poses.push_back({frame.time, frame.result.T_cw.inverse()});
@@ -103,9 +113,9 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
     tracked += result.status == FrameStatus::predicted ? 0 : 1;
     outcome.features += static_cast<double>(frame.features) / frames;
     outcome.searched += static_cast<double>(result.searched) / frames;
-    outcome.matches += static_cast<double>(result.matches.size()) / frames;
-    outcome.inliers += static_cast<double>(result.inliers.size()) / frames;
-    outcome.selected += static_cast<double>(result.selected.size()) / frames;
+    outcome.matches += static_cast<double>(frame.matches) / frames;
+    outcome.inliers += static_cast<double>(frame.inliers) / frames;
+    outcome.selected += static_cast<double>(frame.selected) / frames;
     outcome.ms_base += (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection +
                         result.ms.matching_the_rest + result.ms.mapping) /
                        frames;
@@ -222,9 +232,9 @@ Table frame_table(const Run& run) {
     const FrameResult& result = frame.result;
     table.rows.push_back({std::to_string(i), exact(frame.time), to_string(result.status),
                           result.is_keyframe ? "1" : "0", std::to_string(frame.features),
-                          std::to_string(result.searched), std::to_string(result.matches.size()),
-                          std::to_string(result.inliers.size()), std::to_string(result.selected.size()),
-                          std::to_string(std::count(result.is_outlier.begin(), result.is_outlier.end(), 1)),
+                          std::to_string(result.searched), std::to_string(frame.matches),
+                          std::to_string(frame.inliers), std::to_string(frame.selected),
+                          std::to_string(frame.outliers),
                           exact(result.log_det), exact(result.efficiency)});
     for (const double ms :
          {frame.ms_extraction, result.ms.coarse, result.ms.matching, result.ms.outlier_rejection, result.ms.selection,

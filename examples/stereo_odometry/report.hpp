@@ -27,6 +27,11 @@ struct FrameRecord {
   double ms_extraction = 0;  ///< features and stereo matches, shared by all contestants
   std::size_t features = 0;
   FrameResult result;
+
+  std::size_t matches = 0, inliers = 0, selected = 0, outliers = 0;  ///< how many, once the lists are dropped
+
+  /// Counts the result's lists and lets go of them: those of a long sequence would fill the memory.
+  void drop_lists();
 };
 
 /// One contestant's run along a dataset.
