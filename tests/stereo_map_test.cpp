@@ -295,7 +295,7 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
     const Eigen::Vector3d ray = point.position - T_cw.inverse().translation();
     EXPECT_NEAR(point.distance, ray.norm(), 1e-9);
     EXPECT_LT((point.direction * point.distance - ray).norm(), 1e-9);
-    EXPECT_TRUE(point.is_stereo());
+    EXPECT_TRUE(point.observations.back().match.is_stereo());
   }
 }
 

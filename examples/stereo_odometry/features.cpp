@@ -9,7 +9,7 @@
 namespace stereo_odometry {
 namespace {
 
-constexpr int cell_size = 40;  // px; about as many cells as a wide image has features to spread over
+constexpr int cell_size = 40;  // px; some features a cell in a wide image
 constexpr int window = 13;     // of optical flow, px
 constexpr int flow_levels = 1;
 constexpr double farthest_move = 4;  // px, between two keypoints that match and patches that do

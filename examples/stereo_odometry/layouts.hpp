@@ -9,8 +9,8 @@
 // What open_dataset() puts together. Everything here throws sim::InputError, which names the file.
 namespace stereo_odometry {
 
-/// `left_images` and `right_images` are the folders of rectified images (*.png), `camera` the numbers of the projection
-/// matrices that calib.txt may call P0: to P3: (left one even, right one odd).
+/// `left_images` and `right_images` are the folders of rectified images (*.png), `left_matrix` the number of the
+/// projection matrices that calib.txt may call P0: to P3: (left one even, right one odd).
 struct KittiFolders {
   const char* left_images;
   const char* right_images;

@@ -17,6 +17,12 @@ using maxlogdet::sim::LinearizedMatch;
 using maxlogdet::sim::Match;
 using maxlogdet::sim::Pose;
 
+namespace {
+
+bool has_lower_id(const MapPointPtr& a, const MapPointPtr& b) { return a->id < b->id; }
+
+}  // namespace
+
 Match match_of(const MapPoint& point, const StereoFeatures& features, std::size_t keypoint, double sigma) {
   const cv::KeyPoint& k = features.keypoints[keypoint];
   Match match;
@@ -48,7 +54,8 @@ void LocalMap::observe(MapPoint& point, const std::shared_ptr<const View>& view,
   const unsigned char* const descriptor = features.descriptors.ptr(static_cast<int>(match.keypoint));
   std::copy(descriptor, descriptor + point.descriptor.size(), point.descriptor.begin());
   point.observations.push_back({view, match});
-  if (point.observations.size() > options_.keyframes) point.observations.erase(point.observations.begin());
+  // The first one stays: it has the depth.
+  if (point.observations.size() > options_.keyframes) point.observations.erase(point.observations.begin() + 1);
 }
 
 // Gauss-Newton on sum ||z - h(T_cw, p)||^2 inv_sigma2, all poses fixed; the covariance is the inverse of its
@@ -70,10 +77,11 @@ void LocalMap::refine(MapPoint& point) const {
       gradient += match.inv_sigma2 * H_p.transpose() * at.residual.head(at.rows);
       cost += match.inv_sigma2 * at.residual.head(at.rows).squaredNorm();
     }
-    if (!(cost <= least)) return;
+    const Eigen::Matrix3d covariance = information.inverse();
+    if (!(cost <= least) || !covariance.allFinite()) return;
     least = cost;
     point.position = position;
-    point.covariance = information.inverse();
+    point.covariance = covariance;
     position += point.covariance * gradient;
   }
 }
@@ -104,6 +112,7 @@ void LocalMap::add_keyframe(const Pose& T_cw, const StereoFeatures& features, co
   }
   std::vector<double> depths;
   for (const MapPointPtr& point : keyframe.points) depths.push_back((T_cw * point->position).z());
+  std::sort(keyframe.points.begin(), keyframe.points.end(), has_lower_id);
   keyframe.median_depth = depths.empty() ? 0 : maxlogdet::sim::quantile_of(depths, 0.5);
   keyframes_.push_back(std::move(keyframe));
   if (keyframes_.size() > options_.keyframes) keyframes_.pop_front();
@@ -112,7 +121,7 @@ void LocalMap::add_keyframe(const Pose& T_cw, const StereoFeatures& features, co
   for (const Keyframe& each : keyframes_) {
     local_points_.insert(local_points_.end(), each.points.begin(), each.points.end());
   }
-  std::sort(local_points_.begin(), local_points_.end(), [](const auto& a, const auto& b) { return a->id < b->id; });
+  std::sort(local_points_.begin(), local_points_.end(), has_lower_id);
   local_points_.erase(std::unique(local_points_.begin(), local_points_.end()), local_points_.end());
 }
 

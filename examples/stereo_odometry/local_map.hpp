@@ -30,15 +30,13 @@ struct Observation {
 /// A point of the map, its position m in the world frame.
 struct MapPoint {
   std::int64_t id = 0;
-  Eigen::Vector3d position;
-  Eigen::Matrix3d covariance;                  ///< of the position, m^2, as far as pixel noise goes
-  std::array<unsigned char, 32> descriptor{};  ///< of its last observation, and so the next three
-  Eigen::Vector3d direction;                   ///< from the camera to the point, unit length
-  double distance = 0;                         ///< from the camera, m
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of the position, m^2, as far as pixel noise goes
+  std::array<unsigned char, 32> descriptor{};                ///< of its last observation, and so the next three
+  Eigen::Vector3d direction;                                 ///< from the camera to the point, unit length
+  double distance = 0;                                       ///< from the camera, m
   int octave = 0;
   std::vector<Observation> observations;
-
-  bool is_stereo() const { return observations.back().match.is_stereo(); }
 };
 
 using MapPointPtr = std::shared_ptr<MapPoint>;
@@ -66,7 +64,7 @@ class LocalMap {
   void add_keyframe(const maxlogdet::sim::Pose& T_cw, const StereoFeatures& features,
                     const std::vector<maxlogdet::sim::Match>& matches, const std::vector<MapPointPtr>& points);
 
-  /// Points of the last keyframe, and of all of them, in order of id.
+  /// Points of the last keyframe, and of all of them, both in order of id.
   const std::vector<MapPointPtr>& reference_points() const { return keyframes_.back().points; }
   const std::vector<MapPointPtr>& local_points() const { return local_points_; }
 

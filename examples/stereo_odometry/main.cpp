@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/report.hpp"
+#include "sim/draws.hpp"
 #include "sim/gnuplot.hpp"
 #include "sim/input_error.hpp"
 #include "sim/names.hpp"
@@ -15,6 +16,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <numeric>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -24,6 +26,7 @@ using namespace stereo_odometry;
 namespace {
 
 constexpr const char* active_name = "active";
+constexpr int least_side = 64;  // px; smaller ones have no pyramid to find corners in
 
 struct Arguments {
   std::string dataset;
@@ -48,7 +51,11 @@ void Arguments::add_to(CLI::App& program) {
   selectors.emplace_back(active_name);
   std::vector<std::string> names = selectors;
   program.add_option("--dataset", dataset, "Folder in the layout of KITTI odometry or of EuRoC (ASL)")->required();
-  program.add_option("--output", output, "Folder for trajectories, tables and pictures")->required();
+  program.add_option("--output", output, "Folder for trajectories, tables and pictures")
+      ->required()
+      ->check([](const std::string& text) {
+        return text.empty() ? std::string("expected the name of a folder") : std::string();
+      });
   program.add_option("--selectors", selectors, "What is compared; active matches in the order of information")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
@@ -120,8 +127,17 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   return contestants;
 }
 
+template <class Item>
+void refuse_doubles(const std::vector<Item>& items, const std::string& option) {
+  for (auto item = items.begin(); item != items.end(); ++item) {
+    if (std::find(items.begin(), item, *item) != item) {
+      throw sim::InputError(option + ": the same twice; expected each once");
+    }
+  }
+}
+
 // One pass over the dataset with a tracker for each contestant. All get the same features of a frame, one after the
-// other, in an order that moves on by one with every frame: what the machine does meanwhile hits all alike.
+// other, in an order drawn for every frame: what the machine does meanwhile hits all alike.
 std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
                        const std::vector<Contestant>& contestants, std::size_t run, sim::Progress& progress) {
   const std::size_t frames = arguments.frames == 0 ? dataset.size() : std::min(arguments.frames, dataset.size());
@@ -134,14 +150,17 @@ std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
     trackers.emplace_back(dataset.camera(), dataset.width(), dataset.height(), options, T_wc.inverse());
   }
   std::vector<Run> runs(contestants.size());
+  std::vector<std::uint32_t> order(contestants.size());
+  std::iota(order.begin(), order.end(), 0U);
+  sim::Draws draws(arguments.seed + run);
   for (std::size_t i = 0; i < frames; ++i) {
     const StereoImages images = dataset.load(i);
     double ms_extraction = 0;
     sim::Stopwatch watch;
     const StereoFeatures features = extractor.extract(images);
     watch.lap(ms_extraction);
-    for (std::size_t turn = 0; turn < contestants.size(); ++turn) {
-      const std::size_t c = (turn + i) % contestants.size();
+    draws.shuffle_front(order, order.size());
+    for (const std::uint32_t c : order) {
       FrameResult result = trackers[c].track(features);
       if (run == 0 && arguments.overlays > 0 && i % arguments.overlays == 0) {
         const std::string number = std::to_string(i);
@@ -151,11 +170,13 @@ std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
           throw sim::InputError(file + ": cannot be written; expected a folder with room for pictures");
         }
       }
-      if (result.status == FrameStatus::predicted && run == 0) {
+      if (run == 0 && result.status != FrameStatus::tracked && i > 0) {
         std::cerr << "stereo_odometry: " << contestants[c].name << ": frame " << i
-                  << ": too few matches; goes on where constant velocity leads\n";
+                  << ": too few matches; goes on where constant velocity leads"
+                  << (result.status == FrameStatus::initialized ? ", with a new map\n" : "\n");
       }
       runs[c].frames.push_back({dataset.time(i), ms_extraction, features.size(), std::move(result)});
+      runs[c].frames.back().drop_lists();
     }
     progress.update(run * frames + i + 1, arguments.runs * frames);
   }
@@ -181,7 +202,14 @@ void write(const Arguments& arguments, const StereoDataset& dataset, const std::
 }
 
 void run(const Arguments& arguments) {
+  refuse_doubles(arguments.selectors, "--selectors");
+  refuse_doubles(arguments.budgets, "--budget");
   const std::unique_ptr<StereoDataset> dataset = open_dataset(arguments.dataset);
+  if (dataset->width() < least_side || dataset->height() < least_side) {
+    throw sim::InputError(arguments.dataset + ": images of " + std::to_string(dataset->width()) + " x " +
+                          std::to_string(dataset->height()) + " px; expected at least " + std::to_string(least_side) +
+                          " x " + std::to_string(least_side));
+  }
   const std::vector<Contestant> contestants = contestants_of(arguments);
   cv::setNumThreads(arguments.threads);
   for (const Contestant& one : contestants) {

@@ -98,19 +98,21 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
   const std::vector<StampedPose> all = run.trajectory();
   std::vector<double> periods;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i > 0) periods.push_back(all[i].time - all[i - 1].time);
     if (!dataset.truth(i)) continue;
+    if (!estimate.empty()) periods.push_back(all[i].time - estimate.back().time);
     estimate.push_back(all[i]);
     truth.push_back({all[i].time, *dataset.truth(i)});
   }
   Outcome outcome;
-  outcome.per_frame = errors_of(estimate, truth, periods.empty() ? 1 : quantile_of(periods, 0.5));
+  // Half a period: every window ends at the next frame, though periods differ a little.
+  outcome.per_frame = errors_of(estimate, truth, periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5));
   outcome.per_second = errors_of(estimate, truth, 1);
   const auto frames = static_cast<double>(run.frames.size());
   double measured = 0, tracked = 0;
   for (const FrameRecord& frame : run.frames) {
     const FrameResult& result = frame.result;
-    tracked += result.status == FrameStatus::predicted ? 0 : 1;
+    const bool is_first = &frame == &run.frames.front();  // a map begun later is begun at a predicted pose
+    tracked += result.status == FrameStatus::tracked || (is_first && result.status == FrameStatus::initialized) ? 1 : 0;
     outcome.features += static_cast<double>(frame.features) / frames;
     outcome.searched += static_cast<double>(result.searched) / frames;
     outcome.matches += static_cast<double>(frame.matches) / frames;
@@ -170,7 +172,7 @@ Table summary_table(const std::vector<Summary>& all) {
     const auto time = [&](const Figure& figure) { return fixed(median(one, figure), 3); };
     table.rows.push_back(
         {one.contestant.name, fixed(mean(one, ate), 3), fixed(mean(one, rpe), 4), fixed(mean(one, roe), 4),
-         fixed(mean(one, [](const Outcome& run) { return run.tracked_percent; }), 0),
+         fixed(mean(one, [](const Outcome& run) { return run.tracked_percent; }), 1),
          time([](const Outcome& run) { return run.ms_base; }), time([](const Outcome& run) { return run.ms_matching; }),
          time([](const Outcome& run) { return run.ms_selection; }),
          time([](const Outcome& run) { return run.ms_pose_optimization; }),
@@ -232,10 +234,9 @@ Table frame_table(const Run& run) {
     const FrameResult& result = frame.result;
     table.rows.push_back({std::to_string(i), exact(frame.time), to_string(result.status),
                           result.is_keyframe ? "1" : "0", std::to_string(frame.features),
-                          std::to_string(result.searched), std::to_string(frame.matches),
-                          std::to_string(frame.inliers), std::to_string(frame.selected),
-                          std::to_string(frame.outliers),
-                          exact(result.log_det), exact(result.efficiency)});
+                          std::to_string(result.searched), std::to_string(frame.matches), std::to_string(frame.inliers),
+                          std::to_string(frame.selected), std::to_string(frame.outliers), exact(result.log_det),
+                          exact(result.efficiency)});
     for (const double ms :
          {frame.ms_extraction, result.ms.coarse, result.ms.matching, result.ms.outlier_rejection, result.ms.selection,
           result.ms.pose_optimization, result.ms.matching_the_rest, result.ms.mapping}) {
@@ -284,24 +285,33 @@ cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::stri
 
 std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
                             const StereoDataset& dataset) {
-  // From above: without the axis of the world that the first camera's y axis, down, is next to.
+  // Estimates are moved to where the truth begins. From above: without the axis of the world that the first camera's y
+  // axis, down, is next to.
+  std::size_t first = 0;
+  while (first < runs.front().frames.size() && !dataset.truth(first)) ++first;
+  const bool has_truth = first < runs.front().frames.size();
+  std::vector<std::vector<StampedPose>> moved;
+  for (const Run& run : runs) {
+    moved.push_back(run.trajectory());
+    if (!has_truth) continue;
+    const maxlogdet::sim::Pose onto_truth = *dataset.truth(first) * moved.back()[first].T_wb.inverse();
+    for (StampedPose& pose : moved.back()) pose.T_wb = onto_truth * pose.T_wb;
+  }
   int vertical = 0;
-  runs.front().trajectory().front().T_wb.linear().col(1).cwiseAbs().maxCoeff(&vertical);
+  moved.front().front().T_wb.linear().col(1).cwiseAbs().maxCoeff(&vertical);
   const int across = vertical == 0 ? 1 : 0, along = vertical == 2 ? 1 : 2;
   const char* const names[] = {"x (m)", "y (m)", "z (m)"};
   std::ostringstream script;
   const auto line = [&](const Eigen::Vector3d& p) { script << exact(p[along]) << ' ' << exact(p[across]) << '\n'; };
-  bool has_truth = false;
   script << "$truth << EOD\n";
   for (std::size_t i = 0; i < runs.front().frames.size(); ++i) {
     if (!dataset.truth(i)) continue;
-    has_truth = true;
     line(dataset.truth(i)->translation());
   }
   script << "EOD\n";
   for (std::size_t c = 0; c < runs.size(); ++c) {
     script << "$run" << c << " << EOD\n";
-    for (const StampedPose& pose : runs[c].trajectory()) line(pose.T_wb.translation());
+    for (const StampedPose& pose : moved[c]) line(pose.T_wb.translation());
     script << "EOD\n";
   }
   script << maxlogdet::sim::plot_style() << "set xlabel '" << names[along] << "'\nset ylabel '" << names[across]

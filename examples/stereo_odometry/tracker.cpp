@@ -41,17 +41,16 @@ struct StereoTracker::Frame {
     result.T_cw = pose;
   }
 
+  Stopwatch watch;
   const StereoFeatures& features;
   ProjectionSearch search;
   FrameResult result;
   std::vector<MapPointPtr> points;
   Pose predicted;
-  Stopwatch watch;
 
   void add_match(const MapPointPtr& point, std::int64_t keypoint) {
     result.matches.push_back(match_of(*point, features, static_cast<std::size_t>(keypoint)));
     points.push_back(point);
-    search.take(keypoint);
   }
 
   void align_matches(std::size_t first);
@@ -65,7 +64,10 @@ struct StereoTracker::Frame {
     add_match(point.point, keypoint);
     align_matches(before);
     if (points.size() == before) return false;
-    if (agrees(camera, result.matches.back(), result.T_cw, gate)) return true;
+    if (agrees(camera, result.matches.back(), result.T_cw, gate)) {
+      search.take(keypoint);
+      return true;
+    }
     result.matches.pop_back();
     points.pop_back();
     return false;
@@ -110,7 +112,8 @@ void StereoTracker::Frame::align_matches(std::size_t first) {
     for (std::size_t m = 0; m < indices.size(); ++m) {
       Match& match = result.matches[indices[m]];
       is_kept[indices[m]] = is_aligned[m];
-      if (match.is_stereo()) match.u_right = std::max(match.u_right + to[m].x - match.u, 0.0);
+      if (match.is_stereo()) match.u_right += to[m].x - match.u;
+      if (match.u_right < 0) match.u_right = -1;
       match.u = to[m].x;
       match.v = to[m].y;
     }
@@ -219,8 +222,6 @@ void StereoTracker::match_local_map(Frame& now) {
   result.searched = points.size();
   now.watch.lap(result.ms.matching);
 
-  view_.T_cw_prior = maxlogdet::sim::to_rows(result.T_cw);
-  set_view(result.matches, now.points);
   if (rejects_outliers(options_.selection.kind)) {
     for (std::uint32_t i = 0; i < result.matches.size(); ++i) {
       if (agrees(view_.camera, result.matches[i], result.T_cw, gate_)) result.inliers.push_back(i);
@@ -229,6 +230,8 @@ void StereoTracker::match_local_map(Frame& now) {
     result.inliers = all_of(result.matches);
   }
   now.watch.lap(result.ms.outlier_rejection);
+  view_.T_cw_prior = maxlogdet::sim::to_rows(result.T_cw);
+  set_view(result.matches, now.points);
   result.selected = selector_.select(view_, result.inliers);
   now.watch.lap(result.ms.selection);
 }
@@ -298,7 +301,9 @@ void StereoTracker::optimize(Frame& now) {
   FrameResult& result = now.result;
   const Rejection pose =
       reject_outliers(view_.camera, result.matches, result.selected, result.T_cw, options_.optimization);
-  const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= options_.least_matches;
+  // A small budget cannot bring as many: half of what was selected is enough then.
+  const std::size_t enough = std::min(options_.least_matches, (result.selected.size() + 1) / 2);
+  const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= std::max<std::size_t>(enough, 6);
   result.T_cw = is_good ? pose.estimate.T_cw : now.predicted;
   result.status = is_good ? FrameStatus::tracked : FrameStatus::predicted;
   now.watch.lap(result.ms.pose_optimization);
@@ -328,7 +333,7 @@ void StereoTracker::judge(Frame& now) {
 void StereoTracker::measure_selection(Frame& now) {
   FrameResult& result = now.result;
   if (result.status != FrameStatus::tracked) return;
-  set_view(result.matches, now.points);
+  if (options_.active) set_view(result.matches, now.points);
   build_blocks(view_, MatchArrays(view_, result.inliers), options_.selection.blocks, blocks_);
   if (certifier_.capacity() < blocks_.size()) certifier_ = maxlogdet::Selector(2 * blocks_.size());
   std::vector<char> is_selected(result.matches.size(), 0);

@@ -24,7 +24,7 @@ struct TrackerOptions {
   double coarse_radius = 15;        ///< px at level 0, around where constant velocity has a point
   double fine_radius = 4;           ///< px at level 0, around where the coarse pose has it
   double gate = 4;                  ///< chi2 limits are so much wider at the coarse pose
-  std::size_t least_matches = 15;   ///< with less a pose is not trusted
+  std::size_t least_matches = 15;   ///< with less a pose is not trusted, or with less than half of what was selected
   int most_predicted = 5;           ///< after so many frames without a pose a new map is begun
 };
 
@@ -41,7 +41,7 @@ struct StageTimes {
   double coarse = 0;             ///< prediction, matching of some points, and their pose
   double matching = 0;           ///< of the local map
   double outlier_rejection = 0;  ///< by chi2 at the coarse pose
-  double selection = 0;          ///< building blocks included
+  double selection = 0;          ///< what goes into blocks and building them included
   double pose_optimization = 0;
   double matching_the_rest = 0;  ///< active: what keyframes match besides, when the pose is known
   double mapping = 0;            ///< outlier flags, keyframes
@@ -74,8 +74,6 @@ class StereoTracker {
                 const maxlogdet::sim::Pose& T_cw);
 
   FrameResult track(const StereoFeatures& features);
-
-  const TrackerOptions& options() const { return options_; }
 
  private:
   struct Frame;
