@@ -217,6 +217,12 @@ void run(const Arguments& arguments) {
     std::filesystem::create_directories(arguments.output + "/" + one.name, error);
     if (error) throw sim::InputError(arguments.output + ": cannot be made; expected a folder that can be written to");
   }
+  std::size_t known = 0;
+  for (std::size_t i = 0; i < dataset->size(); ++i) known += dataset->truth(i) ? 1 : 0;
+  if (known > 0 && known < dataset->size()) {
+    std::cerr << "stereo_odometry: ground truth is known for " << known << " of " << dataset->size()
+              << " frames: errors are of these\n";
+  }
   std::vector<Summary> summaries;
   for (const Contestant& one : contestants) summaries.push_back({one, {}});
   sim::Progress progress("stereo_odometry " + dataset->name(), "frame");

@@ -150,6 +150,7 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
                    {"pose_optimization", median(one, [](const Outcome& run) { return run.ms_pose_optimization; })},
                    {"total", median(one, [](const Outcome& run) { return run.ms_total(); })}};
     entry["ms_matching_the_rest"] = median(one, [](const Outcome& run) { return run.ms_matching_the_rest; });
+    entry["windows"] = one.runs.front().per_frame.windows;
     entry["runs"] = one.runs.size();
     entry["rpe_1s_m_per_s"] = number(mean(one, [](const Outcome& run) { return run.per_second.rpe_m_per_s; }));
     entry["roe_1s_deg_per_s"] = number(mean(one, [](const Outcome& run) { return run.per_second.roe_deg_per_s; }));
@@ -315,7 +316,9 @@ std::string trajectory_plot(const std::vector<Contestant>& contestants, const st
     script << "EOD\n";
   }
   script << maxlogdet::sim::plot_style() << "set xlabel '" << names[along] << "'\nset ylabel '" << names[across]
-         << "'\nset title " << maxlogdet::sim::quoted(dataset.name() + ", from above; axes differ in scale")
+         << "'\nset title "
+         << maxlogdet::sim::quoted(dataset.name() +
+                                   ", from above, begun at the true pose, not aligned; axes differ in scale")
          << "\nplot ";
   if (has_truth) script << "$truth with lines lc rgb '#000000' lw 4 title 'ground truth', ";
   for (std::size_t c = 0; c < runs.size(); ++c) {
