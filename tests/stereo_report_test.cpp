@@ -144,8 +144,8 @@ TEST(StereoReport, json_has_the_keys_that_are_promised) {
   const auto& entry = list[0];
   EXPECT_EQ(keys_of(entry),
             std::set<std::string>({"selector", "budget", "ate_m", "rpe_m_per_s", "roe_deg_per_s", "tracked_percent",
-                                   "ms", "ms_matching_the_rest", "runs", "rpe_1s_m_per_s", "roe_1s_deg_per_s",
-                                   "searched", "matches", "inliers", "selected", "efficiency"}));
+                                   "ms", "ms_matching_the_rest", "windows", "runs", "rpe_1s_m_per_s",
+                                   "roe_1s_deg_per_s", "searched", "matches", "inliers", "selected", "efficiency"}));
   EXPECT_EQ(keys_of(entry["ms"]),
             std::set<std::string>({"base", "matching", "selection", "pose_optimization", "total"}));
   EXPECT_EQ(entry["selector"], "md");

@@ -64,7 +64,8 @@ struct Summary {
 };
 
 /// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
-/// tracked_percent, ms; and more. Errors are means over runs, times medians over runs of means over frames.
+/// tracked_percent, and more (windows: pairs of frames that RPE and ROE are means of). Errors are means over runs,
+/// times medians over runs of means over frames.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
 /// The same for people, and how errors compare with those of `reference`, paired by run and frame.
