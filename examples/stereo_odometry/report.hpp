@@ -64,7 +64,7 @@ struct Summary {
 };
 
 /// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
-/// tracked_percent, and more (windows: pairs of frames that RPE and ROE are means of). Errors are means over runs,
+/// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of). Errors are means over runs,
 /// times medians over runs of means over frames.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
