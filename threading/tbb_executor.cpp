@@ -11,17 +11,23 @@ int TbbExecutor::concurrency() const noexcept { return std::max(1, oneapi::tbb::
 
 // A task that no helper has begun by the end is run by the waiting thread: it returns at once.
 void TbbExecutor::run(int workers, Body body, void* context) noexcept {
-  oneapi::tbb::this_task_arena::isolate([=] {
-    oneapi::tbb::task_group helpers;
-    try {
-      for (int worker = 1; worker < workers; ++worker) {
-        helpers.run([=] { body(context, worker); });
+  bool is_begun = false;
+  try {
+    oneapi::tbb::this_task_arena::isolate([&] {
+      oneapi::tbb::task_group helpers;
+      try {
+        for (int worker = 1; worker < workers; ++worker) {
+          helpers.run([=] { body(context, worker); });
+        }
+      } catch (...) {  // no memory for a task: fewer helpers
       }
-    } catch (...) {  // no memory for a task: fewer helpers
-    }
-    body(context, 0);
-    helpers.wait();
-  });
+      is_begun = true;
+      body(context, 0);
+      helpers.wait();
+    });
+  } catch (...) {  // no memory for an isolation or a group: no helpers
+  }
+  if (!is_begun) body(context, 0);
 }
 
 }  // namespace maxlogdet

@@ -11,11 +11,11 @@
 // Structs, and later versions. A struct that the caller fills begins with struct_size; NAME_init(&s, sizeof s) sets
 // that and the defaults. A later version of the library may append fields: it reads no more than struct_size bytes, and
 // what a caller's struct is too short for has its default, so that a program or a binding made for this header goes on
-// working with every later library of the same major version. Any struct_size is taken that is a multiple of 8, of at
-// least the first 16 bytes, and no longer than the library's own struct. Every other one (a struct without init, or one
-// longer than this library knows, which is older than the header then) is refused as invalid_argument. Structs that the
-// library fills are reached through pointers, and may grow at their ends as well. Values of enumerators, and the order
-// and types of fields, do not change.
+// working with every later library of the same major version, and while that is 0, of the same minor version. Any
+// struct_size is taken that is a multiple of 8, of at least the first 16 bytes, and no longer than the library's own
+// struct. Every other one (a struct without init, or one longer than this library knows, which is older than the header
+// then) is refused as invalid_argument. Structs that the library fills are reached through pointers, and may grow at
+// their ends as well. Within such versions, values of enumerators, and the order and types of fields, do not change.
 //
 // Errors. No pointer may be null where its comment does not allow it: a null one is answered with invalid_argument, or
 // where no status is returned with 0, none or NaN. Pointers are not checked otherwise, nor are the lengths of arrays.
@@ -285,8 +285,8 @@ maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_ac
 void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
-/// Begins anew, and with it the time limit. The candidates must stay as they are until the last call of any other
-/// function. Of the options it takes budget, prior, time_limit and the constraints; strategy is greedy, lazy_greedy or
+/// Begins anew, and with it the time limit. The candidates and all arrays of the options (groups above all) must stay
+/// as they are until the last call of any other function. Of the options it takes budget, prior, time_limit and the constraints; strategy is greedy, lazy_greedy or
 /// automatic. The statuses are those of a selection; after an error there is nothing to propose.
 maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                   const maxlogdet_block_store* candidates,
