@@ -113,8 +113,9 @@ TEST(BasaltGuide, landmarks_at_infinity_do_not_displace_those_that_measure_trans
     EXPECT_EQ(left_out.size(), 70U);
     return std::count_if(infinite.begin(), infinite.end(), [&](KeypointId id) { return left_out.count(id) == 0; });
   };
-  EXPECT_LT(selected_at_infinity(Weighting::measurement), 10);
-  EXPECT_GT(selected_at_infinity(Weighting::map_bias), 20);
+  // Half of all are at infinity: of 30 drawn at random 15 would be.
+  EXPECT_LT(selected_at_infinity(Weighting::measurement), 15);
+  EXPECT_GT(selected_at_infinity(Weighting::map_bias), 15);
 }
 
 TEST(BasaltGuide, a_landmark_with_two_observations_is_not_left_out) {
