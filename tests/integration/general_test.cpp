@@ -117,7 +117,7 @@ TEST(PointCovarianceGuide, is_the_scatter_of_triangulated_points) {
   Random random;
   SCOPED_TRACE(random.name());
   const Eigen::Vector3d p_w(0.7, -0.4, 8);
-  const double sigma = 0.6;
+  const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
   for (const double bf : {0.0, 50.0}) {
     std::vector<Pose> poses;
     Eigen::Matrix3d information = information_of_new_point();
@@ -165,18 +165,19 @@ TEST(PointCovarianceGuide, a_point_behind_the_camera_adds_nothing) {
   EXPECT_EQ(information_of_point({458, 457, 367, 248, 50}, T_cw, {0, 0, -3}, 1).norm(), 0);
 }
 
-// 300 points seen once in stereo, up to 80 m away.
-TEST(WeightingGuide, a_stereo_map_with_covariances_is_not_selected_by_its_farthest_points) {
+// 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
+TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_translation) {
   Random random;
   SCOPED_TRACE(random.name());
   const PinholeCamera camera = {718, 718, 607, 185, 386};
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 300; ++i) {
-    const double z = random.uniform(5, 80);
+    const double z = camera.bf / random.uniform(1, 60);
     points.emplace_back(random.uniform(-0.8, 0.8) * z, random.uniform(-0.2, 0.2) * z, z);
   }
-  const auto mean_depth = [&](bool with_covariances) {
+  // Standard deviation of the position that 50 selected ones leave, m.
+  const auto deviation = [&](bool with_covariances) {
     GoodFeatures good(300);
     good.without_covariances = Weighting::map_bias;
     good.start(points.size());
@@ -188,12 +189,14 @@ TEST(WeightingGuide, a_stereo_map_with_covariances_is_not_selected_by_its_farthe
     EXPECT_TRUE(good.build(camera, T_cw.data()));
     Options options;
     options.budget = 50;
-    double sum = 0;
-    for (const auto i : good.selector.select(good.blocks, options)) sum += points[i].z() / 50;
-    return sum;
+    Matrix6 information = Matrix6::Zero();
+    for (const auto i : good.selector.select(good.blocks, options)) {
+      const Eigen::Matrix3d known = information_of_new_point() + information_of_point(camera, T_cw, points[i], 1);
+      information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, known.inverse()});
+    }
+    return std::sqrt(information.inverse().topLeftCorner<3, 3>().trace());
   };
-  EXPECT_GT(mean_depth(false), 60);
-  EXPECT_LT(mean_depth(true), 42.5) << "the mean of all";
+  EXPECT_GT(deviation(false), 1.1 * deviation(true)) << deviation(false) << " and " << deviation(true) << " m";
 }
 
 TEST(WeightingGuide, beside_matches_with_a_covariance_one_without_is_no_candidate) {
