@@ -22,6 +22,10 @@ using KeypointId = std::size_t;
 struct TimeCamId {
   FrameId frame_id = 0;
   CamId cam_id = 0;
+
+  bool operator<(const TimeCamId& other) const {
+    return frame_id != other.frame_id ? frame_id < other.frame_id : cam_id < other.cam_id;
+  }
 };
 
 /// A unit ray as the point where the line from (0, 0, -1) through it meets the plane z = 0.
@@ -41,6 +45,7 @@ struct Keypoint {
   Eigen::Matrix<Scalar, 2, 1> direction = Eigen::Matrix<Scalar, 2, 1>::Zero();
   Scalar inv_dist = 0;
   TimeCamId host_kf_id;
+  std::map<TimeCamId, Eigen::Matrix<Scalar, 2, 1>> obs;
 };
 
 template <class Scalar>
@@ -108,7 +113,7 @@ class SqrtKeypointVioEstimator {
   std::size_t connected0 = 0;
 
  private:
-  GoodFeatures good_features{2000};
+#include "basalt_member.inc"
 };
 
 }  // namespace basalt

@@ -39,8 +39,9 @@ struct World {
       const Eigen::Vector3d p_h = camera(landmark.host_kf_id.frame_id, landmark.host_kf_id.cam_id).inverse() * p_w;
       landmark.inv_dist = 1 / p_h.norm();
       landmark.direction = basalt::StereographicParam<double>::project({p_h.x(), p_h.y(), p_h.z(), 0});
+      for (basalt::FrameId frame = 0; frame < 3; ++frame) landmark.obs[{frame, 0}] = Eigen::Vector2d::Zero();
       estimator.lmdb.addLandmark(id, landmark);
-      seen.push_back({p_c, 0});
+      seen.push_back({p_c, 0, 1, 1, 0.5 / 460});
     }
   }
 
@@ -85,7 +86,52 @@ TEST(BasaltGuide, a_landmark_at_infinity_is_a_candidate) {
   world.estimator.lmdb.addLandmark(0, landmark);
   GoodFeatures good(1000);
   world.left_out(5, good);
-  EXPECT_TRUE(good.blocks.is_valid(0));
+  ASSERT_TRUE(good.blocks.is_valid(0));
+  // It measures the rotation as a point nearby does, and no translation.
+  const Block H = stored_block(good.blocks, 0);
+  EXPECT_LT(H.leftCols<3>().norm(), 1e-3 * H.rightCols<3>().norm());
+  EXPECT_LT(H.norm(), 2 * stored_block(good.blocks, 1).norm());
+}
+
+TEST(BasaltGuide, landmarks_at_infinity_do_not_displace_those_that_measure_translation) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 200);  // 100 landmarks; half of them at infinity
+  std::set<KeypointId> infinite;
+  for (KeypointId id = 0; id < 200; id += 4) {
+    basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(id);
+    landmark.inv_dist = 0;
+    landmark.host_kf_id = {3, 0};
+    landmark.direction = Eigen::Vector2d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3));
+    world.estimator.lmdb.addLandmark(id, landmark);
+    infinite.insert(id);
+  }
+  const auto selected_at_infinity = [&](Weighting weighting) {
+    GoodFeatures good(1000);
+    good.without_covariances = weighting;
+    const std::set<KeypointId> left_out = world.left_out(30, good);
+    EXPECT_EQ(left_out.size(), 70U);
+    return std::count_if(infinite.begin(), infinite.end(), [&](KeypointId id) { return left_out.count(id) == 0; });
+  };
+  // Half of all are at infinity: of 30 drawn at random 15 would be.
+  EXPECT_LT(selected_at_infinity(Weighting::measurement), 15);
+  EXPECT_GT(selected_at_infinity(Weighting::map_bias), 15);
+}
+
+TEST(BasaltGuide, a_landmark_with_two_observations_is_not_left_out) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  GoodFeatures good(1000);
+  const std::set<KeypointId> before = world.left_out(100, good);
+  ASSERT_EQ(before.size(), 50U);
+  const KeypointId id = *before.begin();
+  basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(id);
+  landmark.obs.erase(landmark.obs.begin());
+  world.estimator.lmdb.addLandmark(id, landmark);
+  const std::set<KeypointId> after = world.left_out(100, good);
+  EXPECT_EQ(after.count(id), 0U);
+  EXPECT_EQ(after.size(), 50U) << "it counts as budget";
 }
 
 TEST(BasaltGuide, observations_of_what_is_left_out_are_not_entered_but_counted) {

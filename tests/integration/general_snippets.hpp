@@ -6,6 +6,6 @@
 #include "good_features.inc"
 
 #include "budget.inc"
-#include "certificate.inc"
 #include "per_thread.inc"
+#include "point_covariance.inc"
 #include "priors.inc"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The guide's code that belongs to no tracker, run: priors, budgets, certificates, one memory a thread.
+// The guide's code that belongs to no tracker, run: weightings, covariances, priors, budgets, one memory a thread.
 #include "tests/integration/general_snippets.hpp"
 
 #include "sim/scene.hpp"
@@ -8,7 +8,6 @@
 #include "tests/support.hpp"
 
 #include <Eigen/Cholesky>
-#include <limits>
 #include <thread>
 
 namespace maxlogdet::test {
@@ -112,25 +111,110 @@ TEST(BudgetGuide, the_share_compares_the_selection_with_all_matches) {
   EXPECT_LT(share, 0.34);
 }
 
-TEST(BudgetGuide, the_budget_follows_the_share_within_its_limits) {
-  EXPECT_GT(next_budget(100, 0.2), 100U);
-  EXPECT_EQ(next_budget(100, 0.5), 100U);
-  EXPECT_LT(next_budget(100, 0.9), 100U);
-  EXPECT_GT(next_budget(100, std::numeric_limits<double>::quiet_NaN()), 100U);
-  EXPECT_EQ(next_budget(400, 0.1), 400U);
-  EXPECT_EQ(next_budget(60, 0.9), 60U);
+// Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
+// the inverse of its information says.
+TEST(PointCovarianceGuide, is_the_scatter_of_triangulated_points) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Eigen::Vector3d p_w(0.7, -0.4, 8);
+  const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
+  for (const double bf : {0.0, 50.0}) {
+    std::vector<Pose> poses;
+    Eigen::Matrix3d information = information_of_new_point();
+    for (int k = 0; k < (bf > 0 ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
+      sim::Vector6 xi;
+      xi << random_vector(random, 0.6), random_vector(random, 0.1);
+      poses.push_back(sim::exp_se3(xi));
+      information += information_of_point({458, 457, 367, 248, bf}, poses.back().matrix().topRows<3>(), p_w, sigma);
+    }
+    const Eigen::Index rows = bf > 0 ? 3 : 2;
+    const auto measure = [&](const Eigen::Vector3d& p) {
+      Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
+      for (std::size_t k = 0; k < poses.size(); ++k) {
+        const Eigen::Vector3d p_c = poses[k] * p;
+        const double u = 458 * p_c.x() / p_c.z();
+        const Eigen::Vector3d all(u, 457 * p_c.y() / p_c.z(), u - bf / p_c.z());
+        z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.head(rows);
+      }
+      return z;
+    };
+    const Eigen::VectorXd exact = measure(p_w);
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    constexpr int draws = 3000;
+    for (int draw = 0; draw < draws; ++draw) {
+      Eigen::VectorXd z = exact;
+      for (double& value : z) value += std::sqrt(3.0) * sigma * random.uniform(-1, 1);
+      Eigen::Vector3d p = p_w;
+      for (int iteration = 0; iteration < 4; ++iteration) {
+        Eigen::MatrixXd H(z.size(), 3);
+        for (int i = 0; i < 3; ++i) {
+          const Eigen::Vector3d d = 1e-6 * Eigen::Vector3d::Unit(i);
+          H.col(i) = (measure(p + d) - measure(p - d)) / 2e-6;
+        }
+        p += (H.transpose() * H).ldlt().solve(H.transpose() * (z - measure(p)));
+      }
+      scatter += (p - p_w) * (p - p_w).transpose() / draws;
+    }
+    const Eigen::Matrix3d L = information.llt().matrixL();
+    EXPECT_LT((L.transpose() * scatter * L - Eigen::Matrix3d::Identity()).norm(), 0.2) << "bf " << bf;
+  }
 }
 
-TEST(CertificateGuide, frames_that_deserve_a_look_are_told) {
-  GoodFeatures good(2000);
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  ASSERT_EQ(build_blocks(frame, BlockOptions(), good.blocks).status, BlockStatus::ok);
-  Options options;
-  EXPECT_TRUE(log_certificate(good.selector.select(good.blocks, options), 1)) << "not asked for";
-  options.certify = true;
-  EXPECT_FALSE(log_certificate(good.selector.select(good.blocks, options), 2));
-  options.time_limit = -1;
-  EXPECT_TRUE(log_certificate(good.selector.select(good.blocks, options), 3)) << "an error";
+TEST(PointCovarianceGuide, a_point_behind_the_camera_adds_nothing) {
+  const Eigen::Matrix<double, 3, 4> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
+  EXPECT_EQ(information_of_point({458, 457, 367, 248, 50}, T_cw, {0, 0, -3}, 1).norm(), 0);
+}
+
+// 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
+TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_translation) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const PinholeCamera camera = {718, 718, 607, 185, 386};
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 300; ++i) {
+    const double z = camera.bf / random.uniform(1, 60);
+    points.emplace_back(random.uniform(-0.8, 0.8) * z, random.uniform(-0.2, 0.2) * z, z);
+  }
+  // Standard deviation of the position that 50 selected ones leave, m.
+  const auto deviation = [&](bool with_covariances) {
+    GoodFeatures good(300);
+    good.without_covariances = Weighting::map_bias;
+    good.start(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Matrix3d information = information_of_new_point() + information_of_point(camera, T_cw, points[i], 1);
+      const Eigen::Matrix3d covariance = information.inverse();
+      good.set(i, points[i].x(), points[i].y(), points[i].z(), 1, true, with_covariances ? covariance.data() : nullptr);
+    }
+    EXPECT_TRUE(good.build(camera, T_cw.data()));
+    Options options;
+    options.budget = 50;
+    Matrix6 information = Matrix6::Zero();
+    for (const auto i : good.selector.select(good.blocks, options)) {
+      const Eigen::Matrix3d known = information_of_new_point() + information_of_point(camera, T_cw, points[i], 1);
+      information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, known.inverse()});
+    }
+    return std::sqrt(information.inverse().topLeftCorner<3, 3>().trace());
+  };
+  EXPECT_GT(deviation(false), 1.1 * deviation(true)) << deviation(false) << " and " << deviation(true) << " m";
+}
+
+TEST(WeightingGuide, beside_matches_with_a_covariance_one_without_is_no_candidate) {
+  const double covariance[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  GoodFeatures good(2);
+  good.start(2);
+  good.set(0, 0, 0, 5, 1, false, covariance);
+  good.set(1, 1, 0, 5, 1, false);
+  good.required = {1, 1};
+  ASSERT_TRUE(good.build({458, 457, 367, 248, 0}, T_cw));
+  EXPECT_TRUE(good.blocks.is_valid(0));
+  EXPECT_FALSE(good.blocks.is_valid(1));
+  EXPECT_EQ(good.required, (std::vector<unsigned char>{1, 0})) << "what is required has to be valid";
+  good.start(2);  // nothing is left of it
+  good.set(1, 1, 0, 5, 1, false);
+  ASSERT_TRUE(good.build({458, 457, 367, 248, 0}, T_cw));
+  EXPECT_TRUE(good.blocks.is_valid(1));
 }
 
 TEST(ThreadsGuide, each_thread_has_its_own_memory) {

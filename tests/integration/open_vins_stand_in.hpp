@@ -58,7 +58,7 @@ class UpdaterMSCKF {
   void update(const std::shared_ptr<State>& state, std::vector<std::shared_ptr<ov_core::Feature>>& feature_vec);
 
  private:
-  GoodFeatures good_features{2000};
+#include "open_vins_member.inc"
 };
 
 }  // namespace ov_msckf

@@ -15,44 +15,77 @@
 
 namespace maxlogdet::test {
 
-/// A point in the camera frame, m, and the stereo baseline times the focal length, px m; 0: monocular.
+/// A point in the camera frame and its covariance there, m and m^2; stereo baseline times focal length, px m (0:
+/// monocular); focal lengths and the deviation of the measurement, px.
 struct SeenPoint {
   Eigen::Vector3d p_c = Eigen::Vector3d::Zero();
   double bf = 0;
+  double fx = 1;
+  double fy = 1;
+  double sigma = 1;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// The map_bias block by central differences of the projection under exp(xi^) on the left of T_cw.
-inline Block map_bias_block(const SeenPoint& point) {
-  const auto measure = [&](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(p.x() / p.z(), p.y() / p.z(), point.bf > 0 ? p.x() / p.z() - point.bf / p.z() : p.z());
-  };
-  constexpr double step = 1e-6;
+/// H_x under exp(xi^) on the left of T_cw, and H_p with respect to the point in the camera frame, by central
+/// differences of the projection to (u, v, u_right or Z).
+struct Derivatives {
+  explicit Derivatives(const SeenPoint& point) {
+    const auto measure = [&](const Eigen::Vector3d& p) {
+      const double u = point.fx * p.x() / p.z();
+      return Eigen::Vector3d(u, point.fy * p.y() / p.z(), point.bf > 0 ? u - point.bf / p.z() : p.z());
+    };
+    constexpr double step = 1e-6;
+    for (int i = 0; i < 6; ++i) {
+      const sim::Vector6 xi = step * sim::Vector6::Unit(i);
+      H_x.col(i) = (measure(sim::exp_se3(xi) * point.p_c) - measure(sim::exp_se3(-xi) * point.p_c)) / (2 * step);
+    }
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(i);
+      H_p.col(i) = (measure(point.p_c + d) - measure(point.p_c - d)) / (2 * step);
+    }
+  }
   Eigen::Matrix<double, 3, 6> H_x;
-  for (int i = 0; i < 6; ++i) {
-    const sim::Vector6 xi = step * sim::Vector6::Unit(i);
-    H_x.col(i) = (measure(sim::exp_se3(xi) * point.p_c) - measure(sim::exp_se3(-xi) * point.p_c)) / (2 * step);
-  }
   Eigen::Matrix3d H_p;
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(i);
-    H_p.col(i) = (measure(point.p_c + d) - measure(point.p_c - d)) / (2 * step);
-  }
+};
+
+/// The map_bias block.
+inline Block map_bias_block(const SeenPoint& point) {
+  const Derivatives derivatives(point);
+  const Eigen::Matrix3d& H_p = derivatives.H_p;
+  Eigen::Matrix<double, 3, 6> H_x = derivatives.H_x;
   if (point.bf > 0) return H_p.inverse() * H_x;
   H_x.row(2).setZero();  // the paper's H_x^n; the third row of H_p^n is that of the depth, (0, 0, 1)
   return (H_p.inverse() * H_x).topRows<2>();
 }
 
-/// Largest |entry| by which stored blocks differ from those of the points, in shares of the largest of the block.
-inline double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points) {
+/// H_x^T (sigma^2 I + H_p Sigma_p H_p^T)^-1 H_x: `measurement` where the covariance is zero, else
+/// `measurement_and_map`.
+inline Matrix6 information_of(const SeenPoint& point) {
+  const Derivatives derivatives(point);
+  const Eigen::Index rows = point.bf > 0 ? 3 : 2;
+  const Eigen::MatrixXd H_x = derivatives.H_x.topRows(rows);
+  const Eigen::MatrixXd H_p = derivatives.H_p.topRows(rows);
+  const Eigen::MatrixXd noise =
+      point.sigma * point.sigma * Eigen::MatrixXd::Identity(rows, rows) + H_p * point.covariance * H_p.transpose();
+  return H_x.transpose() * noise.inverse() * H_x;
+}
+
+inline Matrix6 map_bias_information(const SeenPoint& point) {
+  const Block H = map_bias_block(point);
+  return H.transpose() * H;
+}
+
+/// Largest |entry| by which H^T H of stored blocks differs from `expected` of the points, in shares of the largest
+/// entry.
+inline double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points,
+                                 Matrix6 (*expected_of)(const SeenPoint&) = information_of) {
   double largest = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!blocks.is_valid(i)) return 1e300;
     const Block stored = stored_block(blocks, i);
-    const Block rows = map_bias_block(points[i]);
-    if (stored.rows() < rows.rows()) return 1e300;
-    Block expected = Block::Zero(stored.rows(), 6);
-    expected.topRows(rows.rows()) = rows;
-    largest = std::max(largest, (stored - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff());
+    const Matrix6 expected = expected_of(points[i]);
+    const Matrix6 difference = stored.transpose() * stored - expected;
+    largest = std::max(largest, difference.cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff());
   }
   return largest;
 }

@@ -8,6 +8,8 @@
 #include "tests/integration/orb_slam2_stand_in.hpp"
 
 #include "optimize_with_selected.inc"
+#include "point_covariance.inc"
+
 #include "orb_slam2_blocks.inc"
 
 #include "active_features.inc"

@@ -6,13 +6,37 @@
 
 #include "tests/integration/opencv_stand_in.hpp"
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <limits>
+#include <map>
+#include <mutex>
 #include <vector>
 
 namespace ORB_SLAM2 {
 
+class KeyFrame {
+ public:
+  cv::Mat GetPose() const { return Tcw.clone(); }
+  bool isBad() const { return mbBad; }
+
+  float fx = 458;
+  float fy = 457;
+  float cx = 367;
+  float cy = 248;
+  float mbf = 0;
+  std::vector<cv::KeyPoint> mvKeysUn;
+  std::vector<float> mvuRight;
+  std::vector<float> mvInvLevelSigma2;
+
+  // Hidden in the real one.
+  cv::Mat Tcw;
+  bool mbBad = false;
+};
+
 class MapPoint {
  public:
+  std::map<KeyFrame*, std::size_t> GetObservations() const { return mObservations; }
   cv::Mat GetWorldPos() const { return mWorldPos.clone(); }
   bool isBad() const { return mbBad; }
   int Observations() const { return nObs; }
@@ -23,7 +47,13 @@ class MapPoint {
   int mnTrackScaleLevel = 0;
   int nObs = 2;
 
+  // clang-format off
+#include "orb_slam2_map_point.inc"
+  // clang-format on
+
   // Hidden in the real one.
+  std::mutex mMutexPos;
+  std::map<KeyFrame*, std::size_t> mObservations;
   cv::Mat mWorldPos;
   bool mbBad = false;
   int mnVisible = 1;

@@ -137,9 +137,13 @@ struct World {
     frame.SetPose(to_mat(sim::exp_se3(xi) * T_cw));
   }
 
+  // Its covariance as one stereo observation from where the camera is leaves it.
   MapPoint* new_point(const Eigen::Vector3d& in_camera) {
     const Eigen::Vector3d p = T_cw.inverse() * in_camera;
     points.push_back(std::make_unique<MapPoint>());
+    const Eigen::Matrix3d information =
+        information_of_point({Frame::fx, Frame::fy, 0, 0, 50}, T_cw.matrix().topRows<3>(), p, 1);
+    points.back()->SetCovariance((information_of_new_point() + information).inverse());
     points.back()->mWorldPos = cv::Mat(3, 1);
     for (int row = 0; row < 3; ++row) points.back()->mWorldPos.at<float>(row) = static_cast<float>(p(row));
     return points.back().get();
@@ -176,12 +180,19 @@ struct World {
   std::vector<std::unique_ptr<MapPoint>> points;
 };
 
+SeenPoint seen_point(const Frame& frame, const Eigen::Vector3d& p, double bf, double sigma,
+                     const Eigen::Matrix3d& covariance) {
+  const sim::Pose T_cw = pose_in_double(frame);
+  return {T_cw * p, bf, Frame::fx, Frame::fy, sigma, T_cw.linear() * covariance * T_cw.linear().transpose()};
+}
+
 std::vector<SeenPoint> seen_points(const Frame& frame, const std::vector<std::size_t>& slots) {
   std::vector<SeenPoint> points;
   for (const std::size_t i : slots) {
     const sim::Match match = match_of(frame, i);
     const Eigen::Vector3d p(match.point[0], match.point[1], match.point[2]);
-    points.push_back({pose_in_double(frame) * p, match.is_stereo() ? frame.mbf / Frame::fx : 0.0});
+    points.push_back(seen_point(frame, p, match.is_stereo() ? frame.mbf : 0.0, 1 / std::sqrt(match.inv_sigma2),
+                                frame.mvpMapPoints[i]->GetCovariance()));
   }
   return points;
 }
@@ -205,6 +216,42 @@ TEST(OrbSlam2Guide, blocks_are_derivatives_of_the_projection_under_a_left_pertur
     }
     EXPECT_LT(largest_difference(filled, seen_points(world.frame, slots)), 1e-4);
   }
+}
+
+// Against derivatives by differences, summed over keyframes that saw it with one camera or two; a bad one does not
+// count.
+TEST(OrbSlam2Guide, the_covariance_of_a_point_is_what_its_keyframes_leave) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 0, true);
+  const Eigen::Vector3d p_w = random_point_in_camera(random);
+  MapPoint point;
+  point.mWorldPos = cv::Mat(3, 1);
+  for (int row = 0; row < 3; ++row) point.mWorldPos.at<float>(row) = static_cast<float>(p_w(row));
+  EXPECT_TRUE(std::isnan(point.GetCovariance()(0, 0)));
+
+  std::vector<ORB_SLAM2::KeyFrame> keyframes(5);
+  Eigen::Matrix3d expected = 1e-6 * Eigen::Matrix3d::Identity();
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    ORB_SLAM2::KeyFrame& keyframe = keyframes[k];
+    sim::Vector6 xi;
+    xi << random_vector(random, 0.5), random_vector(random, 0.2);
+    keyframe.Tcw = to_mat(sim::exp_se3(xi));
+    keyframe.mbf = 50;
+    keyframe.mbBad = k == 4;
+    keyframe.mvKeysUn.resize(k + 1);
+    keyframe.mvKeysUn[k].octave = k == 1 ? 3 : 0;
+    keyframe.mvuRight.assign(k + 1, k % 2 == 0 ? 100.0F : -1.0F);
+    keyframe.mvInvLevelSigma2 = {1, 0.7F, 0.5F, 0.3F};
+    point.mObservations[&keyframe] = k;
+    if (keyframe.isBad()) continue;
+    const sim::Pose T_cw = sim::exp_se3(xi);
+    const Derivatives derivatives({T_cw * p_w, k % 2 == 0 ? 50.0 : 0.0, Frame::fx, Frame::fy});
+    const Eigen::MatrixXd H_p = derivatives.H_p.topRows(k % 2 == 0 ? 3 : 2) * T_cw.linear();
+    expected += H_p.transpose() * H_p * (k == 1 ? 0.3 : 1);
+  }
+  ORB_SLAM2::update_covariance(point);
+  EXPECT_LT((point.GetCovariance() * expected - Eigen::Matrix3d::Identity()).norm(), 1e-3);
 }
 
 TEST(OrbSlam2Guide, chi2_is_that_of_the_optimiser) {
@@ -374,8 +421,7 @@ TEST(OrbSlam2Guide, active_matching_tries_points_in_the_order_of_what_they_add_t
   Matrix6 information = 1e-5 * Matrix6::Identity();
   for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
     if (frame.mvpMapPoints[i] == nullptr) continue;
-    const Block H = map_bias_block(seen_points(frame, {i})[0]);
-    information += H.transpose() * H;
+    information += information_of(seen_points(frame, {i})[0]);
   }
   std::vector<MapPoint*> left;
   for (MapPoint* const point : map.points) {
@@ -385,17 +431,18 @@ TEST(OrbSlam2Guide, active_matching_tries_points_in_the_order_of_what_they_add_t
   for (int matched = 0; matched < 20;) {
     std::size_t best = 0;
     double best_det = -1;
-    Block best_block;
+    Matrix6 best_information;
     for (std::size_t j = 0; j < left.size(); ++j) {
       const cv::Mat p = left[j]->GetWorldPos();
       const Eigen::Vector3d p_w(p.at<float>(0), p.at<float>(1), p.at<float>(2));
-      const Block H = map_bias_block({pose_in_double(frame) * p_w, 0});
-      const double det = (information + H.transpose() * H).determinant();
-      if (det > best_det) best = j, best_det = det, best_block = H;
+      const double sigma = frame.mvScaleFactors[static_cast<std::size_t>(left[j]->mnTrackScaleLevel)];
+      const Matrix6 added = information_of(seen_point(frame, p_w, 0, sigma, left[j]->GetCovariance()));
+      const double det = (information + added).determinant();
+      if (det > best_det) best = j, best_det = det, best_information = added;
     }
     expected.push_back(left[best]);
     if (calls.matchable.count(left[best]) > 0) {
-      information += best_block.transpose() * best_block;
+      information += best_information;
       ++matched;
     }
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
@@ -416,6 +463,7 @@ TEST(OrbSlam2Guide, active_matching_tries_all_points_if_it_cannot_select) {
     ActiveFeatures features(has_pose ? 100 : 2000);  // too small, or no pose
     EXPECT_GT(ORB_SLAM2::match_selected(map.world.frame, map.points, 1, 50, matcher, features), 100);
     EXPECT_EQ(calls.matcher_calls, 1);
+    for (MapPoint* const point : map.points) EXPECT_EQ(point->mnVisible, point->mbTrackInView ? 2 : 1);
   }
 }
 

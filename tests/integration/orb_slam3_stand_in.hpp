@@ -63,7 +63,7 @@ class Tracking {
   Frame mCurrentFrame;
 
  private:
-  GoodFeatures mGoodFeatures{10000};
+#include "orb_slam2_member.inc"
 };
 
 }  // namespace ORB_SLAM3

@@ -76,7 +76,7 @@ struct World {
   std::vector<std::unique_ptr<MapPoint>> points;
 };
 
-// That the camera is a fisheye makes no difference to map_bias: the oracle's is a pinhole.
+// The blocks are those of a pinhole, as the oracle's.
 TEST(OrbSlam3Guide, blocks_are_derivatives_of_the_projection_under_a_left_perturbation) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -84,10 +84,14 @@ TEST(OrbSlam3Guide, blocks_are_derivatives_of_the_projection_under_a_left_pertur
   GoodFeatures good(1000);
   ASSERT_TRUE(ORB_SLAM3::build_blocks(world.frame, good));
   std::vector<SeenPoint> points;
-  for (const auto& point : world.points) {
-    points.push_back({(world.frame.GetPose() * point->GetWorldPos()).cast<double>(), 0});
+  for (std::size_t i = 0; i < world.points.size(); ++i) {
+    const Eigen::Vector3f p_c = world.frame.GetPose() * world.points[i]->GetWorldPos();
+    points.push_back({p_c.cast<double>(), 0, Frame::fx, Frame::fy, i % 2 == 0 ? 1.0 : 2.0});
   }
   EXPECT_LT(largest_difference(good.blocks, points), 1e-4);
+  good.without_covariances = Weighting::map_bias;
+  ASSERT_TRUE(ORB_SLAM3::build_blocks(world.frame, good));
+  EXPECT_LT(largest_difference(good.blocks, points, map_bias_information), 1e-4);
   EXPECT_NEAR(good.sigmas[0], 1, 1e-6);
   EXPECT_NEAR(good.sigmas[1], 2, 1e-6);
 }

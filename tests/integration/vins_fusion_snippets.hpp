@@ -21,3 +21,13 @@ inline void Estimator::optimization() {
     added.emplace_back(it_per_id.feature_id, feature_index);
   }
 }
+
+/// In small: as if all reprojection errors were too large.
+inline void Estimator::outliersRejection(std::set<int>& removeIndex) {
+  for (auto& it_per_id : f_manager.feature) {
+    it_per_id.used_num = static_cast<int>(it_per_id.feature_per_frame.size());
+    if (it_per_id.used_num < 4) continue;
+#include "vins_fusion_hook.inc"
+    removeIndex.insert(it_per_id.feature_id);
+  }
+}

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <list>
+#include <set>
 #include <vector>
 
 constexpr int WINDOW_SIZE = 10;
@@ -21,6 +22,7 @@ class FeaturePerId {
   std::vector<FeaturePerFrame> feature_per_frame;
   int used_num = 0;
   double estimated_depth = -1;
+  int solve_flag = 0;  ///< 0: depth not optimised yet, 1: optimised, 2: failed
 };
 
 class FeatureManager {
@@ -31,6 +33,7 @@ class FeatureManager {
 class Estimator {
  public:
   void optimization();
+  void outliersRejection(std::set<int>& removeIndex);
 
   int frame_count = 0;
   FeatureManager f_manager;
@@ -42,6 +45,5 @@ class Estimator {
   /// Not in the real one: features that the problem was made of, with their places in para_Feature.
   std::vector<std::pair<int, int>> added;
 
- private:
-  GoodFeatures good_features{1000};
+#include "vins_fusion_member.inc"
 };

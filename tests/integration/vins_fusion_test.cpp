@@ -35,6 +35,7 @@ struct World {
       // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
       const Eigen::Vector3d p_c = in_camera(feature.start_frame, in_world(random_point_in_camera(random)));
       feature.estimated_depth = std::abs(p_c.z());
+      feature.solve_flag = 1;
       feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
       estimator.f_manager.feature.push_back(feature);
     }
@@ -66,7 +67,7 @@ struct World {
       const int first = feature.start_frame;
       const Eigen::Vector3d p_w =
           estimator.Rs[first] * (estimator.ric[0] * p_c + estimator.tic[0]) + estimator.Ps[first];
-      points.push_back({in_camera(WINDOW_SIZE, p_w), 0});
+      points.push_back({in_camera(WINDOW_SIZE, p_w), 0, 1, 1, 1.5 / 460});
     }
     return points;
   }
@@ -100,6 +101,36 @@ TEST(VinsFusionGuide, left_out_is_what_the_newest_frame_sees_and_was_not_selecte
   const std::vector<int> candidates = world.candidates();
   EXPECT_EQ(left_out.size(), candidates.size() - 100);
   for (const int id : left_out) EXPECT_EQ(std::count(candidates.begin(), candidates.end(), id), 1) << id;
+}
+
+TEST(VinsFusionGuide, a_depth_that_was_never_optimised_is_not_left_out) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  GoodFeatures good(1000);
+  const std::set<int> before = left_out_features(world.estimator, 100, good);
+  std::set<int> fresh;
+  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
+    if (before.count(feature.feature_id) == 0 || fresh.size() == 30) continue;
+    feature.solve_flag = 0;
+    fresh.insert(feature.feature_id);
+  }
+  ASSERT_EQ(fresh.size(), 30U);
+  const std::set<int> after = left_out_features(world.estimator, 100, good);
+  EXPECT_EQ(after.size(), before.size()) << "they count as budget";
+  for (const int id : fresh) EXPECT_EQ(after.count(id), 0U) << id;
+}
+
+TEST(VinsFusionGuide, what_is_left_out_is_not_removed_for_its_reprojection_error) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  world.estimator.optimization();
+  std::set<int> removed;
+  world.estimator.outliersRejection(removed);
+  ASSERT_FALSE(world.estimator.left_out.empty());
+  EXPECT_EQ(removed.size(), world.estimator.added.size());
+  for (const int id : world.estimator.left_out) EXPECT_EQ(removed.count(id), 0U) << id;
 }
 
 TEST(VinsFusionGuide, features_keep_their_places_in_para_feature) {

@@ -23,8 +23,9 @@
 //
 // Which weighting? `map_bias` is the paper's: it assumes that errors of the map dominate, and looks at geometry alone,
 // not at octaves. It takes all points to be equally wrong, in metres; of a stereo or triangulated map, where far points
-// are far more wrong, it selects the farthest (docs/tracker.md). `measurement` assumes that pixel noise dominates, and makes the information that of the tracker's own
-// optimiser. `measurement_and_map` weighs the two when both are known, best with the covariance of each point.
+// are far more wrong, it selects the farthest (docs/tracker.md). `measurement` assumes that pixel noise dominates, and
+// makes the information that of the tracker's own optimiser. `measurement_and_map` weighs the two when both are known,
+// best with the covariance of each point.
 
 namespace maxlogdet {
 

@@ -286,8 +286,9 @@ void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
 /// Begins anew, and with it the time limit. The candidates and all arrays of the options (groups above all) must stay
-/// as they are until the last call of any other function. Of the options it takes budget, prior, time_limit and the constraints; strategy is greedy, lazy_greedy or
-/// automatic. The statuses are those of a selection; after an error there is nothing to propose.
+/// as they are until the last call of any other function. Of the options it takes budget, prior, time_limit and the
+/// constraints; strategy is greedy, lazy_greedy or automatic. The statuses are those of a selection; after an error
+/// there is nothing to propose.
 maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                   const maxlogdet_block_store* candidates,
                                                   const maxlogdet_options* options);
