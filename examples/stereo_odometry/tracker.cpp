@@ -188,8 +188,8 @@ bool StereoTracker::find_coarse_pose(Frame& now) {
   const std::vector<Prediction> points =
       thinned(points_in_view(map_.reference_points(), view_.camera, view_.width, view_.height, now.predicted),
               options_.coarse_points);
-  for (double radius = options_.coarse_radius; radius <= 4 * options_.coarse_radius; radius *= 2) {
-    const std::vector<std::int64_t> found = now.search.find_all(points, radius);
+  for (const int widening : {1, 2, 4}) {
+    const std::vector<std::int64_t> found = now.search.find_all(points, widening * options_.coarse_radius);
     std::vector<Match> matches;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (found[i] != ProjectionSearch::none) {
@@ -201,7 +201,7 @@ bool StereoTracker::find_coarse_pose(Frame& now) {
     const Rejection pose =
         reject_outliers(view_.camera, matches, all_of(matches), now.predicted, options_.optimization);
     const std::size_t enough = std::max(options_.least_matches, points.size() / 4);
-    const bool is_last = 2 * radius > 4 * options_.coarse_radius;
+    const bool is_last = widening == 4;
     if (pose.estimate.is_usable() && pose.inliers.size() >= (is_last ? options_.least_matches : enough)) {
       now.result.T_cw = pose.estimate.T_cw;
       return true;
@@ -297,7 +297,7 @@ void StereoTracker::match_the_rest(Frame& now) {
   now.result.searched += points.size();
 }
 
-void StereoTracker::optimize(Frame& now) {
+void StereoTracker::optimize(Frame& now) const {
   FrameResult& result = now.result;
   const Rejection pose =
       reject_outliers(view_.camera, result.matches, result.selected, result.T_cw, options_.optimization);

@@ -83,7 +83,7 @@ class StereoTracker {
   void match_local_map(Frame& now);
   void match_actively(Frame& now);
   void match_the_rest(Frame& now);
-  void optimize(Frame& now);
+  void optimize(Frame& now) const;
   void judge(Frame& now);
   void measure_selection(Frame& now);
   void set_view(const std::vector<maxlogdet::sim::Match>& matches, const std::vector<MapPointPtr>& points);
