@@ -12,11 +12,7 @@
 namespace stereo_odometry {
 
 using maxlogdet::ActiveSelection;
-using maxlogdet::BlockOptions;
-using maxlogdet::BlockStore;
 using maxlogdet::Options;
-using maxlogdet::Selection;
-using maxlogdet::ThirdMeasurement;
 using maxlogdet::sim::Match;
 using maxlogdet::sim::MatchArrays;
 using maxlogdet::sim::orthonormal;
