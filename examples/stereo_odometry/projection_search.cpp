@@ -59,7 +59,8 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
   for (int row = cell_of(prediction.v - radius, rows_); row <= cell_of(prediction.v + radius, rows_); ++row) {
     for (int column = cell_of(prediction.u - radius, columns_); column <= cell_of(prediction.u + radius, columns_);
          ++column) {
-      for (const int i : cells_[static_cast<std::size_t>(row * columns_ + column)]) {
+      const int cell = row * columns_ + column;
+      for (const int i : cells_[static_cast<std::size_t>(cell)]) {
         const cv::KeyPoint& k = features_.keypoints[static_cast<std::size_t>(i)];
         if (is_taken_[static_cast<std::size_t>(i)] != 0 || std::abs(k.octave - prediction.octave) > 1) continue;
         if (std::abs(k.pt.x - prediction.u) > radius || std::abs(k.pt.y - prediction.v) > radius) continue;
