@@ -27,7 +27,7 @@ inline void Estimator::outliersRejection(std::set<int>& removeIndex) {
   for (auto& it_per_id : f_manager.feature) {
     it_per_id.used_num = static_cast<int>(it_per_id.feature_per_frame.size());
     if (it_per_id.used_num < 4) continue;
-#include "vins_fusion_hook.inc"
+#include "vins_fusion_hook.inc"  // NOLINT(readability-duplicate-include): the guide has it in two places
     removeIndex.insert(it_per_id.feature_id);
   }
 }
