@@ -431,7 +431,7 @@ TEST(OrbSlam2Guide, active_matching_tries_points_in_the_order_of_what_they_add_t
   for (int matched = 0; matched < 20;) {
     std::size_t best = 0;
     double best_det = -1;
-    Matrix6 best_information;
+    Matrix6 best_information = Matrix6::Zero();
     for (std::size_t j = 0; j < left.size(); ++j) {
       const cv::Mat p = left[j]->GetWorldPos();
       const Eigen::Vector3d p_w(p.at<float>(0), p.at<float>(1), p.at<float>(2));
