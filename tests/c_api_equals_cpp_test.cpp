@@ -120,9 +120,9 @@ struct Instance {
     for (int i = random.integer(0, 3); i > 0; --i) blocks.push_back_invalid();
     const std::size_t n = blocks.size();
     capacity = n + static_cast<std::size_t>(random.integer(0, 30));
-    const int count = static_cast<int>(std::size(strategies));
-    options.strategy =
-        static_cast<Strategy>(random.chance(0.03) ? random.integer(-1, count) : random.integer(0, count - 1));
+    const int known = static_cast<int>(std::size(strategies));
+    const int strategy = random.chance(0.03) ? random.integer(-1, known) : random.integer(0, known - 1);
+    options.strategy = static_cast<Strategy>(strategy);
     options.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(n)));
     options.epsilon = random.uniform(0.01, 0.9);
     options.seed = static_cast<std::uint64_t>(random.integer(0, 1000));
