@@ -64,7 +64,8 @@ def lines_over(results, axis, values, title, log_x):
         body + f"set title '{title}'\nset logscale {'xy' if log_x else 'y'}\n"
         f"set xlabel '{'candidates n' if axis == 'n' else 'budget k'}'\nset ylabel 'median of one call (µs)'\n"
         f"set xtics ({ticks})\nset xrange [{low * 0.85 if log_x else 0}:{high * 1.18 if log_x else high + 10}]\n"
-        f"set format y '%.0f'\nset grid xtics ytics mytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
+        f"set format y '%.0f'\nset grid xtics ytics mytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot "
+        + ", \\\n".join(curves) + "\n"
     )
 
 
@@ -117,7 +118,8 @@ def pareto(results):
         body + f"set title 'loss against latency, n = 2000, k = 100; {SETTING}'\nset logscale x\n"
         "set xlabel 'median of one call (µs)'\nset ylabel 'mean loss of log det to exact greedy (nats)'\n"
         f"set yrange [-0.05:{1.15 * max(losses):.2f}]\nset xrange [{0.7 * min(latencies)}:{1.4 * max(latencies)}]\n"
-        f"set format x '%.0f'\nset grid xtics ytics mxtics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot " + ", \\\n".join(curves) + "\n"
+        f"set format x '%.0f'\nset grid xtics ytics mxtics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot "
+        + ", \\\n".join(curves) + "\n"
     )
 
 
@@ -136,7 +138,8 @@ def threads_over_n(results):
         body + f"set title '{most} threads against one, k = 100; EuRoC-like frame, 2 rows'\nset logscale x\n"
         f"set xlabel 'candidates n'\nset ylabel 'times faster'\nset xtics ({ticks})\nset xrange [1700:120000]\n"
         f"set yrange [0:{most + 0.5}]\n"
-        f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, " + ", \\\n".join(curves) + "\n"
+        f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, "
+        + ", \\\n".join(curves) + "\n"
     )
 
 

@@ -67,7 +67,8 @@ class Results:
 
     def find_threads(self, kind, method, threads, n="2000", k="100", blocks="2_rows", family="euroc_like"):
         """A row of threading_benchmark.cpp."""
-        wanted = {"kind": kind, "method": method, "threads": str(threads), "n": n, "k": k, "blocks": blocks, "family": family}
+        wanted = {"kind": kind, "method": method, "threads": str(threads), "n": n, "k": k, "blocks": blocks,
+                  "family": family}
         return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
     def find_append_threads(self, n, threads):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # Shared by the scripts beside it; sourced.
 
-# run_logged LABEL LOG COMMAND...: runs COMMAND with its output in LOG, and returns its exit code. On a terminal, a command
-# that takes over two seconds shows the last line of LOG behind LABEL until it ends.
+# run_logged LABEL LOG COMMAND...: runs COMMAND with its output in LOG, and returns its exit code. On a terminal, a
+# command that takes over two seconds shows the last line of LOG behind LABEL until it ends.
 run_logged() {
   local label=$1 log=$2 ticker='' status=0
   shift 2

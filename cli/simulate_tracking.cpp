@@ -2,6 +2,7 @@
 #include "cli/simulation.hpp"
 #include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/hash.hpp"
 #include "sim/names.hpp"
 #include "sim/text.hpp"
 #include "sim/tracking_report.hpp"
@@ -87,19 +88,19 @@ void keep_seconds(std::vector<sim::Trajectory>& trajectories, double seconds) {
   }
 }
 
-// What tells a trajectory from another of the same name: FNV-1a of its numbers.
+// What tells a trajectory from another of the same name.
 std::uint64_t fingerprint_of(const sim::Trajectory& trajectory) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
+  sim::Hash hash;
   const auto add = [&](double value) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &value, sizeof bits);
-    hash = (hash ^ bits) * 0x100000001b3U;
+    hash.add(bits);
   };
   for (const sim::StampedPose& pose : trajectory.poses) {
     add(pose.time);
     for (const double entry : sim::to_rows(pose.T_wb)) add(entry);
   }
-  return hash;
+  return hash.value();
 }
 
 Sequences sequences_of(const Arguments& arguments) {

@@ -8,6 +8,9 @@ function(maxlogdet_compile_options target)
   target_include_directories(${target} PRIVATE ${MAXLOGDET_ROOT})
   if(MAXLOGDET_IS_TOP_LEVEL)  # inside another project, that one chooses
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
+    if(CMAKE_CXX_COMPILER_ID MATCHES Clang)  # what it sees here: docs/trust.md
+      target_compile_options(${target} PRIVATE -Wthread-safety)
+    endif()
     if(MAXLOGDET_WERROR)
       target_compile_options(${target} PRIVATE -Werror)
     endif()

@@ -3,11 +3,14 @@
 # What a ROS 2 workspace looks for in the prefix of a package; nobody else reads it.
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION share/maxlogdet)
 file(WRITE ${PROJECT_BINARY_DIR}/ament_index_marker "")
-install(FILES ${PROJECT_BINARY_DIR}/ament_index_marker DESTINATION share/ament_index/resource_index/packages RENAME maxlogdet)
+install(FILES ${PROJECT_BINARY_DIR}/ament_index_marker
+  DESTINATION share/ament_index/resource_index/packages RENAME maxlogdet)
 
-# The target `package`: Debian's libmaxlogdet-dev. Only in a build that is laid out for it, as ci/package configures one:
-# with the prefix /usr the libraries go where Debian's multiarch has them, and the program is not a development file.
-if(NOT MAXLOGDET_IS_TOP_LEVEL OR NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR MAXLOGDET_BUILD_PROGRAM OR CMAKE_CROSSCOMPILING)
+# The target `package`: Debian's libmaxlogdet-dev. Only in a build that is laid out for it, as ci/package configures
+# one: with the prefix /usr the libraries go where Debian's multiarch has them, and the program is not a development
+# file.
+if(NOT MAXLOGDET_IS_TOP_LEVEL OR NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR MAXLOGDET_BUILD_PROGRAM
+   OR CMAKE_CROSSCOMPILING)
   return()
 endif()
 set(CPACK_GENERATOR DEB)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 # Sets MAXLOGDET_PYTHON_MISSING to the Debian packages that the Python module lacks, empty if there are all; then
-# Python3_EXECUTABLE is the interpreter that it is for, pybind11_add_module can be called, and MAXLOGDET_PYTHON_SITE_DIR is
-# where that interpreter keeps packages, relative to a prefix.
+# Python3_EXECUTABLE is the interpreter that it is for, pybind11_add_module can be called, and MAXLOGDET_PYTHON_SITE_DIR
+# is where that interpreter keeps packages, relative to a prefix.
 #
-# A machine may have several interpreters, and NumPy for one of them only: a python3 of pyenv comes first in the path, and
-# apt-get installs for /usr/bin/python3. So of those in the path, and then the system's own, the first that can import
-# NumPy is taken, unless -DPython3_EXECUTABLE names one. All else follows from it: headers, the module's suffix, tests.
+# A machine may have several interpreters, and NumPy for one of them only: a python3 of pyenv comes first in the path,
+# and apt-get installs for /usr/bin/python3. So of those in the path, and then the system's own, the first that can
+# import NumPy is taken, unless -DPython3_EXECUTABLE names one. All else follows from it: headers, the module's suffix,
+# tests.
 macro(maxlogdet_find_python)
   set(MAXLOGDET_PYTHON_MISSING)
   if(NOT Python3_EXECUTABLE)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Run by CPack between installing and packing: /usr/share/doc as Debian has it, in the package's name, with its copyright
-# file and a changelog. The date is that of SOURCE_DATE_EPOCH, where that is set.
+# Run by CPack between installing and packing: /usr/share/doc as Debian has it, in the package's name, with its
+# copyright file and a changelog. The date is that of SOURCE_DATE_EPOCH, where that is set.
 set(docs ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/usr/share/doc)
 set(own ${docs}/${CPACK_PACKAGE_NAME})
 file(RENAME ${docs}/maxlogdet ${own})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/losses.hpp"
+#include "kernel/method.hpp"
 #include "kernel/search.hpp"
 
 #include <algorithm>
@@ -157,5 +158,13 @@ Status backward_greedy(Search& search, bool lazily) noexcept {
   search.remaining = free_count - kept;
   return status;
 }
+
+namespace {
+
+Status run(Search& search, const Options& /*options*/) noexcept { return backward_greedy(search); }
+
+}  // namespace
+
+constexpr Method backward_greedy_method = {run, no_groups, one_thread_only};
 
 }  // namespace maxlogdet

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/search.hpp"
+#include "kernel/method.hpp"
 
 namespace maxlogdet {
+namespace {
 
-Status greedy(Search& search) noexcept {
+// k rounds; in each the candidate of largest gain among all that remain (Nemhauser et al. 1978).
+Status greedy(Search& search, const Options& /*options*/) noexcept {
   search.screening.use_store(search.constraints.free(), search.candidates.size());
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
@@ -13,5 +15,9 @@ Status greedy(Search& search) noexcept {
   }
   return Status::ok;
 }
+
+}  // namespace
+
+constexpr Method greedy_method = {greedy, any_options, 10000};
 
 }  // namespace maxlogdet

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/lazy_greedy.hpp"
 
+#include "kernel/method.hpp"
+
 #include <algorithm>
 
 namespace maxlogdet {
@@ -44,5 +46,13 @@ Status lazy_greedy(Search& search) noexcept {
   search.screening.use_store(search.constraints.free(), search.candidates.size());
   return search_lazily(search);
 }
+
+namespace {
+
+Status run(Search& search, const Options& /*options*/) noexcept { return lazy_greedy(search); }
+
+}  // namespace
+
+constexpr Method lazy_greedy_method = {run, any_options, 100000};
 
 }  // namespace maxlogdet

@@ -8,14 +8,10 @@ namespace maxlogdet {
 const char* version() noexcept { return MAXLOGDET_VERSION; }
 
 const char* to_string(Strategy strategy) noexcept {
-  switch (strategy) {
-    case Strategy::greedy: return "greedy";
-    case Strategy::lazy_greedy: return "lazy_greedy";
-    case Strategy::stochastic_greedy: return "stochastic_greedy";
-    case Strategy::relaxed: return "relaxed";
-    case Strategy::backward_greedy: return "backward_greedy";
-    case Strategy::automatic: return "automatic";
-  }
+#define MAXLOGDET_CASE(name) \
+  case Strategy::name: return #name;
+  switch (strategy) { MAXLOGDET_STRATEGIES(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information_mixture.hpp"
-#include "kernel/search.hpp"
+#include "kernel/method.hpp"
 #include "kernel/swaps.hpp"
 #include "kernel/top_traces.hpp"
 
@@ -91,9 +91,9 @@ std::size_t list_relaxed(Search& search, const Information& required, const Info
   return count;
 }
 
-}  // namespace
-
-Status relaxed(Search& search) noexcept {
+// Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates that it gives weight to and a few more
+// (docs/performance.md).
+Status relaxed(Search& search, const Options& /*options*/) noexcept {
   const Start start(search);
   const std::size_t wanted = start.wanted(search);
   const std::size_t sample = sample_per_selected * wanted;
@@ -126,5 +126,9 @@ Status relaxed(Search& search) noexcept {
   search.remaining -= wanted;
   return status;
 }
+
+}  // namespace
+
+constexpr Method relaxed_method = {relaxed, no_groups, 50000};
 
 }  // namespace maxlogdet

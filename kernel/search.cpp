@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search.hpp"
 
+#include "kernel/method.hpp"
 #include "kernel/stored_rows.hpp"
 
 #include <algorithm>
@@ -152,16 +153,8 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
   if (options.budget > memory.capacity) return Status::invalid_budget;
   if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
   if (options.threads < 0) return Status::invalid_threads;
-  switch (options.strategy) {
-    case Strategy::greedy:
-    case Strategy::lazy_greedy:
-    case Strategy::automatic: return Status::ok;
-    case Strategy::stochastic_greedy:
-      return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
-    case Strategy::relaxed:
-    case Strategy::backward_greedy: return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
-  }
-  return Status::invalid_strategy;
+  const Method* const method = method_of(options.strategy);
+  return method == nullptr ? Status::invalid_strategy : method->check(options);
 }
 
 Selection empty_selection(Status status) noexcept {

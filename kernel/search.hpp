@@ -119,22 +119,12 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
 /// A selection of nothing, as it is after an error.
 Selection empty_selection(Status status) noexcept;
 
-/// k rounds; in each the candidate of largest gain among all that remain (Nemhauser et al. 1978).
-Status greedy(Search& search) noexcept;
-
-/// The same answer for less: gains only ever shrink (submodularity), so a candidate whose last known gain is below the
+/// Greedy's answer for less: gains only ever shrink (submodularity), so a candidate whose last known gain is below the
 /// best found this round need not be evaluated again (Minoux 1978), here by tiles of candidates.
 Status lazy_greedy(Search& search) noexcept;
 
 /// The same among what the screening holds, in the order of the store or as listed.
 Status search_lazily(Search& search) noexcept;
-
-/// Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates that it gives weight to and a few
-/// more (docs/performance.md). Without groups.
-Status relaxed(Search& search) noexcept;
-
-/// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
-Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept;
 
 /// Starts from all candidates and removes the one of least loss, -log det(I - Y Y^T), until the budget is left; the
 /// highest index on ties. They are listed by index. `lazily`: without evaluating those that cannot be the least; the

@@ -2,9 +2,9 @@
 #include <maxlogdet/selector.hpp>
 
 #include "kernel/certificate.hpp"
+#include "kernel/method.hpp"
 #include "kernel/search.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace maxlogdet {
@@ -18,44 +18,6 @@ Selector& Selector::operator=(Selector&&) noexcept = default;
 std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity : 0; }
 
 namespace {
-
-// From so many candidates on the relaxation is up to four times faster than lazy greedy, and on no frame measured more
-// than 6 % slower (docs/performance.md).
-constexpr std::size_t large = 50000;
-// Below that budget it has been seen to fall short of greedy.
-constexpr std::size_t least_relaxed_budget = 60;
-
-// What `automatic` stands for; by the problem alone, so that the answer does not depend on threads.
-Strategy chosen_for(const Search& search) noexcept {
-  if (search.constraints.has_groups()) return Strategy::lazy_greedy;
-  const std::size_t n = search.remaining;
-  const std::size_t k = search.budget - search.selected;
-  if (3 * k >= 2 * n) return Strategy::backward_greedy;
-  return n >= large && k >= least_relaxed_budget ? Strategy::relaxed : Strategy::lazy_greedy;
-}
-
-Status run(Search& search, const Options& options, Strategy strategy) noexcept {
-  switch (strategy) {
-    case Strategy::greedy: return greedy(search);
-    case Strategy::lazy_greedy: return lazy_greedy(search);
-    case Strategy::stochastic_greedy: return stochastic_greedy(search, options.epsilon, options.seed);
-    case Strategy::relaxed: return relaxed(search);
-    case Strategy::backward_greedy: return backward_greedy(search);
-    case Strategy::automatic: break;
-  }
-  return Status::invalid_strategy;
-}
-
-// Fewer candidates than this are not worth a second thread: from here on two are not slower, be their cores near each
-// other or far apart (docs/threading.md).
-std::size_t crossover_of(Strategy strategy) noexcept {
-  switch (strategy) {
-    case Strategy::greedy: return 10000;
-    case Strategy::relaxed: return 50000;
-    case Strategy::lazy_greedy: return 100000;
-    default: return std::numeric_limits<std::size_t>::max();  // rounds too short for two
-  }
-}
 
 // Rounding may put the computed log det of an optimal answer above its bound. By more than rounding explains, nothing
 // is known: then log det itself has no digits (docs/numerics.md).
@@ -82,10 +44,10 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
 
   Status status = Status::ok;
   if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
-  selection.threads =
-      threading::workers_for(executor_, options.threads, search.remaining, crossover_of(selection.strategy));
+  const Method& method = *method_of(selection.strategy);
+  selection.threads = threading::workers_for(executor_, options.threads, search.remaining, method.crossover);
   memory_->team.run(executor_, selection.threads, [&] {
-    status = run(search, options, selection.strategy);
+    status = method.run(search, options);
     if (status == Status::ok && options.exchange_sweeps > 0) status = exchange(search, options.exchange_sweeps);
     if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes);
   });

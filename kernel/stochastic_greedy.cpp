@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/search.hpp"
+#include "kernel/method.hpp"
 #include "simd/counter_random.hpp"
 
 #include <algorithm>
@@ -14,16 +14,15 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
   return std::max(1.0, std::ceil(s - 1e-9));
 }
 
-}  // namespace
-
-Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noexcept {
+// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
+Status stochastic_greedy(Search& search, const Options& options) noexcept {
   std::uint32_t* const pool = search.pool;  // what remains; a round moves its sample to the front
   std::size_t filled = 0;
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
     if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
   }
-  const double wanted = sample_size(filled, std::min(filled, search.budget - search.selected), epsilon);
-  const std::uint64_t key = CounterRandom(seed).key();
+  const double wanted = sample_size(filled, std::min(filled, search.budget - search.selected), options.epsilon);
+  const std::uint64_t key = CounterRandom(options.seed).key();
   std::uint64_t drawn = 0;
   search.screening.make_records(search.candidates.size());
 
@@ -48,5 +47,13 @@ Status stochastic_greedy(Search& search, double epsilon, std::uint64_t seed) noe
   }
   return Status::ok;
 }
+
+Status check_epsilon(const Options& options) noexcept {
+  return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+}
+
+}  // namespace
+
+constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only};
 
 }  // namespace maxlogdet

@@ -14,7 +14,8 @@ build_profile() {
   fi
 }
 build_target() {
-  configure_release "$build" -DMAXLOGDET_BUILD_BENCHMARKS=ON -DCMAKE_CXX_FLAGS=-g && cmake --build "$build" --target "$1"
+  configure_release "$build" -DMAXLOGDET_BUILD_BENCHMARKS=ON -DCMAKE_CXX_FLAGS=-g &&
+    cmake --build "$build" --target "$1"
 }
 
 machine() {

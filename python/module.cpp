@@ -2,6 +2,7 @@
 // The compiled half of the Python package `maxlogdet`; maxlogdet/__init__.py is what is imported.
 #include "python/bindings.hpp"
 #include "python/executor.hpp"
+#include "python/names.hpp"
 
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/version.hpp>
@@ -25,5 +26,6 @@ The instruction set that a Selector made now would run on: 'sse2', 'avx2', 'avx5
 MAXLOGDET_ISA forces one. 'none' if that names one which is not built in or which this machine lacks: selecting then
 raises SelectionError ('unsupported_isa'). Answers do not depend on it.)");
   module.attr("__version__") = maxlogdet::version();
+  module.attr("strategies") = strategy_names();
   module.attr("has_tbb") = has_executor();
 }

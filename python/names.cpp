@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "python/names.hpp"
 
-#include "python/bindings.hpp"
-
-#include <initializer_list>
+#include <cstddef>
 
 namespace maxlogdet::python {
 namespace {
@@ -20,8 +18,13 @@ const char* name_of(ThirdMeasurement third) noexcept {
 const char* name_of(Strategy strategy) noexcept { return to_string(strategy); }
 const char* name_of(Weighting weighting) noexcept { return to_string(weighting); }
 
-template <class Enum>
-Enum find(const std::string& name, const char* argument, std::initializer_list<Enum> all) {
+constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
+                                    Weighting::measurement_and_map};
+constexpr ThirdMeasurement third_measurements[] = {ThirdMeasurement::none, ThirdMeasurement::stereo,
+                                                   ThirdMeasurement::depth};
+
+template <class Enum, std::size_t n>
+Enum find(const std::string& name, const char* argument, const Enum (&all)[n]) {
   std::string names;
   for (const Enum value : all) {
     if (name == name_of(value)) return value;
@@ -32,19 +35,16 @@ Enum find(const std::string& name, const char* argument, std::initializer_list<E
 
 }  // namespace
 
-Strategy strategy_of(const std::string& name) {
-  return find(name, "strategy",
-              {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::relaxed,
-               Strategy::backward_greedy, Strategy::automatic});
-}
+Strategy strategy_of(const std::string& name) { return find(name, "strategy", strategies); }
 
-Weighting weighting_of(const std::string& name) {
-  return find(name, "weighting",
-              {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map});
-}
+Weighting weighting_of(const std::string& name) { return find(name, "weighting", weightings); }
 
-ThirdMeasurement third_measurement_of(const std::string& name) {
-  return find(name, "third", {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth});
+ThirdMeasurement third_measurement_of(const std::string& name) { return find(name, "third", third_measurements); }
+
+py::tuple strategy_names() {
+  py::list names;
+  for (const Strategy strategy : strategies) names.append(name_of(strategy));
+  return names;
 }
 
 }  // namespace maxlogdet::python

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "python/bindings.hpp"
+
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 
@@ -13,5 +15,8 @@ namespace maxlogdet::python {
 Strategy strategy_of(const std::string& name);
 Weighting weighting_of(const std::string& name);
 ThirdMeasurement third_measurement_of(const std::string& name);
+
+/// The names of all strategies.
+py::tuple strategy_names();
 
 }  // namespace maxlogdet::python

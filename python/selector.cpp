@@ -92,8 +92,8 @@ answer does not depend on it. The GIL is released meanwhile; select() raises Run
 Selects `budget` of the candidates of a BlockStore (or of what makes one): those that maximise
 log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError, whose status says what is wrong.
 
-strategy: 'greedy', 'lazy_greedy' (greedy's answer, faster), 'stochastic_greedy' (epsilon, seed), 'relaxed',
-  'backward_greedy', or 'automatic'.
+strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster, 'stochastic_greedy' takes epsilon
+  and seed, 'automatic' chooses another by the size of the problem.
 prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
 time_limit: s; 0: none. What there is by then is the answer, with the status 'deadline_reached'.
 threads: as of Selector(), whose value None stands for.

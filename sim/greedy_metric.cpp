@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "sim/greedy_metric.hpp"
 
+#include "sim/eigenvalue_search.hpp"
+
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/selector.hpp>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace maxlogdet::sim {
 namespace {
 
 using EigenSolver = Eigen::SelfAdjointEigenSolver<Matrix6>;
-
-// What eigenvalues of Q may be off by, relative to its trace: with room over the solver's 1e-15.
-constexpr double rounding = 1e-13;
 
 Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   Matrix6 information = Matrix6::Zero();
@@ -30,11 +27,6 @@ Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   return information;
 }
 
-bool exceeds(const Matrix6& Q, double eigenvalue) {
-  const Matrix6 shifted = Q - eigenvalue * Matrix6::Identity();
-  return Eigen::LLT<Matrix6>(shifted).info() == Eigen::Success;
-}
-
 // The smallest eigenvalue that Q needs to have for the metric to reach `best`. To beat a condition number, lambda_min
 // has to be above lambda_max / condition, and lambda_max is at least v^T Q v, v the eigenvector that was the largest's
 // a round ago.
@@ -43,26 +35,18 @@ double needed_eigenvalue(GreedyMetric metric, const Matrix6& Q, double best, con
   return v.dot(Q * v) / -best;
 }
 
-// One round looks at every candidate, but an eigenvalue decomposition (2 us) is made only of those that pass a Cholesky
-// factorisation (0.1 us) of Q - lambda I: the others cannot be better.
 std::vector<std::uint32_t> select_by_eigenvalues(GreedyMetric metric, const std::vector<Matrix6>& information,
                                                  std::vector<std::uint32_t> remaining, std::size_t k, Matrix6 Q) {
   std::vector<std::uint32_t> selected;
   while (selected.size() < k) {
     const Vector6 v = EigenSolver(Q).eigenvectors().col(5);
-    std::size_t winner = remaining.size();
-    double best = 0;
-    for (std::size_t r = 0; r < remaining.size(); ++r) {
-      const Matrix6 with_it = Q + information[remaining[r]];
-      const double slack = rounding * with_it.trace();
-      const bool is_first = winner == remaining.size();
-      if (!is_first && !exceeds(with_it, needed_eigenvalue(metric, with_it, best, v) - slack)) continue;
-      const double value = value_of(metric, with_it);
-      const double tie = metric == GreedyMetric::max_min_eigenvalue ? slack : rounding * best * best;
-      if (!is_first && !(value > best + tie)) continue;
-      winner = r;
-      best = value;
-    }
+    const std::size_t winner = best_by_eigenvalues(
+        remaining.size(), Q, [&](std::size_t r) -> const Matrix6& { return information[remaining[r]]; },
+        [&](const Matrix6& with_it) { return value_of(metric, with_it); },
+        [&](const Matrix6& with_it, double best) { return needed_eigenvalue(metric, with_it, best, v); },
+        [&](double best, double slack) {
+          return metric == GreedyMetric::max_min_eigenvalue ? slack : eigenvalue_rounding * best * best;
+        });
     selected.push_back(remaining[winner]);
     Q += information[remaining[winner]];
     remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(winner));

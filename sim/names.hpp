@@ -12,8 +12,7 @@
 
 namespace maxlogdet::sim {
 
-constexpr Strategy strategies[] = {Strategy::greedy,  Strategy::lazy_greedy,     Strategy::stochastic_greedy,
-                                   Strategy::relaxed, Strategy::backward_greedy, Strategy::automatic};
+using maxlogdet::strategies;
 constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
                                     Weighting::measurement_and_map};
 

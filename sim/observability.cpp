@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "sim/observability.hpp"
 
+#include "sim/eigenvalue_search.hpp"
 #include "sim/projection.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,6 @@ namespace {
 
 double smallest_eigenvalue(const Matrix12& Q) {
   return Eigen::SelfAdjointEigenSolver<Matrix12>(Q, Eigen::EigenvaluesOnly).eigenvalues()[0];
-}
-
-bool exceeds(const Matrix12& Q, double eigenvalue) {
-  const Matrix12 shifted = Q - eigenvalue * Matrix12::Identity();
-  return Eigen::LLT<Matrix12>(shifted).info() == Eigen::Success;
 }
 
 }  // namespace
@@ -52,7 +47,6 @@ std::vector<Matrix12> ObservabilitySelection::information(const Frame& frame,
 std::vector<std::uint32_t> ObservabilitySelection::select(const Frame& frame,
                                                           const std::vector<std::uint32_t>& candidates, std::size_t k,
                                                           double epsilon, Draws& draws) const {
-  constexpr double rounding = 1e-13;  // of eigenvalues, relative to the trace, with room
   const std::vector<Matrix12> information_of = information(frame, candidates);
   std::vector<std::uint32_t> remaining(candidates.size());
   for (std::uint32_t i = 0; i < remaining.size(); ++i) remaining[i] = i;
@@ -65,18 +59,10 @@ std::vector<std::uint32_t> ObservabilitySelection::select(const Frame& frame,
   while (selected.size() < k) {
     const std::size_t looked_at = std::min(sample, remaining.size());
     draws.shuffle_front(remaining, looked_at);
-    std::size_t winner = looked_at;
-    double best = 0;
-    for (std::size_t r = 0; r < looked_at; ++r) {
-      const Matrix12 with_it = Q + information_of[remaining[r]];
-      const double slack = rounding * with_it.trace();
-      const bool is_first = winner == looked_at;
-      if (!is_first && !exceeds(with_it, best - slack)) continue;  // an eigenvalue costs twenty times as much
-      const double value = smallest_eigenvalue(with_it);
-      if (!is_first && !(value > best + slack)) continue;
-      winner = r;
-      best = value;
-    }
+    const std::size_t winner = best_by_eigenvalues(
+        looked_at, Q, [&](std::size_t r) -> const Matrix12& { return information_of[remaining[r]]; },
+        smallest_eigenvalue, [](const Matrix12& /*with_it*/, double best) { return best; },
+        [](double /*best*/, double slack) { return slack; });
     selected.push_back(candidates[remaining[winner]]);
     Q += information_of[remaining[winner]];
     std::swap(remaining[winner], remaining.back());

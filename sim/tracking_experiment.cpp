@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "sim/tracking_experiment.hpp"
 
+#include "sim/hash.hpp"
 #include "sim/runs.hpp"
 
 namespace maxlogdet::sim {
 namespace {
-
-// FNV-1a: the same everywhere, unlike std::hash.
-std::uint64_t hash_of(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return hash;
-}
 
 // A tracker and where it says it was.
 struct Contestant {

@@ -45,7 +45,8 @@ TRACKING_VARIANTS = [
 ]
 
 # Zhao & Vela's own figures: averages of tables II (RPE in m/s, ROE in deg/s) and III (ATE in m), and table IV (ms).
-PAPER_SEQUENCES = ["MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult", "MH_05_difficult", "V1_01_easy", "V2_01_easy", "V2_02_medium"]
+PAPER_SEQUENCES = ["MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult", "MH_05_difficult", "V1_01_easy",
+                   "V2_01_easy", "V2_02_medium"]
 PAPER_RELATIVE = {
     "quality": (0.047, 0.30),
     "bucket": (0.051, 0.32),
@@ -130,7 +131,8 @@ def aligned_table(metrics, weighting):
     for selector in ["max_log_det", *RIVALS, "all", "all_weighted"]:
         means = [means_over_sizes(rows, weighting, column, noise)[selector] for noise, column in PANELS]
         lines.append([selector, *(f"{value:.4f}" for value in means)])
-    return table(["selector", "translation, 1 px (m)", "rotation, 1 px (deg)", "translation, 2 px (m)", "rotation, 2 px (deg)"], lines)
+    return table(["selector", "translation, 1 px (m)", "rotation, 1 px (deg)", "translation, 2 px (m)",
+                  "rotation, 2 px (deg)"], lines)
 
 
 def signs(cells, selectors):
@@ -142,8 +144,10 @@ def metric_variants_table(results):
     lines = []
     for folder, weighting, what in METRIC_VARIANTS:
         cells = Experiment(results, folder).cells("Mean over subset sizes", f"`{weighting}`")
-        lines.append([what, f"`{weighting}`", signs(cells, RIVALS), signs(cells, ["all"]), signs(cells, ["all_weighted"])])
-    return table(["scene and assumptions", "blocks", "against the other metrics and random (16)", "against all (4)", "against all_weighted (4)"], lines)
+        lines.append([what, f"`{weighting}`", signs(cells, RIVALS), signs(cells, ["all"]),
+                      signs(cells, ["all_weighted"])])
+    return table(["scene and assumptions", "blocks", "against the other metrics and random (16)", "against all (4)",
+                  "against all_weighted (4)"], lines)
 
 
 # Section V.
@@ -167,8 +171,10 @@ def times_table(timed):
     lines = []
     for selector, cells in timed.cells("wall time").items():
         papers = PAPER_MS.get(selector, ("-", "-"))
-        lines.append([selector, cells["outlier rejection"], cells["selection"], papers[0], cells["pose optimisation"], papers[1], cells["total"], cells["used"]])
-    return table(["ms a frame", "outlier rejection", "selection", "paper", "pose optimisation", "paper", "total", "matches used"], lines)
+        lines.append([selector, cells["outlier rejection"], cells["selection"], papers[0], cells["pose optimisation"],
+                      papers[1], cells["total"], cells["used"]])
+    return table(["ms a frame", "outlier rejection", "selection", "paper", "pose optimisation", "paper", "total",
+                  "matches used"], lines)
 
 
 def tracking_variants_table(results):
@@ -186,7 +192,8 @@ def main():
     results = sys.argv[1]
     metrics, budget, epsilon, euroc = (Experiment(results, name) for name in ("metrics", "budget", "epsilon", "euroc"))
     weightings = ["measurement", "map_bias", "measurement_and_map"]
-    of_each = lambda *words: [line for w in weightings for line in [f"`{w}` blocks:", "", *metrics.table(*words, f"`{w}`"), ""]][:-1]
+    of_each = lambda *words: [line for w in weightings
+                              for line in [f"`{w}` blocks:", "", *metrics.table(*words, f"`{w}`"), ""]][:-1]
     tables = {
         "metrics_lowest": lowest_table(metrics, weightings),
         "metrics_comparison": of_each("Mean over subset sizes"),

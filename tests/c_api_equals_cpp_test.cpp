@@ -5,8 +5,13 @@
 
 #include <maxlogdet/maxlogdet.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -115,7 +120,9 @@ struct Instance {
     for (int i = random.integer(0, 3); i > 0; --i) blocks.push_back_invalid();
     const std::size_t n = blocks.size();
     capacity = n + static_cast<std::size_t>(random.integer(0, 30));
-    options.strategy = static_cast<Strategy>(random.chance(0.03) ? random.integer(-1, 6) : random.integer(0, 5));
+    const int known = static_cast<int>(std::size(strategies));
+    const int strategy = random.chance(0.03) ? random.integer(-1, known) : random.integer(0, known - 1);
+    options.strategy = static_cast<Strategy>(strategy);
     options.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(n)));
     options.epsilon = random.uniform(0.01, 0.9);
     options.seed = static_cast<std::uint64_t>(random.integer(0, 1000));
@@ -167,6 +174,24 @@ struct Instance {
     if (kind == 6) prior.setZero();
   }
 };
+
+// The header is read as text: nothing in C could loop over its enumerators, and one that is missing has no name to
+// test.
+TEST(CApi, every_strategy_has_its_enumerator) {
+  std::ifstream file(MAXLOGDET_C_HEADER);
+  const std::string header((std::istreambuf_iterator<char>(file)), {});
+  ASSERT_NE(header.find("typedef int32_t maxlogdet_strategy;"), std::string::npos) << MAXLOGDET_C_HEADER;
+  for (std::size_t i = 0; i < std::size(strategies); ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(strategies[i]), i) << "MAXLOGDET_STRATEGIES is in the order of the enumerators";
+    std::string name = to_string(strategies[i]);
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
+    const std::string line = "MAXLOGDET_STRATEGY_" + name + " = " + std::to_string(i);
+    const std::size_t at = header.find("  " + line);
+    const bool is_there = at != std::string::npos && std::isdigit(header[at + 2 + line.size()]) == 0;
+    EXPECT_TRUE(is_there) << "maxlogdet.h lacks " << line;
+    EXPECT_STREQ(maxlogdet_strategy_name(static_cast<maxlogdet_strategy>(i)), to_string(strategies[i]));
+  }
+}
 
 TEST(CApi, selections_equal_those_of_cpp) {
   std::size_t answers = 0;

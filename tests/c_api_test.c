@@ -22,9 +22,11 @@ static void names_of_all_enumerators_and_of_no_other_value(void) {
   CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_INVALID_TIME_LIMIT), "invalid_time_limit") == 0);
 
   static const char* const strategies[] = {
-      "greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy", "automatic", "unknown"};
-  for (int32_t i = 0; i < 7; ++i) CHECK(strcmp(maxlogdet_strategy_name(i), strategies[i]) == 0);
+      // their values are for ever, whatever is appended
+      "greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy", "automatic"};
+  for (int32_t i = 0; i < 6; ++i) CHECK(strcmp(maxlogdet_strategy_name(i), strategies[i]) == 0);
   CHECK(strcmp(maxlogdet_strategy_name(-1), "unknown") == 0);
+  CHECK(strcmp(maxlogdet_strategy_name(1000), "unknown") == 0);
 
   static const char* const weightings[] = {"map_bias", "map_bias_world", "measurement", "measurement_and_map",
                                            "unknown"};
@@ -457,7 +459,7 @@ static void selections_answer_and_name_errors(void) {
   options.budget = n + 1;
   CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_BUDGET);
   options = default_options();
-  options.strategy = 6;
+  options.strategy = 1000;
   CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_STRATEGY);
   options.strategy = MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY;
   options.epsilon = 1;

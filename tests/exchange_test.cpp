@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Exchange: textbook swaps, never downhill, within constraints, and the same everywhere.
 #include "sim/forced_isa.hpp"
+#include "sim/hash.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -261,16 +262,16 @@ TEST(Exchange, improves_real_frames_as_the_textbook_does) {
 
 // One number for all families, recorded once: no compiler, instruction set or C library may change it.
 TEST(Exchange, gives_the_recorded_answers) {
-  std::uint64_t hash = 0xCBF29CE484222325U;  // FNV-1a over the indices
+  sim::Hash hash;  // over the indices
   for (const sim::Scene scene : sim::scenes) {
     for (const BlockKind& kind : block_kinds) {
       const BlockStore blocks = blocks_of(make_scene(scene, 500, 7), kind);
       for (const std::uint32_t index : select_indices(blocks, with(Strategy::lazy_greedy, 12, 2))) {
-        hash = (hash ^ index) * 0x100000001B3U;
+        hash.add(index);
       }
     }
   }
-  EXPECT_EQ(hash, 7507168773569646415U);
+  EXPECT_EQ(hash.value(), 7507168773569646415U);
 }
 
 }  // namespace

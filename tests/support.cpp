@@ -3,6 +3,7 @@
 
 #include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/hash.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +11,6 @@
 
 namespace maxlogdet::test {
 namespace {
-
-std::uint64_t hash(const std::string& text) {  // FNV-1a: the same on every machine, unlike std::hash
-  std::uint64_t h = 0xCBF29CE484222325u;
-  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
-  return h;
-}
 
 std::string running_test() {
   const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -26,7 +21,8 @@ std::string running_test() {
 
 Random::Random(std::uint64_t variation) : Random(running_test(), variation) {}
 
-Random::Random(const std::string& name, std::uint64_t variation) : seed_(hash(name) + variation), random_(seed_) {}
+Random::Random(const std::string& name, std::uint64_t variation)
+    : seed_(sim::hash_of(name) + variation), random_(seed_) {}
 
 double Random::uniform(double low, double high) {
   return low + (high - low) * (static_cast<double>(random_.bits() >> 11) * 0x1p-53);

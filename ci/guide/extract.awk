@@ -6,8 +6,8 @@
 # A block of commands without a marker is an error: whatever a guide tells its readers to type is run.
 #
 # Usage: awk -v name=NAME_IN_MESSAGES -v out=FOLDER -f extract.awk GUIDE    (FOLDER/files must be there)
-# Writes FOLDER/session and FOLDER/checkout, shell code in which every command has the line number that it has in the guide;
-# FOLDER/files/LINE; and FOLDER/session.plan and FOLDER/checkout.plan, what will be done in words.
+# Writes FOLDER/session and FOLDER/checkout, shell code in which every command has the line number that it has in the
+# guide; FOLDER/files/LINE; and FOLDER/session.plan and FOLDER/checkout.plan, what will be done in words.
 
 function fail(line, what) {
   print name ":" line ": " what >"/dev/stderr"

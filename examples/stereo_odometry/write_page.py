@@ -64,7 +64,8 @@ def judged_rows(results):
         share = md[key] / inl[key]
         judge(f"{name} of md / of inl", "≤ 1.05", f"{share:.3f}", share <= 1.05)
         others = [e[key] / inl[key] for e in rivals]
-        judge(f"{name} of random, quality / of inl", f"> {share:.3f} (md)", f"{others[0]:.3f}, {others[1]:.3f}", share < min(others))
+        judge(f"{name} of random, quality / of inl", f"> {share:.3f} (md)", f"{others[0]:.3f}, {others[1]:.3f}",
+              share < min(others))
     speed = inl["ms"]["pose_optimization"] / md["ms"]["pose_optimization"]
     judge("pose optimisation, inl / md", "≥ 3", f"{speed:.1f}", speed >= 3)
     selection = md["ms"]["selection"]

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: MIT
 from types import TracebackType
-from typing import Iterator, Literal, Optional, Sequence, Type, Union
+from typing import Iterator, Literal, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _Blocks = Union[ArrayLike, Sequence[Optional[ArrayLike]]]
-_Strategy = Literal["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy", "automatic"]
+_Strategy = str  # one of `strategies`
 _Status = Literal["ok", "all_selected", "deadline_reached"]
 _Weighting = Literal["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
 _Third = Literal["none", "stereo", "depth"]
 
 __version__: str
 has_tbb: bool
+strategies: Tuple[str, ...]
 
 def isa() -> str: ...
 

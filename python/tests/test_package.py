@@ -18,7 +18,7 @@ SOURCE = pathlib.Path(os.environ.get("MAXLOGDET_SOURCE", pathlib.Path(__file__).
 def test_version_is_the_projects():
     text = (SOURCE / "CMakeLists.txt").read_text()
     assert maxlogdet.__version__ == re.search(r"project\(maxlogdet VERSION (\S+)", text).group(1)
-    assert maxlogdet.isa() in ("sse2", "avx2", "avx512", "neon")
+    assert re.fullmatch("[a-z0-9_]+", maxlogdet.isa()) and maxlogdet.isa() != "none"
 
 
 def parameters_of(function):
@@ -67,7 +67,8 @@ def test_the_stub_says_what_is_there():
 
 def test_the_documentations_code_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"^```python\n(.*?)^```$", (SOURCE / "docs" / "python.md").read_text(), re.DOTALL | re.MULTILINE)
+    blocks = re.findall(r"^```python\n(.*?)^```$", (SOURCE / "docs" / "python.md").read_text(),
+                        re.DOTALL | re.MULTILINE)
     assert len(blocks) >= 3
     names = {}
     for number, block in enumerate(blocks):
@@ -102,7 +103,8 @@ def test_the_module_exports_nothing_of_the_library():
     if not os.path.exists(nm):
         pytest.skip("no nm")
     library = next(pathlib.Path(maxlogdet.__file__).parent.glob("_core*.so"))
-    symbols = subprocess.run([nm, "-D", "--defined-only", str(library)], check=True, text=True, capture_output=True).stdout
+    symbols = subprocess.run([nm, "-D", "--defined-only", str(library)], check=True, text=True,
+                             capture_output=True).stdout
     ours = [line for line in symbols.splitlines() if re.search(r"\b_Z(T[VIS])?NK?9maxlogdet", line)]
     assert ours == []  # std's templates of our types may be there: their visibility is std's
     assert "PyInit__core" in symbols

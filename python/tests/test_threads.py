@@ -64,7 +64,7 @@ def test_selectors_side_by_side_on_one_store(rng):
     store.append(None)  # nobody uses it any more
 
 
-@pytest.mark.parametrize("strategy", ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"])
+@pytest.mark.parametrize("strategy", maxlogdet.strategies)
 def test_the_answer_does_not_depend_on_threads(rng, strategy):
     n, k = (3000, 2800) if strategy == "backward_greedy" else (20000, 60)
     store = maxlogdet.BlockStore(pinhole_blocks(rng, n))

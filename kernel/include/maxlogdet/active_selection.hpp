@@ -22,14 +22,18 @@ namespace maxlogdet {
 /// Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling thread alone.
 class ActiveSelection {
  public:
+  /// What next() returns when there is nothing to propose.
   static constexpr std::uint32_t none = 0xFFFFFFFFU;
 
   /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
   explicit ActiveSelection(std::size_t capacity);
   ~ActiveSelection();
+  /// Takes over memory and selection; the other has a capacity of 0 from then on.
   ActiveSelection(ActiveSelection&&) noexcept;
+  /// Takes over memory and selection; the other has a capacity of 0 from then on.
   ActiveSelection& operator=(ActiveSelection&&) noexcept;
 
+  /// Most candidates, and largest budget, that start() accepts; 0 once moved from.
   std::size_t capacity() const noexcept;
 
   /// Begins anew, and with it the time limit, which so includes the matching. The candidates and all arrays of the
@@ -44,10 +48,11 @@ class ActiveSelection {
   /// budget is reached, nothing is left, or the time limit has passed.
   std::uint32_t next() noexcept;
 
-  /// The proposal is matched: it enters the selection as proposed, or with the block as measured, rows x 6 row-major,
-  /// rows in {1, 2, 3} (a stereo row added, say). nothing_proposed, or invalid_block (null, other rows, not finite),
-  /// else ok; after invalid_block it is still proposed.
+  /// The proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
   Status accept() noexcept;
+  /// It enters with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (a stereo row added, say).
+  /// nothing_proposed, or invalid_block (null, other rows, not finite), else ok; after invalid_block it is still
+  /// proposed.
   Status accept(const double* block, int rows) noexcept;
 
   /// The proposal is not matched, and not proposed again. ok or nothing_proposed.

@@ -21,9 +21,13 @@ class BlockStore {
  public:
   /// Reserves room for `capacity` candidates. Throws std::bad_alloc.
   explicit BlockStore(std::size_t capacity = 0);
+  /// A copy, with room for as many as there are. Throws std::bad_alloc.
   BlockStore(const BlockStore& other);
+  /// Takes over candidates and memory; the other is left empty, with a capacity of 0.
   BlockStore(BlockStore&& other) noexcept;
+  /// A copy, in the memory that is there if it suffices. Throws std::bad_alloc, and is then empty.
   BlockStore& operator=(const BlockStore& other);
+  /// Takes over candidates and memory; the other is left empty, with a capacity of 0.
   BlockStore& operator=(BlockStore&& other) noexcept;
   ~BlockStore() = default;
 
@@ -33,7 +37,9 @@ class BlockStore {
   /// Removes all candidates; keeps the memory.
   void clear() noexcept;
 
+  /// How many candidates there are, invalid ones included.
   std::size_t size() const noexcept { return size_; }
+  /// How many candidates there is room for without allocating.
   std::size_t capacity() const noexcept { return capacity_; }
 
   /// Appends a block, rows x 6 row-major, rows in {1, 2, 3}, rounded to float32; returns its index. A block that
@@ -49,7 +55,9 @@ class BlockStore {
   /// rows, which do not change any gain.
   int rows() const noexcept { return rows_; }
 
+  /// Whether the candidate has a block; index < size().
   bool is_valid(std::size_t index) const noexcept { return valid_[index] != 0; }
+  /// How many candidates have none.
   std::size_t invalid_count() const noexcept { return invalid_count_; }
 
   /// Largest |entry| of each column of any stored row, state_dimension values.

@@ -36,12 +36,14 @@ std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& bloc
 /// must be permuted first.
 class EigenPrior {
  public:
+  /// Copies a 6 x 6 matrix or expression of any scalar type and storage order.
   template <class Derived>
   explicit EigenPrior(const Eigen::MatrixBase<Derived>& information) {
     EIGEN_STATIC_ASSERT_MATRIX_SPECIFIC_SIZE(Derived, state_dimension, state_dimension);
     Eigen::Map<Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>> rows(entries_);
     rows = information.template cast<double>();
   }
+  /// What Options::prior takes: 6 x 6 row-major, of this object.
   const double* data() const& noexcept { return entries_; }
   const double* data() const&& = delete;  // would dangle
 

@@ -70,6 +70,7 @@ struct Matches {
                                             ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
 };
 
+/// How blocks are made of matches.
 struct BlockOptions {
   Weighting weighting = Weighting::map_bias;        ///< which block
   ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
@@ -78,6 +79,7 @@ struct BlockOptions {
   int threads = 0;                                  ///< as Options::threads; the blocks do not depend on it
 };
 
+/// How append_blocks ended.
 enum class BlockStatus {
   ok,               ///< n blocks appended; those that have no Jacobian as invalid candidates
   singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
@@ -89,16 +91,18 @@ enum class BlockStatus {
   missing_points,   ///< size > 0 without points; nothing appended
 };
 
+/// What append_blocks has done.
 struct BlockReport {
-  BlockStatus status = BlockStatus::ok;
-  std::size_t appended = 0;       ///< n, or 0 on an error
-  std::size_t invalid = 0;        ///< of these, kept as invalid candidates, for any of the reasons below
-  std::size_t behind_camera = 0;  ///< Z <= 0
-  std::size_t singular_rays = 0;  ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
+  BlockStatus status = BlockStatus::ok;  ///< ok or singular_rays: done; else why not
+  std::size_t appended = 0;              ///< n, or 0 on an error
+  std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for any of the reasons below
+  std::size_t behind_camera = 0;         ///< Z <= 0
+  std::size_t singular_rays = 0;         ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
 };
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Weighting weighting) noexcept;
+/// Name of the enumerator; "unknown" for any other value.
 const char* to_string(BlockStatus status) noexcept;
 
 /// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A

@@ -96,10 +96,13 @@ enum {
   MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5    ///< size > 0 without points
 };
 
-/// Names of the enumerators, in small letters ("all_selected"); "unknown" for any other value. Constants.
+/// Name of the enumerator, in small letters ("all_selected"); "unknown" for any other value. A constant.
 const char* maxlogdet_status_name(maxlogdet_status status);
+/// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
+/// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
+/// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_block_status_name(maxlogdet_block_status status);
 
 /// Version of the library that was linked; MAXLOGDET_VERSION is that of the header.
@@ -113,14 +116,16 @@ const char* maxlogdet_built_in_isa(int32_t i);
 /// 1 if this machine can run the instruction set of that name, else 0, also for a null pointer.
 int32_t maxlogdet_isa_is_supported(const char* name);
 
+/// What an executor is given to run: on the calling thread with `worker` 0, on every other with a number of its own.
+typedef void (*maxlogdet_body)(void* context, int32_t worker);
+
 /// Where helpers come from when one selection shall work on several threads: a pool of the caller's
 /// (docs/threading.md), or oneTBB (maxlogdet/tbb.h). The struct is copied; what user_data points to outlives whoever
 /// uses it. Both functions are called on the thread that selects, also by several threads at once if the caller's
 /// selectors share one pool.
-typedef void (*maxlogdet_body)(void* context, int32_t worker);
 typedef struct maxlogdet_executor {
-  size_t struct_size;
-  void* user_data;  ///< handed to both functions
+  size_t struct_size;  ///< set by init
+  void* user_data;     ///< handed to both functions
   /// Most workers that run called from this thread may have, the caller among them; at least 1.
   int32_t (*concurrency)(void* user_data);
   /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to others. Helpers
@@ -138,6 +143,7 @@ typedef struct maxlogdet_block_store maxlogdet_block_store;
 
 /// Room for `capacity` candidates, which is no limit: a store grows. out_of_memory, invalid_argument.
 maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks);
+/// Ends it; a null pointer is none.
 void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks);
 
 /// Makes room for `capacity` candidates; what is stored stays. out_of_memory (without effect), invalid_argument.
@@ -145,12 +151,15 @@ maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, si
 /// Removes all candidates; keeps the memory.
 maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks);
 
+/// How many candidates there are, invalid ones included.
 size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks);
+/// How many candidates there is room for without allocating.
 size_t maxlogdet_block_store_capacity(const maxlogdet_block_store* blocks);
 /// Rows of the tallest block since clear; 0 while there is no valid block.
 int32_t maxlogdet_block_store_rows(const maxlogdet_block_store* blocks);
 /// 1 if there is a candidate of that index and it has a block, else 0.
 int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size_t index);
+/// How many candidates have no block.
 size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks);
 
 /// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32; its
@@ -163,18 +172,19 @@ maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* 
 
 /// A rectified pinhole camera: x right, y down, z forward.
 typedef struct maxlogdet_camera {
-  size_t struct_size;
-  double fx;  ///< focal length, px; has no default
-  double fy;  ///< focal length, px; has no default
-  double cx;  ///< principal point, px (no Jacobian depends on it)
-  double cy;  ///< principal point, px
-  double bf;  ///< stereo baseline times fx, px m; 0: monocular
+  size_t struct_size;  ///< set by init
+  double fx;           ///< focal length, px; has no default
+  double fy;           ///< focal length, px; has no default
+  double cx;           ///< principal point, px (no Jacobian depends on it)
+  double cy;           ///< principal point, px
+  double bf;           ///< stereo baseline times fx, px m; 0: monocular
 } maxlogdet_camera;
+/// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size);
 
 /// n matches as the caller's own arrays; nothing is kept. A null optional array means its default for all.
 typedef struct maxlogdet_matches {
-  size_t struct_size;
+  size_t struct_size;             ///< set by init
   size_t size;                    ///< n
   const double* points;           ///< n x 3 row-major: points in the world frame, m
   const double* sigmas;           ///< n: measurement deviation, px; default 1
@@ -183,10 +193,12 @@ typedef struct maxlogdet_matches {
   const double* weights;          ///< n: w >= 0 multiplies H^T H; default 1
   const double* map_covariances;  ///< n x 3 x 3: of the points, world frame, m^2; default map_sigma^2 I
 } maxlogdet_matches;
+/// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
 
+/// How blocks are made of matches.
 typedef struct maxlogdet_block_options {
-  size_t struct_size;
+  size_t struct_size;                 ///< set by init
   maxlogdet_weighting weighting;      ///< default map_bias
   maxlogdet_third_measurement third;  ///< default none
   double map_sigma;                   ///< m, deviation of a map point (measurement_and_map); default 0.05
@@ -194,14 +206,16 @@ typedef struct maxlogdet_block_options {
   int32_t threads;                    ///< as that of maxlogdet_options; the blocks do not depend on it
   int32_t reserved;                   ///< 0, else invalid_argument
 } maxlogdet_block_options;
+/// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size);
 
+/// What append_blocks has done.
 typedef struct maxlogdet_block_report {
-  maxlogdet_block_status status;
-  size_t appended;       ///< n, or 0 on an error
-  size_t invalid;        ///< of these, kept as invalid candidates, for whatever reason
-  size_t behind_camera;  ///< depth <= 0
-  size_t singular_rays;  ///< rays orthogonal to the world's z axis (map_bias_world)
+  maxlogdet_block_status status;  ///< ok or singular_rays: done; else why not
+  size_t appended;                ///< n, or 0 on an error
+  size_t invalid;                 ///< of these, kept as invalid candidates, for whatever reason
+  size_t behind_camera;           ///< depth <= 0
+  size_t singular_rays;           ///< rays orthogonal to the world's z axis (map_bias_world)
 } maxlogdet_block_report;
 
 /// Appends one block a match, in their order. `T_cw`: 3 x 4 row-major, world to camera. `executor` may be null: the
@@ -214,7 +228,7 @@ const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* ca
 
 /// What to select and how; n is the number of candidates. Arrays belong to the caller.
 typedef struct maxlogdet_options {
-  size_t struct_size;
+  size_t struct_size;           ///< set by init
   size_t budget;                ///< how many to select, at most the capacity; default 100
   maxlogdet_strategy strategy;  ///< default lazy_greedy
   int32_t threads;      ///< 1: the calling one alone; 0, the default: as many of the executor as pay off; m: at most m
@@ -234,11 +248,12 @@ typedef struct maxlogdet_options {
   size_t max_per_group;       ///< most to select of a group; default 1
   const uint32_t* group_maxima;  ///< group_count: most to select of each; null: max_per_group
 } maxlogdet_options;
+/// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
 
 /// The answer.
 typedef struct maxlogdet_selection {
-  maxlogdet_status status;
+  maxlogdet_status status;      ///< how the selection ended
   maxlogdet_strategy strategy;  ///< the one asked for, or what `automatic` chose
   size_t size;                  ///< number selected
   const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp)
@@ -265,7 +280,9 @@ typedef struct maxlogdet_selector maxlogdet_selector;
 /// above 2^32 - 1), invalid_argument.
 maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
                                            maxlogdet_selector** selector);
+/// Ends it; a null pointer is none.
 void maxlogdet_selector_destroy(maxlogdet_selector* selector);
+/// Most candidates, and largest budget, that select takes.
 size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector);
 
 /// Selects options->budget of the candidates; neither allocates nor locks. The selection is the selector's, valid until
@@ -282,7 +299,9 @@ typedef struct maxlogdet_active_selection maxlogdet_active_selection;
 
 /// As maxlogdet_selector_create.
 maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active);
+/// Ends it; a null pointer is none.
 void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
+/// Most candidates, and largest budget, that start takes.
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
 /// Begins anew, and with it the time limit. The candidates and all arrays of the options (groups above all) must stay

@@ -18,6 +18,15 @@ enum class Strategy {
               ///< and k >= 60, else, and with groups, lazy_greedy; Selection::strategy tells which
 };
 
+/// X(name) for each of them, in their order. Whatever goes by a list of strategies goes by this one: the selector, the
+/// names, the program, the Python module and the tests (CONTRIBUTING.md).
+#define MAXLOGDET_STRATEGIES(X) X(greedy) X(lazy_greedy) X(stochastic_greedy) X(relaxed) X(backward_greedy) X(automatic)
+
+#define MAXLOGDET_ENUMERATOR(name) Strategy::name,
+/// The same to loop over.
+constexpr Strategy strategies[] = {MAXLOGDET_STRATEGIES(MAXLOGDET_ENUMERATOR)};
+#undef MAXLOGDET_ENUMERATOR
+
 /// What to select and how. Every default is one that a tracker can ship. Arrays belong to the caller.
 struct Options {
   std::size_t budget = 100;                   ///< k, how many to select; 0: none; at most the selector's capacity

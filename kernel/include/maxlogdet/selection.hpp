@@ -39,7 +39,7 @@ const char* to_string(Status status) noexcept;
 
 /// The answer: views into the Selector that gave it, valid until its next select() or its end.
 struct Selection {
-  Status status;
+  Status status;                   ///< how the selection ended
   const std::uint32_t* indices;    ///< `size` candidate indices: required ones, then in order of selection;
                                    ///< backward_greedy's by index; an exchange keeps places
   std::size_t size;                ///< number selected
@@ -64,7 +64,9 @@ struct Selection {
   bool has_answer() const noexcept {
     return status == Status::ok || status == Status::all_selected || status == Status::deadline_reached;
   }
+  /// The indices, to loop over.
   const std::uint32_t* begin() const noexcept { return indices; }
+  /// Behind the last of them.
   const std::uint32_t* end() const noexcept { return indices + size; }
 };
 

@@ -22,7 +22,9 @@ class Selector {
   /// alone.
   explicit Selector(std::size_t capacity, Executor* executor = nullptr);
   ~Selector();
+  /// Takes over the memory; the other has a capacity of 0 from then on.
   Selector(Selector&&) noexcept;
+  /// Takes over the memory; the other has a capacity of 0 from then on.
   Selector& operator=(Selector&&) noexcept;
 
   /// Most candidates, and largest budget, that select() accepts; 0 once moved from.

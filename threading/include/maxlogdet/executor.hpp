@@ -23,7 +23,9 @@ class Executor {
 
  protected:
   Executor() = default;
+  /// For derived classes that are copied.
   Executor(const Executor&) = default;
+  /// For derived classes that are copied.
   Executor& operator=(const Executor&) = default;
 };
 
