@@ -15,6 +15,9 @@ void write_relaxed_tables();
 /// exchange: what sweeps of swaps gain.
 void write_exchange_table();
 
+/// denormals: medians with denormal blocks, and how many times as long as with blocks nearly as tiny.
+void write_denormal_table();
+
 /// backward: backward greedy against lazy greedy.
 void write_backward_table();
 

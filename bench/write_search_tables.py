@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs maxlogdet_search_tables and writes its tables into docs/performance.md.
 
-Usage: write_search_tables.py PROGRAM
+Usage: write_search_tables.py PROGRAM [denormals]    denormals: that table alone
 """
 
 import datetime
@@ -30,10 +30,10 @@ def facts_and_tables(lines):
 
 
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) not in (2, 3):
         sys.exit(__doc__)
     load = os.getloadavg()[0]  # before: the program itself makes one
-    output = subprocess.run([sys.argv[1]], check=True, stdout=subprocess.PIPE, text=True).stdout
+    output = subprocess.run(sys.argv[1:], check=True, stdout=subprocess.PIPE, text=True).stdout
     facts, tables = facts_and_tables(output.splitlines())
     machine = (
         f"{cpu_model()}, {os.cpu_count()} cores, {facts['isa']}, {facts['compiler']}, one thread, "

@@ -19,14 +19,14 @@ std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capa
 
 namespace {
 
-// Rounding may put the computed log det of an optimal answer above its bound. By more than rounding explains, nothing
-// is known: then log det itself has no digits (docs/numerics.md).
+// Where log det itself may have no digits, or is above its bound by more than rounding explains, nothing is known of
+// the answer (docs/numerics.md). By less than that rounding may put the computed log det of an optimal answer above it.
 double reconciled(const Selection& selection, double relative_error) noexcept {
+  if (!(relative_error < hopeless_error)) return std::numeric_limits<double>::infinity();
   const double excess = selection.log_det - selection.upper_bound;
   if (!(excess > 0)) return selection.upper_bound;
   const double explained = 2 * state_dimension * relative_error + 1e-9;
-  return relative_error < hopeless_error && excess <= explained ? selection.log_det
-                                                                : std::numeric_limits<double>::infinity();
+  return excess <= explained ? selection.log_det : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Upper bounds against the true optimum.
 #include "sim/forced_isa.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/oracle.hpp"
-#include "tests/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -240,7 +240,7 @@ TEST(Certificate, proves_as_much_where_candidates_are_required) {
 }
 
 TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
-  PoolExecutor executor(3);
+  sim::PoolExecutor executor(3);
   for_every_family(3000, [&executor](const BlockStore& blocks) {
     std::vector<double> bounds;
     for (const simd::Kernel* const kernel : supported_kernels()) {

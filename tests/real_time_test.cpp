@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
-// replaces the allocation functions to count calls, so it stands alone.
-#include "tests/pool_executor.hpp"
+// has its allocation functions replaced, so it stands alone.
+#include "sim/allocation_counter.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/support.hpp"
 
 #include <fcntl.h>
@@ -10,7 +11,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
@@ -18,73 +18,14 @@
 #include <new>
 #include <vector>
 
-namespace {
-
-std::atomic<long> allocations{0};           // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<long> until_memory_is_out{-1};  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-
-}  // namespace
-
-// A sanitizer's runtime has malloc to itself, and tells who asks for it.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define MAXLOGDET_HAS_SANITIZER
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define MAXLOGDET_HAS_SANITIZER
-#endif
-#endif
-
-#if defined(MAXLOGDET_HAS_SANITIZER)
-// As in sanitizer/allocator_interface.h, which gcc does not install.
-extern "C" int
-__sanitizer_install_malloc_and_free_hooks(  // NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
-    void (*malloc_hook)(const volatile void*, std::size_t), void (*free_hook)(const volatile void*));
-namespace {
-const int hook = __sanitizer_install_malloc_and_free_hooks([](const volatile void*, std::size_t) { ++allocations; },
-                                                           [](const volatile void*) {});
-}  // namespace
-#else
-// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* memory, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  if (until_memory_is_out >= 0 && until_memory_is_out-- == 0) return nullptr;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* memory, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(memory, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
-  ++allocations;
-  *memory = __libc_memalign(alignment, size);
-  return *memory == nullptr ? 12 : 0;
-}
-}
-// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
-#endif
-
 namespace maxlogdet::test {
 namespace {
 
 template <class Work>
 long allocations_in(const Work& work) {
-  const long before = allocations;
+  const long before = sim::allocations();
   work();
-  return allocations - before;
+  return sim::allocations() - before;
 }
 
 // Everything `work` writes to stdout and stderr, in bytes.
@@ -136,9 +77,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
 }
 
 TEST(RealTime, the_counter_counts) {
-#if defined(MAXLOGDET_HAS_SANITIZER)
-  ASSERT_GT(hook, 0);
-#endif
+  ASSERT_GE(sim::allocations(), 0);
   EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
   EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
   EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
@@ -261,9 +200,9 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   const auto failures_of = [](const auto& create) {
     long memory = 0;
     for (;; ++memory) {
-      until_memory_is_out = memory;
+      sim::fail_malloc_after(memory);
       const maxlogdet_status status = create();
-      until_memory_is_out = -1;
+      sim::fail_malloc_after(-1);
       if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
       EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
     }
@@ -305,7 +244,7 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
 
 // With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).
 TEST(RealTime, several_threads_allocate_nothing) {
-  PoolExecutor pool(2);
+  sim::PoolExecutor pool(2);
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
   const sim::MatchArrays matches(frame);
   BlockStore blocks(3000);

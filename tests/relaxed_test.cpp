@@ -2,8 +2,8 @@
 // The relaxed strategy: as good as greedy, and an answer whatever it is given.
 #include "sim/forced_isa.hpp"
 #include "sim/hash.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/oracle.hpp"
-#include "tests/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,7 +70,7 @@ TEST(Relaxed, is_lazy_greedy_where_a_sample_is_half_of_all) {
 }
 
 TEST(Relaxed, is_the_same_on_every_isa_and_number_of_threads) {
-  PoolExecutor executor(3);
+  sim::PoolExecutor executor(3);
   for_every_family(6000, [&executor](const BlockStore& blocks) {
     std::vector<std::uint32_t> indices;
     std::vector<double> gains;

@@ -3,6 +3,7 @@
 #include "kernel/screening.hpp"
 #include "kernel/information_factor.hpp"
 #include "kernel/stored_rows.hpp"
+#include "tests/flushed_denormals.hpp"
 #include "tests/oracle.hpp"
 
 #include <Eigen/LU>
@@ -10,10 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-
-#if !defined(__aarch64__)
-#include <xmmintrin.h>
-#endif
 
 namespace maxlogdet::test {
 namespace {
@@ -234,33 +231,6 @@ TEST(Screening, bounds_of_a_new_order_hold) {
     }
   }
 }
-
-// As audio threads and some trackers have it: results below 2^-126 become zero, and so do such operands.
-class FlushedDenormals {
- public:
-  FlushedDenormals() : before_(get()) { set(before_ | flush); }
-  ~FlushedDenormals() { set(before_); }
-  FlushedDenormals(const FlushedDenormals&) = delete;
-  FlushedDenormals& operator=(const FlushedDenormals&) = delete;
-
- private:
-#if defined(__aarch64__)
-  using Control = std::uint64_t;
-  static constexpr Control flush = 1U << 24U;
-  static Control get() {
-    Control control;
-    asm volatile("mrs %0, fpcr" : "=r"(control));
-    return control;
-  }
-  static void set(Control control) { asm volatile("msr fpcr, %0" : : "r"(control)); }
-#else
-  using Control = unsigned;
-  static constexpr Control flush = 0x8040;
-  static Control get() { return _mm_getcsr(); }
-  static void set(Control control) { _mm_setcsr(control); }
-#endif
-  Control before_;
-};
 
 // One long row keeps the careful bounds on. Then its direction is known, and those of short rows along it cancel: what
 // rounding moves them by is much longer than what is left, and its square is denormal.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Thousands of selections with changing numbers of threads, by several callers at once: what ThreadSanitizer watches.
-#include "tests/pool_executor.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -68,11 +68,11 @@ void stress(int callers, int helpers, bool shared, std::size_t selections) {
     made.emplace_back(2600, block_kinds[1], 12);
     return made;
   }();
-  PoolExecutor pool(helpers);
+  sim::PoolExecutor pool(helpers);
   std::atomic<int> wrong{0};
   const auto call = [&](std::uint64_t caller) {
     Random own("stress", caller);
-    PoolExecutor own_pool(shared ? 0 : helpers);
+    sim::PoolExecutor own_pool(shared ? 0 : helpers);
     Executor& executor = shared ? pool : own_pool;
     Selector selector(2600, &executor);
     BlockStore blocks(2600);

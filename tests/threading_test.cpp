@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer.
 #include "kernel/search.hpp"
-#include "tests/pool_executor.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/support.hpp"
 #include "threading/team.hpp"
 
@@ -58,16 +58,16 @@ TEST(Team, runs_each_chunk_once_whoever_comes) {
   AloneExecutor alone;
   AfterwardsExecutor afterwards;
   IdleExecutor idle;
-  PoolExecutor one(1);
-  PoolExecutor several(5);
-  PoolExecutor late(3, std::chrono::microseconds(300));
+  sim::PoolExecutor one(1);
+  sim::PoolExecutor several(5);
+  sim::PoolExecutor late(3, std::chrono::microseconds(300));
   for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &one, &several, &late}) {
     for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
   }
 }
 
 TEST(Team, chunks_cover_everything_without_overlap) {
-  PoolExecutor pool(2);
+  sim::PoolExecutor pool(2);
   threading::Team team;
   team.run(&pool, 3, [&] {
     for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
@@ -88,7 +88,7 @@ TEST(Team, chunks_cover_everything_without_overlap) {
 }
 
 TEST(Team, helpers_do_help) {
-  PoolExecutor pool(1);
+  sim::PoolExecutor pool(1);
   threading::Team team;
   std::atomic<bool> has_helped{false};
   const std::thread::id caller = std::this_thread::get_id();
@@ -108,7 +108,7 @@ TEST(Team, helpers_do_help) {
 
 TEST(Team, asks_for_as_many_workers_as_pay) {
   using threading::workers_for;
-  PoolExecutor pool(2);
+  sim::PoolExecutor pool(2);
   EmptyExecutor empty;
   EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
   EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
@@ -120,7 +120,7 @@ TEST(Team, asks_for_as_many_workers_as_pay) {
 }
 
 TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
-  PoolExecutor pool(1);
+  sim::PoolExecutor pool(1);
   Random random;
   SCOPED_TRACE(random.name());
   const auto threads_for = [&](Strategy strategy, std::size_t n) {
@@ -189,13 +189,13 @@ void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget,
 }
 
 TEST(Threads, answers_do_not_depend_on_their_number) {
-  PoolExecutor pool(3);
+  sim::PoolExecutor pool(3);
   for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
 }
 
 // Enough candidates for the looks of lazy rounds to be spread as well.
 TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
-  PoolExecutor pool(3);
+  sim::PoolExecutor pool(3);
   for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
     SCOPED_TRACE(kind.name);
     const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
@@ -212,7 +212,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
 TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
   Random random;
   SCOPED_TRACE(random.name());
-  PoolExecutor pool(2);
+  sim::PoolExecutor pool(2);
   BlockStore blocks;  // near copies
   const Block block = random_block(random, 2);
   for (int i = 0; i < 3000; ++i) push_back(blocks, block + 1e-8 * random_block(random, 2));
@@ -226,7 +226,7 @@ TEST(Threads, answers_do_not_depend_on_who_comes) {
   AfterwardsExecutor afterwards;
   IdleExecutor idle;
   EmptyExecutor empty;
-  PoolExecutor late(2, std::chrono::microseconds(200));
+  sim::PoolExecutor late(2, std::chrono::microseconds(200));
   for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &empty, &late}) {
     expect_independent_of_threads(blocks, 40, *executor);
   }
@@ -234,7 +234,7 @@ TEST(Threads, answers_do_not_depend_on_who_comes) {
 
 TEST(Threads, real_frames_do_not_depend_on_their_number) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  PoolExecutor pool(2);
+  sim::PoolExecutor pool(2);
   for_real_frames(10, [&pool](const BlockStore& blocks) {
     expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
   });
@@ -250,7 +250,7 @@ TEST(Threads, a_negative_number_is_refused) {
 }
 
 TEST(Threads, a_deadline_still_gives_a_prefix) {
-  PoolExecutor pool(1);
+  sim::PoolExecutor pool(1);
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
   Selector selector(20000, &pool);
   Options options;
@@ -282,7 +282,7 @@ std::vector<float> contents(const BlockStore& blocks) {
 TEST(Threads, blocks_do_not_depend_on_their_number) {
   Random random;
   SCOPED_TRACE(random.name());
-  PoolExecutor pool(3);
+  sim::PoolExecutor pool(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}}) {
     sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
     for (sim::Match& match : frame.matches) {  // behind the camera, not finite

@@ -259,7 +259,8 @@ typedef struct maxlogdet_selection {
   const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp)
   const double* gains;          ///< `size` gains: the growth of log det by each after those before it, nats
   double log_det;               ///< log det of prior and selected blocks together, nats
-  double upper_bound;           ///< no selection within the budget has a greater log det, nats; NaN if not asked for
+  double upper_bound;           ///< no selection within the budget has a greater log det, nats; infinite where float64
+                                ///< may have no digits left (docs/numerics.md); NaN if not asked for
   size_t evaluations;           ///< candidate gains computed; may differ between machines
   size_t float64_decisions;     ///< of these, computed again in float64; likewise
   size_t invalid_candidates;    ///< candidates without a block: never selected

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace maxlogdet::test {
+namespace maxlogdet::sim {
 
 /// Helpers that are threads of its own: how a tracker offers its pool. For one caller at a time; a second one works
 /// alone.
@@ -96,4 +96,4 @@ class PoolExecutor final : public Executor {
   bool ends_ = false;
 };
 
-}  // namespace maxlogdet::test
+}  // namespace maxlogdet::sim

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace maxlogdet::bench {
+
+/// Latencies in steps of 2^(1/32), 2 %: what millions of them need is known beforehand.
+class LatencyHistogram {
+ public:
+  void add(double microseconds) noexcept {
+    const double step = steps_per_octave * std::log2(std::max(microseconds, least) / least);
+    ++counts_[std::min(static_cast<std::size_t>(step), counts_.size() - 1)];
+    ++calls_;
+    most_ = std::max(most_, microseconds);
+  }
+
+  std::uint64_t calls() const noexcept { return calls_; }
+  double most() const noexcept { return most_; }  ///< us
+
+  /// The upper end of the step that this share of the calls is within, us; 0 without calls.
+  double quantile(double share) const noexcept {
+    const double wanted = share * static_cast<double>(calls_);
+    std::uint64_t seen = 0;
+    for (std::size_t step = 0; step < counts_.size(); ++step) {
+      seen += counts_[step];
+      if (seen > 0 && static_cast<double>(seen) >= wanted) return std::min(end_of(step), most_);
+    }
+    return most_;
+  }
+
+  /// Calls body(upper end of the step in us, calls in it) for each that has any.
+  template <class Body>
+  void for_each(const Body& body) const {
+    for (std::size_t step = 0; step < counts_.size(); ++step) {
+      if (counts_[step] > 0) body(end_of(step), counts_[step]);
+    }
+  }
+
+ private:
+  static constexpr double least = 0.01;  // us
+  static constexpr double steps_per_octave = 32;
+
+  static double end_of(std::size_t step) noexcept {
+    return least * std::exp2(static_cast<double>(step + 1) / steps_per_octave);
+  }
+
+  std::array<std::uint64_t, 1024> counts_{};  // up to 43 s
+  std::uint64_t calls_ = 0;
+  double most_ = 0;
+};
+
+}  // namespace maxlogdet::bench

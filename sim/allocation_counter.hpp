@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Counts what a program asks the system for memory. Only programs that link maxlogdet_allocation_counter have it: it
+// replaces the allocation functions of the whole process.
+
+// A sanitizer's runtime has malloc to itself, and tells who asks for it; mmap is not counted then.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define MAXLOGDET_HAS_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define MAXLOGDET_HAS_SANITIZER
+#endif
+#endif
+
+namespace maxlogdet::sim {
+
+/// Calls so far, by all threads, of malloc and its kin (operator new among them) and of mmap. -1: cannot be counted.
+long allocations() noexcept;
+
+/// From now on `count` calls of malloc succeed and the next one fails; then all succeed again. -1: none fails. Not with
+/// a sanitizer.
+void fail_malloc_after(long count) noexcept;
+
+}  // namespace maxlogdet::sim
