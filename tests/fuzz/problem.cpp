@@ -195,8 +195,7 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   options.budget = bytes.below(size + 2);
   options.strategy =
       static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>() : static_cast<int>(bytes.below(6)));
-  options.threads = bytes.raw<std::int8_t>();
-  if (options.threads < 0 && !bytes.chance(8)) options.threads = -(options.threads + 1);
+  options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.seed = bytes.byte();
   constexpr std::size_t without_end = std::numeric_limits<std::size_t>::max();
