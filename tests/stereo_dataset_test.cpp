@@ -682,6 +682,20 @@ TEST_F(EurocFolder, damaged_files_are_read_or_refused) {
       400);
 }
 
+// A message of yaml-cpp shows what is in the file.
+TEST_F(EurocFolder, errors_about_yaml_show_no_control_characters) {
+  Lines lines = right_.yaml();
+  lines[2] = "comment: \"\\\x01\"";
+  write("mav0/cam1/sensor.yaml", lines);
+  std::string message;
+  try {
+    open_dataset(folder_);
+  } catch (const sim::InputError& error) {
+    message = error.what();
+  }
+  EXPECT_NE(message.find(":3: expected YAML; unknown escape character: ?"), std::string::npos) << message;
+}
+
 TEST_F(EurocFolder, deeply_nested_sensor_files_are_refused) {
   Lines lines = right_.yaml();
   lines.push_back("nested: " + std::string(1000000, '['));

@@ -37,7 +37,7 @@ class SensorFile {
     } catch (const YAML::BadFile&) {
       throw InputError(file_ + ": cannot be opened; expected a sensor file");
     } catch (const YAML::Exception& error) {
-      fail(error.mark, "YAML; " + error.msg);
+      fail(error.mark, "YAML; " + maxlogdet::sim::one_line(error.msg));  // it may show what is in the file
     }
     if (!root_.IsMap()) throw InputError(file_ + ": expected a sensor file, YAML with a field a line");
   }
