@@ -37,7 +37,7 @@ class SensorFile {
     } catch (const YAML::BadFile&) {
       throw InputError(file_ + ": cannot be opened; expected a sensor file");
     } catch (const YAML::Exception& error) {
-      fail(error.mark, "YAML; " + maxlogdet::sim::one_line(error.msg));  // it may show what is in the file
+      fail(error.mark, "YAML; " + error.msg);
     }
     if (!root_.IsMap()) throw InputError(file_ + ": expected a sensor file, YAML with a field a line");
   }
@@ -66,8 +66,9 @@ class SensorFile {
   }
 
  private:
+  // `expected` may show what is in the file, line ends included.
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& expected) const {
-    throw InputError(file_ + ":" + std::to_string(mark.line + 1) + ": expected " + expected);
+    throw InputError(file_ + ":" + std::to_string(mark.line + 1) + ": expected " + maxlogdet::sim::one_line(expected));
   }
 
   YAML::Node field(const YAML::Node& parent, const std::string& name) const {
