@@ -57,8 +57,8 @@ AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
 
 // Blocks of random entries of one size, or such moved a little off one direction: many from five bytes.
 void append_random(Bytes& bytes, BlockStore& store) {
-  const std::size_t most = std::min<std::size_t>(most_candidates - store.size(), bytes.chance(6) ? 1000 : 100);
-  const std::size_t count = std::min(most, 1 + bytes.below(200));
+  const std::size_t most = std::min<std::size_t>(most_candidates - store.size(), bytes.chance(6) ? 500 : 100);
+  const std::size_t count = std::min(most, 1 + bytes.below(256));
   CounterRandom random(bytes.byte());
   AnyBlock block;
   block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
@@ -192,7 +192,9 @@ void append_candidates(Bytes& bytes, BlockStore& store) {
 
 Request::Request(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  options.budget = bytes.below(size + 2);
+  // All of many, near copies of each other, would be seconds of work under a sanitizer.
+  options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
+  if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
   options.strategy =
       static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>() : static_cast<int>(bytes.below(6)));
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores

@@ -12,7 +12,7 @@
 
 namespace maxlogdet::fuzz {
 
-constexpr std::size_t most_candidates = 1200;
+constexpr std::size_t most_candidates = 600;
 
 /// Appends candidates as the bytes tell, until these tell to end: any values, also some that a store refuses, and what
 /// rounding has trouble with, copies, multiples, and copies off by a bit. `store` gets at most most_candidates.
