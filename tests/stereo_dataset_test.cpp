@@ -597,6 +597,9 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_lists_images_and_truth) {
   expect_error_in(file, {"12e3,a.png"}, ":1: ", "a stamp in ns, later than the one before, not '12e3'");
   expect_error_in(file, {"-1,a.png"}, ":1: ", "a stamp in ns, later than the one before, not '-1'");
   expect_error_in(file, {"12,a.png", "12,b.png"}, ":2: ", "a stamp in ns, later than the one before, not '12'");
+  // In seconds, as float64 has them, these are the same time.
+  expect_error_in(file, {"1403636579763555584,a.png", "1403636579763555585,b.png"},
+                  ":2: ", "a stamp in ns, later than the one before, not '1403636579763555585'");
   expect_error_in(file, {"#timestamp [ns],filename"}, ":1: end of file", "at least one image: stamp,filename");
   fs::remove(path(file));
   expect_error(file + ": ", "cannot be opened; expected a readable list of images");
