@@ -219,6 +219,8 @@ TEST_F(KittiFolder, tells_what_is_wrong_with_the_calibration) {
   with(2, "700 0 60.5 350 0 710 22.5 0 0 0 1 0", "P_left[3] - P_right[3] > 0");
   with(2, "700 0 60.5 -350 0 710 22.5 -350 0 0 1 0", "to the right of the left one");
   with(2, "700 0 60.5 -1e308 0 710 22.5 0 0 0 1 1e308", "to the right of the left one");
+  const Lines far = {"1e-300 0 60 0 0 710 22 0 0 0 1 0", "1e-300 0 60 -1e300 0 710 22 0 0 0 1 0"};
+  expect_error_in("calib.txt", far, ":2: end of file", "cameras whose places float64 can hold");
   const std::string what = "two projection matrices";
   expect_error_in("calib.txt", {bare_calibration[0], bare_calibration[1], bare_calibration[1]}, ":3: ", what);
   expect_error_in("calib.txt", {bare_calibration[0]}, ":1: end of file", what);
@@ -241,6 +243,8 @@ TEST_F(KittiFolder, tells_what_is_wrong_with_times_and_poses) {
                   ":2: ", "12 numbers, a pose, camera to world (3 x 4 row-major), not 4");
   expect_error_in("poses.txt", {"1.01 0 0 0 0 1 0 0 0 0 1 0"}, ":1: ", "a rotation in the first 3 columns");
   expect_error_in("poses.txt", {"-1 0 0 0 0 1 0 0 0 0 1 0"}, ":1: ", "a rotation in the first 3 columns");
+  write("calib.txt", {"1 0 60 1.7e308 0 1 22 0 0 0 1 0", "1 0 60 -1 0 1 22 0 0 0 1 0"});
+  expect_error_in("poses.txt", {"1 0 0 -1.7e308 0 1 0 0 0 0 1 0"}, ":1: ", "float64 can hold the camera's place");
 }
 
 TEST_F(KittiFolder, names_the_image_without_partner) {
@@ -597,6 +601,9 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_lists_images_and_truth) {
   expect_error_in(file, {"12e3,a.png"}, ":1: ", "a stamp in ns, later than the one before, not '12e3'");
   expect_error_in(file, {"-1,a.png"}, ":1: ", "a stamp in ns, later than the one before, not '-1'");
   expect_error_in(file, {"12,a.png", "12,b.png"}, ":2: ", "a stamp in ns, later than the one before, not '12'");
+  // In seconds, as float64 has them, these are the same time.
+  expect_error_in(file, {"1403636579763555584,a.png", "1403636579763555585,b.png"},
+                  ":2: ", "a stamp in ns, later than the one before, not '1403636579763555585'");
   expect_error_in(file, {"#timestamp [ns],filename"}, ":1: end of file", "at least one image: stamp,filename");
   fs::remove(path(file));
   expect_error(file + ": ", "cannot be opened; expected a readable list of images");
@@ -606,6 +613,9 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_lists_images_and_truth) {
 
   const std::string truth = "mav0/state_groundtruth_estimate0/data.csv";
   expect_error_in(truth, {std::to_string(first_stamp) + ",1,2,3,1,0,0,1"}, ":1: ", "q_w,q_x,q_y,q_z of norm 1");
+  write(truth, {std::to_string(first_stamp - 10 * ms) + ",-1.7e308,0,0,1,0,0,0",
+                std::to_string(first_stamp + 10 * ms) + ",1.7e308,0,0,1,0,0,0"});
+  expect_input_error([&] { open_dataset(folder_); }, folder_ + ": ", "float64 can hold the camera's place");
   fs::remove(path(truth));
   expect_error_in("ground_truth.txt", {"1 2 3"}, ":1: ", "8 fields");
   fs::remove(path("ground_truth.txt"));
@@ -680,6 +690,14 @@ TEST_F(EurocFolder, damaged_files_are_read_or_refused) {
   expect_no_crash_of_damaged_files(
       folder_, {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/cam1/sensor.yaml", "mav0/cam1/data.csv", truth},
       400);
+}
+
+TEST_F(EurocFolder, errors_in_sensor_files_show_no_control_characters) {
+  const auto with = [&](std::size_t line, const std::string& text, const std::string& expected) {
+    expect_error_with("mav0/cam1/sensor.yaml", right_.yaml(), line, text, expected);
+  };
+  with(3, "comment: \"\\\x01\"", "YAML; unknown escape character: ?");
+  with(11, "camera_model: \"pin\\nhole\"", "camera_model 'pinhole', not 'pin?hole'");
 }
 
 TEST_F(EurocFolder, deeply_nested_sensor_files_are_refused) {

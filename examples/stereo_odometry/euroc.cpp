@@ -66,8 +66,9 @@ class SensorFile {
   }
 
  private:
+  // `expected` may show what is in the file, line ends included.
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& expected) const {
-    throw InputError(file_ + ":" + std::to_string(mark.line + 1) + ": expected " + expected);
+    throw InputError(file_ + ":" + std::to_string(mark.line + 1) + ": expected " + maxlogdet::sim::one_line(expected));
   }
 
   YAML::Node field(const YAML::Node& parent, const std::string& name) const {
@@ -208,7 +209,11 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
   const Pose T_br = left.T_bc * Pose(R.transpose());  // rectified left camera to body
   for (Recording::Pair& pair : recording.pairs) {
     const std::optional<Pose> T_wb = pose_at(truth, pair.time, longest_gap);
-    if (T_wb) pair.T_wc = *T_wb * T_br;
+    if (!T_wb) continue;
+    pair.T_wc = *T_wb * T_br;
+    if (!pair.T_wc->matrix().allFinite()) {
+      throw InputError(folder + ": expected a ground truth at which float64 can hold the camera's place");
+    }
   }
   return recording;
 }

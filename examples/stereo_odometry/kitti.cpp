@@ -75,6 +75,9 @@ Eigen::Vector3d read_calibration(const std::string& path, int left_matrix, maxlo
     file.fail_at_end("a right camera to the right of the left one: P_left[3] - P_right[3] > 0");
   }
   camera = {left.K(0, 0), left.K(1, 1), left.K(0, 2), left.K(1, 2), left.K(0, 0) * baseline.x()};
+  if (!left.offset.allFinite() || !std::isfinite(camera.bf) || !(camera.bf > 0)) {
+    file.fail_at_end("projection matrices of cameras whose places float64 can hold");
+  }
   return -left.offset;
 }
 
@@ -122,6 +125,7 @@ void read_poses(const std::string& path, const Eigen::Vector3d& camera_place, st
     const std::optional<Pose> T = maxlogdet::sim::nearest_pose(matrix(file, *text, "a pose, camera to world"));
     if (!T) file.fail("a rotation in the first 3 columns of a 3 x 4 pose");
     pairs[i].T_wc = *T * Eigen::Translation3d(camera_place);
+    if (!pairs[i].T_wc->matrix().allFinite()) file.fail("a pose at which float64 can hold the camera's place");
   }
 }
 

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "tests/fuzz/require.hpp"
+
+#include <maxlogdet/selection.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace maxlogdet::fuzz {
+
+inline bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// A selection that outlives its selector's next one; of what may differ between machines, nothing.
+struct Answer {
+  Answer() = default;
+  explicit Answer(const Selection& selection)
+      : status(selection.status),
+        strategy(selection.strategy),
+        indices(selection.begin(), selection.end()),
+        gains(selection.gains, selection.gains + selection.size),
+        log_det(selection.log_det),
+        upper_bound(selection.upper_bound) {}
+
+  Status status = Status::ok;
+  Strategy strategy = Strategy::greedy;
+  std::vector<std::uint32_t> indices;
+  std::vector<double> gains;
+  double log_det = 0;
+  double upper_bound = 0;
+};
+
+/// Fails unless both are the same to the last bit.
+inline void require_same(const Answer& a, const Answer& b, const char* property, const char* details = "") {
+  require(a.status == b.status, property, details, to_string(a.status), to_string(b.status));
+  require(a.indices.size() == b.indices.size(), property, details, "sizes", a.indices.size(), b.indices.size());
+  for (std::size_t j = 0; j < a.indices.size(); ++j) {
+    require(a.indices[j] == b.indices[j], property, details, "index", a.indices[j], b.indices[j], "in place", j);
+    require(same_value(a.gains[j], b.gains[j]), property, details, "gain", a.gains[j], b.gains[j], "in place", j);
+  }
+  require(same_value(a.log_det, b.log_det), property, details, "log det", a.log_det, b.log_det);
+  require(same_value(a.upper_bound, b.upper_bound), property, details, "bound", a.upper_bound, b.upper_bound);
+}
+
+}  // namespace maxlogdet::fuzz

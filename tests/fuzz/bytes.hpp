@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+
+namespace maxlogdet::fuzz {
+
+/// A fuzzer's input, read value after value, zeros after its end: every input means something, and the same everywhere.
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
+
+  bool is_empty() const { return left_ == 0; }
+
+  /// The next sizeof(T) bytes as they are.
+  template <class T>
+  T raw() {
+    static_assert(std::is_arithmetic<T>::value, "of anything else not all bits are values");
+    T value{};
+    const std::size_t size = std::min(sizeof value, left_);
+    if (size > 0) std::memcpy(&value, data_, size);
+    skip(size);
+    return value;
+  }
+
+  std::uint8_t byte() { return raw<std::uint8_t>(); }
+
+  /// 0 <= result < end, end >= 1; of one byte if that can be.
+  std::size_t below(std::size_t end) { return end <= 256 ? byte() % end : raw<std::uint32_t>() % end; }
+
+  /// In so many of 256 cases; never after the end.
+  bool chance(int cases) { return byte() >= 256 - cases; }
+
+  /// Any number: mostly small integers, also times a power of ten, any bits of a float64 or a float32, and where these
+  /// two end.
+  double number() {
+    constexpr double edges[] = {std::numeric_limits<double>::quiet_NaN(),
+                                std::numeric_limits<double>::infinity(),
+                                -std::numeric_limits<double>::infinity(),
+                                std::numeric_limits<double>::max(),
+                                std::numeric_limits<double>::denorm_min(),
+                                static_cast<double>(std::numeric_limits<float>::max()),
+                                0x1.fffffefffffffp127,  // the largest that is not rounded beyond float32
+                                0x1.ffffffp127,         // the smallest that is
+                                static_cast<double>(std::numeric_limits<float>::min()),
+                                static_cast<double>(std::numeric_limits<float>::denorm_min()),
+                                -0.0};
+    switch (below(8)) {
+      case 4: return raw<double>();
+      case 5: return static_cast<double>(raw<float>());
+      case 6: return static_cast<double>(byte()) / 256;
+      case 7: return edges[below(std::size(edges))];
+      case 3: return times_power_of_ten(raw<std::int8_t>());
+      default: return raw<std::int8_t>();
+    }
+  }
+
+  /// A factor from 1e-40 to 1e40.
+  double times_power_of_ten(double factor) { return factor * std::pow(10.0, raw<std::int8_t>() % 41); }
+
+  /// All that is left.
+  std::string_view rest() const { return {reinterpret_cast<const char*>(data_), left_}; }
+
+  /// What comes before the next `separator`, or all that is left; takes that too.
+  std::string_view text_until(char separator) {
+    const std::string_view text = rest().substr(0, rest().find(separator));
+    skip(std::min(text.size() + 1, left_));
+    return text;
+  }
+
+ private:
+  void skip(std::size_t size) {
+    if (size > 0) data_ += size;
+    left_ -= size;
+  }
+
+  const std::uint8_t* data_;
+  std::size_t left_;
+};
+
+}  // namespace maxlogdet::fuzz

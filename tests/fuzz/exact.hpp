@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "tests/fuzz/problem.hpp"
+#include "tests/oracle.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace maxlogdet::fuzz {
+
+/// An answer followed step by step in long double, and with it how far off docs/numerics.md allows float64 to be.
+class Exact {
+ public:
+  using Wide = long double;
+
+  Exact(const BlockStore& candidates, const Options& options) : oracle_(candidates, prior_of(options)) {
+    squares_ = 0;
+    for (int column = 0; column < state_dimension; ++column) {
+      squares_ += std::pow(static_cast<Wide>(candidates.column_max()[column]), 2);
+    }
+    error_ = update_error * std::pow(norm(), 2) * trace();
+    prior_error_ = error_;
+  }
+
+  /// What "How far W is from the exact factor" calls f.
+  Wide relative_error() const { return error_; }
+
+  /// Largest row times largest deviation, omega.
+  Wide omega() const { return norm() * std::sqrt(squares_); }
+
+  /// Whether the answer has digits, and long double several more: the section on scales, a thousandth of 1e14, and f
+  /// far from 1/8.
+  bool is_tame() const { return error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L; }
+
+  /// How far a computed gain may be from the exact one, nats: 1.15 r f from W, 20 u omega from rounding ("Exchanges
+  /// never lose" has both), and what log1p adds.
+  Wide gain_error(Wide gain) const {
+    return 1.15L * max_block_rows * error_ + 20 * unit * omega() + 4 * unit * (1 + std::abs(gain));
+  }
+
+  /// How far the computed log det of the prior may be: six pivots.
+  Wide prior_log_det_error() const {
+    return state_dimension * prior_error_ + 20 * unit * (1 + std::abs(oracle_.log_det()));
+  }
+
+  /// How far this class's own log det may be, nats.
+  Wide own_error() const {
+    constexpr Wide own_unit = std::numeric_limits<Wide>::epsilon();
+    return 64 * state_dimension * own_unit * (norm() * std::sqrt(trace()) + std::abs(oracle_.log_det()) + 1);
+  }
+
+  Wide log_det() const { return oracle_.log_det(); }
+  Wide gain(std::size_t i) const { return oracle_.gain(i); }
+
+  void take(std::size_t i) {
+    const Wide before = norm();
+    oracle_.take(i);
+    grow(before);
+  }
+  /// With another block in its place, as a store would hold it.
+  void take(std::size_t i, const test::Block& block) {
+    const Wide before = norm();
+    oracle_.take(i, block);
+    squares_ = std::max<Wide>(squares_, block.cast<Wide>().rowwise().squaredNorm().maxCoeff());
+    grow(before);
+  }
+
+ private:
+  static constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
+  static constexpr Wide update_error = 192 * unit;
+
+  // Of W = R^-T.
+  Wide norm() const {
+    using Square = test::GreedyOracle<Wide>::Square;
+    return oracle_.factor().template triangularView<Eigen::Upper>().solve(Square::Identity()).norm();
+  }
+  Wide trace() const { return oracle_.factor().squaredNorm(); }
+  void grow(Wide norm_before) { error_ += max_block_rows * update_error * norm_before * std::sqrt(trace()); }
+
+  test::GreedyOracle<Wide> oracle_;
+  Wide squares_ = 0;
+  Wide error_ = 0;
+  Wide prior_error_ = 0;
+};
+
+}  // namespace maxlogdet::fuzz

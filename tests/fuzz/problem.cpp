@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+#include "tests/fuzz/problem.hpp"
+
+#include "simd/counter_random.hpp"
+#include "tests/fuzz/require.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::fuzz {
+namespace {
+
+constexpr int n = state_dimension;
+
+void fill(AnyBlock& block, double (*entry)(Bytes&), Bytes& bytes) {
+  for (int i = 0; i < block.rows * n; ++i) block.entries[i] = entry(bytes);
+}
+
+// The block that the store holds for an earlier candidate.
+AnyBlock stored(const BlockStore& store, std::size_t i) {
+  AnyBlock block;
+  block.rows = std::max(store.rows(), 1);
+  for (int row = 0; row < store.rows(); ++row) {
+    for (int column = 0; column < n; ++column) {
+      block.entries[n * row + column] = static_cast<double>(store.plane(row, column)[i]);
+    }
+  }
+  return block;
+}
+
+void change_bit(double& entry, unsigned bit) {
+  const auto value = static_cast<float>(entry);
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits ^= 1U << bit;
+  float changed = 0;
+  std::memcpy(&changed, &bits, sizeof changed);
+  entry = static_cast<double>(changed);
+}
+
+AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
+  AnyBlock block = stored(store, bytes.below(store.size()));
+  double& entry = block.entries[bytes.below(static_cast<std::size_t>(n * block.rows))];
+  switch (bytes.below(4)) {
+    case 0: break;
+    case 1: {
+      const double factor = bytes.times_power_of_ten(bytes.raw<std::int8_t>());
+      for (double& each : block.entries) each *= factor;
+      break;
+    }
+    case 2: change_bit(entry, static_cast<unsigned>(bytes.below(32))); break;
+    default: entry = static_cast<double>(std::nextafter(static_cast<float>(entry), bytes.chance(128) ? 1e38F : -1e38F));
+  }
+  return block;
+}
+
+// Blocks of random entries of one size, or such moved a little off one direction: many from five bytes.
+void append_random(Bytes& bytes, BlockStore& store) {
+  const std::size_t most = std::min<std::size_t>(most_candidates - store.size(), bytes.chance(6) ? 500 : 100);
+  const std::size_t count = std::min(most, 1 + bytes.below(256));
+  CounterRandom random(bytes.byte());
+  AnyBlock block;
+  block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
+  const double scale = bytes.times_power_of_ten(1);
+  const double spread = std::pow(10.0, -static_cast<double>(bytes.below(12)));
+  const auto uniform = [&] { return static_cast<double>(random.bits() >> 11) * 0x1p-52 - 1; };
+  double direction[max_block_rows * n];
+  for (double& entry : direction) entry = uniform();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int e = 0; e < block.rows * n; ++e) {
+      block.entries[e] = scale * ((1 - spread) * direction[e] + spread * uniform());
+    }
+    store.push_back(block.entries, block.rows);
+  }
+}
+
+void append_invalid(Bytes& bytes, BlockStore& store) {
+  AnyBlock block;
+  switch (bytes.below(4)) {
+    case 0: store.push_back_invalid(); break;
+    case 1: store.push_back(nullptr, static_cast<int>(bytes.below(5))); break;
+    case 2:
+      store.push_back(block.entries, bytes.raw<std::int8_t>() % 2 == 0 ? bytes.raw<std::int32_t>() & ~3 : -1);
+      break;
+    default:
+      block.entries[bytes.below(n)] = std::numeric_limits<double>::quiet_NaN();
+      store.push_back(block.entries, 1);
+  }
+}
+
+enum class Verdict { good, bad, unclear };
+
+// The limits of docs/numerics.md in long double, scaled to a diagonal of ones. What float64 loses on the way is in
+// proportion to the inverse so far; nearer to a limit than that it is unclear.
+Verdict judge_prior(const double* prior) {
+  using Wide = long double;
+  constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
+  Wide root[n];
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      if (!std::isfinite(prior[n * i + j])) return Verdict::bad;
+    }
+    if (!(prior[n * i + i] > 0)) return Verdict::bad;
+    root[i] = std::sqrt(static_cast<Wide>(prior[n * i + i]));
+  }
+  bool is_unclear = false;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const Wide asymmetry = std::abs(static_cast<Wide>(prior[n * i + j]) - prior[n * j + i]) / root[i] / root[j];
+      if (asymmetry > 1.001e-8L) return Verdict::bad;
+      is_unclear = is_unclear || asymmetry > 0.999e-8L;
+    }
+  }
+  Wide l[n][n] = {};
+  Wide inverse[n][n] = {};  // of l
+  Wide inverse_squared = 0;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      Wide sum = (static_cast<Wide>(prior[n * i + j]) + prior[n * j + i]) / 2 / root[i] / root[j];
+      for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
+      if (j < i) {
+        l[i][j] = sum / l[j][j];
+        continue;
+      }
+      const Wide error = 100 * unit * (1 + inverse_squared);
+      if (sum < 1e-14L - error) return Verdict::bad;
+      if (sum < 1e-14L + error) return Verdict::unclear;
+      l[i][i] = std::sqrt(sum);
+    }
+    inverse[i][i] = 1 / l[i][i];
+    for (int j = 0; j < i; ++j) {
+      for (int d = j; d < i; ++d) inverse[i][j] -= l[i][d] * inverse[d][j];
+      inverse[i][j] /= l[i][i];
+    }
+    for (int j = 0; j <= i; ++j) inverse_squared += inverse[i][j] * inverse[i][j];
+  }
+  Wide largest = 0;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) largest = std::max(largest, std::abs(inverse[i][j]) / root[j]);
+  }
+  const Wide error = std::min(1.0L, 1000 * unit * inverse_squared * std::sqrt(inverse_squared));
+  if (largest * (1 - error) > 1e10L) return Verdict::bad;
+  return is_unclear || largest * (1 + error) > 1e10L ? Verdict::unclear : Verdict::good;
+}
+
+}  // namespace
+
+AnyBlock any_block(Bytes& bytes) {
+  AnyBlock block;
+  block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
+  switch (bytes.below(4)) {
+    case 0: {
+      fill(
+          block, [](Bytes& b) { return static_cast<double>(b.raw<std::int8_t>()); }, bytes);
+      const double scale = bytes.times_power_of_ten(1);
+      for (double& entry : block.entries) entry *= scale;
+      break;
+    }
+    case 1:
+      fill(
+          block, [](Bytes& b) { return static_cast<double>(b.raw<float>()); }, bytes);
+      break;
+    case 2:
+      fill(
+          block, [](Bytes& b) { return b.raw<double>(); }, bytes);
+      break;
+    default:
+      fill(
+          block, [](Bytes& b) { return b.number(); }, bytes);
+  }
+  return block;
+}
+
+void append_candidates(Bytes& bytes, BlockStore& store) {
+  while (store.size() < most_candidates && !bytes.is_empty()) {
+    const std::size_t kind = bytes.below(10);
+    if (kind == 0) return;
+    if (kind == 1) {
+      append_random(bytes, store);
+    } else if (kind == 2) {
+      append_invalid(bytes, store);
+    } else if (kind <= 5 && store.size() > 0) {
+      const AnyBlock block = changed_copy(bytes, store);
+      store.push_back(block.entries, block.rows);
+    } else {
+      const AnyBlock block = any_block(bytes);
+      store.push_back(block.entries, block.rows);
+    }
+  }
+}
+
+Request::Request(Bytes& bytes, const BlockStore& candidates) {
+  const std::size_t size = candidates.size();
+  // All of many, near copies of each other, would be seconds of work under a sanitizer.
+  options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
+  if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
+  options.strategy =
+      static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>() : static_cast<int>(bytes.below(6)));
+  options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
+  options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
+  options.seed = bytes.byte();
+  constexpr std::size_t without_end = std::numeric_limits<std::size_t>::max();
+  options.certify = bytes.chance(128);
+  options.certificate_passes = bytes.chance(2) ? without_end : bytes.below(5);
+  options.exchange_sweeps = bytes.chance(2) ? without_end : bytes.below(8) / 3;
+  if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
+  decode_prior(bytes);
+  decode_constraints(bytes, candidates);
+  capacity = std::max({size, options.budget, options.group_count});
+  if (bytes.chance(8)) capacity = bytes.below(capacity + 1);
+}
+
+void Request::decode_prior(Bytes& bytes) {
+  const std::size_t kind = bytes.below(8);
+  if (kind < 2) return;  // the default
+  options.prior = prior_;
+  const double scale = bytes.times_power_of_ten(1);
+  double a[n][n] = {};
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      a[i][j] = i == j ? 1 : 0;
+      if (kind == 3) a[i][j] *= std::pow(10.0, bytes.raw<std::int8_t>() % 8);
+      if (kind == 4 || kind == 5) a[i][j] = bytes.raw<std::int8_t>();
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      double sum = i == j && kind == 4 ? 0.1 : 0;
+      for (int d = 0; d < n; ++d) sum += a[i][d] * a[j][d];
+      if (kind == 6) sum = i == j ? bytes.number() : 0;
+      if (kind == 7) sum = bytes.number();
+      prior_[n * i + j] = scale * sum;
+    }
+  }
+  if (bytes.chance(64)) prior_[bytes.below(n * n)] *= 1 + bytes.times_power_of_ten(1);
+}
+
+void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
+  const std::size_t size = candidates.size();
+  // A step from one flagged candidate to the next says it in few bytes.
+  const auto flags = [&](std::vector<unsigned char>& list) {
+    list.assign(size, 0);
+    for (std::size_t i = bytes.below(16); i < size; i += 1 + bytes.byte()) list[i] = 3;
+    return list.data();
+  };
+  if (bytes.chance(64)) {
+    options.required = flags(required_);
+    if (!bytes.chance(16)) {
+      for (std::size_t i = 0; i < size; ++i) required_[i] = candidates.is_valid(i) ? required_[i] : 0;
+    }
+  }
+  if (bytes.chance(64)) {
+    options.excluded = flags(excluded_);
+    if (!required_.empty() && !bytes.chance(16)) {
+      for (std::size_t i = 0; i < size; ++i) excluded_[i] = required_[i] != 0 ? 0 : excluded_[i];
+    }
+  }
+  if (!bytes.chance(64)) return;
+  options.group_count = bytes.below(20);
+  options.max_per_group = bytes.below(12);
+  if (bytes.chance(2)) options.max_per_group = std::numeric_limits<std::size_t>::max();
+  const bool is_listed = bytes.chance(128);
+  const std::size_t end = options.group_count + (bytes.chance(4) ? 1 : 0);
+  groups_.assign(size + 1, 0);  // never null
+  for (std::size_t i = 0; i < size && end > 0; ++i) {
+    groups_[i] = static_cast<std::uint32_t>(is_listed ? bytes.below(end) : i % end);
+  }
+  options.groups = groups_.data();
+  if (bytes.chance(128)) {
+    for (std::size_t g = 0; g <= options.group_count; ++g) maxima_.push_back(bytes.byte() % 16U);
+    options.group_maxima = maxima_.data();
+  }
+}
+
+std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const {
+  return static_cast<std::size_t>(
+      std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups[i] == group; }));
+}
+
+bool Rules::may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const {
+  if (!candidates_.is_valid(i) || is_excluded(i)) return false;
+  if (has_groups() && count_in(options_.groups[i], chosen) >= maximum(options_.groups[i])) return false;
+  return std::find(chosen.begin(), chosen.end(), i) == chosen.end();
+}
+
+std::vector<std::uint32_t> Rules::required() const {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
+    if (is_required(i)) list.push_back(i);
+  }
+  return list;
+}
+
+std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) const {
+  std::vector<Status> errors;
+  const auto add_if = [&](bool is_wrong, Status status) {
+    if (is_wrong) errors.push_back(status);
+  };
+  const Strategy strategy = options_.strategy;
+  const bool is_stochastic = strategy == Strategy::stochastic_greedy;
+  const bool keeps_to_groups = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
+  add_if(candidates_.size() > capacity, Status::capacity_exceeded);
+  add_if(options_.budget > capacity, Status::invalid_budget);
+  add_if(static_cast<int>(strategy) < 0 || static_cast<int>(strategy) > 5, Status::invalid_strategy);
+  add_if(is_stochastic && !(options_.epsilon > 0 && options_.epsilon < 1), Status::invalid_epsilon);
+  add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
+  add_if(options_.threads < 0, Status::invalid_threads);
+  add_if(options_.groups != nullptr && !keeps_to_groups, Status::unsupported_groups);
+
+  const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
+  prior_is_unclear = verdict == Verdict::unclear;
+  add_if(verdict == Verdict::bad, Status::invalid_prior);
+
+  bool has_groups_at_all = true;
+  for (std::size_t i = 0; i < candidates_.size() && has_groups(); ++i) {
+    has_groups_at_all = has_groups_at_all && options_.groups[i] < options_.group_count;
+  }
+  if (!has_groups_at_all || (has_groups() && options_.group_count > capacity)) {
+    errors.push_back(Status::invalid_groups);
+    return errors;
+  }
+  const std::vector<std::uint32_t> list = required();
+  bool is_feasible = list.size() <= options_.budget;
+  for (const std::uint32_t i : list) {
+    const bool has_place = !has_groups() || count_in(options_.groups[i], list) <= maximum(options_.groups[i]);
+    is_feasible = is_feasible && candidates_.is_valid(i) && !is_excluded(i) && has_place;
+  }
+  add_if(!is_feasible, Status::infeasible);
+  return errors;
+}
+
+test::Matrix6 prior_of(const Options& options) {
+  if (options.prior == nullptr) return 1e-5 * test::Matrix6::Identity();
+  test::Matrix6 prior;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) prior(i, j) = options.prior[n * i + j] / 2 + options.prior[n * j + i] / 2;
+  }
+  return prior;
+}
+
+bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) {
+  bool prior_is_unclear = false;
+  const std::vector<Status> errors = rules.errors(capacity, prior_is_unclear);
+  const bool is_listed = std::find(errors.begin(), errors.end(), status) != errors.end();
+  if (is_listed || (prior_is_unclear && status == Status::invalid_prior)) return true;
+  require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
+          errors.empty() ? "none" : to_string(errors.front()));
+  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached,
+          "a request without an error is answered", to_string(status));
+  return false;
+}
+
+}  // namespace maxlogdet::fuzz

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: MIT
+// Any candidates, any options: what a Selector promises of its answers, held against a plain reading of the request, an
+// oracle in long double, and the same question asked in other ways.
+#include "sim/forced_isa.hpp"
+#include "tests/fuzz/answer.hpp"
+#include "tests/fuzz/bytes.hpp"
+#include "tests/fuzz/exact.hpp"
+#include "tests/fuzz/problem.hpp"
+#include "tests/fuzz/require.hpp"
+#include "tests/pool_executor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace maxlogdet::fuzz {
+namespace {
+
+// Work for an oracle that one input may ask for: gains in long double take microseconds each.
+constexpr std::size_t most_oracle_gains = 300;
+constexpr std::size_t most_enumerated = 10;
+constexpr std::size_t most_enumerated_budget = 5;
+
+Executor& pool() {
+  static test::PoolExecutor executor(3);
+  return executor;
+}
+
+void check_error(const Selection& selection) {
+  require(!selection.has_answer() && selection.size == 0, "an error carries an empty answer", selection.size);
+  require(std::isnan(selection.log_det), "after an error log det is NaN", selection.log_det);
+  require(std::isnan(selection.upper_bound), "after an error there is no bound", selection.upper_bound);
+}
+
+void check_indices(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  const Rules rules(blocks, options);
+  const std::vector<std::uint32_t> required = rules.required();
+  require(answer.indices.size() <= options.budget, "no more are selected than the budget allows");
+  require(answer.indices.size() >= required.size(), "all that is required is selected");
+  std::vector<bool> is_seen(blocks.size());
+  for (std::size_t j = 0; j < answer.indices.size(); ++j) {
+    const std::uint32_t i = answer.indices[j];
+    require(i < blocks.size(), "indices are in range", i);
+    require(!is_seen[i], "indices are distinct", i);
+    is_seen[i] = true;
+    require(blocks.is_valid(i), "what is selected is valid", i);
+    require(!rules.is_excluded(i), "what is excluded is not selected", i);
+    require(rules.is_required(i) == (j < required.size()), "what is required comes first", i, "in place", j);
+  }
+  for (std::size_t g = 0; rules.has_groups() && g < options.group_count; ++g) {
+    require(rules.count_in(g, answer.indices) <= rules.maximum(g), "no group has more than its maximum", g);
+  }
+}
+
+void check_size(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  const Rules rules(blocks, options);
+  bool is_more = false;
+  for (std::size_t i = 0; i < blocks.size() && !is_more; ++i) is_more = rules.may_add(i, answer.indices);
+  if (answer.status == Status::deadline_reached) return;
+  require(answer.indices.size() == options.budget || !is_more, "as many are selected as may be", answer.indices.size());
+  const bool says_all = blocks.size() > 0 && options.budget > 0 && !is_more;
+  require(answer.status == (says_all ? Status::all_selected : Status::ok), "all_selected says that no more may be",
+          to_string(answer.status));
+}
+
+void check_strategy(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  if (options.strategy != Strategy::automatic) {
+    require(answer.strategy == options.strategy, "the strategy is the one asked for");
+    return;
+  }
+  const Rules rules(blocks, options);
+  const std::vector<std::uint32_t> required = rules.required();
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) n += !rules.is_required(i) && rules.may_add(i, {}) ? 1 : 0;
+  const std::size_t k = options.budget - required.size();
+  const Strategy expected = !rules.has_groups() && 3 * k >= 2 * n ? Strategy::backward_greedy : Strategy::lazy_greedy;
+  require(answer.strategy == expected, "automatic chooses by the size of the problem", to_string(answer.strategy));
+}
+
+void check_numbers(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  for (const double gain : answer.gains) {
+    require(gain >= 0 && std::isfinite(gain), "gains are finite and not negative", gain);
+  }
+  require(std::isfinite(answer.log_det), "log det is finite", answer.log_det);
+  require(std::isnan(answer.upper_bound) != options.certify, "there is a bound if it is asked for", answer.upper_bound);
+  require(!options.certify || answer.upper_bound >= answer.log_det, "the bound is not below the answer",
+          answer.upper_bound, answer.log_det);
+
+  const Exact prior(blocks, options);
+  if (!(prior.relative_error() < 1e-3L)) return;
+  const long double sum = std::accumulate(answer.gains.begin(), answer.gains.end(), prior.log_det());
+  const long double magnitude = sum + 2 * std::abs(prior.log_det());
+  const long double rounding = 1.2e-16L * static_cast<long double>(answer.gains.size()) * magnitude;
+  require(std::abs(sum - answer.log_det) <= prior.prior_log_det_error() + rounding,
+          "log det is that of the prior and all gains", answer.log_det, sum);
+}
+
+bool is_greedy(const Options& options) {
+  return (options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy) &&
+         options.exchange_sweeps == 0;
+}
+
+// Every digit that docs/numerics.md promises, as long as it promises any; and what greedy is.
+void check_digits(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  Exact exact(blocks, options);
+  if (!exact.is_tame()) return;
+  const Rules rules(blocks, options);
+  const std::size_t required = rules.required().size();
+  const bool checks_choice = is_greedy(options) && blocks.size() * answer.indices.size() <= most_oracle_gains;
+  long double allowed = exact.prior_log_det_error();
+  std::vector<std::uint32_t> chosen;
+  for (std::size_t j = 0; j < answer.indices.size(); ++j) {
+    const std::uint32_t i = answer.indices[j];
+    const long double gain = exact.gain(i);
+    for (std::uint32_t other = 0; checks_choice && j >= required && other < blocks.size(); ++other) {
+      if (!rules.may_add(other, chosen)) continue;
+      const long double better = exact.gain(other);
+      require(better - gain <= exact.gain_error(better) + exact.gain_error(gain), "greedy gives nothing away", i, "for",
+              other, "in place", j, "by", better - gain);
+    }
+    const long double error = exact.gain_error(gain);
+    exact.take(i);
+    chosen.push_back(i);
+    if (!exact.is_tame()) return;
+    const long double difference = std::abs(gain - answer.gains[j]);
+    require(difference <= error + exact.gain_error(gain), "gains have their digits", answer.gains[j], "off by",
+            difference, "in place", j);
+    allowed += error + exact.gain_error(gain);
+  }
+  const long double difference = std::abs(exact.log_det() - answer.log_det);
+  require(difference <= allowed, "log det has its digits", answer.log_det, "off by", difference, "of", allowed);
+}
+
+// The largest log det of those selections that may be asked for, by trying all.
+class Optimum {
+ public:
+  Optimum(const BlockStore& blocks, const Options& options) : blocks_(blocks), rules_(blocks, options) {
+    Exact exact(blocks, options);
+    std::vector<std::uint32_t> chosen;
+    is_known_ = exact.is_tame();
+    for (const std::uint32_t i : rules_.required()) {
+      exact.take(i);
+      chosen.push_back(i);
+    }
+    search(exact, chosen, 0, options.budget);
+  }
+
+  bool is_known() const { return is_known_; }
+  /// At most that, less what long double rounds off.
+  long double log_det() const { return best_; }
+
+ private:
+  void search(const Exact& exact, std::vector<std::uint32_t>& chosen, std::uint32_t first, std::size_t budget) {
+    best_ = std::max(best_, exact.log_det() - exact.own_error());
+    is_known_ = is_known_ && exact.is_tame();
+    for (std::uint32_t i = first; is_known_ && chosen.size() < budget && i < blocks_.size(); ++i) {
+      if (!rules_.may_add(i, chosen)) continue;
+      Exact with_i = exact;
+      with_i.take(i);
+      chosen.push_back(i);
+      search(with_i, chosen, i + 1, budget);
+      chosen.pop_back();
+    }
+  }
+
+  const BlockStore& blocks_;
+  Rules rules_;
+  bool is_known_ = true;
+  long double best_ = -std::numeric_limits<long double>::infinity();
+};
+
+void check_bound(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  if (!options.certify || blocks.size() > most_enumerated || options.budget > most_enumerated_budget) return;
+  const Optimum optimum(blocks, options);
+  if (!optimum.is_known()) return;
+  require(answer.upper_bound >= optimum.log_det(), "the bound is not below the optimum", answer.upper_bound,
+          optimum.log_det());
+}
+
+// All of an answer that the question alone says something about.
+void check_answer(const BlockStore& blocks, const Options& options, const Answer& answer) {
+  check_indices(blocks, options, answer);
+  check_size(blocks, options, answer);
+  check_strategy(blocks, options, answer);
+  check_numbers(blocks, options, answer);
+}
+
+Answer ask(Selector& selector, const BlockStore& blocks, const Options& options) {
+  return Answer(selector.select(blocks, options));
+}
+
+Answer ask_anew(std::size_t capacity, const BlockStore& blocks, const Options& options) {
+  Selector selector(capacity);
+  return ask(selector, blocks, options);
+}
+
+void check_deadline(const Options& options, const Answer& timed, const Answer& full) {
+  if (timed.status != Status::deadline_reached) {
+    require(timed.indices == full.indices, "a deadline that is not reached changes nothing");
+    return;
+  }
+  const bool selects_one_by_one =
+      is_greedy(options) || (options.strategy == Strategy::stochastic_greedy && options.exchange_sweeps == 0);
+  if (!selects_one_by_one) return;
+  require(timed.indices.size() <= full.indices.size() &&
+              std::equal(timed.indices.begin(), timed.indices.end(), full.indices.begin()),
+          "what a deadline leaves is a prefix of the full answer", timed.indices.size());
+}
+
+void check_instruction_sets(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& expected) {
+  options.threads = 1;
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    if (!isa_is_supported(built_in_isa(i))) continue;
+    const sim::ForcedIsa forced(built_in_isa(i));
+    require_same(ask_anew(capacity, blocks, options), expected, "the answer is the same on every instruction set",
+                 built_in_isa(i));
+  }
+}
+
+void check_threads(Bytes& bytes, std::size_t capacity, const BlockStore& blocks, Options options,
+                   const Answer& expected) {
+  if (!bytes.chance(24)) return;  // helpers that wait for work take it from other programs
+  Selector selector(capacity, &pool());
+  options.threads = 2 + static_cast<int>(bytes.below(3));
+  const Selection selection = selector.select(blocks, options);
+  require(selection.threads == options.threads, "work is offered to as many threads as asked for", selection.threads);
+  require_same(Answer(selection), expected, "the answer is the same with any number of threads");
+}
+
+void check_strategies(std::size_t capacity, const BlockStore& blocks, Options options) {
+  options.exchange_sweeps = 0;
+  if (options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy) {
+    options.strategy = Strategy::greedy;
+    const Answer greedy = ask_anew(capacity, blocks, options);
+    options.strategy = Strategy::lazy_greedy;
+    require_same(ask_anew(capacity, blocks, options), greedy, "lazy greedy is greedy");
+  }
+  if (options.strategy == Strategy::stochastic_greedy) {
+    // ln(1 / epsilon) is 690: a sample of all candidates.
+    options.epsilon = 1e-300;
+    if (options.budget > 600) return;
+    const Answer all = ask_anew(capacity, blocks, options);
+    options.strategy = Strategy::greedy;
+    require_same(ask_anew(capacity, blocks, options), all, "stochastic greedy with samples of all is greedy");
+  }
+  if (options.strategy == Strategy::backward_greedy) {
+    const Answer answer = ask_anew(capacity, blocks, options);
+    const auto first = answer.indices.begin() + static_cast<std::ptrdiff_t>(Rules(blocks, options).required().size());
+    require(std::is_sorted(first, answer.indices.end()), "backward greedy's answer is by index");
+  }
+}
+
+// The exact log det of an answer, and how far off that may be.
+bool exact_log_det(const BlockStore& blocks, const Options& options, const Answer& answer, long double& log_det,
+                   long double& error) {
+  Exact exact(blocks, options);
+  for (const std::uint32_t i : answer.indices) {
+    if (!exact.is_tame()) return false;
+    exact.take(i);
+  }
+  log_det = exact.log_det();
+  error = exact.own_error();
+  return exact.is_tame();
+}
+
+void check_exchange(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& exchanged) {
+  if (options.exchange_sweeps == 0) return;
+  options.exchange_sweeps = 0;
+  const Answer before = ask_anew(capacity, blocks, options);
+  if (before.indices == exchanged.indices) return;
+  long double log_dets[2];
+  long double errors[2];
+  if (!exact_log_det(blocks, options, before, log_dets[0], errors[0]) ||
+      !exact_log_det(blocks, options, exchanged, log_dets[1], errors[1])) {
+    return;
+  }
+  require(log_dets[1] >= log_dets[0] - errors[0] - errors[1], "an exchange never lowers log det", log_dets[0],
+          log_dets[1]);
+}
+
+void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, const Options& options,
+                 const Answer& expected) {
+  Options between = options;
+  between.strategy = static_cast<Strategy>(bytes.below(6));
+  between.budget = std::min(options.budget, bytes.below(blocks.size() + 1));
+  between.exchange_sweeps = 1;
+  ask(selector, blocks, between);
+  require_same(ask(selector, blocks, options), expected, "the same question has the same answer");
+}
+
+void check_all(Bytes& bytes) {
+  BlockStore blocks;
+  append_candidates(bytes, blocks);
+  Request request(bytes, blocks);
+  Options& options = request.options;
+  const std::size_t capacity = request.capacity;
+
+  Selector selector(capacity, &pool());
+  const Selection selection = selector.select(blocks, options);
+  require(selection.invalid_candidates == blocks.invalid_count(), "invalid candidates are counted");
+  if (is_expected_error(Rules(blocks, options), capacity, selection.status)) {
+    check_error(selection);
+    return;
+  }
+  require(selection.status != Status::deadline_reached || options.time_limit > 0, "without a limit none is reached");
+  const Answer timed(selection);
+  check_answer(blocks, options, timed);
+  options.time_limit = 0;
+  const Answer full = timed.status == Status::deadline_reached ? ask(selector, blocks, options) : timed;
+  check_answer(blocks, options, full);
+  check_deadline(options, timed, full);
+  const Answer expected = ask(selector, blocks, options);
+  check_again(bytes, selector, blocks, options, expected);
+  require(expected.indices == full.indices, "the same question has the same answer");
+  check_digits(blocks, options, expected);
+  check_bound(blocks, options, expected);
+  check_instruction_sets(capacity, blocks, options, expected);
+  check_threads(bytes, capacity, blocks, options, expected);
+  check_strategies(capacity, blocks, options);
+  check_exchange(capacity, blocks, options, expected);
+}
+
+}  // namespace
+}  // namespace maxlogdet::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  maxlogdet::fuzz::Bytes bytes(data, size);
+  maxlogdet::fuzz::check_all(bytes);
+  return 0;
+}
