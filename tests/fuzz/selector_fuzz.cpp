@@ -7,7 +7,7 @@
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
-#include "tests/pool_executor.hpp"
+#include "sim/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
