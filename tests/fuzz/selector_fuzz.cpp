@@ -22,7 +22,7 @@ constexpr std::size_t most_enumerated = 10;
 constexpr std::size_t most_enumerated_budget = 5;
 
 Executor& pool() {
-  static test::PoolExecutor executor(3);
+  static sim::PoolExecutor executor(3);
   return executor;
 }
 
