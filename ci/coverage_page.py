@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""Coverage a folder from gcovr's JSON summary: the last line of ci/coverage, and the table of docs/trust.md.
+
+Usage: coverage_page.py SUMMARY LEAST_PERCENT_OF_LINES LEAST_PERCENT_OF_BRANCHES yes|no
+"""
+
+import json
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "bench"))
+from write_tables import replace_between, table  # noqa: E402
+
+
+def percent(part, whole):
+    return 100 * part / whole
+
+
+def main(summary, least_lines, least_branches, page):
+    files = json.loads(pathlib.Path(summary).read_text())["files"]
+    rows = []
+    for folder in ["kernel", "simd", "threading", "all"]:
+        of_folder = [f for f in files if folder in ("all", f["filename"].split("/")[0])]
+        total = {key: sum(f[key] for f in of_folder)
+                 for key in ("line_covered", "line_total", "branch_covered", "branch_total")}
+        if total["line_total"] == 0:
+            sys.exit(f"no line of {folder}/ was counted")
+        lines = percent(total["line_covered"], total["line_total"])
+        branches = percent(total["branch_covered"], total["branch_total"])
+        rows.append((folder, total, lines, branches))
+    if page == "yes":
+        replace_between(ROOT / "docs/trust.md", "coverage", table(
+            ["folder", "lines", "branches"],
+            [[f"{folder}" if folder == "all" else f"`{folder}/`",
+              f"{lines:.1f} % of {total['line_total']}", f"{branches:.1f} % of {total['branch_total']}"]
+             for folder, total, lines, branches in rows]))
+    short = [folder for folder, _, lines, branches in rows if lines < float(least_lines) or branches < float(least_branches)]
+    print(", ".join(f"{folder}: {lines:.1f} % of lines, {branches:.1f} % of branches" for folder, _, lines, branches in rows))
+    if short:
+        sys.exit(f"{', '.join(short)}: expected {least_lines} % of lines and {least_branches} % of branches")
+
+
+main(*sys.argv[1:])
