@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes what maxlogdet_soak found into docs/performance.md.
+"""Writes what maxlogdet_soak found into docs/performance.md, or prints it in one line.
 
-Usage: write_soak.py SOAK.json
+Usage: write_soak.py [--line] SOAK.json
 """
 
 import datetime
@@ -52,10 +52,24 @@ def lines_of(result):
     ]
 
 
+def line_of(result):
+    phases = result["phases"]
+    total = lambda key: sum(phase[key] for phase in phases)
+    frame = max((latency for phase in phases for latency in phase["latency"] if latency["class"] == "ordinary frame"),
+                key=lambda latency: latency["p99_us"])  # fmt: skip
+    grown = total("resident_kib_at_the_end") - total("resident_kib_at_a_tenth")
+    return (f"{result['selections']} selections, {total('allocations_in_select')} allocations, {grown} KiB grown, "
+            f"{total('major_faults')} major faults; a frame p50 {microseconds(frame['p50_us'])}, "
+            f"p99 {microseconds(frame['p99_us'])} us")  # fmt: skip
+
+
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) not in (2, 3) or sys.argv[1:-1] not in ([], ["--line"]):
         sys.exit(__doc__)
-    result = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    result = json.loads(pathlib.Path(sys.argv[-1]).read_text())
+    if len(sys.argv) == 3:
+        print(line_of(result))
+        return
     replace_between(ROOT / "docs/performance.md", "soak", lines_of(result))
 
 

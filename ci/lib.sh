@@ -2,12 +2,12 @@
 # Shared by the scripts beside it; sourced.
 
 # run_logged LABEL LOG COMMAND...: runs COMMAND with its output in LOG, and returns its exit code. On a terminal, a
-# command that takes over two seconds shows the last line of LOG behind LABEL until it ends.
+# command that takes over two seconds shows the last line of LOG behind LABEL until it ends, unless $quiet says not to.
 run_logged() {
   local label=$1 log=$2 ticker='' status=0
   shift 2
   : >"$log"
-  if [ -t 1 ]; then
+  if [ -t 1 ] && [ "${quiet:-no}" = no ]; then
     show_progress "$label" "$log" &
     ticker=$!
   fi
