@@ -2,10 +2,12 @@
 // A fixed list of selections on every instruction set of this machine; a line each: instruction set, what was selected
 // from and how, how many, a hash of their indices, and one of the bits of gains, log det and bound. ci/check_compilers
 // compares the lines of differently compiled programs.
+#include "sim/hash.hpp"
 #include "simd/counter_random.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <cinttypes>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -16,19 +18,14 @@
 namespace maxlogdet {
 namespace {
 
-// FNV-1a over words.
-class Hash {
+class Hash : public sim::Hash {
  public:
-  void add(std::uint64_t word) { value_ = (value_ ^ word) * 0x100000001B3U; }
+  using sim::Hash::add;
   void add(double number) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &number, sizeof bits);
     add(bits);
   }
-  unsigned long long value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325U;
 };
 
 struct Kind {
@@ -146,7 +143,7 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
       for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
       gains.add(selection.has_answer() ? selection.log_det : 0);
       gains.add(options.certify ? selection.upper_bound : 0);
-      std::printf("%s %s %s %s %s %zu %016llx %016llx\n", active_isa(), from.c_str(), to_string(strategy),
+      std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
                   way_names[way], to_string(selection.status), selection.size, indices.value(), gains.value());
     }
   }
