@@ -9,6 +9,19 @@ namespace maxlogdet::test {
 
 Matrix6 default_information() { return 1e-5 * Matrix6::Identity(); }
 
+namespace {
+
+template <class Rows>
+auto triangle_of_any(const Rows& rows) {
+  using Square = Eigen::Matrix<typename Rows::Scalar, state_dimension, state_dimension>;
+  const Eigen::HouseholderQR<Rows> qr(rows);
+  return Square(qr.matrixQR().template topRows<state_dimension>().template triangularView<Eigen::Upper>());
+}
+
+}  // namespace
+
+WideSquare triangle_of(const WideRows& rows) { return triangle_of_any(rows); }
+
 template <class Scalar>
 GreedyOracle<Scalar>::GreedyOracle(const BlockStore& blocks, const Matrix6& prior)
     : r_(prior.cast<Scalar>().llt().matrixU()), is_taken_(blocks.size(), false) {
@@ -16,6 +29,11 @@ GreedyOracle<Scalar>::GreedyOracle(const BlockStore& blocks, const Matrix6& prio
     blocks_.push_back(stored_block(blocks, i).template cast<Scalar>());
     if (!blocks.is_valid(i)) is_taken_[i] = true;
   }
+}
+
+template <class Scalar>
+typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::inverse_factor() const {
+  return r_.template triangularView<Eigen::Upper>().solve(Square::Identity());
 }
 
 template <class Scalar>
@@ -71,8 +89,7 @@ template <class Scalar>
 typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::stacked(const Matrix& block) const {
   Matrix all(state_dimension + block.rows(), state_dimension);
   all << r_, block;
-  const Eigen::HouseholderQR<Matrix> qr(all);
-  return qr.matrixQR().template topRows<state_dimension>().template triangularView<Eigen::Upper>();
+  return triangle_of_any(all);
 }
 
 template class GreedyOracle<double>;

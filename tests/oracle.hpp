@@ -13,6 +13,11 @@ namespace maxlogdet::test {
 /// What Options::prior stands for where it is not set.
 Matrix6 default_information();
 
+/// The triangle R of a QR decomposition of rows.
+using WideRows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
+using WideSquare = Eigen::Matrix<long double, state_dimension, state_dimension>;
+WideSquare triangle_of(const WideRows& rows);
+
 /// Greedy selection written as obviously as possible, from scratch, on Eigen: shares no formula with the library. The
 /// information is kept as the triangle R of a QR decomposition of everything stacked, R^T R = M0 + sum H^T H, which
 /// squares no condition number; a gain is the growth of 2 sum log |R_ii| when a block is stacked below.
@@ -27,6 +32,9 @@ class GreedyOracle {
 
   /// R, upper triangular.
   const Square& factor() const { return r_; }
+
+  /// Its inverse.
+  Square inverse_factor() const;
 
   Scalar log_det() const;
   Scalar gain(std::size_t i) const;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory_error.hpp"
 
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -113,14 +112,14 @@ HornAlignment horn(const Matrix3Xd& from, const Matrix3Xd& to) {
   const Vector3d to_mean = to.rowwise().mean();
   const Matrix3Xd p = from.colwise() - from_mean;
   const Matrix3Xd q = to.colwise() - to_mean;
-  const Eigen::Matrix3d M = p * q.transpose();
+  const Eigen::Matrix3d M = product(p, q.transpose());
   Eigen::Matrix4d N;
   N << M.trace(), M(1, 2) - M(2, 1), M(2, 0) - M(0, 2), M(0, 1) - M(1, 0),                    //
       M(1, 2) - M(2, 1), M(0, 0) - M(1, 1) - M(2, 2), M(0, 1) + M(1, 0), M(2, 0) + M(0, 2),   //
       M(2, 0) - M(0, 2), M(0, 1) + M(1, 0), -M(0, 0) + M(1, 1) - M(2, 2), M(1, 2) + M(2, 1),  //
       M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), -M(0, 0) - M(1, 1) + M(2, 2);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(N);
-  const Eigen::Vector4d w = solver.eigenvectors().col(3);
+  const Spectrum4 of_N = spectrum(N);
+  const Eigen::Vector4d w = of_N.vectors.col(3);
   HornAlignment result;
   sim::Similarity& s = result.similarity;
   s.R = Eigen::Quaterniond(w[0], w[1], w[2], w[3]).normalized().toRotationMatrix();
@@ -128,7 +127,7 @@ HornAlignment horn(const Matrix3Xd& from, const Matrix3Xd& to) {
   s.scale = s.t[0] / p.squaredNorm();
   s.t = to_mean - s.scale * s.R * from_mean;
   result.symmetric_scale = std::sqrt(q.squaredNorm() / p.squaredNorm());
-  result.separation = (solver.eigenvalues()[3] - solver.eigenvalues()[2]) / solver.eigenvalues()[3];
+  result.separation = (of_N.values[3] - of_N.values[2]) / of_N.values[3];
   return result;
 }
 

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#include "tests/linear_algebra.hpp"
+
+#include <Eigen/QR>
+
+namespace maxlogdet::test {
+
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
+  Eigen::MatrixXd result(a.cols(), a.rows());
+  for (Eigen::Index j = 0; j < a.rows(); ++j) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(a.rows(), j);
+    result.col(j) = qr.solve(unit);
+  }
+  return result;
+}
+
+Matrix6 orthogonal_factor(const Matrix6& a) { return a.householderQr().householderQ(); }
+
+}  // namespace maxlogdet::test
