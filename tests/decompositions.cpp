@@ -19,6 +19,6 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
   return result;
 }
 
-Matrix6 orthogonal_factor(const Matrix6& a) { return a.householderQr().householderQ(); }
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }
 
 }  // namespace maxlogdet::test

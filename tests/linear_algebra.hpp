@@ -65,7 +65,7 @@ Spectrum4 spectrum(const Eigen::Matrix4d& s);
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
-/// The orthogonal Q of A = Q R.
-Matrix6 orthogonal_factor(const Matrix6& a);
+/// The orthogonal Q of A = Q R P, all its columns: those of the range of A are the first.
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
 
 }  // namespace maxlogdet::test
