@@ -306,9 +306,7 @@ std::vector<Rows12> observability_rows(const Frame& frame, const Indices& candid
   return rows;
 }
 
-double smallest_singular_value(const Rows12& rows) {
-  return rows.rows() < 12 ? 0 : singular_values(rows)[11];
-}
+double smallest_singular_value(const Rows12& rows) { return rows.rows() < 12 ? 0 : singular_values(rows)[11]; }
 
 Rows12 stacked(const Rows12& above, const Rows12& below) {
   Rows12 both(above.rows() + below.rows(), 12);

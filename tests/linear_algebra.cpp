@@ -149,9 +149,7 @@ double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 double largest_entry(const Eigen::MatrixXd& a) { return a.cwiseAbs().maxCoeff(); }
 
-double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  return (a - b).cwiseAbs().maxCoeff();
-}
+double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).cwiseAbs().maxCoeff(); }
 
 // Rotations of pairs of columns, until all are orthogonal: then their lengths are the singular values (Hestenes).
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {

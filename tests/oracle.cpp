@@ -33,7 +33,15 @@ GreedyOracle<Scalar>::GreedyOracle(const BlockStore& blocks, const Matrix6& prio
 
 template <class Scalar>
 typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::inverse_factor() const {
-  return r_.template triangularView<Eigen::Upper>().solve(Square::Identity());
+  Square inverse = Square::Zero();
+  for (int column = 0; column < state_dimension; ++column) {
+    for (int row = column; row >= 0; --row) {
+      Scalar rest = row == column ? 1 : 0;
+      for (int k = row + 1; k <= column; ++k) rest -= r_(row, k) * inverse(k, column);
+      inverse(row, column) = rest / r_(row, row);
+    }
+  }
+  return inverse;
 }
 
 template <class Scalar>

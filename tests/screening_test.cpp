@@ -7,6 +7,7 @@
 #include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

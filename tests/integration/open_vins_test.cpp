@@ -203,8 +203,7 @@ TEST(OpenVinsGuide, three_rows_hold_all_that_a_projected_jacobian_says_of_a_clon
       const std::size_t index = ov_msckf::push_back_projected(H_x, first, sigma_pix, blocks);
       ASSERT_TRUE(blocks.is_valid(index));
       const Block block = stored_block(blocks, index);
-      EXPECT_LT(relative_difference(gram(block), gram(H)), 1e-5)
-          << cameras << " cameras, " << clones << " clones";
+      EXPECT_LT(relative_difference(gram(block), gram(H)), 1e-5) << cameras << " cameras, " << clones << " clones";
       // The third direction weighs a millionth of the first one: it has to be there too.
       const Eigen::VectorXd stored = singular_values(block);
       for (Eigen::Index i = 0; i < stored.size() && i < singular.size(); ++i) {
