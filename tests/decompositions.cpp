@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/linear_algebra.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
 namespace maxlogdet::test {
@@ -20,5 +21,9 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
 }
 
 Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }
+
+Vector6 eigenvalues(const Matrix6& s) {
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(s, Eigen::EigenvaluesOnly).eigenvalues();
+}
 
 }  // namespace maxlogdet::test

@@ -77,6 +77,7 @@ void diagonalize(Square& s, Square& vectors) {
           s(p, k) = c * (of_p - t * s(q, k));
           s(q, k) = c * (s(q, k) + t * of_p);
         }
+        s(p, q) = s(q, p) = 0;  // rounding apart, and rounding would keep it from ending
         for (Eigen::Index k = 0; k < s.rows(); ++k) {
           const Scalar of_p = vectors(k, p);
           vectors(k, p) = c * (of_p - t * vectors(k, q));
@@ -167,7 +168,7 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
           pq += columns(k, p) * columns(k, q);
           qq += columns(k, q) * columns(k, q);
         }
-        if (std::abs(pq) <= 1e-15 * std::sqrt(pp * qq)) continue;
+        if (std::abs(pq) <= 1e-14 * std::sqrt(pp * qq)) continue;
         is_orthogonal = false;
         const double cotangent = (qq - pp) / (2 * pq);  // of twice the angle
         const double t = (cotangent < 0 ? -1 : 1) / (std::abs(cotangent) + std::sqrt(cotangent * cotangent + 1));
@@ -185,8 +186,6 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
   std::sort(values.data(), values.data() + n, std::greater<>());
   return values;
 }
-
-Vector6 eigenvalues(const Matrix6& s) { return eigenvalues_of(s); }
 
 Spectrum4 spectrum(const Eigen::Matrix4d& s) {
   Eigen::Matrix4d diagonal = s;

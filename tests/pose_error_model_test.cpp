@@ -197,7 +197,7 @@ void expect_covariance(const Scenario& scenario, const Matrix6& covariance, doub
     const Vector6 error = solve_lower(factor, error_of_estimate(scenario, matches, map_sigma));
     mean += error * error.transpose() / n;
   }
-  EXPECT_LT((mean - Matrix6::Identity()).cwiseAbs().maxCoeff(), 5 * std::sqrt(2 / n) + 20 / n);
+  EXPECT_LT(largest_difference(mean, Matrix6::Identity()), 5 * std::sqrt(2 / n) + 20 / n);
 }
 
 TEST(PoseErrorModel, eq_5_is_what_measurement_noise_does) {
