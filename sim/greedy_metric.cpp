@@ -2,18 +2,16 @@
 #include "sim/greedy_metric.hpp"
 
 #include "sim/eigenvalue_search.hpp"
+#include "sim/eigenvalues.hpp"
 
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/selector.hpp>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <stdexcept>
 
 namespace maxlogdet::sim {
 namespace {
-
-using EigenSolver = Eigen::SelfAdjointEigenSolver<Matrix6>;
 
 Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   Matrix6 information = Matrix6::Zero();
@@ -39,7 +37,7 @@ std::vector<std::uint32_t> select_by_eigenvalues(GreedyMetric metric, const std:
                                                  std::vector<std::uint32_t> remaining, std::size_t k, Matrix6 Q) {
   std::vector<std::uint32_t> selected;
   while (selected.size() < k) {
-    const Vector6 v = EigenSolver(Q).eigenvectors().col(5);
+    const Vector6 v = largest_eigenvector(Q);
     const std::size_t winner = best_by_eigenvalues(
         remaining.size(), Q, [&](std::size_t r) -> const Matrix6& { return information[remaining[r]]; },
         [&](const Matrix6& with_it) { return value_of(metric, with_it); },
@@ -87,7 +85,7 @@ const char* to_string(GreedyMetric metric) {
 
 double value_of(GreedyMetric metric, const Matrix6& Q) {
   if (metric == GreedyMetric::max_trace) return Q.trace();
-  const Vector6 eigenvalues = EigenSolver(Q, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector6 eigenvalues = eigenvalues_of(Q);
   if (metric == GreedyMetric::min_condition) return -eigenvalues[5] / eigenvalues[0];
   if (metric == GreedyMetric::max_min_eigenvalue) return eigenvalues[0];
   return eigenvalues.array().log().sum();

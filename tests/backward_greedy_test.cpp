@@ -3,6 +3,7 @@
 #include "kernel/search.hpp"
 #include "sim/forced_isa.hpp"
 #include "sim/hash.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options op
 
 // The most by which a removal exceeds the least loss there was, nats; from scratch, by QR in long double.
 long double loss_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& order,
-                            const Matrix6& prior = 1e-5 * Matrix6::Identity()) {
+                            const Matrix6& prior = default_information()) {
   std::set<std::uint32_t> left;
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
     if (blocks.is_valid(i)) left.insert(i);
@@ -80,7 +81,7 @@ void expect_the_same_lazily(const BlockStore& blocks, const Options& options) {
 }
 
 void expect_consistent(const BlockStore& blocks, const Selection& selection,
-                       const Matrix6& prior = 1e-5 * Matrix6::Identity()) {
+                       const Matrix6& prior = default_information()) {
   ASSERT_TRUE(selection.has_answer());
   EXPECT_TRUE(std::is_sorted(selection.begin(), selection.end()));
   GreedyOracle<long double> oracle(blocks, prior);
@@ -186,7 +187,7 @@ TEST(BackwardGreedy, is_the_same_lazily_where_losses_change_by_rounding_only) {
   for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const Matrix6 directions = random_prior(random).householderQr().householderQ();
+    const Matrix6 directions = orthogonal_factor(random_prior(random));
     const double loss = 0x1p-6 + 0x1p-30;
     Matrix6 prior = Matrix6::Zero();
     BlockStore blocks;

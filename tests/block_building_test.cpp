@@ -3,9 +3,9 @@
 // and third measurements, all lengths of the last pack, broken matches anywhere. That the equations are right is what
 // jacobian_test.cpp shows.
 #include "sim/forced_isa.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
@@ -66,7 +66,7 @@ Batch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeas
     batch.has_third.push_back(static_cast<unsigned char>(random.integer(0, 2)));
     batch.usable.push_back(random.chance(broken) ? 0 : static_cast<unsigned char>(random.integer(1, 255)));
     const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
-    batch.map_covariances.emplace_back(0.01 * a * a.transpose());
+    batch.map_covariances.emplace_back(0.01 * gram(a.transpose()));
     if (random.chance(broken)) batch.map_covariances.back() *= random.chance(0.5) ? nan : -1e6;  // not definite
   }
   if (random.chance(0.2)) std::fill(batch.has_third.begin(), batch.has_third.end(), static_cast<unsigned char>(0));
@@ -117,7 +117,7 @@ Expected expected_block(const Batch& batch, std::size_t i) {
     expected.is_singular = !has_third && std::abs(axis * p) < 1e-6 * p.norm();
     if (expected.is_singular) return expected;
     const Eigen::Matrix3d projection = identity - p * axis / (axis * p);
-    h = R.transpose() * (has_third ? identity : projection) * point_jacobian;
+    h = product(product(R.transpose(), has_third ? identity : projection), point_jacobian);
   } else {
     const PinholeCamera& camera = batch.camera;
     const bool is_depth = batch.options.third == ThirdMeasurement::depth;
@@ -134,11 +134,11 @@ Expected expected_block(const Batch& batch, std::size_t i) {
       const Eigen::Matrix3d map_covariance = matches.map_covariances != nullptr
                                                  ? Eigen::Matrix3d(batch.map_covariances[i])
                                                  : identity * batch.options.map_sigma * batch.options.map_sigma;
-      covariance += h_p * map_covariance * h_p.transpose();
+      covariance += product(product(h_p, map_covariance), h_p.transpose());
     }
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-    if (factor.info() != Eigen::Success) return expected;
-    h = factor.matrixL().solve((j * point_jacobian).topRows(rows));
+    const Eigen::MatrixXd factor = cholesky(covariance);
+    if (!(factor.diagonal().array() > 0).all()) return expected;
+    h = solve_lower(factor, product(j, point_jacobian).topRows(rows));
   }
   h *= std::sqrt(weight);
   if (h.cast<float>().allFinite()) expected.block = h;

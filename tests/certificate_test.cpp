@@ -13,9 +13,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using Wide = Eigen::Matrix<long double, state_dimension, state_dimension>;
-using Rows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
-
 struct Instance {
   BlockStore blocks;
   Matrix6 prior = 1e-5 * Matrix6::Identity();
@@ -74,30 +71,37 @@ Instance random_instance(Random& random, double scale) {
   return instance;
 }
 
-Wide stacked(const Wide& r, const Rows& block) {
-  Rows all(state_dimension + block.rows(), state_dimension);
-  all << r, block;
-  return all.householderQr().matrixQR().topRows<state_dimension>().triangularView<Eigen::Upper>();
+WideSquare stacked(const WideSquare& r, const Block& block) {
+  WideRows all(state_dimension + block.rows(), state_dimension);
+  for (int row = 0; row < state_dimension; ++row) all.row(row) = r.row(row);
+  for (int row = 0; row < block.rows(); ++row) {
+    for (int d = 0; d < state_dimension; ++d) all(state_dimension + row, d) = block(row, d);
+  }
+  return triangle_of(all);
 }
 
-long double log_det(const Wide& r) { return 2 * r.diagonal().array().abs().log().sum(); }
+long double log_det(const WideSquare& r) {
+  long double sum = 0;
+  for (int i = 0; i < state_dimension; ++i) sum += 2 * std::log(std::abs(r(i, i)));
+  return sum;
+}
 
 // The largest log det of at most `budget` candidates, those required included; groups do not count.
-long double optimum(const Instance& instance, std::size_t first, std::size_t budget, const Wide& r) {
+long double optimum(const Instance& instance, std::size_t first, std::size_t budget, const WideSquare& r) {
   long double best = log_det(r);
   for (std::size_t i = first; i < instance.blocks.size() && budget > 0; ++i) {
     if (!instance.blocks.is_valid(i) || instance.required[i] != 0 || instance.excluded[i] != 0) continue;
-    const Wide with_i = stacked(r, stored_block(instance.blocks, i).cast<long double>());
+    const WideSquare with_i = stacked(r, stored_block(instance.blocks, i));
     best = std::max(best, optimum(instance, i + 1, budget - 1, with_i));
   }
   return best;
 }
 
 long double optimum(const Instance& instance, std::size_t budget) {
-  Wide r = instance.prior.cast<long double>().llt().matrixU();
+  WideSquare r = GreedyOracle<long double>(BlockStore(), instance.prior).factor();
   for (std::size_t i = 0; i < instance.blocks.size(); ++i) {
     if (instance.required[i] == 0) continue;
-    r = stacked(r, stored_block(instance.blocks, i).cast<long double>());
+    r = stacked(r, stored_block(instance.blocks, i));
     --budget;
   }
   return optimum(instance, 0, budget, r);

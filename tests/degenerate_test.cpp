@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Input at and beyond the edges: a valid answer or a named status, for every strategy.
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 
 #include <algorithm>
@@ -250,7 +251,7 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
   const Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::LinSpaced(1, 6);
   EXPECT_EQ(status_with(direction * direction.transpose()), Status::invalid_prior) << "rank 1";
   const Block five = random_block(random, 5);
-  EXPECT_EQ(status_with(five.transpose() * five), Status::invalid_prior) << "rank 5";
+  EXPECT_EQ(status_with(gram(five)), Status::invalid_prior) << "rank 5";
   EXPECT_EQ(status_with(1e-30 * Matrix6::Identity()), Status::invalid_prior) << "too small to divide by";
   for (const double value : {nan, infinity, -infinity}) {
     for (int i = 0; i < 6; ++i) {

@@ -369,21 +369,22 @@ INSTANTIATE_TEST_SUITE_P(, Exhaustive, ::testing::ValuesIn(families),
 
 // What all of the above rests on.
 TEST(Triangle, is_that_of_eigens_qr) {
-  using Stack = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
   constexpr long double rounding = 1e3L * std::numeric_limits<long double>::epsilon();
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const Matrix6 prior = random.chance(0.5) ? random_prior(random) : Matrix6(1e-5 * Matrix6::Identity());
     Triangle triangle(prior);
-    Stack stack = prior.cast<long double>().llt().matrixU();
+    WideRows stack = GreedyOracle<long double>(BlockStore(), prior).factor();
     for (int i = random.integer(0, 20); i > 0; --i) {
       const Block block = random_block(random, random.integer(1, 3), std::pow(10.0, random.uniform(-1, 1)));
       triangle.add(block);
       stack.conservativeResize(stack.rows() + block.rows(), state_dimension);
-      stack.bottomRows(block.rows()) = block.cast<long double>();
+      for (int row = 0; row < block.rows(); ++row) {
+        for (int d = 0; d < state_dimension; ++d) stack(stack.rows() - block.rows() + row, d) = block(row, d);
+      }
     }
-    const Stack r = stack.householderQr().matrixQR();
+    const WideSquare r = triangle_of(stack);
     long double log_det = 0;
     for (int i = 0; i < state_dimension; ++i) {
       log_det += 2 * std::log(std::abs(r(i, i)));

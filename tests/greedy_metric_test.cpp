@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "sim/greedy_metric.hpp"
 
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -15,7 +15,7 @@ namespace {
 using Indices = std::vector<std::uint32_t>;
 using sim::GreedyMetric;
 
-const Matrix6 small_prior = 1e-5 * Matrix6::Identity();
+const Matrix6 small_prior = default_information();
 
 Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   Matrix6 information = Matrix6::Zero();
@@ -45,9 +45,9 @@ Indices textbook_greedy(GreedyMetric metric, const BlockStore& blocks, std::size
     double best = 0;
     for (std::size_t r = 0; r < remaining.size(); ++r) {
       const Matrix6 with_it = Q + information_of(blocks, remaining[r]);
-      const auto eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix6>(with_it, Eigen::EigenvaluesOnly).eigenvalues();
+      const Vector6 values = eigenvalues(with_it);
       const bool by_condition = metric == GreedyMetric::min_condition;
-      const double value = by_condition ? -eigenvalues[5] / eigenvalues[0] : eigenvalues[0];
+      const double value = by_condition ? -values[5] / values[0] : values[0];
       const double tie = 1e-13 * (by_condition ? best * best : with_it.trace());
       if (winner != remaining.size() && !(value > best + tie)) continue;
       winner = r;

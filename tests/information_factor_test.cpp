@@ -2,25 +2,24 @@
 // The incremental factor and the bound of its error.
 #include "kernel/information_factor.hpp"
 #include "simd/kernel.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
 namespace maxlogdet::test {
 namespace {
 
-template <class Scalar>
-using Square = Eigen::Matrix<Scalar, 6, 6>;
-
-Square<double> w_of(const InformationFactor& factor) {
-  using Padded = Eigen::Matrix<double, 6, simd::padded_dimension, Eigen::RowMajor>;
-  return Eigen::Map<const Padded>(factor.inverse()).leftCols<6>();
+Matrix6 w_of(const InformationFactor& factor) {
+  Matrix6 w;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
+  }
+  return w;
 }
 
-Matrix6 inverse_of(const InformationFactor& factor) { return w_of(factor).transpose() * w_of(factor); }
+Matrix6 inverse_of(const InformationFactor& factor) { return gram(w_of(factor)); }
 
 struct Rows {
   explicit Rows(const Block& block) {
@@ -42,9 +41,9 @@ bool remove(InformationFactor& factor, const Block& block) {
 // Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
 // R^T R: the singular values of W R^T squared lie between. Returns the largest deviation as a share of f.
 long double expect_within_relative_error(const InformationFactor& factor, const GreedyOracle<long double>& oracle) {
-  const Square<long double> product = w_of(factor).cast<long double>() * oracle.factor().transpose();
-  const Eigen::SelfAdjointEigenSolver<Square<long double>> solver(product * product.transpose());
-  const long double deviation = std::max(std::abs(solver.eigenvalues()(0) - 1), std::abs(solver.eigenvalues()(5) - 1));
+  const WideMatrix ratio = wide_product(w_of(factor).cast<long double>(), oracle.factor().transpose());
+  const WideVector6 squares = wide_eigenvalues(wide_gram(ratio.transpose()));
+  const long double deviation = std::max(std::abs(squares(0) - 1), std::abs(squares(5) - 1));
   const long double f = factor.relative_error();
   EXPECT_LE(deviation, f);
   return deviation / f;
@@ -58,12 +57,12 @@ TEST(InformationFactor, follows_the_information_through_updates) {
     InformationFactor factor;
     const EigenPrior prior(information);
     ASSERT_TRUE(factor.reset(prior.data()));
-    EXPECT_NEAR(factor.prior_log_det(), std::log(information.determinant()), 1e-12);
+    EXPECT_NEAR(factor.prior_log_det(), log_det(information), 1e-12);
     for (int update = 0; update < 20; ++update) {
       const Block row = random_block(random, 1, std::pow(10.0, random.integer(-3, 3)));
       add(factor, row);
-      information += row.transpose() * row;
-      const Matrix6 identity = inverse_of(factor) * information;
+      information += gram(row);
+      const Matrix6 identity = product(inverse_of(factor), information);
       ASSERT_LT((identity - Matrix6::Identity()).norm(), 1e-6);
     }
     EXPECT_TRUE(w_of(factor).isLowerTriangular());
@@ -126,7 +125,7 @@ TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows)
 
 // What is left of `blocks` from `first` on.
 GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t first, std::size_t end,
-                                      const Matrix6& prior = 1e-5 * Matrix6::Identity()) {
+                                      const Matrix6& prior = default_information()) {
   GreedyOracle<long double> oracle(blocks, prior);
   for (std::size_t i = first; i < end; ++i) oracle.take(i);
   return oracle;

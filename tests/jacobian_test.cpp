@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Every block against numerical differentiation of the measurement functions, put together with Eigen as the equations
 // in jacobian.hpp say.
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +13,7 @@ namespace {
 
 using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
 using Vector3 = Eigen::Matrix<long double, 3, 1>;
-using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using Matrix = WideMatrix;
 using Isometry = Eigen::Transform<long double, 3, Eigen::Isometry>;
 using AngleAxis = Eigen::AngleAxis<long double>;
 
@@ -87,7 +86,7 @@ Matrix h_c(const Matrix& h_x, const Matrix& h_p) {
   h_p_n(2, 2) = 1;
   h_p_n.topRows(h_p.rows()) = h_p;
   h_x_n.topRows(h_x.rows()) = h_x;
-  return h_p_n.inverse() * h_x_n;
+  return wide_product(wide_inverse(h_p_n), h_x_n);
 }
 
 struct Input {
@@ -192,17 +191,17 @@ TEST(Jacobian, measurement_and_map_is_whitened_by_both_covariances) {
     const BlockOptions options = options_of(Weighting::measurement_and_map, c);
     Input input{random.uniform(0.5, 4), 1, random.chance(0.5), {}};
     const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
-    input.map_covariance = 0.01 * a * a.transpose();
+    input.map_covariance = 0.01 * gram(a.transpose());
     const Matrix map_covariance = input.has_covariance
                                       ? Matrix(input.map_covariance.cast<long double>())
                                       : Matrix(Matrix::Identity(3, 3) * (options.map_sigma * options.map_sigma));
     const Matrix h_p = numerical_h_p_world(c);
-    Matrix covariance = h_p * map_covariance * h_p.transpose();
+    Matrix covariance = wide_product(wide_product(h_p, map_covariance), h_p.transpose());
     covariance += sigmas_of(c, input, options).cwiseAbs2().asDiagonal();
     const Matrix h_x = numerical_h_x(c);
-    const Matrix expected = h_x.transpose() * covariance.inverse() * h_x;  // which whitening does not matter
+    const Matrix expected = wide_product(wide_product(h_x.transpose(), wide_inverse(covariance)), h_x);
     const Matrix block = stored_block(library_blocks(c, options, input), 0).cast<long double>();
-    expect_near(block.transpose() * block, expected);
+    expect_near(wide_gram(block), expected);  // which whitening does not matter
   });
 }
 
@@ -215,8 +214,7 @@ TEST(Jacobian, a_weight_multiplies_the_information) {
       const Block unweighted = stored_block(library_blocks(c, options, input), 0);
       input.weight = random.uniform(0, 2);
       const Block weighted = stored_block(library_blocks(c, options, input), 0);
-      expect_near((weighted.transpose() * weighted).cast<long double>(),
-                  input.weight * (unweighted.transpose() * unweighted).cast<long double>());
+      expect_near(wide_gram(weighted.cast<long double>()), input.weight * wide_gram(unweighted.cast<long double>()));
     }
   });
 }
@@ -236,7 +234,7 @@ TEST(Jacobian, each_match_of_a_batch_gets_its_own_values) {
     points.col(static_cast<Eigen::Index>(i)) =
         (c.T_cw.inverse() * Vector3(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z)).cast<double>();
     const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
-    inputs.push_back({random.uniform(0.5, 4), random.uniform(0, 2), true, 0.01 * a * a.transpose()});
+    inputs.push_back({random.uniform(0.5, 4), random.uniform(0, 2), true, 0.01 * gram(a.transpose())});
     sigmas.push_back(inputs.back().sigma);
     weights.push_back(inputs.back().weight);
     covariances.insert(covariances.end(), inputs.back().map_covariance.data(), inputs.back().map_covariance.data() + 9);

@@ -2,10 +2,10 @@
 // The limits that docs/numerics.md lists, from both sides, against an oracle in long double. What degenerate_test.cpp
 // and others hold already is not repeated here; the page names them.
 #include "tests/flushed_denormals.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 #include "tests/triangle.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cfenv>
 #include <cmath>
@@ -157,8 +157,7 @@ TEST(Limits, condition_of_priors) {
   for (int exponent = 0; exponent <= 16; ++exponent) {
     Random random(static_cast<std::uint64_t>(exponent));
     SCOPED_TRACE(random.name() + ", condition 1e" + std::to_string(exponent));
-    const Eigen::HouseholderQR<Matrix6> qr(Matrix6(random_block(random, 6)));
-    const Matrix6 rotation = qr.householderQ();
+    const Matrix6 rotation = orthogonal_factor(random_block(random, 6));
     Eigen::Matrix<double, 6, 1> eigenvalues = Eigen::Matrix<double, 6, 1>::Ones();
     eigenvalues(3) = std::pow(10.0, -exponent);
     Matrix6 prior = rotation * eigenvalues.asDiagonal() * rotation.transpose();
@@ -283,12 +282,12 @@ TEST(Limits, ends_of_float32) {
 // the largest come first.
 void expect_in_order_of_traces(const BlockStore& blocks, const std::uint32_t* begin, const std::uint32_t* end,
                                const Matrix6& information) {
-  using Wide = Eigen::Matrix<long double, Eigen::Dynamic, 6>;
-  const Eigen::Matrix<long double, 6, 6> inverse = information.cast<long double>().inverse();
+  const WideMatrix inverse = wide_inverse(information.cast<long double>());
   long double last = infinity;
   for (const std::uint32_t* index = begin; index != end; ++index) {
-    const Wide block = stored_block(blocks, *index).cast<long double>();
-    const long double trace = (block * inverse * block.transpose()).trace();
+    const WideMatrix block = stored_block(blocks, *index).cast<long double>();
+    const WideMatrix covariance = wide_product(wide_product(block, inverse), block.transpose());
+    const long double trace = covariance.trace();
     EXPECT_LE(trace, last * (1 + 1e-12L)) << "place " << index - begin;
     last = trace;
   }
@@ -331,7 +330,7 @@ TEST(Limits, denormal_blocks_among_normal_ones) {
     Matrix6 information = default_prior * Matrix6::Identity();
     for (const std::uint32_t i : expected) {
       const Block block = stored_block(blocks, i);
-      information += block.transpose() * block;
+      information += gram(block);
     }
     Selector selector(60);
     for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {

@@ -4,13 +4,9 @@
 
 #include "sim/pose_optimizer.hpp"
 #include "sim/projection.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -21,7 +17,6 @@ namespace {
 using sim::Match;
 using sim::Pose;
 using sim::PoseErrorModel;
-using sim::Vector6;
 using Subset = std::vector<std::uint32_t>;
 
 double normal(Random& random) {  // Box-Muller
@@ -64,7 +59,8 @@ Scenario random_scenario(Random& random, std::size_t n, bool stereo) {
 struct Dense {
   Eigen::MatrixXd H_x, H_p;
 
-  Eigen::MatrixXd H_x_pseudo_inverse() const { return H_x.completeOrthogonalDecomposition().pseudoInverse(); }
+  // Of the pose for errors of the map.
+  Eigen::MatrixXd amplification() const { return product(pseudo_inverse(H_x), H_p); }
 };
 
 Dense stack(const Scenario& scenario) {
@@ -97,26 +93,24 @@ void for_every_scenario(const Body& body) {
   }
 }
 
-template <class A, class B>
-void expect_close(const A& a, const B& b) {
-  EXPECT_LT((a - b).norm(), 1e-8 * b.norm());
-}
+void expect_close(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { EXPECT_LT(relative_difference(a, b), 1e-8); }
+
+// A A^T.
+Eigen::MatrixXd spread_of(const Eigen::MatrixXd& a) { return gram(a.transpose()); }
 
 TEST(PoseErrorModel, eq_5_agrees_with_dense_matrices) {
   for_every_scenario([](const Scenario& scenario) {
-    const Eigen::MatrixXd inverse = stack(scenario).H_x_pseudo_inverse();
-    expect_close(scenario.model().covariance_of_measurement_error(0.5), 0.25 * inverse * inverse.transpose());
+    const Eigen::MatrixXd inverse = pseudo_inverse(stack(scenario).H_x);
+    expect_close(scenario.model().covariance_of_measurement_error(0.5), 0.25 * spread_of(inverse));
   });
 }
 
 TEST(PoseErrorModel, eq_6_agrees_with_dense_matrices) {
   for_every_scenario([](const Scenario& scenario) {
     const Dense dense = stack(scenario);
-    const Eigen::MatrixXd amplification = dense.H_x_pseudo_inverse() * dense.H_p;
-    expect_close(scenario.model().covariance_of_map_error(0.1), 0.01 * amplification * amplification.transpose());
-    const Eigen::MatrixXd spread = dense.H_p * dense.H_p.transpose();
-    const Eigen::MatrixXd information = dense.H_x.transpose() * spread.llt().solve(dense.H_x);
-    expect_close(scenario.model().covariance_of_map_error_weighted(0.1), 0.01 * information.inverse());
+    expect_close(scenario.model().covariance_of_map_error(0.1), 0.01 * spread_of(dense.amplification()));
+    const Eigen::MatrixXd information = gram(solve_lower(cholesky(spread_of(dense.H_p)), dense.H_x));
+    expect_close(scenario.model().covariance_of_map_error_weighted(0.1), 0.01 * inverse(information));
   });
 }
 
@@ -125,15 +119,13 @@ TEST(PoseErrorModel, eq_7_agrees_with_dense_matrices) {
     const Dense dense = stack(scenario);
     const Eigen::Vector3d mu_p(0.01, -0.02, 0.03);
     const Eigen::VectorXd everywhere = mu_p.replicate(static_cast<Eigen::Index>(scenario.all.size()), 1);
-    expect_close(scenario.model().expected_error(mu_p), -dense.H_x_pseudo_inverse() * dense.H_p * everywhere);
+    expect_close(scenario.model().expected_error(mu_p), -product(dense.amplification(), everywhere));
   });
 }
 
 TEST(PoseErrorModel, amplification_agrees_with_dense_matrices) {
   for_every_scenario([](const Scenario& scenario) {
-    const Dense dense = stack(scenario);
-    const Eigen::MatrixXd amplification = dense.H_x_pseudo_inverse() * dense.H_p;
-    const Vector6 expected = Eigen::JacobiSVD<Eigen::MatrixXd>(amplification).singularValues().head<6>();
+    const Vector6 expected = singular_values(stack(scenario).amplification()).head<6>();
     const Vector6 values = scenario.model().bias_amplification();
     EXPECT_LT(((values - expected).array() / expected.array()).abs().maxCoeff(), 1e-6);
   });
@@ -144,8 +136,7 @@ TEST(PoseErrorModel, weighted_least_squares_is_never_worse) {
     const PoseErrorModel model = scenario.model();
     const Matrix6 ordinary = model.covariance_of_map_error(1);
     const Matrix6 weighted = model.covariance_of_map_error_weighted(1);
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(ordinary - weighted);
-    EXPECT_GT(solver.eigenvalues().minCoeff(), -1e-9 * ordinary.norm());
+    EXPECT_GT(eigenvalues(ordinary - weighted)(0), -1e-9 * ordinary.norm());
     EXPECT_GT(ordinary.trace(), 1.01 * weighted.trace()) << "and the two lines of eq. 6 are not the same";
   });
 }
@@ -196,17 +187,17 @@ Vector6 error_of_estimate(const Scenario& scenario, const std::vector<Match>& ma
 // sqrt(1 / n), on the diagonal by sqrt(2 / n).
 void expect_covariance(const Scenario& scenario, const Matrix6& covariance, double map_sigma,
                        const std::function<void(Match&)>& disturb) {
-  const Eigen::LLT<Matrix6> factor(covariance);
+  const Eigen::MatrixXd factor = cholesky(covariance);
   const std::size_t count = trials(3000);
   const auto n = static_cast<double>(count);
   Matrix6 mean = Matrix6::Zero();
   for (std::size_t trial = 0; trial < count; ++trial) {
     std::vector<Match> matches = scenario.matches;
     for (Match& match : matches) disturb(match);
-    const Vector6 error = factor.matrixL().solve(error_of_estimate(scenario, matches, map_sigma));
+    const Vector6 error = solve_lower(factor, error_of_estimate(scenario, matches, map_sigma));
     mean += error * error.transpose() / n;
   }
-  EXPECT_LT((mean - Matrix6::Identity()).cwiseAbs().maxCoeff(), 5 * std::sqrt(2 / n) + 20 / n);
+  EXPECT_LT(largest_difference(mean, Matrix6::Identity()), 5 * std::sqrt(2 / n) + 20 / n);
 }
 
 TEST(PoseErrorModel, eq_5_is_what_measurement_noise_does) {

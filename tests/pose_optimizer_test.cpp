@@ -6,10 +6,9 @@
 #include "sim/frame_reader.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/projection.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -28,7 +27,6 @@ using sim::PoseEstimate;
 using sim::PoseMethod;
 using sim::PoseOptions;
 using sim::PoseStatus;
-using sim::Vector6;
 using Subset = std::vector<std::uint32_t>;
 
 constexpr PoseMethod methods[] = {PoseMethod::gauss_newton, PoseMethod::levenberg_marquardt};
@@ -118,8 +116,10 @@ double largest(const Vector6& xi) { return xi.lpNorm<Eigen::Infinity>(); }
 
 // Sigma of a linearised match, only its rows.
 Eigen::MatrixXd covariance_of(const LinearizedMatch& match, double inv_sigma2, double map_sigma) {
-  const Eigen::MatrixXd H_p = match.H_p.topRows(match.rows);
-  return Eigen::MatrixXd::Identity(match.rows, match.rows) / inv_sigma2 + map_sigma * map_sigma * H_p * H_p.transpose();
+  const Eigen::MatrixXd H_p_transposed = match.H_p.topRows(match.rows).transpose();
+  Eigen::MatrixXd covariance = map_sigma * map_sigma * gram(H_p_transposed);
+  covariance.diagonal().array() += 1 / inv_sigma2;
+  return covariance;
 }
 
 double threshold_of(const LinearizedMatch& match, const PoseOptions& options) {
@@ -137,7 +137,7 @@ double slow_cost(const Scenario& scenario, const Pose& T_cw, const Pose& T_of_co
     if (!linearize(scenario.camera, T_of_covariances, match, options.stereo, there)) continue;
     if (!linearize(scenario.camera, T_cw, match, options.stereo, here)) continue;
     const Eigen::VectorXd e = here.residual.head(here.rows);
-    const double s = e.dot(covariance_of(there, match.inv_sigma2, options.map_sigma).llt().solve(e));
+    const double s = squared_deviation(e, covariance_of(there, match.inv_sigma2, options.map_sigma));
     const double d = threshold_of(here, options);
     cost += 0.5 * (std::sqrt(s) <= d ? s : 2 * d * std::sqrt(s) - d * d);
   }
@@ -154,11 +154,10 @@ void stack(const Scenario& scenario, const Pose& T_cw, const PoseOptions& option
     const Match& match = scenario.matches[i];
     LinearizedMatch at;
     if (!linearize(scenario.camera, T_cw, match, options.stereo, at)) continue;
-    const Eigen::MatrixXd L = covariance_of(at, match.inv_sigma2, options.map_sigma).llt().matrixL();
-    const Eigen::VectorXd error = L.triangularView<Eigen::Lower>().solve(at.residual.head(at.rows));
+    const Eigen::MatrixXd L = cholesky(covariance_of(at, match.inv_sigma2, options.map_sigma));
+    const Eigen::VectorXd error = solve_lower(L, at.residual.head(at.rows));
     const double weight = std::sqrt(std::min(1.0, threshold_of(at, options) / error.norm()));
-    const Eigen::MatrixXd H_x = at.H_x.topRows(at.rows);
-    H.middleRows(row, at.rows) = weight * L.triangularView<Eigen::Lower>().solve(H_x);
+    H.middleRows(row, at.rows) = weight * solve_lower(L, at.H_x.topRows(at.rows));
     e.segment(row, at.rows) = weight * error;
     row += at.rows;
   }
@@ -170,7 +169,7 @@ Pose slow_optimum(const Scenario& scenario, const Pose& start, const PoseOptions
     Eigen::MatrixXd H;
     Eigen::VectorXd e;
     stack(scenario, T_cw, options, H, e);
-    const Vector6 step = H.colPivHouseholderQr().solve(e);
+    const Vector6 step = least_squares(H, e);
     T_cw = sim::exp_se3(step) * T_cw;
     if (largest(step) < 1e-13) return T_cw;
   }
@@ -256,8 +255,8 @@ TEST(Projection, jacobians_are_derivatives) {
       const Eigen::MatrixXd H_p = differentiate(3, [&](const Eigen::VectorXd& step) {
         return residual_at(scenario, scenario.T_cw, moved(match, step), stereo);
       });
-      EXPECT_LT((at.H_x + H_x).cwiseAbs().maxCoeff(), 1e-5) << "of some 1000 px; residuals fall as predictions rise";
-      EXPECT_LT((at.H_p + H_p).cwiseAbs().maxCoeff(), 1e-5);
+      EXPECT_LT(largest_difference(at.H_x, -H_x), 1e-5) << "of some 1000 px; residuals fall as predictions rise";
+      EXPECT_LT(largest_difference(at.H_p, -H_p), 1e-5);
     }
   }
 }
@@ -275,7 +274,7 @@ TEST(Projection, agrees_with_the_blocks_of_the_library) {
     LinearizedMatch at;
     ASSERT_TRUE(linearize(frame.camera, scenario.T_cw, frame.matches[i], true, at));
     const Eigen::MatrixXd expected = at.H_x.topRows(blocks.rows()) * std::sqrt(frame.matches[i].inv_sigma2);
-    EXPECT_LT((stored_block(blocks, i) - expected).cwiseAbs().maxCoeff(), 1e-7 * expected.cwiseAbs().maxCoeff());
+    EXPECT_LT(largest_difference(stored_block(blocks, i), expected), 1e-7 * largest_entry(expected));
   }
 }
 
@@ -344,9 +343,9 @@ TEST(PoseOptimizer, agrees_with_a_dense_one) {
     Eigen::MatrixXd H;
     Eigen::VectorXd e;
     stack(scenario, estimate.T_cw, options, H, e);
-    const Matrix6 information = H.transpose() * H;
-    EXPECT_LT((estimate.information - information).norm(), 1e-10 * information.norm());
-    const Matrix6 scaled_unit = estimate.covariance() * information;
+    const Matrix6 information = gram(H);
+    EXPECT_LT(relative_difference(estimate.information, information), 1e-10);
+    const Matrix6 scaled_unit = product(estimate.covariance(), information);
     EXPECT_LT((scaled_unit - Matrix6::Identity()).norm(), 1e-8);
   });
 }
@@ -378,7 +377,7 @@ TEST(PoseOptimizer, one_linearisation_is_one_gauss_newton_step) {
   Eigen::MatrixXd H;
   Eigen::VectorXd e;
   stack(scenario, start, options, H, e);
-  const Vector6 step = H.colPivHouseholderQr().solve(e);
+  const Vector6 step = least_squares(H, e);
   EXPECT_LT(largest(difference(estimate.T_cw, sim::exp_se3(step) * start)), 1e-10);
   EXPECT_NEAR(estimate.cost, slow_cost(scenario, estimate.T_cw, estimate.T_cw, options), 1e-9 * estimate.cost);
 }
@@ -393,7 +392,7 @@ TEST(PoseOptimizer, rotations_stay_rotations) {
   options.step_tolerance = -1;  // never small enough
   options.max_iterations = 200;
   const Eigen::Matrix3d R = optimize(scenario, start, options).T_cw.linear();
-  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_LT(largest_difference(gram(R.transpose()), Eigen::Matrix3d::Identity()), 1e-15);
 }
 
 TEST(PoseOptimizer, huber_withstands_gross_outliers) {
@@ -424,7 +423,7 @@ TEST(PoseOptimizer, covariance_is_that_of_many_trials) {
   options.step_tolerance = 1e-10;
   constexpr double sigma = 0.05;  // small, so that the problem is nearly linear
   const Matrix6 covariance = sigma * sigma * optimize(exact, exact.T_cw, options).covariance();
-  const Eigen::LLT<Matrix6> factor(covariance);
+  const Eigen::MatrixXd factor = cholesky(covariance);
   const std::size_t n = trials(4000);
   Matrix6 mean = Matrix6::Zero();
   for (std::size_t trial = 0; trial < n; ++trial) {
@@ -432,11 +431,11 @@ TEST(PoseOptimizer, covariance_is_that_of_many_trials) {
     for (Match& match : scenario.matches) add_noise(random, match, sigma);
     const PoseEstimate estimate = optimize(scenario, exact.T_cw, options);
     ASSERT_EQ(estimate.status, PoseStatus::converged);
-    const Vector6 error = factor.matrixL().solve(difference(estimate.T_cw, exact.T_cw));
+    const Vector6 error = solve_lower(factor, difference(estimate.T_cw, exact.T_cw));
     mean += error * error.transpose() / static_cast<double>(n);
   }
   const double tolerance = 5 * std::sqrt(2 / static_cast<double>(n)) + 20 / static_cast<double>(n);
-  EXPECT_LT((mean - Matrix6::Identity()).cwiseAbs().maxCoeff(), tolerance);
+  EXPECT_LT(largest_difference(mean, Matrix6::Identity()), tolerance);
 }
 
 TEST(PoseOptimizer, levenberg_marquardt_never_raises_the_cost) {
@@ -546,7 +545,7 @@ TEST(PoseOptimizer, says_when_matches_are_too_few) {
       EXPECT_EQ(sim::to_rows(estimate.T_cw), sim::to_rows(scenario.T_cw));
       EXPECT_FALSE(estimate.covariance().allFinite());
     }
-    const Pose turned = Eigen::AngleAxisd(pi, Eigen::Vector3d::UnitY()) * scenario.T_cw;
+    const Pose turned = sim::exp_se3(pi * Vector6::Unit(4)) * scenario.T_cw;
     EXPECT_EQ(optimize(scenario, turned, precise(method)).status, PoseStatus::too_few_matches) << "all behind";
     Pose bad = scenario.T_cw;
     bad.translation().x() = nan;
@@ -654,7 +653,7 @@ TEST(OutlierRejection, judges_by_errors_of_the_map_as_well_if_told_of_them) {
     const Match& match = scenario.matches[i];
     ASSERT_TRUE(linearize(scenario.camera, by_both.estimate.T_cw, match, true, at));
     const Eigen::VectorXd e = at.residual.head(at.rows);
-    const double expected = e.dot(covariance_of(at, match.inv_sigma2, 0.1).llt().solve(e));
+    const double expected = squared_deviation(e, covariance_of(at, match.inv_sigma2, 0.1));
     EXPECT_NEAR(chi2(scenario.camera, by_both.estimate.T_cw, match, true, 0.1), expected, 1e-9 * expected);
   }
 }

@@ -4,6 +4,7 @@
 #include "kernel/information_factor.hpp"
 #include "kernel/stored_rows.hpp"
 #include "tests/flushed_denormals.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 
 #include <Eigen/LU>
@@ -17,26 +18,28 @@ namespace {
 
 // det(I + Y Y^T) - 1, Y = H W^T for the stored W, in long double.
 long double exact_growth(const Block& block, const InformationFactor& factor) {
-  using Matrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
-  Eigen::Matrix<long double, 6, 6> w;
+  WideMatrix w(6, 6);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
   }
-  const Matrix y = w * block.cast<long double>().transpose();
-  const Matrix products = y.transpose() * y;
+  const WideMatrix y = wide_product(w, block.cast<long double>().transpose());
+  const WideMatrix products = wide_gram(y);
   const long double trace = products.trace();
   if (trace < 1e-3L) {  // 1 + it would lose the digits of a small one, and the minors after the trace are small
-    long double minors = products.rows() == 3 ? products.determinant() : 0;
+    long double minors = products.rows() == 3 ? Eigen::Matrix<long double, 3, 3>(products).determinant() : 0;
     for (int a = 0; a < products.rows(); ++a) {
       for (int b = 0; b < a; ++b) minors += products(a, a) * products(b, b) - products(a, b) * products(a, b);
     }
     return trace + minors;
   }
-  Matrix stacked(6 + block.rows(), block.rows());
-  stacked << y, Matrix::Identity(block.rows(), block.rows());
-  const Eigen::HouseholderQR<Matrix> qr(stacked);  // squares no condition number
+  WideRows stacked = WideRows::Zero(12, 6);  // Y^T with rows of zeros, below it I
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < block.rows(); ++j) stacked(i, j) = y(i, j);
+    stacked(6 + i, i) = 1;
+  }
+  const WideSquare r = triangle_of(stacked);  // squares no condition number
   long double determinant = 1;
-  for (int i = 0; i < block.rows(); ++i) determinant *= qr.matrixQR()(i, i) * qr.matrixQR()(i, i);
+  for (int i = 0; i < block.rows(); ++i) determinant *= r(i, i) * r(i, i);
   return determinant - 1;
 }
 

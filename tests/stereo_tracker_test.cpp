@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/tracker.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/oracle.hpp"
 #include "tests/rendered_world.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core/utility.hpp>
@@ -56,9 +56,9 @@ double chi2_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match
                           match.v - camera.fy * p.y() / p.z() - camera.cy,
                           match.u_right - (camera.fx * p.x() - camera.bf) / p.z() - camera.cx);
   const int rows = is_stereo && match.u_right >= 0 ? 3 : 2;
-  const Eigen::MatrixXd S = Eigen::MatrixXd::Identity(rows, rows) / match.inv_sigma2 +
-                            map_sigma * map_sigma * J.topRows(rows) * J.topRows(rows).transpose();
-  return e.head(rows).dot(S.ldlt().solve(e.head(rows)));
+  Eigen::MatrixXd S = map_sigma * map_sigma * gram(J.topRows(rows).transpose());
+  S.diagonal().array() += 1 / match.inv_sigma2;
+  return squared_deviation(e.head(rows), S);
 }
 
 // What has to hold of every frame that is tracked.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory_error.hpp"
 
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -38,14 +37,21 @@ sim::Similarity random_similarity(Random& random) {
   return {std::exp(random.uniform(-2, 2)), random_rotation(random).toRotationMatrix(), random_vector(random, 10)};
 }
 
+Vector3d transformed(const sim::Similarity& s, const Vector3d& point) {
+  const Vector3d turned = s.R * point;
+  return s.scale * turned + s.t;
+}
+
 Matrix3Xd transformed(const sim::Similarity& s, const Matrix3Xd& points) {
-  return (s.scale * s.R * points).colwise() + s.t;
+  Matrix3Xd result(3, points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) result.col(i) = transformed(s, Vector3d(points.col(i)));
+  return result;
 }
 
 Poses transformed(const sim::Similarity& s, Poses poses) {
   for (sim::StampedPose& pose : poses) {
-    pose.T_wb = Eigen::Translation3d(s.scale * s.R * pose.T_wb.translation() + s.t) *
-                Eigen::Quaterniond(s.R * pose.T_wb.linear());
+    pose.T_wb = Eigen::Translation3d(transformed(s, Vector3d(pose.T_wb.translation()))) *
+                Eigen::Quaterniond(Eigen::Matrix3d(s.R * pose.T_wb.linear()));
   }
   return poses;
 }
@@ -113,22 +119,22 @@ HornAlignment horn(const Matrix3Xd& from, const Matrix3Xd& to) {
   const Vector3d to_mean = to.rowwise().mean();
   const Matrix3Xd p = from.colwise() - from_mean;
   const Matrix3Xd q = to.colwise() - to_mean;
-  const Eigen::Matrix3d M = p * q.transpose();
+  const Eigen::Matrix3d M = product(p, q.transpose());
   Eigen::Matrix4d N;
   N << M.trace(), M(1, 2) - M(2, 1), M(2, 0) - M(0, 2), M(0, 1) - M(1, 0),                    //
       M(1, 2) - M(2, 1), M(0, 0) - M(1, 1) - M(2, 2), M(0, 1) + M(1, 0), M(2, 0) + M(0, 2),   //
       M(2, 0) - M(0, 2), M(0, 1) + M(1, 0), -M(0, 0) + M(1, 1) - M(2, 2), M(1, 2) + M(2, 1),  //
       M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), -M(0, 0) - M(1, 1) + M(2, 2);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(N);
-  const Eigen::Vector4d w = solver.eigenvectors().col(3);
+  const Spectrum4 of_N = spectrum(N);
+  const Eigen::Vector4d w = of_N.vectors.col(3);
   HornAlignment result;
   sim::Similarity& s = result.similarity;
   s.R = Eigen::Quaterniond(w[0], w[1], w[2], w[3]).normalized().toRotationMatrix();
-  for (Eigen::Index i = 0; i < p.cols(); ++i) s.t[0] += q.col(i).dot(s.R * p.col(i));
-  s.scale = s.t[0] / p.squaredNorm();
-  s.t = to_mean - s.scale * s.R * from_mean;
+  s.scale = q.cwiseProduct(transformed(s, p)).sum() / p.squaredNorm();
+  const Vector3d centre = transformed(s, from_mean);
+  s.t = to_mean - centre;
   result.symmetric_scale = std::sqrt(q.squaredNorm() / p.squaredNorm());
-  result.separation = (solver.eigenvalues()[3] - solver.eigenvalues()[2]) / solver.eigenvalues()[3];
+  result.separation = (of_N.values[3] - of_N.values[2]) / of_N.values[3];
   return result;
 }
 
@@ -539,7 +545,7 @@ sim::TrajectoryErrors errors_by_definition(const Poses& estimate, const Poses& t
   for (std::size_t i = 0; i < truth.size(); ++i) {
     Eigen::Matrix4d aligned = Eigen::Matrix4d::Identity();
     aligned.topLeftCorner<3, 3>() = s.R * estimate[i].T_wb.linear();
-    aligned.topRightCorner<3, 1>() = s.scale * s.R * estimate[i].T_wb.translation() + s.t;
+    aligned.topRightCorner<3, 1>() = transformed(s, Vector3d(estimate[i].T_wb.translation()));
     P.push_back(aligned);
     Q.push_back(truth[i].T_wb.matrix());
   }
@@ -551,7 +557,7 @@ sim::TrajectoryErrors errors_by_definition(const Poses& estimate, const Poses& t
       const double time = truth[j].time - truth[i].time;
       if (time < window - 0.5e-6) continue;
       if (time <= window + 0.5) {
-        const Eigen::Matrix4d drift = (Q[i].inverse() * Q[j]).inverse() * (P[i].inverse() * P[j]);
+        const Eigen::Matrix4d drift = product(inverse(product(inverse(Q[i]), Q[j])), product(inverse(P[i]), P[j]));
         const Eigen::Matrix3d turn = drift.topLeftCorner<3, 3>();
         errors.rpe_m_per_s += drift.topRightCorner<3, 1>().norm() / time;
         errors.roe_deg_per_s += degrees * Eigen::AngleAxisd(turn).angle() / time;

@@ -5,6 +5,7 @@
 
 #include "sim/outlier_rejection.hpp"
 #include "tests/integration/oracle.hpp"
+#include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
 #include <array>
@@ -248,7 +249,7 @@ TEST(OrbSlam2Guide, the_covariance_of_a_point_is_what_its_keyframes_leave) {
     const sim::Pose T_cw = sim::exp_se3(xi);
     const Derivatives derivatives({T_cw * p_w, k % 2 == 0 ? 50.0 : 0.0, Frame::fx, Frame::fy});
     const Eigen::MatrixXd H_p = derivatives.H_p.topRows(k % 2 == 0 ? 3 : 2) * T_cw.linear();
-    expected += H_p.transpose() * H_p * (k == 1 ? 0.3 : 1);
+    expected += (k == 1 ? 0.3 : 1) * gram(H_p);
   }
   ORB_SLAM2::update_covariance(point);
   EXPECT_LT((point.GetCovariance() * expected - Eigen::Matrix3d::Identity()).norm(), 1e-3);
@@ -430,15 +431,15 @@ TEST(OrbSlam2Guide, active_matching_tries_points_in_the_order_of_what_they_add_t
   std::vector<MapPoint*> expected;
   for (int matched = 0; matched < 20;) {
     std::size_t best = 0;
-    double best_det = -1;
+    double best_log_det = -HUGE_VAL;
     Matrix6 best_information = Matrix6::Zero();
     for (std::size_t j = 0; j < left.size(); ++j) {
       const cv::Mat p = left[j]->GetWorldPos();
       const Eigen::Vector3d p_w(p.at<float>(0), p.at<float>(1), p.at<float>(2));
       const double sigma = frame.mvScaleFactors[static_cast<std::size_t>(left[j]->mnTrackScaleLevel)];
       const Matrix6 added = information_of(seen_point(frame, p_w, 0, sigma, left[j]->GetCovariance()));
-      const double det = (information + added).determinant();
-      if (det > best_det) best = j, best_det = det, best_information = added;
+      const double with_it = log_det(information + added);
+      if (with_it > best_log_det) best = j, best_log_det = with_it, best_information = added;
     }
     expected.push_back(left[best]);
     if (calls.matchable.count(left[best]) > 0) {

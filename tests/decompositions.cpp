@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "tests/linear_algebra.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+namespace maxlogdet::test {
+
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
+
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }
+
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues();
+}
+
+Vector6 eigenvalues(const Matrix6& s) {
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(s, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+Spectrum4 spectrum(const Eigen::Matrix4d& s) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(s);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+}  // namespace maxlogdet::test
