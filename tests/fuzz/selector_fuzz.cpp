@@ -2,12 +2,12 @@
 // Any candidates, any options: what a Selector promises of its answers, held against a plain reading of the request, an
 // oracle in long double, and the same question asked in other ways.
 #include "sim/forced_isa.hpp"
+#include "sim/pool_executor.hpp"
 #include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
-#include "sim/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
