@@ -34,8 +34,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr long most_growth = 64;  // KiB of resident memory, by stacks and counters of the kernel
-
 // Resident memory, KiB; exact, unlike statm, which lags behind. -1: the kernel does not tell.
 long resident() {
   const int file = open("/proc/self/smaps_rollup", O_RDONLY | O_CLOEXEC);
@@ -222,6 +220,7 @@ std::string complaint_about(const Phase& phase) {
     return std::to_string(phase.allocations_in_filling) + " allocations in filling stores within their capacity";
   }
 #if !defined(MAXLOGDET_HAS_SANITIZER)  // its own bookkeeping grows
+  constexpr long most_growth = 64;  // KiB of resident memory, by stacks and counters of the kernel
   const long growth = phase.resident_at_end - phase.resident_at_tenth;
   if (growth > most_growth) return "resident memory grew by " + std::to_string(growth) + " KiB";
 #endif
