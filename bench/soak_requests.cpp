@@ -13,7 +13,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t entries = max_block_rows * state_dimension;
+constexpr std::size_t entries = std::size_t{max_block_rows} * state_dimension;
 constexpr std::size_t group_count = 20;
 
 constexpr std::size_t ordinary_every = 8;  // selections

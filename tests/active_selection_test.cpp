@@ -163,6 +163,7 @@ TEST(ActiveSelection, answers_without_a_proposal_and_bad_blocks_are_named) {
   EXPECT_EQ(active.reject(), Status::nothing_proposed);
   EXPECT_EQ(active.accept(block.data(), 3), Status::nothing_proposed);
   EXPECT_EQ(active.selection().size, 0U);
+  EXPECT_EQ(active.selection().invalid_candidates, 0U);
   EXPECT_EQ(active.selection().status, Status::nothing_proposed);
   EXPECT_FALSE(active.selection().has_answer());
 

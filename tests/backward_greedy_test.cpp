@@ -114,6 +114,7 @@ TEST(BackwardGreedy, removes_the_least_loss_in_every_round_among_awkward_candida
 
 // Against the default prior a direction that one candidate alone sees is worth 20 nats and more.
 TEST(BackwardGreedy, keeps_who_is_alone_in_seeing_a_direction) {
+  const int directions_by_oracle = static_cast<int>(trials(6));
   for (int direction = 0; direction < 6; ++direction) {
     Random random(static_cast<std::uint64_t>(direction));
     SCOPED_TRACE(random.name());
@@ -128,6 +129,7 @@ TEST(BackwardGreedy, keeps_who_is_alone_in_seeing_a_direction) {
       const auto indices = select_indices(blocks, with_budget(budget));
       EXPECT_NE(std::find(indices.begin(), indices.end(), alone), indices.end());
     }
+    if (direction >= directions_by_oracle) continue;
     EXPECT_LE(loss_given_away(blocks, order_of_removal(blocks, with_budget(0), 40)), allowed_loss);
   }
 }
