@@ -76,16 +76,23 @@ struct Phase {
 // What is wrong with an answer; nullptr: nothing.
 class Judge {
  public:
-  const char* fault_of(const SoakRequest& request, const Selection& selection) noexcept {
+  const char* fault_of(const SoakRequest& request, std::size_t capacity, const Selection& selection) noexcept {
     const Options& options = request.options;
     if (std::strcmp(to_string(selection.status), "unknown") == 0) return "a status without a name";
     if (!selection.has_answer()) {
       const bool is_empty = selection.size == 0 && std::isnan(selection.log_det) && std::isnan(selection.upper_bound);
-      return is_empty ? nullptr : "an error with an answer";
+      if (!is_empty) return "an error with an answer";
+      return request.must_fail || may_refuse(request, capacity, selection.status) ? nullptr
+                                                                                  : "a refusal without reason";
     }
     if (request.must_fail) return "an answer to an invalid request";
     if (selection.size > options.budget) return "more than the budget";
     if (selection.status == Status::ok && selection.size < options.budget) return "fewer than the budget";
+    if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline that nobody set";
+    if (selection.status == Status::all_selected && !options.excluded && !options.groups &&
+        selection.size != request.store->size() - request.store->invalid_count()) {
+      return "not all, though it says so";
+    }
     if (!std::isfinite(selection.log_det)) return "a log det that is not finite";
     if (options.certify ? !(selection.upper_bound >= selection.log_det) : !std::isnan(selection.upper_bound)) {
       return "a bound below the answer, or one not asked for";
@@ -94,6 +101,18 @@ class Judge {
   }
 
  private:
+  // What a request that breaks no rule may be refused for.
+  static bool may_refuse(const SoakRequest& request, std::size_t capacity, Status status) noexcept {
+    switch (status) {
+      case Status::infeasible: return request.options.required != nullptr;
+      case Status::unsupported_groups: return request.options.groups != nullptr;
+      case Status::invalid_groups: return request.options.groups != nullptr && request.options.group_count > capacity;
+      case Status::capacity_exceeded: return request.store->size() > capacity;
+      case Status::invalid_budget: return request.options.budget > capacity;
+      default: return false;
+    }
+  }
+
   const char* fault_of_indices(const BlockStore& store, const Options& options, const Selection& selection) noexcept {
     ++now_;
     if (options.groups != nullptr) std::fill_n(of_group_.begin(), options.group_count, 0U);
@@ -166,13 +185,12 @@ void run(Phase& phase, SoakRequests& requests, Selectors& selectors, Judge& judg
     phase.allocations_in_filling += before - before_filling;
     const double microseconds = std::chrono::duration<double, std::micro>(end - begin).count();
     (request.is_ordinary ? phase.ordinary : phase.everything_else).add(microseconds);
-    ++statuses[static_cast<std::size_t>(selection.status)];
-    const char* const fault = judge.fault_of(request, selection);
-    if (fault != nullptr) {
-      if (phase.malformed++ == 0) {
-        phase.first_malformed = std::string(fault) + ", selection " + std::to_string(i) + ", " +
-                                to_string(selection.strategy) + ", " + to_string(selection.status);
-      }
+    const char* const fault = judge.fault_of(request, selector.capacity(), selection);
+    if (fault == nullptr) {
+      ++statuses[static_cast<std::size_t>(selection.status)];
+    } else if (phase.malformed++ == 0) {
+      phase.first_malformed = std::string(fault) + ", selection " + std::to_string(i) + ", " +
+                              to_string(selection.strategy) + ", " + to_string(selection.status);
     }
     if (i % progress_every == 0) progress.update(done + i, all);
     if (i == phase.selections / 10) phase.resident_at_tenth = resident();
@@ -220,7 +238,8 @@ std::string complaint_about(const Phase& phase) {
     return std::to_string(phase.allocations_in_filling) + " allocations in filling stores within their capacity";
   }
 #if !defined(MAXLOGDET_HAS_SANITIZER)  // its own bookkeeping grows
-  constexpr long most_growth = 64;  // KiB of resident memory, by stacks and counters of the kernel
+  constexpr long most_growth = 64;     // KiB of resident memory, by stacks and counters of the kernel
+  if (phase.resident_at_tenth < 0) return "/proc/self/smaps_rollup cannot be read, so nothing is known of its growth";
   const long growth = phase.resident_at_end - phase.resident_at_tenth;
   if (growth > most_growth) return "resident memory grew by " + std::to_string(growth) + " KiB";
 #endif

@@ -20,6 +20,16 @@ run_logged() {
   return "$status"
 }
 
+# step LABEL LOG COMMAND...: run_logged; if it fails, the end of the log, and exit with its code.
+step() {
+  local status=0
+  run_logged "$@" || status=$?
+  [ "$status" -eq 0 ] && return
+  tail -n 30 "$2" >&2
+  echo "$1 failed; all of it is in $2" >&2
+  exit "$status"
+}
+
 # configure_release FOLDER CMAKE_OPTION...: a release build in FOLDER, without tests, benchmarks and the Python module
 # unless options ask.
 configure_release() {

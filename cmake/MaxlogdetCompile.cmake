@@ -50,11 +50,13 @@ set(maxlogdet_common_headers
   <optional> <set> <sstream> <stdexcept> <string> <utility> <vector>
   <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/Geometry> <Eigen/LU> <Eigen/QR>)
 
-# find_package for an optional part: says what to install, or how to do without.
-macro(maxlogdet_require package debian_package option)
+# maxlogdet_require(PACKAGE DEBIAN_PACKAGE OPTION...): find_package for optional parts; says what to install, or how to do
+# without.
+macro(maxlogdet_require package debian_package)
   find_package(${package} QUIET)
   if(NOT ${package}_FOUND)
+    string(REPLACE ";" "=OFF -D" maxlogdet_options "${ARGN}")
     message(FATAL_ERROR "${package} is missing. On Debian: apt-get install ${debian_package} (ci/install_packages test "
-                        "installs everything). To do without it: -D${option}=OFF")
+                        "installs everything). To do without it: -D${maxlogdet_options}=OFF")
   endif()
 endmacro()

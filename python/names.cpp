@@ -18,8 +18,6 @@ const char* name_of(ThirdMeasurement third) noexcept {
 const char* name_of(Strategy strategy) noexcept { return to_string(strategy); }
 const char* name_of(Weighting weighting) noexcept { return to_string(weighting); }
 
-constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
-                                    Weighting::measurement_and_map};
 constexpr ThirdMeasurement third_measurements[] = {ThirdMeasurement::none, ThirdMeasurement::stereo,
                                                    ThirdMeasurement::depth};
 

@@ -13,8 +13,7 @@
 namespace maxlogdet::sim {
 
 using maxlogdet::strategies;
-constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
-                                    Weighting::measurement_and_map};
+using maxlogdet::weightings;
 
 /// The names of such a list, in its order.
 template <class Enum, std::size_t n>

@@ -39,7 +39,7 @@ class TextFile {
 };
 
 /// Calls row(stamp, fields) for each row of a file in the ASL layout (EuRoC): comma-separated fields, the first of them
-/// a stamp in ns, 0 or more and later than the one before, by so much that float64 in s can tell (2 us do always);
+/// a stamp in ns, 0 or more and later than the one before, by so much that float64 in s can tell (3 us do always);
 /// lines that begin with `#` are skipped. Throws InputError about other rows, and about those that have fewer than
 /// `count` fields; `columns` names these.
 void read_stamped_rows(TextFile& file, std::size_t count, const std::string& columns,

@@ -211,8 +211,7 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
 }
 
 TEST(BlockBuilding, is_the_obvious_computation_and_the_same_bits_on_every_instruction_set) {
-  for (const Weighting weighting :
-       {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
+  for (const Weighting weighting : weightings) {
     for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
       for (std::size_t n = 0; n <= 70; ++n) {
         Random random(n);

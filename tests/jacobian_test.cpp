@@ -207,8 +207,7 @@ TEST(Jacobian, measurement_and_map_is_whitened_by_both_covariances) {
 
 TEST(Jacobian, a_weight_multiplies_the_information) {
   for_many_cases([](Random& random, const Case& c) {
-    for (const Weighting weighting :
-         {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
+    for (const Weighting weighting : weightings) {
       const BlockOptions options = options_of(weighting, c);
       Input input;
       const Block unweighted = stored_block(library_blocks(c, options, input), 0);
@@ -302,8 +301,7 @@ TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidate
   matches.sigmas = sigmas;
   matches.weights = weights;
   const PinholeCamera camera{400, 400, 320, 240, 40};
-  for (const Weighting weighting :
-       {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
+  for (const Weighting weighting : weightings) {
     BlockOptions options;
     options.weighting = weighting;
     BlockStore blocks;

@@ -81,7 +81,7 @@ void expect_well_formed(const BlockStore& blocks, const Selection& selection, st
   ASSERT_EQ(selection.size, size);
   const std::set<std::uint32_t> distinct(selection.begin(), selection.end());
   EXPECT_EQ(distinct.size(), size);
-  for (const std::uint32_t index : selection) EXPECT_LT(index, blocks.size());
+  for (const std::uint32_t index : selection) ASSERT_LT(index, blocks.size());
   EXPECT_TRUE(std::isfinite(selection.log_det));
 }
 
@@ -96,6 +96,7 @@ void expect_within_limits(const BlockStore& blocks, std::size_t budget, const Ma
   options.prior = eigen_prior.data();
   const Selection greedy = selector.select(blocks, options);
   expect_well_formed(blocks, greedy, budget);
+  if (testing::Test::HasFatalFailure()) return;
   const auto indices = indices_of(greedy);
   const double log_det = greedy.log_det;
   options.strategy = Strategy::lazy_greedy;
@@ -127,7 +128,8 @@ TEST(Limits, scales_mixed_in_one_store) {
     SCOPED_TRACE(random.name() + ", up to 1e" + std::to_string(exponent));
     BlockStore blocks;
     for (int i = 0; i < 40; ++i) {
-      push_back(blocks, random_block(random, random.integer(1, 3), std::pow(10.0, random.uniform(-12, exponent))));
+      const int rows = random.integer(1, 3);
+      push_back(blocks, random_block(random, rows, std::pow(10.0, random.uniform(-12, exponent))));
     }
     expect_within_limits(blocks, 20, default_prior * Matrix6::Identity(), default_prior);
   }
@@ -152,7 +154,8 @@ TEST(Limits, condition_of_the_information) {
   }
 }
 
-// Priors of a condition number up to the limit, in directions of their own; one of 1e15 is refused.
+// Priors of a condition number up to the limit, in directions of their own; beyond it they may be refused, at 1e16 they
+// are.
 TEST(Limits, condition_of_priors) {
   for (int exponent = 0; exponent <= 16; ++exponent) {
     Random random(static_cast<std::uint64_t>(exponent));
@@ -172,7 +175,7 @@ TEST(Limits, condition_of_priors) {
       options.prior = eigen_prior.data();
       Selector selector(blocks.size());
       const Selection selection = selector.select(blocks, options);
-      if (exponent <= 13) expect_well_formed(blocks, selection, 12);
+      if (exponent <= 13 || selection.status != Status::invalid_prior) expect_well_formed(blocks, selection, 12);
       if (exponent >= 16) {
         EXPECT_EQ(selection.status, Status::invalid_prior);
       }
@@ -295,7 +298,8 @@ void expect_in_order_of_traces(const BlockStore& blocks, const std::uint32_t* be
 
 // All entries denormal in float32, down to the smallest one.
 Block denormal_block(Random& random) {
-  return random_block(random, random.integer(1, 3), std::pow(10.0, random.uniform(-44, -38)));
+  const int rows = random.integer(1, 3);
+  return random_block(random, rows, std::pow(10.0, random.uniform(-44, -38)));
 }
 
 TEST(Limits, denormal_blocks) {

@@ -167,15 +167,21 @@ void check_refused(const maxlogdet_selection* selection) {
           "a refusal carries an empty answer");
 }
 
-// An executor that works alone, and counts.
-int concurrency(void* user_data) {
-  ++*static_cast<int*>(user_data);
-  return -3;  // below what the header asks for: as good as 1
-}
+// Executors whose helpers never come, and that count, in C and in C++.
+int concurrency(void*) { return 2; }
 void run_alone(void* user_data, std::int32_t, maxlogdet_body body, void* context) {
   ++*static_cast<int*>(user_data);
   body(context, 0);
 }
+class LonelyExecutor final : public Executor {
+ public:
+  int concurrency() const noexcept override { return 2; }
+  void run(int, Body body, void* context) noexcept override {
+    ++calls;
+    body(context, 0);
+  }
+  int calls = 0;
+};
 
 class Machine {
  public:
@@ -247,7 +253,8 @@ class Machine {
     require((made != nullptr) == (expected == MAXLOGDET_STATUS_OK), "a selector is stored if it was made");
     require(maxlogdet_selector_capacity(made) == (made == nullptr ? 0 : capacity), "a selector has its capacity");
     selector_.reset(made);
-    expected_selector_ = std::make_unique<Selector>(made == nullptr ? 0 : capacity);
+    expected_selector_ =
+        std::make_unique<Selector>(made == nullptr ? 0 : capacity, given.get() == nullptr ? nullptr : &executor_);
   }
 
   void make_active() {
@@ -309,8 +316,9 @@ class Machine {
       return;
     }
     const AnyBlock block = any_block(bytes_);
-    push(bytes_.chance(16) ? nullptr : block.entries,
-         bytes_.chance(16) ? std::min(0, static_cast<int>(bytes_.raw<std::int8_t>())) : block.rows);
+    const double* const entries = bytes_.chance(16) ? nullptr : block.entries;
+    const int rows = bytes_.chance(16) ? std::min(0, static_cast<int>(bytes_.raw<std::int8_t>())) : block.rows;
+    push(entries, rows);
   }
 
   void push_many() {
@@ -431,6 +439,7 @@ class Machine {
       check_refused(selection);
     } else {
       check_same(selection, expected_selector_->select(expected_store_, in_cpp(given->seen())));
+      require(calls_of_executor_ == executor_.calls, "the executor is called as often in C and C++");
     }
   }
 
@@ -557,6 +566,7 @@ class Machine {
 
   Bytes& bytes_;
   int calls_of_executor_ = 0;
+  LonelyExecutor executor_;
   Owned<maxlogdet_block_store> store_;
   BlockStore expected_store_;
   Owned<maxlogdet_selector> selector_;  // none where making it was refused

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a frame file (docs/frame_format.md): a frame that blocks can be made of, or one InputError.
 #include "sim/frame_reader.hpp"
+#include "sim/names.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/input_folder.hpp"
 #include "tests/fuzz/require.hpp"
@@ -39,8 +40,7 @@ void check(const sim::Frame& frame) {
 }
 
 void check_blocks(const sim::Frame& frame) {
-  for (const Weighting weighting :
-       {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement, Weighting::measurement_and_map}) {
+  for (const Weighting weighting : sim::weightings) {
     BlockOptions options;
     options.weighting = weighting;
     if (frame.camera.bf > 0) options.third = ThirdMeasurement::stereo;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace maxlogdet::fuzz {
@@ -195,8 +196,8 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   // All of many, near copies of each other, would be seconds of work under a sanitizer.
   options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
   if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
-  options.strategy =
-      static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>() : static_cast<int>(bytes.below(6)));
+  options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
+                                                           : static_cast<int>(bytes.below(std::size(strategies))));
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.seed = bytes.byte();
@@ -302,7 +303,8 @@ std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) 
   const bool keeps_to_groups = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
   add_if(candidates_.size() > capacity, Status::capacity_exceeded);
   add_if(options_.budget > capacity, Status::invalid_budget);
-  add_if(static_cast<int>(strategy) < 0 || static_cast<int>(strategy) > 5, Status::invalid_strategy);
+  add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
+         Status::invalid_strategy);
   add_if(is_stochastic && !(options_.epsilon > 0 && options_.epsilon < 1), Status::invalid_epsilon);
   add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
   add_if(options_.threads < 0, Status::invalid_threads);

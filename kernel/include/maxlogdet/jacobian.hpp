@@ -50,6 +50,10 @@ enum class Weighting {
                         ///< whitened.
 };
 
+/// All of them, in their order.
+constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
+                                    Weighting::measurement_and_map};
+
 /// What a third row measures, for the matches that have one.
 enum class ThirdMeasurement {
   none,    ///< all matches are monocular, whatever has_third says
