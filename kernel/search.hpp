@@ -90,7 +90,7 @@ struct Search {
   /// Takes them out again; as InformationFactor::remove_block.
   bool remove_rows(std::uint32_t candidate) noexcept;
 
-  /// Adds a candidate to the answer and its rows to the information.
+  /// Adds a candidate to the answer and its rows to the information; take_out() then keeps it from being found again.
   void add(std::uint32_t candidate) noexcept;
 
   /// The same with other rows, `count` of them, in its place.

@@ -346,11 +346,6 @@ TEST(Limits, denormal_blocks_among_normal_ones) {
   }
 }
 
-// Where its answer of everything says nothing of the order that candidates were found in.
-bool lists_by_index(Strategy strategy) {
-  return strategy == Strategy::backward_greedy || strategy == Strategy::automatic;  // which goes backwards then
-}
-
 // Nothing changes for blocks without denormals; denormal entries count as the zeros that the processor takes them for.
 TEST(Limits, denormals_flushed_by_the_caller) {
   for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
@@ -376,7 +371,9 @@ TEST(Limits, denormals_flushed_by_the_caller) {
       Selector selector(60);
       const auto of_ordinary = indices_of(selector.select(ordinary, options));
       const auto of_zeroed = indices_of(selector.select(zeroed, options));
-      EXPECT_EQ(indices_of(selector.select(mixed, options)) == of_zeroed, lists_by_index(strategy));
+      if (strategy == Strategy::greedy) {
+        EXPECT_NE(indices_of(selector.select(mixed, options)), of_zeroed) << "there is nothing to flush";
+      }
       const FlushedDenormals flushed;
       EXPECT_EQ(indices_of(selector.select(ordinary, options)), of_ordinary) << to_string(strategy);
       EXPECT_EQ(indices_of(selector.select(mixed, options)), of_zeroed) << to_string(strategy);
