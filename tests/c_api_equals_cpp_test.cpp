@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The C API is the C++ one in other words: every answer is the same, bit for bit, errors included.
 #include "sim/frame.hpp"
+#include "tests/c_api.hpp"
 #include "tests/support.hpp"
-
-#include <maxlogdet/maxlogdet.h>
 
 #include <algorithm>
 #include <cctype>
@@ -17,14 +16,9 @@
 namespace maxlogdet::test {
 namespace {
 
-struct Destroy {
-  void operator()(maxlogdet_block_store* blocks) const { maxlogdet_block_store_destroy(blocks); }
-  void operator()(maxlogdet_selector* selector) const { maxlogdet_selector_destroy(selector); }
-  void operator()(maxlogdet_active_selection* active) const { maxlogdet_active_selection_destroy(active); }
-};
-using CBlocks = std::unique_ptr<maxlogdet_block_store, Destroy>;
-using CSelector = std::unique_ptr<maxlogdet_selector, Destroy>;
-using CActive = std::unique_ptr<maxlogdet_active_selection, Destroy>;
+using CBlocks = Owned<maxlogdet_block_store>;
+using CSelector = Owned<maxlogdet_selector>;
+using CActive = Owned<maxlogdet_active_selection>;
 
 CBlocks c_blocks(std::size_t capacity) {
   maxlogdet_block_store* made = nullptr;
@@ -63,28 +57,6 @@ void expect_same(const maxlogdet_block_store& in_c, const BlockStore& in_cpp) {
   for (std::size_t i = 0; i < in_cpp.size(); ++i) {
     EXPECT_EQ(maxlogdet_block_store_is_valid(&in_c, i) != 0, in_cpp.is_valid(i)) << i;
   }
-}
-
-maxlogdet_options in_c(const Options& options) {
-  maxlogdet_options made;
-  EXPECT_EQ(maxlogdet_options_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
-  made.budget = options.budget;
-  made.strategy = static_cast<maxlogdet_strategy>(options.strategy);
-  made.threads = options.threads;
-  made.epsilon = options.epsilon;
-  made.seed = options.seed;
-  made.prior = options.prior;
-  made.time_limit = options.time_limit;
-  made.certify = options.certify ? 1 : 0;
-  made.certificate_passes = options.certificate_passes;
-  made.exchange_sweeps = options.exchange_sweeps;
-  made.required = options.required;
-  made.excluded = options.excluded;
-  made.groups = options.groups;
-  made.group_count = options.group_count;
-  made.max_per_group = options.max_per_group;
-  made.group_maxima = options.group_maxima;
-  return made;
 }
 
 bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
@@ -206,7 +178,7 @@ TEST(CApi, selections_equal_those_of_cpp) {
     const CSelector selector = c_selector(instance.capacity);
     EXPECT_EQ(maxlogdet_selector_capacity(selector.get()), instance.capacity);
     Selector expected(instance.capacity);
-    const maxlogdet_options options = in_c(instance.options);
+    const maxlogdet_options options = options_in_c(instance.options);
     const maxlogdet_selection* const selection = maxlogdet_selector_select(selector.get(), blocks.get(), &options);
     expect_same(*selection, expected.select(instance.blocks, instance.options));
     if (HasFatalFailure()) return;
@@ -228,7 +200,7 @@ TEST(CApi, active_selections_equal_those_of_cpp) {
       const CBlocks blocks = copied(instance.blocks);
       Options cpp_options = instance.options;
       if (random.chance(0.9)) cpp_options.strategy = Strategy::lazy_greedy;
-      const maxlogdet_options options = in_c(cpp_options);
+      const maxlogdet_options options = options_in_c(cpp_options);
       ASSERT_EQ(maxlogdet_active_selection_start(active.get(), blocks.get(), &options),
                 static_cast<int>(expected.start(instance.blocks, cpp_options)));
       for (;;) {
@@ -346,7 +318,7 @@ TEST(CApi, blocks_equal_those_of_cpp) {
         Selector cpp_selector(n);
         Options all;
         all.budget = n;
-        const maxlogdet_options select_options = in_c(all);
+        const maxlogdet_options select_options = options_in_c(all);
         expect_same(*maxlogdet_selector_select(selector.get(), blocks.get(), &select_options),
                     cpp_selector.select(expected, all));
       }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Any calls of the C API in any order, with the misuse that its header has answers for, beside the same calls in C++.
+#include "tests/c_api.hpp"
 #include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
-
-#include <maxlogdet/maxlogdet.h>
-#include <maxlogdet/maxlogdet.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,13 +17,7 @@
 namespace maxlogdet::fuzz {
 namespace {
 
-struct Destroy {
-  void operator()(maxlogdet_block_store* blocks) const { maxlogdet_block_store_destroy(blocks); }
-  void operator()(maxlogdet_selector* selector) const { maxlogdet_selector_destroy(selector); }
-  void operator()(maxlogdet_active_selection* active) const { maxlogdet_active_selection_destroy(active); }
-};
-template <class Handle>
-using Owned = std::unique_ptr<Handle, Destroy>;
+using test::Owned;
 
 constexpr std::size_t absurd = std::numeric_limits<std::size_t>::max();
 
@@ -97,27 +89,6 @@ void check_init(Bytes& bytes, maxlogdet_status (*init)(Struct*, std::size_t)) {
   const std::size_t marked = is_good ? size : 0;
   if (is_good || size >= sizeof marked) std::memcpy(expected.data(), &marked, sizeof marked);
   require(std::memcmp(&made, expected.data(), sizeof made) == 0, "init writes the defaults up to the size", size);
-}
-
-maxlogdet_options in_c(const Options& options) {
-  auto made = defaults_of(maxlogdet_options_init);
-  made.budget = options.budget;
-  made.strategy = static_cast<maxlogdet_strategy>(options.strategy);
-  made.threads = options.threads;
-  made.epsilon = options.epsilon;
-  made.seed = options.seed;
-  made.prior = options.prior;
-  made.time_limit = options.time_limit;
-  made.certify = options.certify ? 7 : 0;
-  made.certificate_passes = options.certificate_passes;
-  made.exchange_sweeps = options.exchange_sweeps;
-  made.required = options.required;
-  made.excluded = options.excluded;
-  made.groups = options.groups;
-  made.group_count = options.group_count;
-  made.max_per_group = options.max_per_group;
-  made.group_maxima = options.group_maxima;
-  return made;
 }
 
 Options in_cpp(const maxlogdet_options& options) {
@@ -423,7 +394,7 @@ class Machine {
   // Options for the candidates of the store, as a caller gives them.
   std::unique_ptr<Given<maxlogdet_options>> given_options() {
     request_ = std::make_unique<Request>(bytes_, expected_store_);
-    maxlogdet_options whole = in_c(request_->options);
+    maxlogdet_options whole = test::options_in_c(request_->options);
     if (bytes_.chance(64)) whole.strategy = static_cast<int>(bytes_.below(2));  // of an active selection
     // In time or not: the same in C and C++.
     if (whole.time_limit > 0) whole.time_limit = whole.time_limit < 1e-3 ? 1e-9 : 1e6;
