@@ -5,6 +5,7 @@
 #include "sim/scene.hpp"
 #include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
+#include "tests/block_kinds.hpp"
 
 #include <gtest/gtest.h>
 #include <maxlogdet/eigen.hpp>
@@ -83,21 +84,6 @@ std::size_t trials(std::size_t count);
 
 /// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
 std::string data_folder();
-
-/// What the tests over real and synthetic frames vary.
-struct BlockKind {
-  const char* name;
-  Weighting weighting;
-  ThirdMeasurement third;
-};
-constexpr BlockKind block_kinds[] = {
-    {"map_bias", Weighting::map_bias, ThirdMeasurement::none},
-    {"map_bias_stereo", Weighting::map_bias, ThirdMeasurement::stereo},
-    {"map_bias_world", Weighting::map_bias_world, ThirdMeasurement::none},
-    {"measurement", Weighting::measurement, ThirdMeasurement::none},
-    {"measurement_stereo", Weighting::measurement, ThirdMeasurement::stereo},
-    {"measurement_and_map_stereo", Weighting::measurement_and_map, ThirdMeasurement::stereo},
-};
 
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
 

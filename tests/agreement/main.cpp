@@ -4,6 +4,7 @@
 // compares the lines of differently compiled programs.
 #include "sim/hash.hpp"
 #include "simd/counter_random.hpp"
+#include "tests/block_kinds.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -26,20 +27,6 @@ class Hash : public sim::Hash {
     std::memcpy(&bits, &number, sizeof bits);
     add(bits);
   }
-};
-
-struct Kind {
-  const char* name;
-  Weighting weighting;
-  ThirdMeasurement third;
-};
-constexpr Kind kinds[] = {
-    {"map_bias", Weighting::map_bias, ThirdMeasurement::none},
-    {"map_bias_stereo", Weighting::map_bias, ThirdMeasurement::stereo},
-    {"map_bias_world", Weighting::map_bias_world, ThirdMeasurement::none},
-    {"measurement", Weighting::measurement, ThirdMeasurement::none},
-    {"measurement_stereo", Weighting::measurement, ThirdMeasurement::stereo},
-    {"measurement_and_map_stereo", Weighting::measurement_and_map, ThirdMeasurement::stereo},
 };
 
 // Where the points are; the numbers come by + - * alone, so that they are the same everywhere.
@@ -79,7 +66,7 @@ std::vector<double> points_of(Family family, std::size_t n) {
   return points;
 }
 
-BlockStore blocks_of(const std::vector<double>& points, const Kind& kind) {
+BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& kind) {
   PinholeCamera camera;
   camera.fx = camera.fy = 450;
   camera.bf = 50;
@@ -153,7 +140,7 @@ void select_on_this_isa() {
   for (const std::size_t n : {std::size_t{120}, std::size_t{1500}}) {
     for (const Family family : families) {
       const std::vector<double> points = points_of(family, n);
-      for (const Kind& kind : kinds) {
+      for (const test::BlockKind& kind : test::block_kinds) {
         select_every_way(std::string(name_of(family)) + ' ' + std::to_string(n) + ' ' + kind.name,
                          blocks_of(points, kind));
       }
