@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tests/linear_algebra.hpp"
+#include "tests/decompositions.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
@@ -13,14 +13,8 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b
 
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
 
-Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }
-
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues();
-}
-
-Vector6 eigenvalues(const Matrix6& s) {
-  return Eigen::SelfAdjointEigenSolver<Matrix6>(s, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
 Spectrum4 spectrum(const Eigen::Matrix4d& s) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/feature_selector.hpp"
 
+#include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 

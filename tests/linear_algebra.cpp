@@ -2,7 +2,9 @@
 #include "tests/linear_algebra.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include <limits>
 
@@ -37,5 +39,11 @@ double largest_entry(const Eigen::MatrixXd& a) { return a.cwiseAbs().maxCoeff();
 double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).cwiseAbs().maxCoeff(); }
 
 double log_det(const Eigen::MatrixXd& s) { return 2 * cholesky(s).diagonal().array().log().sum(); }
+
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }
+
+Vector6 eigenvalues(const Matrix6& s) {
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(s, Eigen::EigenvaluesOnly).eigenvalues();
+}
 
 }  // namespace maxlogdet::test

@@ -46,23 +46,9 @@ double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 /// Of a symmetric positive definite matrix.
 double log_det(const Eigen::MatrixXd& s);
 
-/// The largest first.
-Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
-
 /// Of a symmetric matrix, the smallest first.
 Vector6 eigenvalues(const Matrix6& s);
 WideVector6 wide_eigenvalues(const WideMatrix6& s);
-
-/// Eigenvalues of a symmetric matrix, the smallest first, and their eigenvectors of length 1, as columns.
-struct Spectrum4 {
-  Eigen::Vector4d values;
-  Eigen::Matrix4d vectors;
-};
-Spectrum4 spectrum(const Eigen::Matrix4d& s);
-
-/// The x of least |A x - b| for an A of full column rank, by QR with pivoting; and the matrix that makes x of b.
-Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
 /// The orthogonal Q of A = Q R P, all its columns: those of the range of A are the first.
 Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);

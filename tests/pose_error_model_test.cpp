@@ -4,6 +4,7 @@
 
 #include "sim/pose_optimizer.hpp"
 #include "sim/projection.hpp"
+#include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 

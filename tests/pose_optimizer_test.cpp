@@ -6,6 +6,7 @@
 #include "sim/frame_reader.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/projection.hpp"
+#include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The guide's code that belongs to no tracker, run: weightings, covariances, priors, budgets, one memory a thread.
+#include "tests/decompositions.hpp"
 #include "tests/integration/general_snippets.hpp"
 
 #include "sim/scene.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The guide's code for OpenVINS, run: JPL quaternions, the newest clone, and Jacobians projected onto a null space.
+#include "tests/decompositions.hpp"
 #include "tests/integration/open_vins_snippets.hpp"
 
 #include "tests/integration/oracle.hpp"
