@@ -604,6 +604,7 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_lists_images_and_truth) {
   // In seconds, as float64 has them, these are the same time.
   expect_error_in(file, {"1403636579763555584,a.png", "1403636579763555585,b.png"},
                   ":2: ", "a stamp in ns, later than the one before, not '1403636579763555585'");
+  expect_error_in(file, {std::string("12,a\0.png", 10)}, ":1: ", "a file name without control characters");
   expect_error_in(file, {"#timestamp [ns],filename"}, ":1: end of file", "at least one image: stamp,filename");
   fs::remove(path(file));
   expect_error(file + ": ", "cannot be opened; expected a readable list of images");
@@ -625,11 +626,13 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_lists_images_and_truth) {
   write(image, random_image(random, width, height + 1));
   const auto dataset = open_dataset(folder_);
   expect_input_error([&] { dataset->load(2); }, path(image) + ": ", "expected 376 x 240 px");
-  const std::string first = "mav0/cam0/data/" + std::to_string(stamp(0)) + ".png";
-  write(first, random_image(random, width + 1, height));
-  expect_error(first + ": ", "is an image of 377 x 240 px; expected 376 x 240 px");
-  fs::remove(path(first));
-  expect_error(first + ": ", "is missing; expected an image");
+  for (const char* camera : {"mav0/cam1", "mav0/cam0"}) {
+    const std::string first = camera + ("/data/" + std::to_string(stamp(0)) + ".png");
+    write(first, random_image(random, width + 1, height));
+    expect_error(first + ": ", "is an image of 377 x 240 px; expected 376 x 240 px");
+    fs::remove(path(first));
+    expect_error(first + ": ", "is missing; expected an image");
+  }
 }
 
 // ---- Both

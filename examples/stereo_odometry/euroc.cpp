@@ -107,6 +107,9 @@ std::vector<StampedImage> list_images(const std::string& camera_folder) {
   TextFile file(camera_folder + "/data.csv", "list of images");
   std::vector<StampedImage> images;
   const auto read_row = [&](std::int64_t stamp, const std::vector<std::string_view>& fields) {
+    const auto is_control = [](unsigned char c) { return c < ' ' || c == 127; };
+    if (std::any_of(fields[1].begin(), fields[1].end(), is_control))
+      file.fail("a file name without control characters");
     images.push_back({stamp, camera_folder + "/data/" + std::string(fields[1])});
   };
   maxlogdet::sim::read_stamped_rows(file, 2, "stamp,filename", read_row);
@@ -191,7 +194,9 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
   }
   Recording recording;
   recording.pairs = list_pairs(mav0);
-  read_grey(recording.pairs.front().left, left.size);  // before maps are made, of whatever size the calibration tells
+  for (const std::string& file : {recording.pairs.front().left, recording.pairs.front().right}) {
+    read_grey(file, left.size);  // before maps are made, of whatever size the calibration tells
+  }
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   bool is_sensible = false;
   try {
