@@ -313,6 +313,27 @@ TEST(Certificate, holds_for_the_whole_budget_when_the_deadline_cuts_an_answer_sh
   EXPECT_GE(cut.upper_bound, whole);
 }
 
+TEST(Certificate, only_gets_looser_when_the_deadline_cuts_its_passes_short) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]);
+  Selector selector(blocks.size());
+  Options options;
+  options.certify = true;
+  options.certificate_passes = 300;
+  const Selection full = selector.select(blocks, options);
+  const std::vector<std::uint32_t> indices(full.begin(), full.end());
+  const double log_det = full.log_det;
+  const double bound = full.upper_bound;
+  for (options.time_limit = 1e-5; options.time_limit < 0.05; options.time_limit *= 1.2) {
+    const Selection timed = selector.select(blocks, options);
+    if (timed.status != Status::ok) continue;
+    EXPECT_GE(timed.upper_bound, bound);
+    EXPECT_EQ(std::vector<std::uint32_t>(timed.begin(), timed.end()), indices);
+    EXPECT_EQ(timed.log_det, log_det);
+  }
+}
+
 TEST(Certificate, ends_when_there_is_nothing_left_to_prove_or_no_time) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -239,7 +239,7 @@ typedef struct maxlogdet_options {
   double time_limit;    ///< s, looked at between rounds; 0, the default: none
   int32_t certify;      ///< nonzero: fill upper_bound; default 0
   int32_t reserved;     ///< 0, else invalid_argument
-  size_t certificate_passes;  ///< Frank-Wolfe passes that tighten upper_bound; default 0
+  size_t certificate_passes;  ///< most Frank-Wolfe passes that tighten upper_bound, in the time there is; default 0
   size_t exchange_sweeps;     ///< most sweeps that swap a selected candidate for a better one; default 0
   const uint8_t* required;    ///< n: nonzero is selected in any case, first; null: none
   const uint8_t* excluded;    ///< n: nonzero is not selected; null: none

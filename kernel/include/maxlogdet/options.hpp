@@ -43,7 +43,8 @@ struct Options {
 
   bool certify = false;  ///< fills Selection::upper_bound
   std::size_t certificate_passes =
-      0;  ///< Frank-Wolfe passes that tighten it, some microseconds each (docs/performance.md)
+      0;  ///< most Frank-Wolfe passes that tighten it, some microseconds each (docs/performance.md): as long as they
+          ///< gain anything, and the time limit leaves time for them
   std::size_t exchange_sweeps = 0;  ///< after the search, at most so many sweeps that swap a selected candidate for a
                                     ///< better one; pays for budgets of 20 or less (docs/performance.md)
 

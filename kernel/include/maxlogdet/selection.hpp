@@ -50,8 +50,8 @@ struct Selection {
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;  ///< no selection within the budget that keeps to required and excluded has a greater log det:
                        ///< proved, nats. Maxima of groups hardly count, which can only raise it, and so does a deadline
-                       ///< that cut the answer short. Infinite where float64 may have no digits left, of log det and of
-                       ///< what was chosen (docs/numerics.md). NaN if not asked for (Options::certify)
+                       ///< that cut the answer or the passes short. Infinite where float64 may have no digits left, of
+                       ///< log det and of what was chosen (docs/numerics.md). NaN if not asked for (Options::certify)
   Strategy strategy;   ///< the one asked for, or what `automatic` chose
   int threads;         ///< how many threads the work was offered to, the calling one among them, at most 16;
                        ///< helpers may have come late or not at all
