@@ -156,7 +156,7 @@ TEST(Screening, holds_on_every_family) {
 }
 
 TEST(Screening, holds_on_awkward_candidates) {
-  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 60)));
@@ -167,7 +167,7 @@ TEST(Screening, holds_on_awkward_candidates) {
 
 // Long rows that are nearly parallel to each other: minors cancel, and so does what is left by orthogonalising.
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
-  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(1000); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const double scale = std::pow(10.0, random.uniform(-9, 9));
@@ -201,7 +201,7 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
 
 // Dozens that one bound for all cannot tell apart, long after the bound has become an old one.
 TEST(Screening, holds_where_many_survive_in_later_rounds) {
-  for (std::uint64_t variation = 0; variation < 6; ++variation) {
+  for (std::uint64_t variation = 0; variation < std::max<std::size_t>(3, trials(6)); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const int rows = 1 + static_cast<int>(variation % 3);
@@ -218,7 +218,7 @@ TEST(Screening, holds_where_many_survive_in_later_rounds) {
 // Against the very information that candidates are ordered by, when nothing has shrunk yet: a tile's bound is the upper
 // end of the step of its first candidate.
 TEST(Screening, bounds_of_a_new_order_hold) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
@@ -239,7 +239,7 @@ TEST(Screening, bounds_of_a_new_order_hold) {
 // rounding moves them by is much longer than what is left, and its square is denormal.
 TEST(Screening, holds_with_denormals_flushed) {
   const FlushedDenormals flushed;
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const int rows = random.integer(1, 3);
@@ -260,7 +260,7 @@ TEST(Screening, holds_with_denormals_flushed) {
 
 // With priors this strong entries of W are subnormal in float32, or zero.
 TEST(Screening, holds_where_the_factor_underflows_in_float32) {
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const Matrix6 information = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);

@@ -213,7 +213,9 @@ TEST_F(StereoTracking, log_det_and_efficiency_are_those_of_what_is_selected) {
     TrackerOptions options = options_of(kind);
     options.selection.blocks.weighting = Weighting::measurement;
     const std::vector<FrameResult> results = track(options);
+    Sample sample(frames);
     for (std::size_t i = 1; i < frames; ++i) {
+      if (!sample.takes_next()) continue;
       const FrameResult& result = results[i];
       sim::Frame frame;
       frame.camera = RenderedWorld::camera();

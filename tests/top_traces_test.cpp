@@ -102,7 +102,7 @@ TEST(TopTraces, are_the_largest_on_every_isa_and_family) {
 }
 
 TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
-  for (std::uint64_t variation = 0; variation < 60; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const double scale = std::pow(10, random.uniform(-42, 36));
@@ -127,7 +127,7 @@ TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
 // Copies of one block, an entry moved by a few float32 steps each, once that direction is well observed: what whitens
 // to little is the difference of large products, and float32 alone ranks them wrongly.
 TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
-  for (std::uint64_t variation = 0; variation < 20; ++variation) {
+  for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     BlockStore blocks;
