@@ -87,7 +87,7 @@ TEST(RealTime, the_counter_counts) {
 TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
   Random random;
   SCOPED_TRACE(random.name());
-  BlockStore blocks = awkward_blocks(random, 800);
+  BlockStore blocks = awkward_blocks(random, std::max<std::size_t>(200, trials(800)));
   blocks.push_back_invalid();
   Selector selector(blocks.size());
   int answers = 0;

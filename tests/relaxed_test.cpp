@@ -39,6 +39,7 @@ TEST(Relaxed, is_as_good_as_greedy_on_every_family) {
   double worst = 0;
   double best = 0;
   for (const std::size_t n : {std::size_t{2000}, std::size_t{5000}}) {
+    if (n == 5000 && trials(2) == 1) continue;
     for_every_family(n, [&](const BlockStore& blocks) {
       Selector selector(blocks.size());
       for (const std::size_t budget : {std::size_t{60}, std::size_t{100}, std::size_t{300}}) {
