@@ -323,7 +323,9 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::Range(std::int64_t{0}, most))
       ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
-  command->add_option("--plot", arguments->plot, "Draw map view and camera view into this .svg or .png file")
+  command
+      ->add_option("--plot", arguments->plot,
+                   "Draw map view and camera view into this .svg or .png file; of a folder, one a frame")
       ->check(is_given);
   command->callback([arguments] {
     arguments->options.seed = seed_of(arguments->seed);
