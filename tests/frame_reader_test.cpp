@@ -130,7 +130,9 @@ TEST_F(FrameReader, names_the_line_and_what_it_expected) {
   expect_error(with(2, "# fx,fy,cx,cy,bf: 458.654,457.296,367.215,248.375"), ":2: ", "5 numbers");
   expect_error(with(2, "# fx,fy,cx,cy,bf: 0,457.296,367.215,248.375,50"), ":2: ", "positive fx and fy");
   expect_error(with(2, "# fx,fy,cx,cy,bf: 400,457.296,367.215,248.375,-50"), ":2: ", "bf");
-  expect_error(with(3, "# image width,height: 752,0"), ":3: ", "width and height");
+  for (const char* size : {"0,480", "752,0", "-752,480", "1048577,480", "752,1048577"}) {
+    expect_error(with(3, std::string("# image width,height: ") + size), ":3: ", "width and height from 1 to 2^20");
+  }
   expect_error(with(3, "# image width,height: 752,480,3"), ":3: ", "2 integers");
   expect_error(with(5, "# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1"), ":5: ", "12 numbers");
   expect_error(with(5, "# Tcw_prior: 2,0,0,0,0,1,0,0,0,0,1,0"), ":5: ", "rotation");
