@@ -58,7 +58,6 @@ void Losses::evaluate(const InformationFactor& factor, std::size_t first, std::s
 }
 
 void Losses::evaluate_all(const InformationFactor& factor) noexcept {
-  note_errors(factor);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) tiles_memory_.list[tile] = static_cast<std::uint32_t>(tile);
   listed_ = tile_count_;
   evaluate(factor, 0, listed_);
