@@ -276,6 +276,27 @@ TEST(Screening, holds_where_the_factor_underflows_in_float32) {
   }
 }
 
+TEST(Screening, records_of_a_list_are_those_of_all) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 300);
+  const std::uint32_t listed[] = {5, 130, 131, 299};
+  const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+  for (const simd::Kernel* const kernel : supported_kernels()) {
+    SCOPED_TRACE(kernel->isa);
+    threading::Team team;
+    const threading::Evaluator evaluator(*kernel, planes, blocks.rows(), team);
+    ScreeningMemory of_all(blocks.size());
+    ScreeningMemory of_list(blocks.size());
+    Screening(evaluator, blocks.column_max(), of_all).make_records(blocks.size());
+    Screening(evaluator, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
+    const std::size_t size = simd::record_size(blocks.rows());
+    for (const std::uint32_t i : listed) {
+      EXPECT_TRUE(std::equal(&of_all.records[i * size], &of_all.records[i * size] + size, &of_list.records[i * size]));
+    }
+  }
+}
+
 // A margin that is too wide would hold as well, and be of no use.
 TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
   Sample sample(3);
