@@ -11,22 +11,126 @@
 
 namespace maxlogdet {
 
-constexpr std::uint32_t ActiveSelection::none;
+// Weak: what is compiled as C++17 and takes its address has a definition of its own.
+[[gnu::weak]] constexpr std::uint32_t ActiveSelection::none;
 
 namespace {
 
 // From one start() to the next.
 struct Proposals {
-  Proposals(const BlockStore& candidates, const Options& options, SearchMemory& memory) noexcept
-      : search(candidates, options, memory), status(search.start(options)), rounds(search) {
-    search.screening.use_store(search.constraints.free(), candidates.size());
+  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
+      : search(blocks, options, memory),
+        status(search.start(blocks, options)),
+        rounds(search),
+        lanes(memory.pool.data()) {
+    search.screening.use_store(search.constraints.free(), search.candidates.size());
+    search.screening.expect_withdrawals();
+  }
+
+  std::uint32_t index(std::size_t position) const noexcept {
+    return search.candidates.indices[search.screening.candidate(lanes[position])];
+  }
+
+  // The position of an unanswered proposal; `count` if it is none.
+  std::size_t position_of(std::uint32_t wanted) const noexcept {
+    std::size_t position = 0;
+    while (position < count && index(position) != wanted) ++position;
+    return position;
+  }
+
+  void withdraw(std::size_t position) noexcept {
+    std::copy(lanes + position + 1, lanes + listed, lanes + position);
+    --count;
+    --listed;
+  }
+
+  // One round of lazy greedy, but for the selection; the same round goes on as long as nothing is accepted.
+  void propose(std::size_t wanted) noexcept {
+    if (status != Status::ok || !search.wants_more()) return;
+    if (search.deadline.has_passed()) {
+      status = Status::deadline_reached;
+      return;
+    }
+    wanted = std::min({wanted, search.budget - search.selected, search.remaining});
+    if (listed < wanted) list_best(wanted);
+    take_first(wanted);
+    while (count < wanted && listed < search.remaining) {  // groups took too few of these
+      list_best(std::min(2 * listed, search.remaining));
+      take_first(wanted);
+    }
+  }
+
+  void list_best(std::size_t wanted) noexcept {
+    if (!rounds.is_open() && rounds.order_is_due()) rounds.order();
+    if (wanted > 1) {
+      rounds.evaluate(wanted);
+      listed = search.find_best(wanted, lanes);
+      return;
+    }
+    std::size_t lane = rounds.is_open() ? search.screening.next_certain() : search.screening.lanes();
+    if (lane == search.screening.lanes()) {
+      rounds.evaluate();
+      lane = search.find_best();
+    }
+    lanes[0] = static_cast<std::uint32_t>(lane);
+    listed = 1;
+  }
+
+  // Proposes the first ones listed; of a group no more than it has places, as if all of them were accepted.
+  void take_first(std::size_t wanted) noexcept {
+    Constraints& constraints = search.constraints;
+    count = 0;
+    for (std::size_t j = 0; j < listed && count < wanted; ++j) {
+      const std::uint32_t candidate = search.screening.candidate(lanes[j]);
+      if (!constraints.has_place(candidate)) continue;
+      constraints.take_place(candidate);
+      std::rotate(lanes + count, lanes + j, lanes + j + 1);
+      ++count;
+    }
+    for (std::size_t j = 0; j < count; ++j) constraints.give_place(search.screening.candidate(lanes[j]));
+  }
+
+  // The information changes.
+  void accept(std::size_t position, const double (*rows)[state_dimension], int row_count) noexcept {
+    if (rounds.is_open()) rounds.finish();
+    const std::size_t lane = lanes[position];
+    search.add(search.screening.candidate(lane), rows, row_count);
+    search.take_out(lane);
+    withdraw(position);
+    listed = count;
+  }
+
+  Status accept(std::size_t position) noexcept {
+    if (position >= count) return Status::nothing_proposed;
+    double rows[max_block_rows][state_dimension];
+    read_rows(search.candidates, search.screening.candidate(lanes[position]), rows);
+    accept(position, rows, search.candidates.rows());
+    return Status::ok;
+  }
+
+  Status accept(std::size_t position, const double* block, int row_count) noexcept {
+    if (position >= count) return Status::nothing_proposed;
+    float stored[max_block_rows][state_dimension] = {};  // as a candidate's would be
+    if (!round_block(block, row_count, stored)) return Status::invalid_block;
+    double rows[max_block_rows][state_dimension];
+    for (int row = 0; row < row_count; ++row) std::copy_n(stored[row], state_dimension, rows[row]);
+    accept(position, rows, row_count);
+    return Status::ok;
+  }
+
+  Status reject(std::size_t position) noexcept {
+    if (position >= count) return Status::nothing_proposed;
+    search.reject(lanes[position], rounds.is_open());
+    withdraw(position);
+    return Status::ok;
   }
 
   Search search;
   Status status;
   LazyRounds rounds;
-  std::uint32_t proposed = ActiveSelection::none;
-  std::size_t lane = 0;  // of what is proposed
+  std::uint32_t* lanes;    // the best as far as they are known, in order
+  std::size_t count = 0;   // unanswered proposals: the first of them
+  std::size_t listed = 0;  // all of them; when something is accepted the others are the best no longer
 };
 static_assert(std::is_trivially_destructible<Proposals>::value, "start() makes them anew in the same place");
 
@@ -43,17 +147,18 @@ Status check_active(const BlockStore& candidates, const Options& options, const 
 struct ActiveSelection::State {
   explicit State(std::size_t capacity) : memory(capacity) {}
 
-  // What an answer is about; nullptr: nothing is proposed.
-  static Proposals* answered(State* state) noexcept {
-    const bool is_proposed = state != nullptr && state->proposals != nullptr && state->proposals->proposed != none;
-    return is_proposed ? state->proposals : nullptr;
-  }
-
   SearchMemory memory;
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type place;
   Proposals* proposals = nullptr;           // in its place; nullptr: not started, or an error
   Status error = Status::nothing_proposed;  // why
   std::size_t invalid_candidates = 0;
+
+  // Answers with what `answer` makes of the proposals; nothing_proposed where there are none.
+  template <class Answer>
+  static Status answered(State* state, const Answer& answer) noexcept {
+    if (state == nullptr || state->proposals == nullptr) return Status::nothing_proposed;
+    return answer(*state->proposals);
+  }
 };
 
 ActiveSelection::ActiveSelection(std::size_t capacity) : state_(new State(capacity)) {}
@@ -77,49 +182,50 @@ Status ActiveSelection::start(const BlockStore& candidates, const Options& optio
 }
 
 std::uint32_t ActiveSelection::next() noexcept {
-  if (!state_ || state_->proposals == nullptr) return none;
+  std::uint32_t index = none;
+  next(&index, 1);
+  return index;
+}
+
+std::size_t ActiveSelection::next(std::uint32_t* indices, std::size_t count) noexcept {
+  if (!state_ || state_->proposals == nullptr || indices == nullptr || count == 0) return 0;
   Proposals& now = *state_->proposals;
-  Search& search = now.search;
-  if (now.proposed != none || now.status != Status::ok || !search.wants_more()) return now.proposed;
-  if (search.deadline.has_passed()) {
-    now.status = Status::deadline_reached;
-    return none;
-  }
-  if (now.rounds.order_is_due()) now.rounds.order();
-  now.rounds.evaluate();
-  now.lane = search.find_best();
-  now.proposed = search.screening.candidate(now.lane);
-  return now.proposed;
+  if (now.count == 0) now.propose(count);
+  const std::size_t given = std::min(count, now.count);
+  for (std::size_t j = 0; j < given; ++j) indices[j] = now.index(j);
+  return given;
 }
 
 Status ActiveSelection::accept() noexcept {
-  Proposals* const now = State::answered(state_.get());
-  if (now == nullptr) return Status::nothing_proposed;
-  now->search.add(now->proposed);
-  now->search.take_out(now->lane);
-  now->proposed = none;
-  return Status::ok;
+  return State::answered(state_.get(), [](Proposals& now) { return now.accept(0); });
 }
 
 Status ActiveSelection::accept(const double* block, int rows) noexcept {
-  Proposals* const now = State::answered(state_.get());
-  if (now == nullptr) return Status::nothing_proposed;
-  float stored[max_block_rows][state_dimension] = {};  // as a candidate's would be
-  if (!round_block(block, rows, stored)) return Status::invalid_block;
-  double measured[max_block_rows][state_dimension];
-  for (int row = 0; row < rows; ++row) std::copy_n(stored[row], state_dimension, measured[row]);
-  now->search.add(now->proposed, measured, rows);
-  now->search.take_out(now->lane);
-  now->proposed = none;
-  return Status::ok;
+  return State::answered(state_.get(), [=](Proposals& now) { return now.accept(0, block, rows); });
 }
 
 Status ActiveSelection::reject() noexcept {
-  Proposals* const now = State::answered(state_.get());
-  if (now == nullptr) return Status::nothing_proposed;
-  now->search.discard(now->lane);
-  now->proposed = none;
-  return Status::ok;
+  return State::answered(state_.get(), [](Proposals& now) { return now.reject(0); });
+}
+
+Status ActiveSelection::accept(std::uint32_t index) noexcept {
+  return State::answered(state_.get(), [=](Proposals& now) { return now.accept(now.position_of(index)); });
+}
+
+Status ActiveSelection::accept(std::uint32_t index, const double* block, int rows) noexcept {
+  return State::answered(state_.get(), [=](Proposals& now) { return now.accept(now.position_of(index), block, rows); });
+}
+
+Status ActiveSelection::reject(std::uint32_t index) noexcept {
+  return State::answered(state_.get(), [=](Proposals& now) { return now.reject(now.position_of(index)); });
+}
+
+Status ActiveSelection::answer(const unsigned char* matched, std::size_t count) noexcept {
+  return State::answered(state_.get(), [=](Proposals& now) {
+    if (now.count == 0 || now.count != count || matched == nullptr) return Status::nothing_proposed;
+    for (std::size_t j = 0; j < count; ++j) matched[j] != 0 ? now.accept(std::size_t{0}) : now.reject(std::size_t{0});
+    return Status::ok;
+  });
 }
 
 Selection ActiveSelection::selection() const noexcept {

@@ -124,13 +124,12 @@ class Removal {
   // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does
   // so too much.
   bool sum_up() noexcept {
-    const BlockStore& candidates = search_.candidates;
+    const Candidates& candidates = search_.candidates;
     unsigned char* const counted = search_.open;
     std::copy_n(left_, candidates.size(), counted);
     for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
     double sum[state_dimension * state_dimension];
-    const simd::Planes planes{candidates.plane(0, 0), candidates.stride()};
-    search_.kernel.sum_information[candidates.rows() - 1](planes, counted, candidates.size(), sum);
+    search_.kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), sum);
     const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
     return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
   }

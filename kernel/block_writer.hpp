@@ -22,6 +22,8 @@ class BlockWriter {
  private:
   simd::BlockOutput build(const simd::BlockInput& input, std::size_t first, std::size_t size) const noexcept;
 
+  void close_up(const simd::BlockOutput& part, std::size_t place) const noexcept;
+
   BlockStore& blocks_;
 };
 

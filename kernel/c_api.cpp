@@ -85,6 +85,19 @@ struct maxlogdet_active_selection {
   maxlogdet_selection selection{};
 };
 
+namespace {
+
+using maxlogdet::ActiveSelection;
+
+template <class Answer>
+maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answer) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_status>(answer(active->active));
+}
+
+}  // namespace
+
 maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
   if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
   *blocks = nullptr;
@@ -219,23 +232,39 @@ uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active) {
   return active == nullptr || active->is_refused ? MAXLOGDET_NONE : active->active.next();
 }
 
+size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count) {
+  return active == nullptr || active->is_refused ? 0 : active->active.next(indices, count);
+}
+
 maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
-  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
-  return static_cast<maxlogdet_status>(active->active.accept());
+  return answered(active, [](ActiveSelection& to) { return to.accept(); });
 }
 
 maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
                                                          int32_t rows) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
-  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
-  return static_cast<maxlogdet_status>(active->active.accept(block, rows));
+  return answered(active, [=](ActiveSelection& to) { return to.accept(block, rows); });
 }
 
 maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
-  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
-  return static_cast<maxlogdet_status>(active->active.reject());
+  return answered(active, [](ActiveSelection& to) { return to.reject(); });
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index) {
+  return answered(active, [=](ActiveSelection& to) { return to.accept(index); });
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
+                                                               const double* block, int32_t rows) {
+  return answered(active, [=](ActiveSelection& to) { return to.accept(index, block, rows); });
+}
+
+maxlogdet_status maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index) {
+  return answered(active, [=](ActiveSelection& to) { return to.reject(index); });
+}
+
+maxlogdet_status maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
+                                                   size_t count) {
+  return answered(active, [=](ActiveSelection& to) { return to.answer(matched, count); });
 }
 
 const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active_selection* active) {

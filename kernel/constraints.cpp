@@ -10,15 +10,15 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 
 }  // namespace
 
-// A counting sort by groups; false if one of them does not exist.
+// A counting sort by groups; false if one of them does not exist, of candidates without a block too.
 bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   if (options.group_count > memory_.places.size()) return false;
+  bool exist = true;
+  for (std::size_t i = 0; i < n; ++i) exist = exist && options.groups[i] < options.group_count;
+  if (!exist) return false;
   std::uint32_t* const first = memory_.first_member.data();
   std::fill_n(first, options.group_count + 1, 0U);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (groups_[i] >= options.group_count) return false;
-    ++first[groups_[i]];
-  }
+  for (std::size_t i = 0; i < candidates_.count; ++i) ++first[group_of(i)];
   std::uint32_t end = 0;
   for (std::size_t group = 0; group < options.group_count; ++group) {
     end += first[group];
@@ -26,36 +26,37 @@ bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
     memory_.places[group] = options.group_maxima != nullptr ? options.group_maxima[group] : options.max_per_group;
   }
   first[options.group_count] = end;
-  for (std::size_t i = n; i-- > 0;) memory_.members[--first[groups_[i]]] = static_cast<std::uint32_t>(i);
+  for (std::size_t i = candidates_.count; i-- > 0;)
+    memory_.members[--first[group_of(i)]] = static_cast<std::uint32_t>(i);
   return true;
 }
 
-Status Constraints::reset(const BlockStore& candidates, const Options& options) noexcept {
-  const std::size_t n = candidates.size();
-  groups_ = n > 0 ? options.groups : nullptr;
-  free_ = candidates.validity();
-  free_count_ = n - candidates.invalid_count();
+Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept {
+  candidates_ = candidates;
+  groups_ = blocks.size() > 0 ? options.groups : nullptr;
+  free_count_ = candidates.count;
   required_count_ = 0;
+  std::fill_n(memory_.free.data(), candidates.count, static_cast<unsigned char>(1));
   if (options.required == nullptr && options.excluded == nullptr && options.groups == nullptr) return Status::ok;
-  if (groups_ != nullptr && !list_members(options, n)) return Status::invalid_groups;
+  if (groups_ != nullptr && !list_members(options, blocks.size())) return Status::invalid_groups;
 
-  for (std::size_t i = 0; i < n && options.required != nullptr; ++i) {
-    if (options.required[i] == 0) continue;
+  for (std::size_t i = 0; i < blocks.size() && options.required != nullptr; ++i) {
+    if (options.required[i] != 0 && (is_set(options.excluded, i) || !blocks.is_valid(i))) return Status::infeasible;
+  }
+  for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
+    if (options.required[candidates.indices[i]] == 0) continue;
     const auto candidate = static_cast<std::uint32_t>(i);
-    const bool is_excluded = is_set(options.excluded, i);
-    if (is_excluded || !candidates.is_valid(i) || !has_place(candidate)) return Status::infeasible;
+    if (!has_place(candidate)) return Status::infeasible;
     take_place(candidate);
     memory_.required[required_count_++] = candidate;
   }
   if (required_count_ > options.budget) return Status::infeasible;
 
-  free_ = memory_.free.data();
   free_count_ = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool is_required = is_set(options.required, i);
-    const bool is_excluded = is_set(options.excluded, i);
-    const bool is_free =
-        candidates.is_valid(i) && !is_required && !is_excluded && has_place(static_cast<std::uint32_t>(i));
+  for (std::size_t i = 0; i < candidates.count; ++i) {
+    const std::uint32_t index = candidates.indices[i];
+    const bool is_settled = is_set(options.required, index) || is_set(options.excluded, index);
+    const bool is_free = !is_settled && has_place(static_cast<std::uint32_t>(i));
     memory_.free[i] = is_free ? 1 : 0;
     free_count_ += is_free ? 1 : 0;
   }

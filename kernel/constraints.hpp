@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/candidates.hpp"
+
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
@@ -29,12 +31,12 @@ class Constraints {
  public:
   explicit Constraints(ConstraintsMemory& memory) noexcept : memory_(memory) {}
 
-  /// Takes over what Options ask; at most as many candidates, and groups, as the memory is for. ok, invalid_groups or
-  /// infeasible. Without constraints it looks at no candidate.
-  Status reset(const BlockStore& candidates, const Options& options) noexcept;
+  /// Takes over what Options ask; at most as many candidates, and groups, as the memory is for. `candidates`: those of
+  /// the store, all that are not excluded at least. ok, invalid_groups or infeasible.
+  Status reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
 
   /// Per candidate: nonzero if a search may select it. Not those required: they are selected before.
-  const unsigned char* free() const noexcept { return free_; }
+  const unsigned char* free() const noexcept { return memory_.free.data(); }
   /// How many that is.
   std::size_t free_count() const noexcept { return free_count_; }
 
@@ -45,21 +47,21 @@ class Constraints {
 
   /// Whether the group of this candidate has a place left.
   bool has_place(std::uint32_t candidate) const noexcept {
-    return groups_ == nullptr || memory_.places[groups_[candidate]] > 0;
+    return groups_ == nullptr || memory_.places[group_of(candidate)] > 0;
   }
 
   /// A candidate is selected, or no longer is: its group has a place less, or more.
   void take_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) --memory_.places[groups_[candidate]];
+    if (groups_ != nullptr) --memory_.places[group_of(candidate)];
   }
   void give_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) ++memory_.places[groups_[candidate]];
+    if (groups_ != nullptr) ++memory_.places[group_of(candidate)];
   }
 
-  /// Calls body(i) for every candidate of this one's group, itself included, invalid ones too.
+  /// Calls body(i) for every candidate of this one's group, itself included.
   template <class Body>
   void for_group_of(std::uint32_t candidate, const Body& body) const {
-    const std::uint32_t group = groups_[candidate];
+    const std::uint32_t group = group_of(candidate);
     for (std::uint32_t j = memory_.first_member[group]; j < memory_.first_member[group + 1]; ++j) {
       body(memory_.members[j]);
     }
@@ -68,9 +70,11 @@ class Constraints {
  private:
   bool list_members(const Options& options, std::size_t n) noexcept;
 
+  std::uint32_t group_of(std::size_t candidate) const noexcept { return groups_[candidates_.indices[candidate]]; }
+
   ConstraintsMemory& memory_;
-  const std::uint32_t* groups_ = nullptr;
-  const unsigned char* free_ = nullptr;
+  Candidates candidates_{};
+  const std::uint32_t* groups_ = nullptr;  ///< by index
   std::size_t free_count_ = 0;
   std::size_t required_count_ = 0;
 };

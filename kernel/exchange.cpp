@@ -32,7 +32,7 @@ class Exchange {
     take_out(place);
     search_.constraints.give_place(out);
     if (search_.constraints.has_groups()) open_lanes();
-    search_.screening.restart(search_.candidates.column_max());
+    search_.screening.restart(search_.candidates.largest_of_form);
     search_.screening.begin_round(search_.factor);
     search_.screening.evaluate_trial(least);
     const std::size_t best = search_.find_best();
@@ -58,10 +58,10 @@ class Exchange {
   // With the information as it is, for all that is not selected, whether its group is full or not.
   void bound_growths() noexcept {
     search_.screening.use_store(search_.unselected, search_.candidates.size());
-    search_.screening.restart(search_.candidates.column_max());
+    search_.screening.restart(search_.candidates.largest_of_form);
     search_.screening.begin_round(search_.factor);
     search_.screening.evaluate_all();
-    search_.screening.keep_bounds();
+    search_.screening.end_round();
     has_bounds_ = true;
   }
 
@@ -98,7 +98,7 @@ class Exchange {
     search_.screening.use_store(search_.open, search_.candidates.size());
   }
 
-  bool gains_more(std::uint32_t candidate, std::uint32_t than) noexcept {
+  bool gains_more(std::uint32_t candidate, std::uint32_t than) const noexcept {
     constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
     const std::uint32_t both[2] = {candidate, than};
     double growths[2];

@@ -20,6 +20,8 @@ constexpr double largest_inverse_entry = 1e10;
 constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // A generous constant of the error analysis in docs/numerics.md.
 constexpr double update_error = 192 * unit_roundoff;
+// Blocks after which the norm of W is taken again; the first ones change it most.
+constexpr std::uint32_t often = 8;
 // Rows that leave more than this share of det M may be taken away even where nothing is known of M for certain.
 constexpr double largest_least_share = 0.5;
 
@@ -85,26 +87,28 @@ bool InformationFactor::reset(const double* prior, const double* added, double r
       if (!(std::abs(entry) <= largest_inverse_entry)) return false;
     }
   }
-  const double norm = inverse_norm();
-  relative_error_ = (update_error + n * roundings * unit_roundoff) * norm * norm * trace_;
+  norm_ = inverse_norm();
+  added_ = 0;
+  narrow();
+  relative_error_ = (update_error + n * roundings * unit_roundoff) * norm_ * norm_ * trace_;
   return true;
 }
 
 double InformationFactor::add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
-  const double norm_before = inverse_norm();  // it only shrinks
-  double growth = 0;
   for (int row = 0; row < count; ++row) {
     for (int d = 0; d < n; ++d) trace_ += rows[row][d] * rows[row][d];
-    const double of_row = kernel.add_row(&w_[0][0], rows[row]);
-    growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
   }
-  relative_error_ += count * update_error * norm_before * std::sqrt(trace_);
+  const double growth = kernel.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
+  relative_error_ += count * update_error * norm_ * std::sqrt(trace_);  // |W| before, or earlier: it only shrinks
+  ++added_;
+  if (added_ < often || added_ % often == 0) norm_ = inverse_norm();
   return growth;
 }
 
 // What a downdate does to f is derived in docs/numerics.md.
 bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
   double norm = inverse_norm();
+  added_ = 0;
   for (int row = 0; row < count; ++row) {
     const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
     const double least = std::min(4 * uncertainty, largest_least_share);
@@ -116,7 +120,15 @@ bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*
     relative_error_ =
         is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : std::numeric_limits<double>::infinity();
   }
+  norm_ = inverse_norm();
+  narrow();
   return true;
+}
+
+void InformationFactor::narrow() noexcept {
+  for (int i = 0; i < n; ++i) {
+    for (int d = 0; d < simd::padded_dimension; ++d) narrow_[i][d] = static_cast<float>(w_[i][d]);
+  }
 }
 
 double InformationFactor::inverse_norm() const noexcept {

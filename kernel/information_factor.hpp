@@ -5,6 +5,8 @@
 
 #include <maxlogdet/block_store.hpp>
 
+#include <cstdint>
+
 namespace maxlogdet {
 
 /// M0 = 1e-5 I where there is no other prior.
@@ -40,6 +42,9 @@ class InformationFactor {
   /// W, n x 8 row-major, lower triangular.
   const double* inverse() const noexcept { return &w_[0][0]; }
 
+  /// The same, rounded to float32.
+  const float* narrow_inverse() const noexcept { return &narrow_[0][0]; }
+
   /// log det M of the prior, nats.
   double prior_log_det() const noexcept { return prior_log_det_; }
 
@@ -51,7 +56,12 @@ class InformationFactor {
   double inverse_norm() const noexcept;
 
  private:
+  void narrow() noexcept;
+
   double w_[n][simd::padded_dimension];
+  float narrow_[n][simd::padded_dimension];
+  double norm_;            // of W, or above it
+  std::uint32_t added_;    // blocks since it was taken anew
   double trace_;           // of M, or above it: of all rows that were ever added
   double relative_error_;  // f
   double prior_log_det_;

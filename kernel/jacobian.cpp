@@ -97,7 +97,7 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
            [&] { output = writer.append(input, team); });
 
   report.appended = matches.size;
-  report.invalid = output.invalid;
+  report.invalid = matches.size - output.stored;
   report.behind_camera = output.behind_camera;
   report.singular_rays = output.singular_rays;
   if (report.singular_rays > 0) report.status = BlockStatus::singular_rays;

@@ -12,20 +12,28 @@ LazyRounds::LazyRounds(Search& search) noexcept
       start_(search.selected),
       first_rounds_(std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.screening.rows()))) {}
 
-bool LazyRounds::order_is_due() const noexcept { return !is_ordered_ && added() == first_rounds_ + 1; }
-
 void LazyRounds::order() noexcept {
   search_.screening.order_by_gain(search_.constraints.has_groups());
   is_ordered_ = true;
+  order_is_due_ = false;
 }
 
-void LazyRounds::evaluate() noexcept {
-  search_.screening.begin_round(search_.factor);
-  if (added() <= first_rounds_) {
-    search_.screening.evaluate_all();
+void LazyRounds::evaluate(std::size_t wanted) noexcept {
+  Screening& screening = search_.screening;
+  if (!is_open_) screening.begin_round(search_.factor);
+  if (is_ordered_) {
+    screening.evaluate_promising(wanted);
   } else {
-    search_.screening.evaluate_promising();
+    if (!is_open_) screening.evaluate_all();
+    if (is_open_ || wanted > 1) screening.look_again(wanted);
+    order_is_due_ = search_.selected - start_ >= first_rounds_;
   }
+  is_open_ = true;
+}
+
+void LazyRounds::finish() noexcept {
+  if (is_ordered_) search_.screening.end_round();
+  is_open_ = false;
 }
 
 Status search_lazily(Search& search) noexcept {
@@ -37,7 +45,9 @@ Status search_lazily(Search& search) noexcept {
       continue;
     }
     rounds.evaluate();
-    search.select_best();
+    const std::size_t lane = search.find_best();
+    rounds.finish();
+    search.select(lane);
   }
   return Status::ok;
 }

@@ -45,9 +45,10 @@ void Losses::start(const unsigned char* left, std::size_t n, const InformationFa
   std::uint32_t* const order = memory.candidate;
   const std::size_t count = order_lanes(memory.growths, memory.remaining, lanes, top, evaluator_.team(),
                                         memory.order_counts, memory.bucket, order);
-  evaluator_.make_records(lanes, memory.records);
+  const simd::Form form = simd::form_of_rows(evaluator_.rows());
+  evaluator_.make_records(form, lanes, memory.records);
   tile_count_ = tiles_of(count);
-  tiles_ = pack_listed(evaluator_, count, memory);
+  tiles_ = pack_listed(evaluator_, form, count, memory);
   evaluate_all(factor);
 }
 

@@ -36,7 +36,7 @@ class Start {
   // Lazy greedy on listed candidates, in ascending order, at least as many as are wanted.
   Status search_listed(Search& search, const std::uint32_t* list, std::size_t count) const noexcept {
     restore(search);
-    search.screening.restart(search.candidates.column_max());
+    search.screening.restart(search.candidates.largest_of_form);
     search.screening.make_records_of(list, count);
     search.screening.use_listed(list, count);
     return search_lazily(search);

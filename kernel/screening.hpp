@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace maxlogdet {
 
@@ -22,6 +23,8 @@ struct ScreeningMemory {
   AlignedArray<std::uint32_t> candidate;       ///< per lane: whose it is
   AlignedArray<float> remaining;               ///< per lane: 1 where there is a candidate that remains, else 0
   AlignedArray<float> growths;                 ///< per lane: when last evaluated
+  AlignedArray<float> lower;                   ///< per lane: lower bounds, when last evaluated with care
+  AlignedArray<float> values;                  ///< per lane: scratch
   AlignedArray<std::uint32_t> bucket;          ///< per lane: scratch
   AlignedArray<std::uint32_t> order_counts;    ///< scratch of order_lanes
   AlignedArray<float> highest;                 ///< per tile: the largest growth, when last evaluated
@@ -35,15 +38,18 @@ inline std::size_t tiles_of(std::size_t count) noexcept { return (count + simd::
 
 /// Tiles of the first `count` candidates of memory.candidate, in that order, copied together from their records; all of
 /// them remain. Lanes that fill the last tile up do not.
-simd::Tiles pack_listed(const threading::Evaluator& evaluator, std::size_t count, ScreeningMemory& memory) noexcept;
+simd::Tiles pack_listed(const threading::Evaluator& evaluator, simd::Form form, std::size_t count,
+                        ScreeningMemory& memory) noexcept;
 
 /// The float32 look at the candidates. A round evaluates tiles of 16 and keeps, by a proven bound of the rounding error
 /// (docs/numerics.md), every candidate whose float64 gain could be the largest; usually that is a single one.
 class Screening {
  public:
-  /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row.
-  Screening(const threading::Evaluator& evaluator, const double* column_max, ScreeningMemory& memory) noexcept
-      : evaluator_(evaluator), kernel_(evaluator.kernel()), rows_(evaluator.rows()), memory_(memory) {
+  /// Candidates in the order of the store. `column_max`: the largest |entry| of each column, of any row, as
+  /// simd::ColumnMax has it for this form.
+  Screening(const threading::Evaluator& evaluator, simd::Form form, const double* column_max,
+            ScreeningMemory& memory) noexcept
+      : evaluator_(evaluator), kernel_(evaluator.kernel()), form_(form), rows_(simd::rows_of(form)), memory_(memory) {
     std::copy_n(column_max, simd::dimension, column_max_);
   }
 
@@ -76,21 +82,28 @@ class Screening {
   /// Evaluates every tile.
   void evaluate_all() noexcept;
 
-  /// Evaluates the tiles of the highest bounds, then every other tile whose bound does not prove that the best
-  /// candidate is elsewhere. Gains only shrink, so a bound found in an earlier round still holds.
-  void evaluate_promising() noexcept;
+  /// Evaluates the tiles of the highest bounds, then every other tile whose bound does not prove that the `wanted` best
+  /// candidates are elsewhere. Gains only shrink, so a bound found in an earlier round still holds. Once more in the
+  /// same round, after candidates were withdrawn, it evaluates what now matters besides.
+  void evaluate_promising(std::size_t wanted) noexcept;
 
-  /// Remembers bounds of what this round has evaluated; evaluate_promising does so itself.
-  void keep_bounds() noexcept;
+  /// The same where all is evaluated already.
+  void look_again(std::size_t wanted) noexcept;
+
+  /// Ends a round: remembers bounds of what it has evaluated.
+  void end_round() noexcept;
 
   /// Evaluates the tiles with a bound of at least that much, and leaves bounds as they are.
   void evaluate_trial(float least) noexcept;
 
   /// The highest bound of a tile; below 0 if nothing remains.
-  float highest_bound() const noexcept { return kernel_.largest(memory_.bounds, tile_count_); }
+  float highest_bound() const noexcept { return highest_bound_; }
 
   /// Lists the lanes whose float64 gain may be the largest of all: none only if no candidate remains. Returns how many.
   std::size_t survivors(std::uint32_t* lanes) noexcept;
+
+  /// Lists those whose float64 gain may be among the `wanted` largest; all if fewer remain.
+  std::size_t survivors(std::size_t wanted, std::uint32_t* lanes) noexcept;
 
   std::size_t lanes() const noexcept { return simd::tile_size * tile_count_; }
 
@@ -111,8 +124,25 @@ class Screening {
     return is_there ? lane : lanes();
   }
 
-  /// Takes a candidate that remains out.
+  /// Within a round, after candidates were withdrawn: the lane of the best of what remains, if float32 can tell that no
+  /// other one in what is evaluated, and nothing in what is not, gains as much. lanes() if it cannot: then the round
+  /// goes on with evaluate_promising and survivors.
+  std::size_t next_certain() noexcept;
+
+  /// The entries of the candidate in a lane, float32, one every `stride` floats: of its form.
+  const float* entries(std::size_t lane) const noexcept {
+    return tiles_.data + lane / simd::tile_size * tiles_.tile_stride + lane % simd::tile_size;
+  }
+  std::size_t entry_stride() const noexcept { return tiles_.entry_stride; }
+
+  /// There will be calls of withdraw.
+  void expect_withdrawals() noexcept { are_withdrawn_ = true; }
+
+  /// Takes a candidate that remains out, at the end of a round.
   void remove(std::size_t lane) noexcept;
+
+  /// The same within a round, which goes on with what else it has evaluated.
+  void withdraw(std::size_t lane) noexcept;
 
   int rows() const noexcept { return rows_; }
 
@@ -124,8 +154,16 @@ class Screening {
   void evaluate_listed() noexcept;
   void learn_from(float best) noexcept;
   void evaluate_between(float least, float most) noexcept;
+  void evaluate_down_to(float least) noexcept;
+  bool evaluate_at_once(float clearly) noexcept;
+  void keep_bounds() noexcept;
+  float best_listed(std::size_t wanted) noexcept;
+  float share_of_expected() const noexcept;
+  float highest_unlisted() const noexcept;
   void bound_errors() noexcept;
+  void bound_volumes(double squares) noexcept;
   void bound_errors_near(double growth) noexcept;
+  void look_with_care() noexcept;
 
   /// Above every exact growth of a tile, given its highest growth, -1 where nothing remains.
   struct Line {
@@ -137,10 +175,13 @@ class Screening {
   std::size_t remaining_in(const std::uint32_t* list, std::size_t count) const noexcept;
   std::size_t list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept;
   std::size_t list_distinct_survivors(std::uint32_t* lanes) const noexcept;
+  std::size_t drop_copies(std::uint32_t* lanes, std::size_t count, std::uint32_t first) const noexcept;
   float stale_threshold() const noexcept;
+  float survivor_threshold() const noexcept;
 
   const threading::Evaluator& evaluator_;
   const simd::Kernel& kernel_;
+  simd::Form form_;
   int rows_;
   ScreeningMemory& memory_;
   double column_max_[simd::dimension];  // of candidates that remain, at least
@@ -148,30 +189,40 @@ class Screening {
   simd::Tiles tiles_{};
   std::size_t tile_count_ = 0;
   std::size_t remaining_ = 0;  // lanes with a candidate that remains
-  bool is_store_order_ = true;
-  bool is_ordered_ = false;  // tiles hold all that remains, by gain
   std::size_t evaluations_ = 0;
-
-  double expected_share_ = 0.9;  // of the highest bound that the best growth of a round reaches
+  bool is_store_order_ = true;
+  bool is_ordered_ = false;                // tiles hold all that remains, by gain
+  bool are_withdrawn_ = false;             // candidates will be, within rounds
+  bool lists_all_ = false;                 // the list is of all tiles, in their order
+  bool are_bounds_kept_ = false;           // in this round
+  bool is_bounded_anew_ = true;            // rounding errors are, in this round
+  bool is_lasting_ = false;                // what bounds |Y| holds for later rounds too
+  bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
+  double expected_share_ = 0.9;            // of the highest bound that the best growth of a round reaches
+  double all_slope_ = 1, all_offset_ = 0;  // when evaluate_all was last called
 
   // This round.
-  std::uint32_t now_ = 0;                  // its number
-  const double* w_ = nullptr;              // W
-  bool is_bounded_anew_ = true;            // bound_errors was called in this round
-  bool is_lasting_ = false;                // its bound holds for later rounds too
-  bool is_trial_ = false;                  // bounds are of other information, and stay
-  std::size_t listed_ = 0;                 // tiles evaluated: list[0 .. listed_)
-  bool lists_all_ = false;                 // in their order
-  bool with_care_ = false;                 // bounds of the rounding error for each candidate, not one for all
-  double volume_error_ = 0;                // E of docs/numerics.md: of sqrt(det) of any candidate
-  double shrink_ = 0;                      // min(1, |Y|): how much of it a growth can feel
-  double minors_error_ = 0;                // of the growth of any candidate, by the arithmetic after Y
-  double tangent_ = 0;                     // the growth near which these are used
-  double factor_drift_ = 0;                // relative error of det between this round and any earlier one
-  float best_ = -1;                        // the largest growth found; with care, the largest lower bound
-  double assured_ = -1;                    // some exact growth is at least that
-  double slope_ = 1, offset_ = 0;          // an exact growth is at most slope * growth + offset
-  double all_slope_ = 1, all_offset_ = 0;  // when evaluate_all was last called
+  const float* w_ = nullptr;         // W, in float32
+  const double* w64_ = nullptr;      // W
+  std::size_t listed_ = 0;           // tiles evaluated: list[0 .. listed_)
+  std::size_t survivors_found_ = 0;  // where they are known already: bucket[0 .. survivors_found_)
+  float lowest_listed_ = 0;          // all tiles of at least this bound are evaluated
+  float best_ = -1;                  // the largest growth found; with care, the largest lower bound
+  float highest_bound_ = std::numeric_limits<float>::infinity();  // of a tile, when the round began
+  float next_highest_bound_ = -1;                                 // when it has ended
+  double assured_ = -1;                                           // some exact growth is at least that
+  double slope_ = 1, offset_ = 0;                                 // an exact growth is at most slope * growth + offset
+  double tangent_ = 0;                                            // the growth near which that is tight
+  double factor_drift_ = 0;  // relative error of det between this round and any earlier one
+
+  // What rounding can do, in this round and perhaps in later ones.
+  double whitened_squares_ = 0;  // of the rows of Y: no |y|^2 is above it
+  double delta_ = 0;             // no row of Y is off by more
+  double volume_error_ = 0;      // E of docs/numerics.md: of sqrt(det) of any candidate
+  double shrink_ = 0;            // min(1, |y|): how much of it a growth can feel
+  double minors_error_ = 0;      // of the growth of any candidate, by the arithmetic after Y
+  double bounded_drift_ = 0;     // up to which these hold
+  float bounded_highest_ = 0;    // highest_bound_ when they were found
 };
 
 }  // namespace maxlogdet

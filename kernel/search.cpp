@@ -27,6 +27,7 @@ std::size_t checked(std::size_t capacity) {
 SearchMemory::SearchMemory(std::size_t most)
     : capacity(checked(most)),
       kernel(simd::active()),
+      candidates(most),
       screening(most),
       losses(most),
       constraints(most),
@@ -37,20 +38,22 @@ SearchMemory::SearchMemory(std::size_t most)
       draws(most),
       unselected(most),
       open(most),
+      selected(most),
       indices(most),
       gains(most),
       traces(most + simd::tile_size) {}
 
 Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
-    : candidates(blocks),
+    : candidates(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
       kernel(*memory.kernel),
-      evaluator(kernel, {blocks.plane(0, 0), blocks.stride()}, std::max(blocks.rows(), 1), memory.team),
+      evaluator(kernel, candidates.planes, std::max(candidates.rows(), 1), memory.team),
       screening_memory(memory.screening),
       losses(memory.losses),
-      screening(evaluator, blocks.column_max(), memory.screening),
+      screening(evaluator, candidates.form, candidates.largest_of_form, memory.screening),
       constraints(memory.constraints),
       deadline(options.time_limit),
       budget(options.budget),
+      has_candidates(blocks.size() > 0),
       growths(memory.growths.data()),
       lanes(memory.lanes.data()),
       contenders(memory.contenders.data()),
@@ -58,12 +61,13 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       draws(memory.draws.data()),
       unselected(memory.unselected.data()),
       open(memory.open.data()),
-      indices(memory.indices.data()),
+      indices(memory.selected.data()),
+      reported(memory.indices.data()),
       gains(memory.gains.data()),
       traces(memory.traces) {}
 
-Status Search::start(const Options& options) noexcept {
-  const Status status = constraints.reset(candidates, options);
+Status Search::start(const BlockStore& blocks, const Options& options) noexcept {
+  const Status status = constraints.reset(blocks, candidates, options);
   if (status != Status::ok) return status;
   if (!prior.reset(options.prior)) return Status::invalid_prior;
   prior_matrix = options.prior;
@@ -87,6 +91,23 @@ std::size_t Search::find_best() noexcept {
     }
   }
   return lanes[best];
+}
+
+std::size_t Search::find_best(std::size_t wanted, std::uint32_t* best) noexcept {
+  const std::size_t count = screening.survivors(wanted, lanes);
+  for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
+  evaluator.decide(factor.inverse(), contenders, count, growths);
+  float64_decisions += count;
+  std::uint32_t* const order = draws;
+  std::iota(order, order + count, 0U);
+  std::sort(order, order + count, [this](std::uint32_t a, std::uint32_t b) {
+    return growths[a] > growths[b] || (growths[a] == growths[b] && contenders[a] < contenders[b]);
+  });
+  std::size_t known = 0;  // nobody who is not a survivor gains as much
+  while (known < count && growths[order[known]] >= screening.assured()) ++known;
+  known = std::max(known, std::min(wanted, count));
+  for (std::size_t j = 0; j < known; ++j) best[j] = lanes[order[j]];
+  return known;
 }
 
 double Search::add_rows(std::uint32_t candidate) noexcept {
@@ -115,9 +136,17 @@ void Search::append(std::uint32_t candidate, double growth) noexcept {
 
 std::size_t Search::select_best() noexcept {
   const std::size_t lane = find_best();
-  add(screening.candidate(lane));
-  take_out(lane);
+  select(lane);
   return lane;
+}
+
+// Taken out first: what vector loads of the next round read was written well before then.
+void Search::select(std::size_t lane) noexcept {
+  const std::uint32_t candidate = screening.candidate(lane);
+  double rows[max_block_rows][state_dimension];
+  read_rows(candidates, candidate, rows);
+  take_out(lane);
+  add(candidate, rows, candidates.rows());
 }
 
 void Search::take_out(std::size_t lane) noexcept {
@@ -136,10 +165,17 @@ void Search::discard(std::size_t lane) noexcept {
   --remaining;
 }
 
+void Search::reject(std::size_t lane, bool is_round_open) noexcept {
+  if (!is_round_open) return discard(lane);
+  screening.withdraw(lane);
+  --remaining;
+}
+
 void Search::report(Status status, Selection& selection) const noexcept {
-  const bool takes_all = candidates.size() > 0 && budget > 0 && remaining == 0;
+  for (std::size_t j = 0; j < selected; ++j) reported[j] = candidates.indices[indices[j]];
+  const bool takes_all = has_candidates && budget > 0 && remaining == 0;
   selection.status = status == Status::ok && takes_all ? Status::all_selected : status;
-  selection.indices = indices;
+  selection.indices = reported;
   selection.gains = gains;
   selection.size = selected;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());

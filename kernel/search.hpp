@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernel/aligned_array.hpp"
+#include "kernel/candidates.hpp"
 #include "kernel/constraints.hpp"
 #include "kernel/deadline.hpp"
 #include "kernel/information_factor.hpp"
@@ -27,6 +28,7 @@ struct SearchMemory {
   std::size_t capacity;
   const simd::Kernel* kernel;  ///< picked when this is made; nullptr: MAXLOGDET_ISA names one that is not there
   threading::Team team;
+  CandidatesMemory candidates;
   ScreeningMemory screening;
   LossesMemory losses;
   ConstraintsMemory constraints;
@@ -37,6 +39,7 @@ struct SearchMemory {
   std::vector<std::uint32_t> draws;
   std::vector<unsigned char> unselected;
   std::vector<unsigned char> open;
+  std::vector<std::uint32_t> selected;
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
   AlignedArray<float> traces;
@@ -49,9 +52,9 @@ struct Search {
   Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept;
 
   /// Takes over constraints and prior, and selects what is required; the first thing wrong with them, or ok.
-  Status start(const Options& options) noexcept;
+  Status start(const BlockStore& blocks, const Options& options) noexcept;
 
-  const BlockStore& candidates;
+  Candidates candidates;
   const simd::Kernel& kernel;
   threading::Evaluator evaluator;
   ScreeningMemory& screening_memory;  ///< of the screening, for a strategy that has no use for one
@@ -63,6 +66,7 @@ struct Search {
   InformationFactor factor;
   Deadline deadline;
   std::size_t budget;                 ///< how many to select, those required included
+  bool has_candidates;                ///< the store does, be they invalid
   std::size_t remaining = 0;          ///< candidates that may be selected and are not yet
   std::size_t selected = 0;           ///< entries of the answer so far
   std::size_t float64_decisions = 0;  ///< candidates that float64 had to tell apart
@@ -75,6 +79,7 @@ struct Search {
   unsigned char* unselected;          ///< scratch, per candidate
   unsigned char* open;                ///< scratch, per candidate
   std::uint32_t* indices;             ///< the answer, in order of selection
+  std::uint32_t* reported;            ///< the same in the caller's indices
   double* gains;                      ///< its gains, nats
   float* traces;                      ///< scratch, whole tiles
 
@@ -83,6 +88,10 @@ struct Search {
   /// The lane of the best of the candidates that this round has evaluated. Float64 decides between those
   /// that float32 cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
   std::size_t find_best() noexcept;
+
+  /// The same for the `wanted` best, in descending order, and for as many more as are known without further evaluation.
+  /// Returns how many; fewer than wanted only where no more remain.
+  std::size_t find_best(std::size_t wanted, std::uint32_t* best) noexcept;
 
   /// Adds a candidate's rows to the information alone; returns the relative growth of its determinant.
   double add_rows(std::uint32_t candidate) noexcept;
@@ -103,7 +112,13 @@ struct Search {
   /// Takes out a candidate that was not.
   void discard(std::size_t lane) noexcept;
 
-  /// Adds what find_best has found, and takes it out. Returns its lane.
+  /// The same, perhaps within a round.
+  void reject(std::size_t lane, bool is_round_open) noexcept;
+
+  /// Adds what find_best has found, and takes it out.
+  void select(std::size_t lane) noexcept;
+
+  /// Finds it, too. Returns its lane.
   std::size_t select_best() noexcept;
 
   /// Fills in what was selected; `status`: how the search ended.

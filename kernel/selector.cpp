@@ -39,7 +39,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.status = check(candidates, options, *memory_);
   if (selection.status != Status::ok) return selection;
   Search search(candidates, options, *memory_);
-  selection.status = search.start(options);
+  selection.status = search.start(candidates, options);
   if (selection.status != Status::ok) return selection;
 
   Status status = Status::ok;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/candidates.hpp"
+
 #include <maxlogdet/block_store.hpp>
 
 #include <cmath>
@@ -20,11 +22,11 @@ inline bool round_block(const double* block, int rows, float (&stored)[max_block
   return true;
 }
 
-/// The rows of candidate i as stored, in float64; blocks.rows() of them.
-inline void read_rows(const BlockStore& blocks, std::size_t i, double (&rows)[max_block_rows][state_dimension]) {
-  for (int row = 0; row < blocks.rows(); ++row) {
+/// The rows of candidate i as stored, in float64; candidates.rows() of them.
+inline void read_rows(const Candidates& candidates, std::size_t i, double (&rows)[max_block_rows][state_dimension]) {
+  for (int row = 0; row < candidates.rows(); ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      rows[row][column] = static_cast<double>(blocks.plane(row, column)[i]);
+      rows[row][column] = static_cast<double>(candidates.plane(row, column)[i]);
     }
   }
 }

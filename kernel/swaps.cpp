@@ -42,7 +42,7 @@ Swap best_swap(Search& search, const std::uint32_t* selected, std::size_t place,
   Information without = information;
   add_block(search.candidates, selected[place], -1, without);
   if (!search.factor.reset(&without.entry[0][0])) return {0, 0, place};
-  search.screening.restart(search.candidates.column_max());
+  search.screening.restart(search.candidates.largest_of_form);
   search.screening.begin_round(search.factor);
   search.screening.evaluate_all();
   const std::size_t lane = search.find_best();

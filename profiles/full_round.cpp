@@ -8,6 +8,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <iterator>
 #include <numeric>
 #include <stdexcept>
 #include <vector>
@@ -19,6 +20,7 @@ struct FullRound::State {
   int rows = 0;
   BlockStore blocks = BlockStore(candidates);
   InformationFactor factor;
+  float w[simd::dimension * simd::padded_dimension];
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> growths = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
@@ -38,9 +40,10 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
     double h[max_block_rows][state_dimension];
-    read_rows(state_->blocks, selected, h);
+    read_rows(all_of(state_->blocks), selected, h);
     state_->factor.add_block(*state_->kernel, h, rows);
   }
+  for (std::size_t i = 0; i < std::size(state_->w); ++i) state_->w[i] = static_cast<float>(state_->factor.inverse()[i]);
   std::iota(state_->tiles.begin(), state_->tiles.end(), 0U);
 }
 
@@ -51,8 +54,8 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
-  state.kernel->screen[state.rows - 1](tiles, state.factor.inverse(), state.tiles.data(), state.tiles.size(),
-                                       state.growths.data(), state.highest.data());
+  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(), state.growths.data(),
+                                       state.highest.data());
 }
 
 }  // namespace maxlogdet::profiles

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 // Points and a pose in, blocks out: what append_blocks asks of an instruction set. Raw pointers and scalars only, as in
 // simd/kernel.hpp, and already checked. The equations are in maxlogdet/jacobian.hpp.
@@ -30,18 +31,26 @@ struct BlockInput {
 };
 
 struct BlockOutput {
-  /// Entry (row, column) of match i goes to planes[(6 * row + column) * stride + i], for all rows < rows_written; zeros
-  /// where it is invalid or has no such row. Nothing is written beyond match size - 1.
+  /// Of the valid matches only, in their order: entry (row, column) of the j-th goes to planes[(6 * row + column) *
+  /// stride + j], for all rows < rows_written, zeros where it has no such row; and to indices[j] which one it is,
+  /// counted from first_index. Nothing is written beyond place size - 1.
   float* planes;
   std::size_t stride;
+  std::uint32_t* indices;
   unsigned char* validity;  ///< 1 or 0 a match
+  std::uint32_t first_index;
 
   int rows_written;
-  int rows;  ///< of the tallest valid block, 0 if none is valid
-  std::size_t invalid;
+  int rows;            ///< of the tallest valid block, 0 if none is valid
+  bool is_factored;    ///< whether the blocks are A [ I | -[p]x ] with an upper triangular A
+  std::size_t stored;  ///< valid ones
   std::size_t behind_camera;
   std::size_t singular_rays;
   double column_max[6];  ///< largest |entry| written, by column
+
+  /// Where they are factored p, float32, goes to the 3 planes after the 18 of entries, and this is column_max of
+  /// |A| [ I | |[p]x| ], as float32 has A and p.
+  double factored_max[6];
 };
 
 using BuildBlocks = void (*)(const BlockInput& input, BlockOutput& output);

@@ -28,9 +28,28 @@ struct Planes {
   std::size_t stride;
 };
 
-/// Candidates by tiles of 16. Entry (row, column) of lane l of tile t is at
-/// data[t * tile_stride + (dimension * row + column) * entry_stride + l]: the planes of a store as they are, or a copy
-/// in which each tile is contiguous. All arrays hold whole tiles.
+/// What screening reads of a candidate: the entries of its rows, one after the other; or, where all blocks are
+/// A [ I | -[X]x ] with an upper triangular A, the six entries of A, by rows, and the point X: half as much to read,
+/// and three quarters of the arithmetic.
+enum Form { one_row, two_rows, three_rows, factored };
+constexpr std::size_t forms = 4;
+constexpr int rows_of(Form form) { return form == factored ? 3 : static_cast<int>(form) + 1; }
+constexpr Form form_of_rows(int rows) { return static_cast<Form>(rows - 1); }
+constexpr std::size_t entries_of(Form form) {
+  return form == factored ? 9 : static_cast<std::size_t>(dimension * rows_of(form));
+}
+/// The planes of a store: 18 of entries, and 3 of the point.
+constexpr std::size_t point_plane = std::size_t{3} * dimension;
+constexpr std::size_t planes_of_store = point_plane + 3;
+/// The plane of an entry of a form.
+constexpr std::size_t factored_planes[] = {0, 1, 2, 7, 8, 14, 18, 19, 20};
+constexpr std::size_t plane_of(Form form, std::size_t entry) {
+  return form == factored ? factored_planes[entry] : entry;
+}
+
+/// Candidates by tiles of 16. Entry e (of a form) of lane l of tile t is at data[t * tile_stride + e * entry_stride +
+/// l]: the planes of a store as they are (not if it is factored), or a copy in which each tile is contiguous. All
+/// arrays hold whole tiles.
 struct Tiles {
   const float* data;
   std::size_t tile_stride;
@@ -46,22 +65,63 @@ struct Tiles {
 using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
                         std::size_t count, double* growths);
 
-/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any. Lanes that
-/// do not remain get -1. growths[16 t + l] is the growth of lane l of tile t, highest[t] the largest of them. Returns
-/// the largest of all.
-using Screen = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any; W as
+/// rounded to float32, 6 x 8 row-major. Lanes that do not remain get -1. growths[16 t + l] is the growth of lane l of
+/// tile t, highest[t] the largest of them. Returns the largest of all.
+using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
                          float* growths, float* highest);
 
+/// Lists the tiles t of least <= bounds[t] <= most, as ListBetween does, and screens them.
+struct ScreenedTiles {
+  std::size_t count;
+  float largest;
+};
+using ScreenBetween = ScreenedTiles (*)(const Tiles& tiles, const float* inverse_factor, const float* bounds,
+                                        std::size_t tile_count, std::size_t part, std::size_t parts, float least,
+                                        float most, std::uint32_t* list, float* growths, float* highest);
+
+/// A round of lazy greedy: tiles of at least `clearly` > 0 are screened first, then those whose bound does not prove
+/// that the best candidate is elsewhere; then the lanes that may hold it are listed, and bounds are kept.
+struct PromisingRound {
+  std::size_t tile_count;
+  float clearly;
+  double slope, offset;      ///< an exact growth is at most slope * growth + offset
+  double nearest, farthest;  ///< the growths between which that is a tight bound: it is left to the caller if the best
+                             ///< is not
+  double drift;              ///< (1 + an exact growth) is at most (1 + drift) (1 + the bound of its tile)
+  float* bounds;             ///< per tile; this and the following are read and written
+  float* growths;
+  float* highest;
+  std::uint32_t* list;   ///< tiles that were screened
+  std::uint32_t* lanes;  ///< survivors
+
+  bool is_done = false;  ///< all of it, not only tiles screened
+  std::size_t listed = 0;
+  float lowest_listed = 0;  ///< the bound down to which tiles are screened
+  float best = -1;          ///< the largest growth
+  double assured = -1;      ///< some exact growth is at least that
+  std::size_t survivors = 0;
+  float highest_bound = -1;  ///< of a tile, now
+};
+using ScreenPromising = void (*)(const Tiles& tiles, const float* inverse_factor, PromisingRound& round);
+
+/// Bounds are kept as float32, rounded up, and thresholds are rounded down, with room for the roundings that lead
+/// there.
+constexpr double bound_room = 5e-7;
+/// A threshold that lets every lane with a candidate through, and none without (growth -1).
+constexpr float any_candidate = -0.5F;
+
 /// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows,
-/// each candidate with a bound of its own rounding error (docs/numerics.md). Returns the largest lower bound.
-using ScreenWithCare = float (*)(const Tiles& tiles, const double* inverse_factor, const std::uint32_t* list,
-                                 std::size_t count, float* growths, float* highest);
+/// each candidate with a bound of its own rounding error (docs/numerics.md); lower[16 t + l] a lower one. Returns the
+/// largest lower bound.
+using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list,
+                                 std::size_t count, float* growths, float* highest, float* lower);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
-constexpr std::size_t record_size(int rows) { return static_cast<std::size_t>(rows * dimension + 3) / 4 * 4; }
+constexpr std::size_t record_size(Form form) { return (entries_of(form) + 3) / 4 * 4; }
 
 /// Lists the lanes of the listed tiles whose growth is at least `threshold` and whose block is not entry for entry that
-/// of `unlike` (rows x 6; nullptr: no such block); returns how many. Up to 16 more may be written.
+/// of `unlike` (nullptr: no such block); returns how many. Up to 16 more may be written.
 using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* growths, const float* highest, float threshold,
                                       const std::uint32_t* list, std::size_t count, const float* unlike,
                                       std::uint32_t* lanes);
@@ -71,11 +131,17 @@ using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* growths, 
 using MakeRecords = void (*)(const Planes& planes, std::size_t count, float* records);
 
 /// Copies the listed candidates to consecutive lanes: entry e of candidate indices[16 t + l] to
-/// tiles[(rows * dimension * t + e) * 16 + l]. `count` is a multiple of 16.
+/// tiles[(entries * t + e) * 16 + l]. `count` is a multiple of 16.
 using Gather = void (*)(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles);
 
-/// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other.
+/// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other; of factored ones
+/// of |A| [ I | |[X]x| ].
 using ColumnMax = void (*)(const float* tiles, std::size_t tile_count, double* column_max);
+
+/// The same of the first `count` candidates of a store whose blocks are factored. False where A or X are so large that
+/// a product with them could lose what underflows in another one (docs/numerics.md): then they are not to be screened
+/// so.
+using FactoredMax = bool (*)(const Planes& planes, std::size_t count, double* column_max);
 
 /// traces[i] = |H W^T|_F^2 for candidate i in [0, count), what it adds to tr(M^-1 sum of H^T H), in float32; -1 where
 /// free[i] is 0, and beyond the last one up to the next multiple of 16. free[i] is 0 or 1.
@@ -101,6 +167,10 @@ using Largest = float (*)(const float* values, std::size_t count);
 /// W <- the inverse Cholesky factor of M + h^T h, for a 1 x 6 row h; W is 6 x 8 row-major, zero above the diagonal.
 /// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
 using AddRow = double (*)(double* inverse_factor, const double* row);
+
+/// The same for `count` rows, one after the other, six float64 each; `narrow`: W then, as rounded to float32. Returns
+/// the growth by all of them.
+using AddRows = double (*)(double* inverse_factor, const double* rows, int count, float* narrow);
 
 /// W <- the inverse Cholesky factor of M - h^T h, if the share of det M that is left, 1 - |W h^T|^2, is above `least`,
 /// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRow.
@@ -128,17 +198,21 @@ using Draw = void (*)(std::uint64_t key, std::uint64_t first, std::uint32_t rang
 
 struct Kernel {
   const char* isa;
-  Decide decide[3];                    ///< [rows - 1]
-  Screen screen[3];                    ///< [rows - 1]
-  ScreenWithCare screen_with_care[3];  ///< [rows - 1]
-  ListSurvivors list_survivors[3];     ///< [rows - 1]
-  MakeRecords make_records[3];         ///< [rows - 1]
-  Gather gather[3];                    ///< [rows - 1]
-  ColumnMax column_max[3];             ///< [rows - 1]
-  Traces traces[3];                    ///< [rows - 1]
-  ExactTraces exact_traces[3];         ///< [rows - 1]
+  Decide decide[3];  ///< [rows - 1]
+  Screen screen[forms];
+  ScreenBetween screen_between[forms];
+  ScreenPromising screen_promising[forms];
+  ScreenWithCare screen_with_care[forms];
+  ListSurvivors list_survivors[forms];
+  MakeRecords make_records[forms];
+  Gather gather[forms];
+  ColumnMax column_max[forms];
+  FactoredMax factored_max;
+  Traces traces[3];             ///< [rows - 1]
+  ExactTraces exact_traces[3];  ///< [rows - 1]
   CountAtLeast count_at_least;
   AddRow add_row;
+  AddRows add_rows;
   RemoveRow remove_row;
   Losses losses[3];                   ///< [rows - 1]
   SumInformation sum_information[3];  ///< [rows - 1]

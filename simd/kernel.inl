@@ -13,10 +13,21 @@
 namespace {
 
 using maxlogdet::simd::dimension;
+using maxlogdet::simd::entries_of;
+using maxlogdet::simd::factored;
+using maxlogdet::simd::Form;
+using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;
+using maxlogdet::simd::plane_of;
 using maxlogdet::simd::Planes;
+using maxlogdet::simd::point_plane;
+using maxlogdet::simd::PromisingRound;
+using maxlogdet::simd::rows_of;
+using maxlogdet::simd::ScreenedTiles;
+using maxlogdet::simd::three_rows;
 using maxlogdet::simd::tile_size;
 using maxlogdet::simd::Tiles;
+using maxlogdet::simd::two_rows;
 
 // A pack holds one candidate, or match, a lane; it is as wide as this unit's flags allow.
 constexpr std::size_t double_lanes = Doubles::size;
@@ -24,6 +35,9 @@ constexpr std::size_t float_lanes = Floats::size;
 
 }  // namespace
 
+#include "simd/factored.inl"
+
+// These use it.
 #include "simd/blocks.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
@@ -36,19 +50,25 @@ constexpr std::size_t float_lanes = Floats::size;
 namespace maxlogdet {
 namespace simd {
 
+#define MAXLOGDET_FORMS(function) \
+  { function<one_row>, function<two_rows>, function<three_rows>, function<factored> }
 extern const Kernel MAXLOGDET_KERNEL;
 const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {decide<1>, decide<2>, decide<3>},
-                                 {screen<1>, screen<2>, screen<3>},
-                                 {screen_with_care<1>, screen_with_care<2>, screen_with_care<3>},
-                                 {list_survivors<1>, list_survivors<2>, list_survivors<3>},
-                                 {make_records<1>, make_records<2>, make_records<3>},
-                                 {gather<1>, gather<2>, gather<3>},
-                                 {column_max<1>, column_max<2>, column_max<3>},
+                                 MAXLOGDET_FORMS(screen),
+                                 MAXLOGDET_FORMS(screen_between),
+                                 MAXLOGDET_FORMS(screen_promising),
+                                 MAXLOGDET_FORMS(screen_with_care),
+                                 MAXLOGDET_FORMS(list_survivors),
+                                 MAXLOGDET_FORMS(make_records),
+                                 MAXLOGDET_FORMS(gather),
+                                 MAXLOGDET_FORMS(column_max),
+                                 factored_max,
                                  {traces<1>, traces<2>, traces<3>},
                                  {exact_traces<1>, exact_traces<2>, exact_traces<3>},
                                  count_at_least,
                                  add_row,
+                                 add_rows,
                                  remove_row,
                                  {losses<1>, losses<2>, losses<3>},
                                  {sum_information<1>, sum_information<2>, sum_information<3>},
@@ -56,6 +76,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  largest,
                                  draw,
                                  build_blocks};
+#undef MAXLOGDET_FORMS
 
 }  // namespace simd
 }  // namespace maxlogdet

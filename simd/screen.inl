@@ -73,10 +73,18 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
 }
 
 // Y Y^T, entries (a, b), a <= b, row by row.
-template <int Rows>
-inline void multiply_by_transpose(const float* entries, std::size_t stride, const float* w,
+template <Form form, int Rows = rows_of(form)>
+inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::size_t stride, const float* w,
                                   Floats (&products)[Rows * (Rows + 1) / 2]) {
-  if constexpr (Rows < 3) {
+  if constexpr (form == factored) {
+    const FactoredBlock block = load_factored(entries);
+#pragma GCC unroll 6
+    for (int c = 0; c < dimension; ++c) {
+      Floats y[3];
+      whiten_column(block, w, c, y);
+      add_products(y, c, products);
+    }
+  } else if constexpr (Rows < 3) {
     Floats y[Rows][dimension];
     for (int a = 0; a < Rows; ++a) whiten(entries + static_cast<std::size_t>(dimension * a) * stride, stride, w, y[a]);
     for (int a = 0, e = 0; a < Rows; ++a) {
@@ -130,22 +138,21 @@ inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) 
   }
 }
 
-template <int Rows>
-float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count, float* growths,
+template <Form form>
+float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
              float* highest) {
-  float w[dimension * padded_dimension];
-  for (int i = 0; i < dimension * padded_dimension; ++i) w[i] = static_cast<float>(w64[i]);
+  constexpr int rows = rows_of(form);
   Floats best(-1.0F);
   for (std::size_t j = 0; j < count; ++j) {
     asm volatile("" ::: "memory");  // the entries of W stay in memory: they would crowd others out of the registers
     const std::size_t tile = list[j];
     Floats most(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      Floats products[Rows * (Rows + 1) / 2];
-      multiply_by_transpose<Rows>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
+      Floats products[rows * (rows + 1) / 2];
+      multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
-      const Floats clamped = xsimd::max(growth_by_minors<Rows>(products), Floats(0.0F));  // may have cancelled
+      const Floats clamped = xsimd::max(growth_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
       const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
       growth.store_unaligned(growths + at);
       most = xsimd::max(most, growth);
@@ -156,8 +163,8 @@ float screen(const Tiles& tiles, const double* w64, const std::uint32_t* list, s
   return largest_lane(best);
 }
 
-// The square of | |W| |h| |: what rounding moves a row of Y by is in proportion.
-inline Floats rounding_squares(const float* entries, std::size_t stride, const float* absolute_w) {
+// | |W| |h| |^2 of a row: what rounding moves a row of Y by is in proportion to its root. `w`: |W|.
+inline Floats rounding_squares(const float* entries, std::size_t stride, const float* w) {
   Floats h[dimension];
 #pragma GCC unroll 6
   for (int d = 0; d < dimension; ++d) {
@@ -166,12 +173,43 @@ inline Floats rounding_squares(const float* entries, std::size_t stride, const f
   Floats squares(0.0F);
 #pragma GCC unroll 6
   for (int c = 0; c < dimension; ++c) {
-    Floats sum = Floats(absolute_w[padded_dimension * c]) * h[0];
+    Floats sum = Floats(w[padded_dimension * c]) * h[0];
 #pragma GCC unroll 6
-    for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(absolute_w[padded_dimension * c + d]), h[d], sum);
+    for (int d = 1; d <= c; ++d) sum = multiply_add(Floats(w[padded_dimension * c + d]), h[d], sum);
     squares = multiply_add(sum, sum, squares);
   }
   return squares;
+}
+
+// Y = H W^T, and the squares of what its rows can be off by.
+template <Form form, int Rows = rows_of(form)>
+inline void whiten_with_errors(const float* entries, [[maybe_unused]] std::size_t stride, const float* w,
+                               const float* absolute_w, const float (&row_errors)[3], Floats (&y)[Rows][dimension],
+                               Floats (&delta)[Rows]) {
+  // Below it these products can underflow, to zero if the caller has asked for that.
+  const Floats smallest_normal(std::numeric_limits<float>::min());
+  Floats squares[Rows];
+  if constexpr (form == factored) {
+    const FactoredBlock block = load_factored(entries);
+#pragma GCC unroll 6
+    for (int c = 0; c < dimension; ++c) {
+      Floats column[3];
+      whiten_column(block, w, c, column);
+      for (int a = 0; a < 3; ++a) y[a][c] = column[a];
+    }
+    rounding_squares(block, absolute_w, squares);
+  } else {
+#pragma GCC unroll 3
+    for (int a = 0; a < Rows; ++a) {
+      const float* const row = entries + static_cast<std::size_t>(dimension * a) * stride;
+      whiten(row, stride, w, y[a]);
+      squares[a] = rounding_squares(row, stride, absolute_w);
+    }
+  }
+#pragma GCC unroll 3
+  for (int a = 0; a < Rows; ++a) {
+    delta[a] = xsimd::max(Floats(row_errors[a] * row_errors[a]) * squares[a], smallest_normal);
+  }
 }
 
 // The square of how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a], given their squares.
@@ -206,23 +244,21 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
   }
 }
 
-template <int Rows>
-float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_t* list, std::size_t count,
-                       float* growths, float* highest) {
+template <Form form>
+float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
+                       float* highest, float* lower) {
+  constexpr int rows = rows_of(form);
   // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the growth.
   constexpr float unit = 0x1p-24F;
-  constexpr float row_errors[] = {8 * unit, 22 * unit, 38 * unit};
-  constexpr float growth_error = 12 * Rows * unit;
-  float w[dimension * padded_dimension];
-  // Below these products can underflow, to zero if the caller has asked for that; above it they may have overflowed.
-  const Floats smallest_normal(std::numeric_limits<float>::min());
+  constexpr float of_rows[] = {8 * unit, 22 * unit, 38 * unit};
+  constexpr float of_factored_rows[] = {12 * unit, 26 * unit, 42 * unit};
+  constexpr float growth_error = 12 * rows * unit;
   const Floats tiny(1e-36F);
-  const Floats huge(1e36F);
+  const Floats huge(1e36F);  // above it these products may have overflowed
   const Floats nothing(-1.0F);
   constexpr auto smallest = static_cast<float>(maxlogdet::simd::smallest_entry);
   float absolute_w[dimension * padded_dimension];
   for (int i = 0; i < dimension * padded_dimension; ++i) {
-    w[i] = static_cast<float>(w64[i]);
     const float magnitude = w[i] < 0 ? -w[i] : w[i];
     absolute_w[i] = magnitude > smallest ? magnitude : smallest;
   }
@@ -231,19 +267,13 @@ float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_
     const std::size_t tile = list[j];
     Floats most = nothing;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      Floats y[Rows][dimension];
-      Floats delta[Rows];
-#pragma GCC unroll 3
-      for (int a = 0; a < Rows; ++a) {
-        const std::size_t entry = static_cast<std::size_t>(dimension * a) * tiles.entry_stride;
-        const float* const row = tiles.data + tile * tiles.tile_stride + entry + lane;
-        whiten(row, tiles.entry_stride, w, y[a]);
-        const Floats squares = rounding_squares(row, tiles.entry_stride, absolute_w);
-        delta[a] = xsimd::max(Floats(row_errors[a] * row_errors[a]) * squares, smallest_normal);
-      }
-      const Orthogonalised<Rows> r = orthogonalise<Rows>(y);
+      Floats y[rows][dimension];
+      Floats delta[rows];
+      whiten_with_errors<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w,
+                               form == factored ? of_factored_rows : of_rows, y, delta);
+      const Orthogonalised<rows> r = orthogonalise<rows>(y);
       const Floats volume = square_root(Floats(1.0F) + r.growth);
-      const Floats error = square_root(volume_error_squared<Rows>(r, delta));
+      const Floats error = square_root(volume_error_squared<rows>(r, delta));
       const Floats both = multiply_add(Floats(growth_error), r.growth, Floats(2.0F) * error * volume) + tiny;
       const Floats above = r.growth + both + error * error;
       const Floats below = r.growth - both - error * error;
@@ -253,10 +283,11 @@ float screen_with_care(const Tiles& tiles, const double* w64, const std::uint32_
       const auto is_sound = above < huge;  // false for NaN too
       const Floats infinity(std::numeric_limits<float>::infinity());
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
-      const Floats lower = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
+      const Floats assured = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
       upper.store_unaligned(growths + at);
+      assured.store_unaligned(lower + at);
       most = xsimd::max(most, upper);
-      best_assured = xsimd::max(best_assured, lower);
+      best_assured = xsimd::max(best_assured, assured);
     }
     highest[tile] = largest_lane(most);
   }
@@ -276,17 +307,17 @@ inline void transpose(Floats (&m)[4]) {
   m[3] = zip_high(ac_high, bd_high);
 }
 
-template <int Rows>
+template <Form form>
 void make_records(const Planes& planes, std::size_t count, float* records) {
-  constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
-  constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
+  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+  constexpr std::size_t entries = entries_of(form);
   for (std::size_t i = 0; i < count; i += float_lanes, records += float_lanes * size) {
     float* to[float_lanes];
     for (std::size_t lane = 0; lane < float_lanes; ++lane) to[lane] = records + lane * size;
     for (std::size_t e = 0; e < size; e += 4) {
       Floats m[4];
       for (std::size_t j = 0; j < 4; ++j) {  // beyond the last entry: filling
-        m[j] = Floats::load_unaligned(planes.data + (e + j < entries ? e + j : 0) * planes.stride + i);
+        m[j] = Floats::load_unaligned(planes.data + plane_of(form, e + j < entries ? e + j : 0) * planes.stride + i);
       }
       transpose(m);
       for (std::size_t j = 0; j < 4; ++j) store_parts(m[j], to + j, e);
@@ -294,10 +325,10 @@ void make_records(const Planes& planes, std::size_t count, float* records) {
   }
 }
 
-template <int Rows>
+template <Form form>
 void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) {
-  constexpr std::size_t size = maxlogdet::simd::record_size(Rows);
-  constexpr std::size_t entries = static_cast<std::size_t>(Rows * dimension);
+  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+  constexpr std::size_t entries = entries_of(form);
   for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const float* from[float_lanes];
@@ -312,21 +343,26 @@ void gather(const float* records, const std::uint32_t* indices, std::size_t coun
   }
 }
 
-template <int Rows>
+template <Form form>
 void column_max(const float* tiles, std::size_t tile_count, double* largest) {
   Floats most[dimension];
   for (Floats& pack : most) pack = Floats(0.0F);
-  for (const float* const end = tiles + tile_count * Rows * dimension * tile_size; tiles != end;) {
-    for (int row = 0; row < Rows; ++row) {
-      for (Floats& pack : most) {
-        for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-          pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + lane)));
+  for (std::size_t tile = 0; tile < tile_count; ++tile, tiles += entries_of(form) * tile_size) {
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      if constexpr (form == factored) {
+        take_larger_columns(load_factored(tiles + lane), most);
+      } else {
+        for (std::size_t e = 0; e < entries_of(form); ++e) {
+          Floats& pack = most[e % dimension];
+          pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + e * tile_size + lane)));
         }
-        tiles += tile_size;
       }
     }
   }
-  for (int column = 0; column < dimension; ++column) largest[column] = static_cast<double>(largest_lane(most[column]));
+  constexpr double room = form == factored ? 1 + 1e-6 : 1;  // for the roundings above
+  for (int column = 0; column < dimension; ++column) {
+    largest[column] = room * static_cast<double>(largest_lane(most[column]));
+  }
 }
 
 std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float least,
@@ -343,7 +379,15 @@ std::size_t list_between(const float* values, std::size_t count, std::size_t par
   return found;
 }
 
-template <int Rows>
+template <Form form>
+ScreenedTiles screen_between(const Tiles& tiles, const float* w, const float* bounds, std::size_t tile_count,
+                             std::size_t part, std::size_t parts, float least, float most, std::uint32_t* list,
+                             float* growths, float* highest) {
+  const std::size_t count = list_between(bounds, tile_count, part, parts, least, most, list);
+  return {count, screen<form>(tiles, w, list, count, growths, highest)};
+}
+
+template <Form form>
 std::size_t list_survivors(const Tiles& tiles, const float* growths, const float* highest, float threshold,
                            const std::uint32_t* list, std::size_t count, const float* unlike, std::uint32_t* lanes) {
   std::size_t found = 0;
@@ -356,7 +400,7 @@ std::size_t list_survivors(const Tiles& tiles, const float* growths, const float
       if (unlike != nullptr) {
         const float* entries = tiles.data + tile * tiles.tile_stride + lane;
         auto is_same = survives;
-        for (int e = 0; e < Rows * dimension; ++e, entries += tiles.entry_stride) {
+        for (std::size_t e = 0; e < entries_of(form); ++e, entries += tiles.entry_stride) {
           is_same = is_same & (Floats::load_unaligned(entries) == Floats(unlike[e]));
         }
         survives = survives & !is_same;
@@ -368,12 +412,77 @@ std::size_t list_survivors(const Tiles& tiles, const float* growths, const float
 }
 
 float largest(const float* values, std::size_t count) {
-  Floats most(-1.0F);
+  alignas(sizeof(Floats)) static constexpr float numbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const Floats lane = Floats::load_aligned(numbers);
+  const Floats nothing(-1.0F);
+  Floats most = nothing;
   std::size_t i = 0;
   for (; i + float_lanes <= count; i += float_lanes) most = xsimd::max(most, Floats::load_unaligned(values + i));
-  float result = largest_lane(most);
-  for (; i < count; ++i) result = values[i] > result ? values[i] : result;
-  return result;
+  if (i < count) {
+    const auto is_one = lane < Floats(static_cast<float>(count - i));
+    most = xsimd::max(most, xsimd::select(is_one, Floats::load_unaligned(values + i), nothing));
+  }
+  return largest_lane(most);
+}
+
+// The float just below one that is no zero.
+inline float next_below(float value) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits = value > 0 ? bits - 1 : bits + 1;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+inline float rounded_down(double value) {
+  return static_cast<float>(value - (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
+}
+inline float rounded_up(double value) {
+  return static_cast<float>(value + (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
+}
+
+// The proofs are in docs/numerics.md.
+template <Form form>
+void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const auto screen_down_to = [&](float least, float below) {
+    std::uint32_t* const list = round.list + round.listed;
+    const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, least, below, list);
+    round.lowest_listed = least;
+    round.listed += count;
+    const float best = screen<form>(tiles, w, list, count, round.growths, round.highest);
+    round.best = best > round.best ? best : round.best;
+    const auto growth = static_cast<double>(round.best);
+    round.assured = growth - ((round.slope - 1) * growth + round.offset);
+    return growth > round.nearest && growth < round.farthest;
+  };
+  if (!screen_down_to(round.clearly, infinity)) return;
+  const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
+  const float threshold = stale > 0 ? rounded_down(stale) : maxlogdet::simd::any_candidate;
+  if (threshold < round.clearly && !screen_down_to(threshold, next_below(round.clearly))) return;
+  round.is_done = true;
+
+  const double least = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);  // 1 / slope is more
+  const float least_growth = least > 0 ? rounded_down(least) : maxlogdet::simd::any_candidate;
+  std::size_t holders = 0;  // of survivors; most often it is one tile
+  std::uint32_t holder = 0;
+  for (std::size_t j = 0; j < round.listed; ++j) {
+    const std::uint32_t tile = round.list[j];
+    const bool holds = round.highest[tile] >= least_growth;
+    holder = holds ? tile : holder;
+    holders += holds ? 1 : 0;
+  }
+  const bool is_one = holders == 1;
+  round.survivors =
+      list_survivors<form>(tiles, round.growths, round.highest, least_growth, is_one ? &holder : round.list,
+                           is_one ? 1 : round.listed, nullptr, round.lanes);
+  const float slope = rounded_up(round.slope * (1 + 1e-6));
+  const float offset = rounded_up(round.offset);
+  for (std::size_t j = 0; j < round.listed; ++j) {
+    const std::uint32_t tile = round.list[j];
+    round.bounds[tile] = round.highest[tile] < 0 ? -1.0F : slope * round.highest[tile] + offset;
+  }
+  round.highest_bound = largest(round.bounds, round.tile_count);
 }
 
 }  // namespace

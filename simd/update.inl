@@ -26,15 +26,19 @@ inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)
     xsimd::sqrt(before / pair(s[i + 1], s[i + 2])).store_aligned(scale + i);
     (pair(sign * y[i], sign * y[i + 1]) / before).store_aligned(factor + i);
   }
-  double c[n] = {};
+  // Whole rows, zeros above the diagonal included: what reads them next loads vectors, and would have to wait for the
+  // stores of single entries.
+  constexpr std::size_t packs = padded_dimension / double_lanes;
+  Doubles c[packs];
+  for (Doubles& pack : c) pack = Doubles(0.0);
 #pragma GCC unroll 6
   for (int i = 0; i < n; ++i) {
     double* const row = w + padded_dimension * i;
-#pragma GCC unroll 6
-    for (int d = 0; d <= i; ++d) {
-      const double entry = row[d];
-      row[d] = scale[i] * (entry - factor[i] * c[d]);
-      c[d] += y[i] * entry;
+#pragma GCC unroll 4
+    for (std::size_t p = 0; p < packs; ++p) {
+      const Doubles entry = Doubles::load_unaligned(row + p * double_lanes);
+      (Doubles(scale[i]) * (entry - Doubles(factor[i]) * c[p])).store_unaligned(row + p * double_lanes);
+      c[p] += Doubles(y[i]) * entry;
     }
   }
 }
@@ -53,6 +57,20 @@ double add_row(double* w, const double* h) {
     s[i + 1] = s[i] + y[i] * y[i];
   }
   turn_rows(w, y, s, 1);
+  return growth;
+}
+
+double add_rows(double* w, const double* rows, int count, float* narrow) {
+  double growth = 0;
+  for (int row = 0; row < count; ++row, rows += dimension) {
+    const double of_row = add_row(w, rows);
+    growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
+  }
+  for (std::size_t i = 0; i < std::size_t{dimension} * padded_dimension; i += double_lanes) {
+    const Doubles::register_type exact = Doubles::load_unaligned(w + i);
+    const Narrow rounded = __builtin_convertvector(exact, Narrow);
+    std::memcpy(narrow + i, &rounded, sizeof rounded);
+  }
   return growth;
 }
 

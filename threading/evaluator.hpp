@@ -91,18 +91,32 @@ class Evaluator {
   static constexpr std::size_t list_room = simd::tile_size * (Team::most_chunks + 1);
 
   /// As simd::MakeRecords.
-  void make_records(std::size_t count, float* records) const noexcept {
+  void make_records(simd::Form form, std::size_t count, float* records) const noexcept {
     team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
-      kernel_.make_records[rows_ - 1](planes, size, records + first * simd::record_size(rows_));
+      kernel_.make_records[form](planes, size, records + first * simd::record_size(form));
     });
   }
 
   /// As simd::Gather.
-  void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) const noexcept {
-    const auto entries = std::size_t{simd::dimension} * static_cast<std::size_t>(rows_);
+  void gather(simd::Form form, const float* records, const std::uint32_t* indices, std::size_t count,
+              float* tiles) const noexcept {
     team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.gather[rows_ - 1](records, indices + first, size, tiles + first * entries);
+      kernel_.gather[form](records, indices + first, size, tiles + first * simd::entries_of(form));
+    });
+  }
+
+  /// Copies candidates [0, count) to tiles in their order, as simd::Gather lays them out; read up to the next multiple
+  /// of 16 candidates.
+  void pack(simd::Form form, std::size_t count, float* tiles) const noexcept {
+    team_.in_chunks(count, least_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const std::size_t entries = simd::entries_of(form);
+      for (std::size_t lane = first; lane < first + size; lane += simd::tile_size) {
+        for (std::size_t e = 0; e < entries; ++e) {
+          const float* const plane = planes_.data + simd::plane_of(form, e) * planes_.stride + lane;
+          std::copy_n(plane, simd::tile_size, tiles + lane * entries + e * simd::tile_size);
+        }
+      }
     });
   }
 

@@ -12,14 +12,19 @@
 namespace maxlogdet {
 
 /// Selection hand in hand with matching (Zhao & Vela, Good Feature Matching, 2020): candidates are map points not
-/// matched yet, next() proposes the one that adds most to what has been accepted, the tracker tries to match it, and
-/// answers. If everything is accepted as proposed the answer is that of lazy_greedy, index for index. Only what is
-/// proposed need be matched.
+/// matched yet, next() proposes those that add most to what has been accepted, the tracker tries to match them, and
+/// answers. Only what is proposed need be matched.
 ///
 ///   active.start(candidates, options);
 ///   for (std::uint32_t i; (i = active.next()) != ActiveSelection::none;) match(i) ? active.accept() : active.reject();
 ///
-/// Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling thread alone.
+/// One at a time this is greedy on the candidates that are not rejected: if everything is accepted as proposed the
+/// answer is that of lazy_greedy, index for index. Batches are proposed by their gains before any of them is accepted,
+/// so they save proposals and give away a little log det (docs/performance.md).
+///
+/// A proposal after a rejection costs next to nothing: what has been evaluated since the last acceptance is not
+/// evaluated again. Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling
+/// thread alone.
 class ActiveSelection {
  public:
   /// What next() returns when there is nothing to propose.
@@ -44,19 +49,37 @@ class ActiveSelection {
   /// of Selector::select; after an error there is nothing to propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
-  /// The best of what has been neither accepted nor rejected; the same again until it is answered. `none` when the
-  /// budget is reached, nothing is left, or the time limit has passed.
+  /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
+  /// `none` when the budget is reached, nothing is left, or the time limit has passed.
   std::uint32_t next() noexcept;
 
-  /// The proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
+  /// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
+  /// Fewer only where no more may all be accepted: what is left, what the budget still asks for, and of a group what
+  /// its maximum leaves, in whose place the next best are proposed. While proposals are unanswered, these again, at
+  /// most `count`. With `count` = 1 this is next(). 0 where next() is `none`, and for a `count` of 0 or a null pointer,
+  /// which change nothing.
+  std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
+
+  /// The first unanswered proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
   Status accept() noexcept;
   /// It enters with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (a stereo row added, say).
   /// nothing_proposed, or invalid_block (null, other rows, not finite), else ok; after invalid_block it is still
   /// proposed.
   Status accept(const double* block, int rows) noexcept;
-
-  /// The proposal is not matched, and not proposed again. ok or nothing_proposed.
+  /// It is not matched, and not proposed again. ok or nothing_proposed.
   Status reject() noexcept;
+
+  /// accept() for any of the unanswered proposals, in any order; nothing_proposed if this candidate is none of them.
+  Status accept(std::uint32_t index) noexcept;
+  /// accept(block, rows) likewise.
+  Status accept(std::uint32_t index, const double* block, int rows) noexcept;
+  /// reject() likewise.
+  Status reject(std::uint32_t index) noexcept;
+
+  /// Answers all unanswered proposals together, in their order: `matched` has a byte for each, `count` of them, where
+  /// nonzero accepts. nothing_proposed, without effect, if there are none, or not as many, or for a null pointer; else
+  /// ok.
+  Status answer(const unsigned char* matched, std::size_t count) noexcept;
 
   /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
   /// before start(), `ok` also while there is more to propose.

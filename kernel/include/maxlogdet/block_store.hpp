@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 namespace maxlogdet {
+struct Candidates;
 namespace simd {
 struct Kernel;
 }
@@ -15,11 +17,13 @@ constexpr int state_dimension = 6;
 constexpr int max_block_rows = 3;
 
 /// Candidate blocks H_i (rows x 6) as a structure of arrays in float32: one 64-byte aligned plane per entry (row,
-/// column), so that one vector load reads the same entry of consecutive candidates. Fill it once a frame; clear()
-/// keeps its memory. The instruction set that append_blocks uses is picked when the store is made, as a Selector's is.
+/// column), so that one vector load reads the same entry of consecutive candidates. A candidate without a block (an
+/// empty slot, a point behind the camera) takes an index and no place in the planes, so that it costs nothing but its
+/// flag. Fill the store once a frame; clear() keeps its memory. The instruction set that append_blocks uses is picked
+/// when the store is made, as a Selector's is.
 class BlockStore {
  public:
-  /// Reserves room for `capacity` candidates. Throws std::bad_alloc.
+  /// Reserves room for `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
   explicit BlockStore(std::size_t capacity = 0);
   /// A copy, with room for as many as there are. Throws std::bad_alloc.
   BlockStore(const BlockStore& other);
@@ -63,7 +67,13 @@ class BlockStore {
   /// Largest |entry| of each column of any stored row, state_dimension values.
   const double* column_max() const noexcept { return column_max_; }
 
-  /// Entry (row, column) of every candidate, size() floats; row < rows().
+  /// How many candidates have a block: size() - invalid_count().
+  std::size_t stored() const noexcept { return size_ - invalid_count_; }
+  /// Which candidates these are, stored() indices in ascending order.
+  const std::uint32_t* indices() const noexcept { return indices_.get(); }
+  /// The place of a candidate among them, found by bisection; it has a block.
+  std::size_t place(std::size_t index) const noexcept;
+  /// Entry (row, column) of every candidate that has a block, in the order of indices(), stored() floats; row < rows().
   const float* plane(int row, int column) const noexcept {
     return planes_ + static_cast<std::size_t>(state_dimension * row + column) * stride_;
   }
@@ -74,6 +84,9 @@ class BlockStore {
 
  private:
   friend class BlockWriter;
+  friend Candidates all_of(const BlockStore& blocks) noexcept;
+  bool is_factored() const noexcept { return are_factored_ && rows_ == max_block_rows; }
+  void copy_planes(const float* from, std::size_t stride, std::size_t count) noexcept;
   void grow_to_rows(int rows) noexcept;
   void grow_for_one_more();
   float* entry(int row, int column) noexcept {
@@ -82,12 +95,15 @@ class BlockStore {
 
   std::unique_ptr<float[]> memory_;
   std::unique_ptr<unsigned char[]> valid_;
+  std::unique_ptr<std::uint32_t[]> indices_;
   float* planes_ = nullptr;  // in memory_, aligned
   std::size_t stride_ = 0;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
   std::size_t invalid_count_ = 0;
   double column_max_[state_dimension] = {};
+  double factored_max_[state_dimension] = {};  // see simd/blocks.hpp
+  bool are_factored_ = true;                   // all blocks so far; then there are planes of their points
   const simd::Kernel* kernel_;
   int rows_ = 0;
 };

@@ -17,6 +17,10 @@
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
 //
+// With both measurements, or whitened by both noises, the rows of a block are those of the measurements but for a
+// rotation Q among them, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a
+// stereo row they are those of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), say.
+//
 // A prior that goes with these blocks is an information about this xi, in this order, and in the units of the blocks:
 // with `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` it is
 // one only up to the variance of the map error.
@@ -45,8 +49,8 @@ enum class Weighting {
              ///< With a third measurement H_p is square as it is: H_c = [I | -[p_c]x], 3 x 6. No sigma.
   map_bias_world,  ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as the paper writes
                    ///< it. Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
-  measurement,     ///< H_x / sigma: measurement noise alone.
-  measurement_and_map,  ///< C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises
+  measurement,     ///< Q H_x / sigma: measurement noise alone.
+  measurement_and_map,  ///< Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises
                         ///< whitened.
 };
 
@@ -70,8 +74,9 @@ struct Matches {
   const unsigned char* usable = nullptr;     ///< n: zero keeps a match as an invalid candidate (an empty slot, an
                                              ///< outlier); default: all are usable
   const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
-  const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite;
-                                            ///< default BlockOptions::map_sigma^2 I (measurement_and_map only)
+  const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
+                                            ///< (the upper triangle is read, row-major); default
+                                            ///< BlockOptions::map_sigma^2 I (measurement_and_map only)
 };
 
 /// How blocks are made of matches.
@@ -99,7 +104,7 @@ enum class BlockStatus {
 struct BlockReport {
   BlockStatus status = BlockStatus::ok;  ///< ok or singular_rays: done; else why not
   std::size_t appended = 0;              ///< n, or 0 on an error
-  std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for any of the reasons below
+  std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for whatever reason
   std::size_t behind_camera = 0;         ///< Z <= 0
   std::size_t singular_rays = 0;         ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
 };

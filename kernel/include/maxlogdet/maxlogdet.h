@@ -70,7 +70,7 @@ typedef int32_t maxlogdet_weighting;
 enum {
   MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the default, the paper's H_c, with points in the camera frame
   MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,      ///< the same with points in the world frame
-  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< H_x / sigma
+  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< H_x / sigma, but for a rotation among its rows
   MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< H_x whitened by the noise of measurement and map
 };
 
@@ -141,12 +141,14 @@ maxlogdet_status maxlogdet_executor_init(maxlogdet_executor* executor, size_t st
 /// Candidate blocks H_i, one a match; fill it once a frame, clear keeps its memory.
 typedef struct maxlogdet_block_store maxlogdet_block_store;
 
-/// Room for `capacity` candidates, which is no limit: a store grows. out_of_memory, invalid_argument.
+/// Room for `capacity` candidates, which is no limit: a store grows, up to 2^32 - 1. out_of_memory (also above that),
+/// invalid_argument.
 maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks);
 /// Ends it; a null pointer is none.
 void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks);
 
-/// Makes room for `capacity` candidates; what is stored stays. out_of_memory (without effect), invalid_argument.
+/// Makes room for `capacity` candidates; what is stored stays. out_of_memory (without effect; also above 2^32 - 1),
+/// invalid_argument.
 maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity);
 /// Removes all candidates; keeps the memory.
 maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks);
@@ -191,7 +193,8 @@ typedef struct maxlogdet_matches {
   const uint8_t* has_third;       ///< n: nonzero where the third measurement exists; default: all have it
   const uint8_t* usable;          ///< n: zero keeps a match as an invalid candidate; default: all are usable
   const double* weights;          ///< n: w >= 0 multiplies H^T H; default 1
-  const double* map_covariances;  ///< n x 3 x 3: of the points, world frame, m^2; default map_sigma^2 I
+  const double* map_covariances;  ///< n x 3 x 3: of the points, world frame, m^2, the upper triangle is read;
+                                  ///< default map_sigma^2 I
 } maxlogdet_matches;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
@@ -291,8 +294,8 @@ size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector);
 const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
                                                      const maxlogdet_options* options);
 
-/// Selection hand in hand with matching: it proposes a candidate, the tracker tries to match it, and answers. After
-/// create nothing of it allocates.
+/// Selection hand in hand with matching: it proposes candidates, one by one or in batches, the tracker tries to match
+/// them, and answers. After create nothing of it allocates.
 typedef struct maxlogdet_active_selection maxlogdet_active_selection;
 
 /// What next returns when there is nothing to propose.
@@ -313,18 +316,35 @@ maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* ac
                                                   const maxlogdet_block_store* candidates,
                                                   const maxlogdet_options* options);
 
-/// The best of what has been neither accepted nor rejected; the same again until it is answered. MAXLOGDET_NONE when
-/// the budget is reached, nothing is left, or the time limit has passed.
+/// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
+/// MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed.
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
+/// The `count` best by their gains now, best first, written to `indices`; returns how many. Fewer only where no more
+/// may all be accepted: what is left, what the budget still asks for, and of a group what its maximum leaves. While
+/// proposals are unanswered, these again, at most `count`. 0 where next is MAXLOGDET_NONE, and for a `count` of 0 or a
+/// null pointer, which change nothing.
+size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count);
 
-/// The proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
+/// The first unanswered proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
 maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active);
 /// It enters with the block as measured, rows x 6 row-major, rows in {1, 2, 3}. ok, nothing_proposed, or invalid_block
 /// (null, other rows, not finite); after that it is still proposed.
 maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
                                                          int32_t rows);
-/// The proposal is not matched, and not proposed again. ok or nothing_proposed.
+/// It is not matched, and not proposed again. ok or nothing_proposed.
 maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active);
+
+/// The same for any of the unanswered proposals, in any order; nothing_proposed if this candidate is none of them.
+maxlogdet_status maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index);
+/// As accept_block.
+maxlogdet_status maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
+                                                               const double* block, int32_t rows);
+/// As reject.
+maxlogdet_status maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index);
+/// Answers all unanswered proposals together, in their order: `matched` has a byte for each, `count` of them, where
+/// nonzero accepts. ok, or nothing_proposed, without effect, if there are none, or not as many, or for a null pointer.
+maxlogdet_status maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
+                                                   size_t count);
 
 /// What has been accepted, in that order; valid until the next call of anything with this handle; never null.
 const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active_selection* active);
