@@ -71,7 +71,7 @@ long double loss_given_away(const BlockStore& blocks, const std::vector<std::uin
 std::vector<std::uint32_t> removed_from(const BlockStore& blocks, const Options& options, bool lazily) {
   SearchMemory memory(blocks.size());
   Search search(blocks, options, memory);
-  EXPECT_EQ(search.start(options), Status::ok);
+  EXPECT_EQ(search.start(blocks, options), Status::ok);
   EXPECT_EQ(backward_greedy(search, lazily), Status::ok);
   return {search.indices, search.indices + search.selected};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// append_blocks on every instruction set, against the same equations put down match by match with Eigen: all weightings
-// and third measurements, all lengths of the last pack, broken matches anywhere. That the equations are right is what
-// jacobian_test.cpp shows.
+// append_blocks on every instruction set, against the same operations put down match by match in plain float64: the
+// same bits, for all weightings and third measurements, all lengths of the last pack, broken matches anywhere. That the
+// equations are right is what jacobian_test.cpp shows.
 #include "sim/forced_isa.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
@@ -58,8 +58,7 @@ Batch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeas
     if (random.chance(broken)) p.z() = -z;
     p = R.transpose() * (p - t);
     if (random.chance(broken)) p(random.integer(0, 2)) = broken_value(random);
-    // What float32 cannot hold; with a covariance, only that the matrix is ill-conditioned would be compared.
-    if (random.chance(broken) && weighting != Weighting::measurement_and_map) p *= 1e300;
+    if (random.chance(broken)) p *= 1e300;  // what float32 cannot hold
     batch.points.push_back(p);
     batch.sigmas.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0.5, 4));
     batch.weights.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0, 2));
@@ -80,68 +79,221 @@ Batch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeas
   return batch;
 }
 
-Eigen::Matrix3d cross_product_matrix(const Eigen::Vector3d& p) {
-  Eigen::Matrix3d m;
-  m << 0, -p.z(), p.y(), p.z(), 0, -p.x(), -p.y(), p.x(), 0;
-  return m;
+// What append_blocks computes of a match, one operation after the other, each rounded to float64.
+
+bool is_positive(double value) { return value > 0 && std::isfinite(value); }
+
+struct Point {
+  double x, y, z;
+};
+
+// The upper triangle of a symmetric matrix.
+struct Symmetric {
+  double xx, xy, xz, yy, yz, zz;
+};
+
+// Upper triangular: a block is A [I | -[p]x].
+struct Triangle {
+  double a00 = 0, a01 = 0, a02 = 0, a11 = 0, a12 = 0, a22 = 0;
+};
+
+// One match, with what holds where an array is not given.
+struct Given {
+  Point p;  // in the camera frame
+  double sigma;
+  bool has_third;
+};
+
+Point in_camera(const Batch& batch, std::size_t i) {
+  const Eigen::Vector3d& p = batch.points[i];
+  const auto coordinate = [&](int row) {
+    return batch.T_cw(row, 0) * p.x() + batch.T_cw(row, 1) * p.y() + batch.T_cw(row, 2) * p.z() + batch.T_cw(row, 3);
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+// What is known along the ray, of (dX - x dZ, dY - y dZ, dZ), as rows of (dX, dY, dZ).
+void from_ray(double x, double y, Triangle& a) {
+  a.a02 = a.a02 - a.a00 * x - a.a01 * y;
+  a.a12 = a.a12 - a.a11 * y;
+}
+
+Triangle map_bias_triangle(const Given& match) {
+  const auto& [p, sigma, has_third] = match;
+  Triangle a;
+  a.a00 = a.a11 = 1;
+  a.a02 = has_third ? 0 : -(p.x / p.z);
+  a.a12 = has_third ? 0 : -(p.y / p.z);
+  a.a22 = has_third ? 1 : 0;
+  return a;
+}
+
+// False where a variance is zero.
+bool measurement_triangle(const Batch& batch, const Given& match, Triangle& a) {
+  const double root_half = std::sqrt(0.5);
+  const double inverse_z = 1 / match.p.z;
+  const double weight = batch.matches.sigmas == nullptr ? inverse_z : inverse_z / match.sigma;
+  bool is_definite = match.sigma * match.sigma > 0;
+  a.a00 = batch.camera.fx * weight;
+  a.a11 = batch.camera.fy * weight;
+  if (match.has_third && batch.options.third == ThirdMeasurement::stereo) {
+    a.a00 = a.a00 * (2 * root_half);
+    a.a02 = a.a22 = batch.camera.bf * root_half * (inverse_z * weight);
+  } else if (match.has_third) {
+    is_definite = is_definite && batch.options.depth_sigma * batch.options.depth_sigma > 0;
+    a.a22 = 1 / batch.options.depth_sigma;
+  }
+  from_ray(match.p.x * inverse_z, match.p.y * inverse_z, a);
+  return is_definite;
+}
+
+// R Sigma_p R^T.
+Symmetric in_camera_frame(const Pose& T_cw, const Matrix3& covariance) {
+  const double* const s = covariance.data();
+  const double upper[3][3] = {{s[0], s[1], s[2]}, {s[1], s[4], s[5]}, {s[2], s[5], s[8]}};
+  double rows[3][3];
+  for (int a = 0; a < 3; ++a) {
+    for (int c = 0; c < 3; ++c) {
+      rows[a][c] = T_cw(a, 0) * upper[0][c] + T_cw(a, 1) * upper[1][c] + T_cw(a, 2) * upper[2][c];
+    }
+  }
+  const auto entry = [&](int a, int b) {
+    return rows[a][0] * T_cw(b, 0) + rows[a][1] * T_cw(b, 1) + rows[a][2] * T_cw(b, 2);
+  };
+  return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
+}
+
+Symmetric along_ray(const Symmetric& s, double x, double y) {
+  const double xz = s.xz - x * s.zz;
+  const double yz = s.yz - y * s.zz;
+  return {s.xx - x * (s.xz + xz), s.xy - y * s.xz - x * yz, xz, s.yy - y * (s.yz + yz), yz, s.zz};
+}
+
+// Of the point as measured, along the ray.
+Symmetric measured_along_ray(const Batch& batch, const Given& match) {
+  const double variance = match.sigma * match.sigma;
+  const double a = match.p.z * (1 / batch.camera.fx);
+  const double b = match.p.z * (1 / batch.camera.fy);
+  Symmetric s{a * a * variance, 0, 0, b * b * variance, 0, 0};
+  if (batch.options.third == ThirdMeasurement::stereo) {
+    const double per_pixel = match.p.z * match.p.z * (1 / batch.camera.bf);
+    s.xz = -(a * per_pixel * variance);
+    s.zz = per_pixel * per_pixel * (variance + variance);
+  } else if (batch.options.third == ThirdMeasurement::depth) {
+    s.zz = batch.options.depth_sigma * batch.options.depth_sigma;
+  }
+  return s;
+}
+
+// A with A^T A = S^-1, of the first two coordinates alone without a third measurement; false where S is not positive
+// definite.
+bool whiten(const Symmetric& s, bool has_third, Triangle& a) {
+  const double inverse_zz = has_third ? 1 / std::sqrt(s.zz) : 0;
+  const double xz = has_third ? s.xz * inverse_zz : 0;
+  const double yz = has_third ? s.yz * inverse_zz : 0;
+  const double yy = s.yy - yz * yz;
+  const double inverse_yy = 1 / std::sqrt(yy);
+  const double xy = (s.xy - xz * yz) * inverse_yy;
+  const double xx = s.xx - xz * xz - xy * xy;
+  const double inverse_xx = 1 / std::sqrt(xx);
+  a.a00 = inverse_xx;
+  a.a01 = -(xy * inverse_yy * inverse_xx);
+  a.a11 = inverse_yy;
+  a.a12 = -(yz * inverse_zz * inverse_yy);
+  a.a02 = -((xz * inverse_xx + yz * a.a01) * inverse_zz);
+  a.a22 = inverse_zz;
+  return (!has_third || is_positive(s.zz)) && is_positive(yy) && is_positive(xx);
+}
+
+bool whitened_triangle(const Batch& batch, std::size_t i, const Given& match, Triangle& a) {
+  const double inverse_z = 1 / match.p.z;
+  const double x = match.p.x * inverse_z;
+  const double y = match.p.y * inverse_z;
+  const Symmetric measured = measured_along_ray(batch, match);
+  const double variance = batch.options.map_sigma * batch.options.map_sigma;
+  const Symmetric mapped = batch.matches.map_covariances == nullptr
+                               ? Symmetric{variance, 0, 0, variance, 0, variance}
+                               : in_camera_frame(batch.T_cw, batch.map_covariances[i]);
+  const Symmetric map = along_ray(mapped, x, y);
+  const Symmetric s{measured.xx + map.xx, measured.xy + map.xy, measured.xz + map.xz,
+                    measured.yy + map.yy, measured.yz + map.yz, measured.zz + map.zz};
+  const bool is_definite = whiten(s, match.has_third, a);
+  from_ray(x, y, a);
+  const bool has_depth = match.has_third && batch.options.third == ThirdMeasurement::depth;
+  const bool has_variances =
+      match.sigma * match.sigma > 0 && (!has_depth || batch.options.depth_sigma * batch.options.depth_sigma > 0);
+  return is_definite && has_variances;
+}
+
+using Rows = double[3][6];
+
+void multiply_by_point_jacobian(const Triangle& a, const Point& p, Rows& h) {
+  const Rows product = {
+      {a.a00, a.a01, a.a02, a.a02 * p.y - a.a01 * p.z, a.a00 * p.z - a.a02 * p.x, a.a01 * p.x - a.a00 * p.y},
+      {0, a.a11, a.a12, a.a12 * p.y - a.a11 * p.z, -(a.a12 * p.x), a.a11 * p.x},
+      {0, 0, a.a22, a.a22 * p.y, -(a.a22 * p.x), 0}};
+  std::memcpy(h, product, sizeof h);
+}
+
+// False where the ray is orthogonal to the world's z axis.
+bool map_bias_world_rows(const Pose& T_cw, const Given& match, Rows& h) {
+  const Point& p = match.p;
+  const double share = T_cw(0, 2) * p.x + T_cw(1, 2) * p.y + T_cw(2, 2) * p.z;
+  const double norm = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+  for (int i = 0; i < 3; ++i) {
+    const double projected = T_cw(0, i) * p.x + T_cw(1, i) * p.y + T_cw(2, i) * p.z;
+    double b[3];
+    for (int j = 0; j < 3; ++j) b[j] = T_cw(j, i) - projected * (match.has_third ? 0 : T_cw(j, 2) / share);
+    const double row[6] = {b[0], b[1], b[2], b[2] * p.y - b[1] * p.z, b[0] * p.z - b[2] * p.x, b[1] * p.x - b[0] * p.y};
+    std::copy_n(row, 6, h[i]);
+  }
+  return match.has_third || !(std::abs(share) < 1e-6 * norm);
 }
 
 struct Expected {
-  Block block = Block(0, 6);  // no rows: invalid
+  int rows = 0;              // 0: invalid
+  float entries[3][6] = {};  // as stored; a third row that is not there is one of zeros, of either sign
   bool is_behind = false;
   bool is_singular = false;
 };
+
+// The block itself; false if there is none, or not one that float32 holds.
+bool has_block(const Batch& batch, std::size_t i, const Given& match, double weight, Expected& expected) {
+  Rows h = {};
+  Triangle a;
+  bool is_definite = true;
+  switch (batch.options.weighting) {
+    case Weighting::map_bias: a = map_bias_triangle(match); break;
+    case Weighting::measurement: is_definite = measurement_triangle(batch, match, a); break;
+    case Weighting::measurement_and_map: is_definite = whitened_triangle(batch, i, match, a); break;
+    case Weighting::map_bias_world: expected.is_singular = !map_bias_world_rows(batch.T_cw, match, h);
+  }
+  if (batch.options.weighting != Weighting::map_bias_world) multiply_by_point_jacobian(a, match.p, h);
+  bool is_held = true;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      if (batch.matches.weights != nullptr) h[row][column] *= std::sqrt(weight);
+      expected.entries[row][column] = static_cast<float>(h[row][column]);
+      is_held = is_held && std::isfinite(expected.entries[row][column]);
+    }
+  }
+  return is_definite && is_held && !expected.is_singular;
+}
 
 Expected expected_block(const Batch& batch, std::size_t i) {
   Expected expected;
   const Matches& matches = batch.matches;
   if (matches.usable != nullptr && matches.usable[i] == 0) return expected;
-  const Eigen::Matrix3d R = batch.T_cw.leftCols<3>();
-  const Eigen::Vector3d p = R * batch.points[i] + batch.T_cw.col(3);
   const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
   const double weight = matches.weights == nullptr ? 1 : matches.weights[i];
-  expected.is_behind = p.z() <= 0;
-  if (!(p.z() > 0) || !p.allFinite() || !(sigma > 0) || !std::isfinite(sigma) || !(weight >= 0)) return expected;
-
   const bool has_third =
       batch.options.third != ThirdMeasurement::none && (matches.has_third == nullptr || matches.has_third[i] != 0);
-  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
-  Block point_jacobian(3, 6);
-  point_jacobian << identity, -cross_product_matrix(p);
-  Block h;
-  if (batch.options.weighting == Weighting::map_bias) {
-    const Eigen::Matrix3d projection = identity - p * Eigen::RowVector3d::UnitZ() / p.z();
-    h = has_third ? point_jacobian : Block((projection * point_jacobian).topRows(2));
-  } else if (batch.options.weighting == Weighting::map_bias_world) {
-    const Eigen::RowVector3d axis = R.col(2);
-    expected.is_singular = !has_third && std::abs(axis * p) < 1e-6 * p.norm();
-    if (expected.is_singular) return expected;
-    const Eigen::Matrix3d projection = identity - p * axis / (axis * p);
-    h = product(product(R.transpose(), has_third ? identity : projection), point_jacobian);
-  } else {
-    const PinholeCamera& camera = batch.camera;
-    const bool is_depth = batch.options.third == ThirdMeasurement::depth;
-    const int rows = has_third ? 3 : 2;
-    Eigen::Matrix3d j;
-    j.row(0) << camera.fx / p.z(), 0, -camera.fx * (p.x() / p.z()) / p.z();
-    j.row(1) << 0, camera.fy / p.z(), -camera.fy * (p.y() / p.z()) / p.z();
-    j.row(2) << j(0, 0), 0, j(0, 2) + camera.bf / p.z() / p.z();
-    if (is_depth) j.row(2) << 0, 0, 1;
-    Eigen::Vector3d sigmas(sigma, sigma, is_depth ? batch.options.depth_sigma : sigma);
-    Eigen::MatrixXd covariance = Eigen::MatrixXd(sigmas.head(rows).cwiseAbs2().asDiagonal());
-    if (batch.options.weighting == Weighting::measurement_and_map) {
-      const Eigen::MatrixXd h_p = (j * R).topRows(rows);
-      const Eigen::Matrix3d map_covariance = matches.map_covariances != nullptr
-                                                 ? Eigen::Matrix3d(batch.map_covariances[i])
-                                                 : identity * batch.options.map_sigma * batch.options.map_sigma;
-      covariance += product(product(h_p, map_covariance), h_p.transpose());
-    }
-    const Eigen::MatrixXd factor = cholesky(covariance);
-    if (!(factor.diagonal().array() > 0).all()) return expected;
-    h = solve_lower(factor, product(j, point_jacobian).topRows(rows));
-  }
-  h *= std::sqrt(weight);
-  if (h.cast<float>().allFinite()) expected.block = h;
+  const Given match{in_camera(batch, i), sigma, has_third};
+  const Point& p = match.p;
+  expected.is_behind = p.z <= 0;
+  if (!is_positive(p.z) || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
+  if (!is_positive(sigma) || !(weight >= 0) || !has_block(batch, i, match, weight, expected)) return expected;
+  expected.rows = has_third || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
   return expected;
 }
 
@@ -154,10 +306,44 @@ std::vector<unsigned char> bytes_of(const BlockStore& blocks) {
     if (size > 0) std::memcpy(bytes.data() + end, data, size);
   };
   for (int row = 0; row < blocks.rows(); ++row) {
-    for (int column = 0; column < 6; ++column) append(blocks.plane(row, column), blocks.size() * sizeof(float));
+    for (int column = 0; column < 6; ++column) append(blocks.plane(row, column), blocks.stored() * sizeof(float));
   }
+  append(blocks.indices(), blocks.stored() * sizeof(std::uint32_t));
   append(blocks.column_max(), 6 * sizeof(double));
   return bytes;
+}
+
+// Bit for bit, but for the sign of the zeros in a row that is not there.
+void expect_entries(const BlockStore& blocks, std::size_t candidate, const Expected& expected) {
+  const std::size_t place = blocks.place(candidate);
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int column = 0; column < 6; ++column) {
+      const float stored = blocks.plane(row, column)[place];
+      const float wanted = expected.entries[row][column];
+      EXPECT_EQ(stored, wanted) << "entry " << row << ", " << column;
+      if (row >= expected.rows) continue;
+      EXPECT_EQ(std::memcmp(&stored, &wanted, sizeof stored), 0) << "sign of entry " << row << ", " << column;
+    }
+  }
+}
+
+void expect_kept(const BlockStore& before, const BlockStore& blocks) {
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    SCOPED_TRACE("stored before, " + std::to_string(i));
+    const Block stored = stored_block(blocks, i);
+    EXPECT_EQ(stored.topRows(before.rows()), stored_block(before, i));
+    EXPECT_TRUE((stored.bottomRows(stored.rows() - before.rows()).array() == 0).all());
+    EXPECT_EQ(blocks.is_valid(i), before.is_valid(i));
+  }
+}
+
+void expect_column_max(const BlockStore& blocks) {
+  Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block stored = stored_block(blocks, i);
+    for (int row = 0; row < stored.rows(); ++row) largest = largest.cwiseMax(stored.row(row).cwiseAbs());
+  }
+  for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], largest(column));
 }
 
 void expect_built(const BlockStore& before, const Batch& batch, const BlockReport& report, const BlockStore& blocks) {
@@ -168,41 +354,21 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   std::size_t invalid = 0;
   std::size_t behind = 0;
   std::size_t singular = 0;
-  double column_max[6] = {};
   for (std::size_t i = 0; i < n; ++i) {
     SCOPED_TRACE("match " + std::to_string(i));
     const Expected expected = expected_block(batch, i);
-    const auto height = static_cast<int>(expected.block.rows());
-    rows = std::max(rows, height);
+    rows = std::max(rows, expected.rows);
     behind += expected.is_behind ? 1 : 0;
     singular += expected.is_singular ? 1 : 0;
-    invalid += height == 0 ? 1 : 0;
-    EXPECT_EQ(blocks.is_valid(first + i), height > 0);
-    const Block stored = stored_block(blocks, first + i);
-    ASSERT_GE(stored.rows(), height);
-    EXPECT_TRUE((stored.bottomRows(stored.rows() - height).array() == 0).all());
-    if (height == 0) continue;
-    EXPECT_LE((stored.topRows(height) - expected.block).cwiseAbs().maxCoeff(),
-              1e-6 * expected.block.cwiseAbs().maxCoeff());
+    invalid += expected.rows == 0 ? 1 : 0;
+    ASSERT_EQ(blocks.is_valid(first + i), expected.rows > 0);
+    ASSERT_GE(blocks.rows(), expected.rows);
+    if (expected.rows > 0) expect_entries(blocks, first + i, expected);
   }
-  for (std::size_t i = 0; i < first; ++i) {
-    SCOPED_TRACE("stored before, " + std::to_string(i));
-    const Block stored = stored_block(blocks, i);
-    EXPECT_EQ(stored.topRows(before.rows()), stored_block(before, i));
-    EXPECT_TRUE((stored.bottomRows(stored.rows() - before.rows()).array() == 0).all());
-    EXPECT_EQ(blocks.is_valid(i), before.is_valid(i));
-  }
-  for (std::size_t i = 0; i < first + n; ++i) {
-    const Block stored = stored_block(blocks, i);
-    for (int row = 0; row < stored.rows(); ++row) {
-      for (int column = 0; column < 6; ++column) {
-        column_max[column] = std::max(column_max[column], std::abs(stored(row, column)));
-      }
-    }
-  }
+  expect_kept(before, blocks);
+  expect_column_max(blocks);
   EXPECT_EQ(blocks.rows(), rows);
   EXPECT_EQ(blocks.invalid_count(), before.invalid_count() + invalid);
-  for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], column_max[column]);
   EXPECT_EQ(report.status, singular > 0 ? BlockStatus::singular_rays : BlockStatus::ok);
   EXPECT_EQ(report.appended, n);
   EXPECT_EQ(report.invalid, invalid);
@@ -271,6 +437,42 @@ TEST(BlockBuilding, a_variance_of_zero_is_not_positive_definite) {
   EXPECT_EQ(report.invalid, 1U);
   EXPECT_FALSE(blocks.is_valid(0));
   EXPECT_TRUE(blocks.is_valid(1));
+}
+
+// A is upper triangular and [I | -[p]x] has a diagonal of zeros in its right half, so of a block in the camera frame
+// entry (1, 0) is zero, and of its third row (2, 0), (2, 1) and (2, 5).
+TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
+  for (const Weighting weighting : {Weighting::map_bias, Weighting::measurement, Weighting::measurement_and_map}) {
+    for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
+      Random random(static_cast<std::uint64_t>(third));
+      SCOPED_TRACE(random.name() + ", " + to_string(weighting));
+      const Batch batch = random_batch(random, 100, weighting, third);
+      BlockStore blocks;
+      append_blocks(batch.camera, batch.T_cw.data(), batch.matches, batch.options, blocks);
+      EXPECT_GT(blocks.stored(), 50U);
+      for (const double largest : {blocks.column_max()[0], blocks.column_max()[5]}) EXPECT_GT(largest, 0);
+      for (std::size_t i = 0; i < blocks.stored(); ++i) {
+        EXPECT_EQ(blocks.plane(1, 0)[i], 0);
+        for (const int column : {0, 1, 5}) EXPECT_EQ(blocks.rows() == 3 ? blocks.plane(2, column)[i] : 0, 0);
+      }
+    }
+  }
+}
+
+TEST(BlockBuilding, reads_the_upper_triangle_of_a_covariance_alone) {
+  for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
+    Random random(static_cast<std::uint64_t>(third));
+    SCOPED_TRACE(random.name());
+    Batch batch = random_batch(random, 100, Weighting::measurement_and_map, third);
+    batch.matches.map_covariances = batch.map_covariances[0].data();
+    BlockStore whole;
+    append_blocks(batch.camera, batch.T_cw.data(), batch.matches, batch.options, whole);
+    ASSERT_GT(whole.stored(), 0U);
+    for (Matrix3& covariance : batch.map_covariances) covariance(1, 0) = covariance(2, 0) = covariance(2, 1) = nan;
+    BlockStore upper;
+    append_blocks(batch.camera, batch.T_cw.data(), batch.matches, batch.options, upper);
+    EXPECT_EQ(bytes_of(upper), bytes_of(whole));
+  }
 }
 
 TEST(BlockBuilding, does_not_need_a_valid_instruction_set) {

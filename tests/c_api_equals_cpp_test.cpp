@@ -234,6 +234,70 @@ TEST(CApi, active_selections_equal_those_of_cpp) {
   EXPECT_GT(accepted, 1000U * trials(500) / 500);
 }
 
+// One answer of any kind to both, about any of the proposals or none of them.
+void expect_same_answer(Random& random, const std::vector<std::uint32_t>& proposed, maxlogdet_active_selection* active,
+                        ActiveSelection& expected) {
+  const auto any = static_cast<std::uint32_t>(random.integer(0, 201));
+  const auto place = static_cast<std::size_t>(random.integer(0, static_cast<int>(proposed.size()) - 1));
+  const std::uint32_t index = random.chance(0.9) ? proposed[place] : any;
+  const Block measured = random_block(random, random.integer(1, 3));
+  const auto rows = static_cast<int>(measured.rows()) + (random.chance(0.1) ? 3 : 0);
+  std::vector<unsigned char> matched(proposed.size() + (random.chance(0.1) ? 1 : 0));
+  for (unsigned char& flag : matched) flag = random.chance(0.5) ? 9 : 0;
+  Status status = Status::ok;
+  maxlogdet_status in_c = MAXLOGDET_STATUS_OK;
+  switch (random.integer(0, 4)) {
+    case 0:
+      status = expected.reject(index);
+      in_c = maxlogdet_active_selection_reject_index(active, index);
+      break;
+    case 1:
+      status = expected.accept(index, measured.data(), rows);
+      in_c = maxlogdet_active_selection_accept_block_index(active, index, measured.data(), rows);
+      break;
+    case 2:
+      status = expected.answer(matched.data(), matched.size());
+      in_c = maxlogdet_active_selection_answer(active, matched.data(), matched.size());
+      break;
+    case 3:
+      status = expected.reject();
+      in_c = maxlogdet_active_selection_reject(active);
+      break;
+    default: status = expected.accept(index); in_c = maxlogdet_active_selection_accept_index(active, index);
+  }
+  ASSERT_EQ(in_c, static_cast<int>(status));
+}
+
+TEST(CApi, batches_equal_those_of_cpp) {
+  std::size_t accepted = 0;
+  for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const CActive active = c_active(200);
+    ActiveSelection expected(200);
+    const Instance instance(random);
+    const CBlocks blocks = copied(instance.blocks);
+    Options cpp_options = instance.options;
+    cpp_options.strategy = Strategy::lazy_greedy;
+    const maxlogdet_options options = options_in_c(cpp_options);
+    ASSERT_EQ(maxlogdet_active_selection_start(active.get(), blocks.get(), &options),
+              static_cast<int>(expected.start(instance.blocks, cpp_options)));
+    for (;;) {
+      const auto wanted = static_cast<std::size_t>(random.integer(1, 20));
+      std::vector<std::uint32_t> proposed(wanted), in_c(wanted);
+      proposed.resize(expected.next(proposed.data(), wanted));
+      in_c.resize(maxlogdet_active_selection_next_batch(active.get(), in_c.data(), wanted));
+      ASSERT_EQ(in_c, proposed);
+      if (proposed.empty()) break;
+      expect_same_answer(random, proposed, active.get(), expected);
+      if (HasFailure()) return;
+    }
+    accepted += expected.selection().size;
+    expect_same(*maxlogdet_active_selection_selection(active.get()), expected.selection());
+  }
+  EXPECT_GT(accepted, 1000U * trials(500) / 500);
+}
+
 maxlogdet_matches in_c(const Matches& matches) {
   maxlogdet_matches made;
   EXPECT_EQ(maxlogdet_matches_init(&made, sizeof made), MAXLOGDET_STATUS_OK);

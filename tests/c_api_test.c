@@ -276,6 +276,7 @@ static void a_store_counts_what_it_holds(void) {
   CHECK(maxlogdet_block_store_reserve(blocks, 1000) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_size(blocks) == 9);
   CHECK(maxlogdet_block_store_reserve(blocks, SIZE_MAX) == MAXLOGDET_STATUS_OUT_OF_MEMORY);
+  CHECK(maxlogdet_block_store_reserve(blocks, (size_t)UINT32_MAX + 1) == MAXLOGDET_STATUS_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_is_valid(blocks, 1) == 1);
   CHECK(maxlogdet_block_store_clear(blocks) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_size(blocks) == 0 && maxlogdet_block_store_capacity(blocks) == 1000);
@@ -332,6 +333,13 @@ static void null_is_refused_everywhere(void) {
   CHECK(maxlogdet_active_selection_accept(NULL) == refused);
   CHECK(maxlogdet_active_selection_accept_block(NULL, block, 1) == refused);
   CHECK(maxlogdet_active_selection_reject(NULL) == refused);
+  uint32_t index = 5;
+  const uint8_t matched[1] = {1};
+  CHECK(maxlogdet_active_selection_next_batch(NULL, &index, 1) == 0 && index == 5);
+  CHECK(maxlogdet_active_selection_accept_index(NULL, 0) == refused);
+  CHECK(maxlogdet_active_selection_accept_block_index(NULL, 0, block, 1) == refused);
+  CHECK(maxlogdet_active_selection_reject_index(NULL, 0) == refused);
+  CHECK(maxlogdet_active_selection_answer(NULL, matched, 1) == refused);
   maxlogdet_active_selection_destroy(NULL);
   maxlogdet_block_store_destroy(blocks);
 }
@@ -530,6 +538,42 @@ static void active_selection_proposes_and_takes_answers(void) {
   maxlogdet_block_store_destroy(blocks);
 }
 
+static void active_selection_proposes_batches(void) {
+  enum { n = 100 };
+  maxlogdet_block_store* const blocks = random_blocks(n);
+  maxlogdet_active_selection* active = NULL;
+  REQUIRE(maxlogdet_active_selection_create(n, &active) == MAXLOGDET_STATUS_OK);
+  maxlogdet_options options = default_options();
+  options.budget = 10;
+  CHECK(maxlogdet_active_selection_start(active, blocks, &options) == MAXLOGDET_STATUS_OK);
+
+  const double block[12] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+  uint32_t batch[n];
+  uint32_t again[n];
+  CHECK(maxlogdet_active_selection_next_batch(active, NULL, 5) == 0);
+  CHECK(maxlogdet_active_selection_next_batch(active, batch, 0) == 0);
+  REQUIRE(maxlogdet_active_selection_next_batch(active, batch, 6) == 6);
+  CHECK(maxlogdet_active_selection_next_batch(active, again, n) == 6 && memcmp(again, batch, 6 * sizeof *batch) == 0);
+  CHECK(maxlogdet_active_selection_next(active) == batch[0]);
+  CHECK(maxlogdet_active_selection_accept_index(active, batch[4]) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_active_selection_accept_index(active, batch[4]) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_reject_index(active, batch[0]) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_active_selection_reject_index(active, n) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_block_index(active, batch[2], NULL, 2) == MAXLOGDET_STATUS_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_accept_block_index(active, batch[2], block, 2) == MAXLOGDET_STATUS_OK);
+  const uint8_t matched[3] = {0, 1, 1};  // of 1, 3, 5
+  CHECK(maxlogdet_active_selection_answer(active, matched, 2) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, NULL, 3) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, matched, 3) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_active_selection_answer(active, matched, 3) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  const maxlogdet_selection* const selection = maxlogdet_active_selection_selection(active);
+  CHECK(selection->size == 4 && selection->indices[0] == batch[4] && selection->indices[1] == batch[2]);
+  CHECK(selection->indices[2] == batch[3] && selection->indices[3] == batch[5]);
+  CHECK(maxlogdet_active_selection_next_batch(active, batch, n) == 6);  // what the budget leaves
+  maxlogdet_active_selection_destroy(active);
+  maxlogdet_block_store_destroy(blocks);
+}
+
 // The candidates of the start before may be gone: nothing may look at them any more.
 static void a_start_that_is_refused_ends_what_was_under_way(void) {
   maxlogdet_block_store* blocks = random_blocks(20);
@@ -541,7 +585,9 @@ static void a_start_that_is_refused_ends_what_was_under_way(void) {
   broken.struct_size = 3;
   for (int way = 0; way < 3; ++way) {
     CHECK(maxlogdet_active_selection_start(active, blocks, &options) == MAXLOGDET_STATUS_OK);
-    CHECK(maxlogdet_active_selection_next(active) != MAXLOGDET_NONE);
+    const uint8_t matched[1] = {1};
+    uint32_t index = MAXLOGDET_NONE;
+    CHECK(maxlogdet_active_selection_next_batch(active, &index, 1) == 1 && index < 20);
     const maxlogdet_status status = maxlogdet_active_selection_start(active, way == 0 ? NULL : blocks,
                                                                      way == 1   ? NULL
                                                                      : way == 2 ? &broken
@@ -552,6 +598,11 @@ static void a_start_that_is_refused_ends_what_was_under_way(void) {
     CHECK(maxlogdet_active_selection_accept(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
     CHECK(maxlogdet_active_selection_accept_block(active, NULL, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
     CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+    CHECK(maxlogdet_active_selection_next_batch(active, &index, 1) == 0);
+    CHECK(maxlogdet_active_selection_accept_index(active, index) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+    CHECK(maxlogdet_active_selection_accept_block_index(active, index, NULL, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+    CHECK(maxlogdet_active_selection_reject_index(active, index) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+    CHECK(maxlogdet_active_selection_answer(active, matched, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
     CHECK(maxlogdet_active_selection_selection(active)->status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
     CHECK(maxlogdet_active_selection_selection(active)->size == 0);
     blocks = random_blocks(20);
@@ -573,6 +624,7 @@ int main(void) {
   blocks_are_made_of_matches();
   selections_answer_and_name_errors();
   active_selection_proposes_and_takes_answers();
+  active_selection_proposes_batches();
   a_start_that_is_refused_ends_what_was_under_way();
   return report();
 }

@@ -347,7 +347,9 @@ TEST(Certificate, ends_when_there_is_nothing_left_to_prove_or_no_time) {
   EXPECT_TRUE(selector.select(blocks, options).has_answer());
 }
 
-// To 1e-8: log is the C library's. What ends the passes too early, or too late, shows here and nowhere else.
+// To 1e-8: log is the C library's. What ends the passes too early, or too late, shows here and nowhere else. What
+// rounds blocks otherwise shows as well: bounds without passes by 1e-7, after eight by up to 1e-3, for what a pass
+// takes in may hang on the last bit.
 TEST(Certificate, gives_the_recorded_bounds) {
   sim::Hash hash;
   for (const sim::Scene scene : sim::scenes) {
@@ -365,7 +367,7 @@ TEST(Certificate, gives_the_recorded_bounds) {
       }
     }
   }
-  EXPECT_EQ(hash.value(), 735139799409156299U);
+  EXPECT_EQ(hash.value(), 4305138018422455517U);
 }
 
 }  // namespace

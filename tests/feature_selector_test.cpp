@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/feature_selector.hpp"
+#include "sim/allocation_counter.hpp"
 
 #include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
@@ -242,6 +243,24 @@ TEST(FeatureSelector, quality_md_is_md_among_the_best_by_quality) {
     EXPECT_EQ(FeatureSelector(settings).select(frame, candidates),
               selected_by_library(frame, by_quality(frame, candidates, pool), settings))
         << pool;
+  }
+}
+
+TEST(FeatureSelector, allocates_nothing_once_there_has_been_a_frame_as_large) {
+  const Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
+  const sim::MatchArrays arrays(frame);
+  Indices candidates(450), selected;
+  std::iota(candidates.begin(), candidates.end(), 20U);
+  for (const SelectorKind kind : sim::selector_kinds) {
+    if (kind == SelectorKind::observability) continue;
+    SelectorSettings settings = settings_of(kind, 60);
+    settings.search.threads = settings.blocks.threads = 1;
+    FeatureSelector selector(settings);
+    selector.select(frame, arrays.view(), candidates, selected);
+    const long before = sim::allocations();
+    selector.select(frame, arrays.view(), candidates, selected);
+    EXPECT_EQ(sim::allocations(), before) << to_string(kind);
+    EXPECT_EQ(selected.size(), has_budget(kind) ? 60 : candidates.size());
   }
 }
 

@@ -223,7 +223,8 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
       counted[i] = blocks.is_valid(i) && i % 5 != 0 ? 1 : 0;
       if (counted[i] != 0) oracle.take(i);
       for (std::size_t p = 0; p < planes_of; ++p) {
-        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[i];
+        if (!blocks.is_valid(i)) continue;
+        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[blocks.place(i)];
       }
     }
     std::vector<double> expected;

@@ -118,7 +118,7 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
 
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
-      std::vector<float> records(lanes * simd::record_size(static_cast<int>(rows)));
+      std::vector<float> records(lanes * simd::record_size(simd::form_of_rows(static_cast<int>(rows))));
       kernel->make_records[rows - 1]({planes.data(), lanes}, n, records.data());
       std::vector<float> tiles(entries * lanes);
       kernel->gather[rows - 1](records.data(), listed.data(), lanes, tiles.data());

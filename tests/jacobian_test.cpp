@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every block against numerical differentiation of the measurement functions, put together with Eigen as the equations
-// in jacobian.hpp say.
+// in jacobian.hpp say; and its information, to what rounding explains, at all distances and with any covariance.
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
@@ -177,12 +177,20 @@ TEST(Jacobian, map_bias_world_is_the_papers_h_c_in_the_world_frame) {
   EXPECT_GT(compared, 280);
 }
 
-TEST(Jacobian, measurement_is_h_x_over_sigma) {
+// Its rows are those of the measurements, with a stereo row (u + u_right, v, u_right - u), each of sigma but for a root
+// of two.
+TEST(Jacobian, measurement_is_h_x_over_sigma_turned) {
   for_many_cases([](Random& random, const Case& c) {
     const Input input{random.uniform(0.5, 4), 1, false, {}};
     const BlockOptions options = options_of(Weighting::measurement, c);
-    expect_near(stored_block(library_blocks(c, options, input), 0).cast<long double>(),
-                expected_measurement(c, input, options));
+    Matrix expected = expected_measurement(c, input, options);
+    if (c.third == ThirdMeasurement::stereo) {
+      const Matrix u = expected.row(0);
+      const Matrix u_right = expected.row(2);
+      expected.row(0) = (u + u_right) / std::sqrt(2.0L);
+      expected.row(2) = (u_right - u) / std::sqrt(2.0L);
+    }
+    expect_near(stored_block(library_blocks(c, options, input), 0).cast<long double>(), expected);
   });
 }
 
@@ -202,6 +210,245 @@ TEST(Jacobian, measurement_and_map_is_whitened_by_both_covariances) {
     const Matrix expected = wide_product(wide_product(h_x.transpose(), wide_inverse(covariance)), h_x);
     const Matrix block = stored_block(library_blocks(c, options, input), 0).cast<long double>();
     expect_near(wide_gram(block), expected);  // which whitening does not matter
+  });
+}
+
+// Matches from 0.1 m to 1000 km, with covariances that may have no or one or two directions, or be elongated.
+struct Far {
+  PinholeCamera camera;
+  Eigen::Matrix<double, 3, 4> T_cw;
+  BlockOptions options;
+  Eigen::Matrix3Xd points;
+  std::vector<double> sigmas, weights, covariances;  // the last 3 x 3 each
+  std::vector<unsigned char> has_third;
+  Matches matches;
+
+  std::size_t size() const { return sigmas.size(); }
+  bool has_third_at(std::size_t i) const {
+    return options.third != ThirdMeasurement::none && (matches.has_third == nullptr || has_third[i] != 0);
+  }
+  Matrix covariance(std::size_t i) const {
+    if (matches.map_covariances == nullptr) return Matrix::Identity(3, 3) * options.map_sigma * options.map_sigma;
+    return Eigen::Map<const Eigen::Matrix3d>(&covariances[9 * i]).cast<long double>();
+  }
+};
+
+Eigen::Matrix3d random_covariance(Random& random, const Eigen::Vector3d& ray) {
+  const double largest = std::pow(10, random.uniform(-4, 1));  // deviation, m
+  const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>() * largest;
+  const Eigen::Vector3d direction = random.chance(0.5) ? ray : Eigen::Vector3d(a.col(0).normalized());
+  const Eigen::Vector3d long_axis = direction * largest;
+  const double least = largest * std::pow(10, random.uniform(-5, 0));
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  switch (random.integer(0, 4)) {
+    case 0: break;
+    case 1: covariance = a.col(0) * a.col(0).transpose(); break;
+    case 2: covariance = a.col(0) * a.col(0).transpose() + a.col(1) * a.col(1).transpose(); break;
+    case 3: covariance = gram(a.transpose()); break;
+    case 4: covariance = long_axis * long_axis.transpose() + least * least * Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Matrix3d transposed = covariance.transpose();
+  return (covariance + transposed) / 2;
+}
+
+void add_random_match(Random& random, const Case& c, Far& far) {
+  const double z = std::pow(10, random.uniform(-1, 6));
+  const Vector3 p(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z);
+  const Eigen::Vector3d p_w = (c.T_cw.inverse() * p).cast<double>();
+  far.points.conservativeResize(3, far.points.cols() + 1);
+  far.points.rightCols<1>() = p_w;
+  far.sigmas.push_back(std::pow(10, random.uniform(-1, 1)));
+  far.weights.push_back(random.chance(0.1) ? 0 : random.uniform(0, 2));
+  far.has_third.push_back(static_cast<unsigned char>(random.integer(0, 1)));
+  const Eigen::Matrix3d covariance =
+      random_covariance(random, (c.T_cw.inverse().linear() * p).normalized().cast<double>());
+  far.covariances.insert(far.covariances.end(), covariance.data(), covariance.data() + 9);
+}
+
+Far random_far(Random& random, Weighting weighting, ThirdMeasurement third) {
+  const Case c = random_case(random, third);
+  Far far;
+  far.camera = c.camera;
+  far.T_cw = c.T_cw.matrix().topRows<3>().cast<double>();
+  far.options = options_of(weighting, c);
+  far.options.depth_sigma = std::pow(10, random.uniform(-3, 0));
+  for (int i = random.integer(1, 40); i > 0; --i) add_random_match(random, c, far);
+  if (random.chance(0.7)) far.matches.sigmas = far.sigmas.data();
+  if (random.chance(0.5)) far.matches.weights = far.weights.data();
+  if (random.chance(0.5)) far.matches.has_third = far.has_third.data();
+  if (random.chance(0.8)) far.matches.map_covariances = far.covariances.data();
+  return far;
+}
+
+Matrix magnitudes(const Matrix& m) { return m.cwiseAbs(); }
+
+// U, upper triangular, of a symmetric positive definite S = U U^T.
+Matrix upper_factor(const Matrix& s) {
+  Matrix u = Matrix::Zero(s.rows(), s.rows());
+  for (Eigen::Index j = s.rows() - 1; j >= 0; --j) {
+    for (Eigen::Index i = j; i >= 0; --i) {
+      long double rest = s(i, j);
+      for (Eigen::Index k = j + 1; k < s.rows(); ++k) rest -= u(i, k) * u(j, k);
+      u(i, j) = i == j ? std::sqrt(rest) : rest / u(j, j);
+    }
+  }
+  return u;
+}
+
+// The linearised problem of a match in long double.
+class TextbookMatch {
+ public:
+  TextbookMatch(const Far& far, std::size_t i)
+      : rows_(far.has_third_at(i) ? 3 : 2),
+        weight_(far.matches.weights == nullptr ? 1 : far.weights[i]),
+        rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
+    const Vector3 world = far.points.col(static_cast<Eigen::Index>(i)).cast<long double>();
+    p_ = rotation_ * world + far.T_cw.col(3).cast<long double>();
+    const Vector3 terms = rotation_.cwiseAbs() * world.cwiseAbs() + far.T_cw.col(3).cast<long double>().cwiseAbs();
+    growth_ = terms.maxCoeff() / p_.z();
+    const long double z = p_.z();
+    projection_.resize(3, 3);
+    projection_ << far.camera.fx / z, 0, -far.camera.fx * p_.x() / (z * z), 0, far.camera.fy / z,
+        -far.camera.fy * p_.y() / (z * z), 0, 0, 1;
+    const bool is_stereo = far.options.third == ThirdMeasurement::stereo;
+    if (is_stereo) projection_.row(2) << projection_(0, 0), 0, projection_(0, 2) + far.camera.bf / (z * z);
+    const long double sigma = far.matches.sigmas == nullptr ? 1 : far.sigmas[i];
+    noise_ = Matrix::Identity(3, 3) * (sigma * sigma);
+    if (!is_stereo) noise_(2, 2) = static_cast<long double>(far.options.depth_sigma) * far.options.depth_sigma;
+    const bool is_mapped = far.options.weighting == Weighting::measurement_and_map;
+    map_ = is_mapped ? far.covariance(i) : Matrix(Matrix::Zero(3, 3));
+  }
+
+  // w J_x^T Sigma^-1 J_x with Sigma = Sigma_z + J_p Sigma_p J_p^T.
+  Matrix information() const {
+    const Matrix j_x = wide_product(projection_, point_jacobian()).topRows(rows_);
+    const Matrix j_p = wide_product(projection_, rotation_).topRows(rows_);
+    const Matrix sigma = noise_.topLeftCorner(rows_, rows_) + wide_product(wide_product(j_p, map_), j_p.transpose());
+    const Matrix whitened = wide_product(wide_inverse(upper_factor(sigma)), j_x);
+    return weight_ * wide_gram(whitened);
+  }
+
+  // How far H^T H may be from that, by the rounding of entries to float32 and of everything before to float64: S, the
+  // covariance of (dX - x dZ, dY - y dZ, dZ), is known to `rounding` of what it is summed of, and a relative error of S
+  // is one of its inverse; entries of H are known to `rounding` of what they are summed of. `relative`: the error of S.
+  Matrix tolerance(const Matrix& h, const Matrix& information, long double& relative) const {
+    constexpr long double float32 = 0x1p-24L;
+    const long double rounding = 32 * growth_ * 0x1p-53L;
+    Matrix to_ray = Matrix::Identity(3, 3);
+    to_ray(0, 2) = -p_.x() / p_.z();
+    to_ray(1, 2) = -p_.y() / p_.z();
+    const Matrix by_measurement = wide_product(to_ray, wide_inverse(projection_));
+    const Matrix by_map = wide_product(to_ray, rotation_);
+    const Matrix s = (congruent(by_measurement, noise_) + congruent(by_map, map_)).topLeftCorner(rows_, rows_);
+    const Matrix ray_terms = magnitudes(to_ray) + Matrix::Ones(3, 3) - Matrix::Identity(3, 3);
+    const Matrix terms = (magnitudes(congruent(by_measurement, noise_)) +
+                          congruent(wide_product(ray_terms, magnitudes(rotation_)), magnitudes(map_)))
+                             .topLeftCorner(rows_, rows_);
+    const Matrix inverse = magnitudes(wide_inverse(upper_factor(s)));
+    relative = rounding * congruent(inverse, terms).rowwise().sum().maxCoeff();
+    Matrix spread = point_jacobian().cwiseAbs();
+    spread.rightCols(3).array() += p_.z();
+    const Matrix h_terms =
+        std::sqrt(weight_) * wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
+    const Matrix entries = magnitudes(h.topRows(rows_));
+    const Matrix of_entries = wide_product(entries.transpose(), (2.01L * float32) * entries + rounding * h_terms);
+    const Vector roots = information.diagonal().cwiseSqrt();
+    const Matrix of_entries_transposed = of_entries.transpose();
+    return of_entries + of_entries_transposed + relative * wide_product(roots, roots.transpose());
+  }
+
+  const Vector3& point() const { return p_; }
+  int rows() const { return rows_; }
+
+ private:
+  static Matrix congruent(const Matrix& a, const Matrix& s) { return wide_product(wide_product(a, s), a.transpose()); }
+
+  Matrix point_jacobian() const {
+    Matrix jacobian = Matrix::Zero(3, 6);
+    jacobian.leftCols(3).setIdentity();
+    jacobian.rightCols(3) << 0, p_.z(), -p_.y(), -p_.z(), 0, p_.x(), p_.y(), -p_.x(), 0;
+    return jacobian;
+  }
+
+  int rows_;
+  long double weight_;
+  Matrix rotation_;
+  Vector3 p_;           // in the camera frame
+  long double growth_;  // of what its coordinates are summed of, over its depth
+  Matrix projection_;   // J, with or without its third row
+  Matrix noise_;        // Sigma_z
+  Matrix map_;          // Sigma_p
+};
+
+TEST(Jacobian, information_is_the_textbooks_at_all_distances_and_with_any_covariance) {
+  std::size_t compared = 0;
+  std::size_t to_float32 = 0;
+  for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+    for (const ThirdMeasurement third : thirds) {
+      for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
+        Random random(variation);
+        SCOPED_TRACE(random.name() + ", " + to_string(weighting) + ", third " +
+                     std::to_string(static_cast<int>(third)));
+        const Far far = random_far(random, weighting, third);
+        BlockStore blocks;
+        append_blocks(far.camera, far.T_cw, far.points, far.matches, far.options, blocks);
+        ASSERT_EQ(blocks.size(), far.size());
+        for (std::size_t i = 0; i < far.size(); ++i) {
+          const TextbookMatch match(far, i);
+          const Matrix expected = match.information();
+          Matrix h = Matrix::Zero(3, 6);
+          h.topRows(blocks.rows()) = stored_block(blocks, i).cast<long double>();
+          long double relative = 0;
+          const Matrix tolerance = match.tolerance(h, expected, relative);
+          if (!(relative < 0.1L)) continue;  // no digits left in float64
+          ASSERT_TRUE(blocks.is_valid(i)) << i << ", relative error of its covariance up to " << relative;
+          const Matrix error = wide_gram(h) - expected;
+          ASSERT_TRUE((error.cwiseAbs().array() <= tolerance.array()).all())
+              << i << " at " << match.point().transpose() << "\ninformation\n"
+              << wide_gram(h) << "\nexpected\n"
+              << expected << "\ntolerance\n"
+              << tolerance;
+          ++compared;
+          to_float32 += tolerance.diagonal().maxCoeff() <= 1e-6L * expected.diagonal().maxCoeff() ? 1 : 0;
+        }
+      }
+    }
+  }
+  std::printf("%zu matches, %zu of them to 1e-6\n", compared, to_float32);
+  EXPECT_GT(compared, trials(15000));
+  EXPECT_GT(to_float32, trials(15000));
+}
+
+// Sigma_p = -s v v^T takes from Sigma what v adds to the measurement: with s up to 1 / (J_p v)^T Sigma_z^-1 (J_p v)
+// there is something left.
+TEST(Jacobian, a_covariance_with_which_sigma_is_not_positive_definite_gives_no_block) {
+  for_many_cases([](Random& random, const Case& c) {
+    const BlockOptions options = options_of(Weighting::measurement_and_map, c);
+    Input input{random.uniform(0.5, 4), 1, true, {}};
+    const Vector3 v(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Vector seen = wide_product(numerical_h_p_world(c), v);
+    const long double most = 1 / seen.cwiseQuotient(sigmas_of(c, input, options)).squaredNorm();
+    const Eigen::Matrix3d taken = (v * v.transpose() * most).cast<double>();
+    const double shares[] = {0.5, 0.999, 1.001, 2, 1e6};
+    for (const double share : shares) {
+      input.map_covariance = -share * taken;
+      BlockReport report;
+      const BlockStore blocks = library_blocks(c, options, input, &report);
+      EXPECT_EQ(blocks.is_valid(0), share < 1) << share;
+      EXPECT_EQ(report.invalid, share < 1 ? 0U : 1U);
+      EXPECT_EQ(report.status, BlockStatus::ok);
+      EXPECT_EQ(report.behind_camera, 0U);
+    }
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double broken : {nan, std::numeric_limits<double>::infinity()}) {
+      input.map_covariance = 0.01 * Eigen::Matrix3d::Identity();
+      const int entry = random.integer(0, 5);
+      const int rows[] = {0, 0, 0, 1, 1, 2};
+      const int columns[] = {0, 1, 2, 1, 2, 2};
+      input.map_covariance(rows[entry], columns[entry]) = broken;
+      input.map_covariance(columns[entry], rows[entry]) = broken;
+      EXPECT_FALSE(library_blocks(c, options, input).is_valid(0)) << entry << " is " << broken;
+    }
   });
 }
 

@@ -272,9 +272,9 @@ TEST(Limits, ends_of_float32) {
   EXPECT_EQ(blocks.plane(0, 0)[1], std::numeric_limits<float>::max());
   EXPECT_FALSE(blocks.is_valid(2));
   EXPECT_FALSE(blocks.is_valid(3));
-  EXPECT_EQ(blocks.plane(0, 0)[4], std::numeric_limits<float>::denorm_min());
+  EXPECT_EQ(blocks.plane(0, 0)[blocks.place(4)], std::numeric_limits<float>::denorm_min());
   EXPECT_TRUE(blocks.is_valid(5));
-  EXPECT_EQ(blocks.plane(0, 0)[5], 0);
+  EXPECT_EQ(blocks.plane(0, 0)[blocks.place(5)], 0);
   Selector selector(6);
   const Selection selection = selector.select(blocks, with(Strategy::lazy_greedy, 6));
   EXPECT_EQ(indices_of(selection), (std::vector<std::uint32_t>{0, 1, 4, 5}));

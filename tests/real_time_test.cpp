@@ -147,6 +147,35 @@ TEST(RealTime, active_selection_allocates_nothing) {
   EXPECT_EQ(selected, 100U);
 }
 
+TEST(RealTime, batches_of_active_selection_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  const Block measured = random_block(random, 3);
+  std::vector<std::uint32_t> groups(400);
+  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 7;
+  Options options;
+  options.groups = groups.data();
+  options.group_count = 7;
+  options.max_per_group = 15;
+  ActiveSelection active(400);
+  std::size_t selected = 0;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, options);
+              std::uint32_t batch[8];
+              const unsigned char matched[8] = {1, 0, 1, 0, 0, 1, 1, 0};
+              while (std::size_t count = active.next(batch, 8)) {
+                active.reject(batch[--count]);
+                if (count > 1) active.accept(batch[--count], measured.data(), 3);
+                if (count > 1) active.accept(batch[--count]);
+                active.answer(matched, count);
+              }
+              selected = active.selection().size;
+            }),
+            0);
+  EXPECT_GT(selected, 90U);
+}
+
 TEST(RealTime, the_c_api_allocates_nothing_either) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -210,16 +239,17 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   maxlogdet_block_store* blocks = nullptr;
   maxlogdet_selector* selector = nullptr;
   maxlogdet_active_selection* active = nullptr;
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 3);
+  constexpr long arrays_of_store = 3;  // planes, validity and indices
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 1 + arrays_of_store);
   const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
   EXPECT_GT(of_selector, 10);
   EXPECT_EQ(failures_of([&] { return maxlogdet_active_selection_create(10, &active); }), of_selector);
 
   const double block[6] = {1, 2, 3, 4, 5, 6};
   for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), 2);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), arrays_of_store);
   EXPECT_EQ(maxlogdet_block_store_size(blocks), 11U);
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), 2);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), arrays_of_store);
 
   maxlogdet_camera camera;
   maxlogdet_matches matches;
@@ -235,7 +265,7 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   EXPECT_EQ(failures_of([&] {
               return maxlogdet_append_blocks(&camera, T_cw, &matches, &block_options, blocks, nullptr)->status;
             }),
-            2);
+            arrays_of_store);
   EXPECT_EQ(maxlogdet_block_store_size(blocks), 1011U);
   maxlogdet_active_selection_destroy(active);
   maxlogdet_selector_destroy(selector);

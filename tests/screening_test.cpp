@@ -49,10 +49,11 @@ class Screened {
   Screened(const simd::Kernel& kernel, const BlockStore& blocks)
       : kernel_(kernel),
         blocks_(blocks),
-        planes_{blocks.plane(0, 0), blocks.stride()},
+        candidates_(all_of(blocks)),
+        planes_(candidates_.planes),
         evaluator_(kernel, planes_, blocks.rows(), team_),
         memory_(blocks.size()),
-        screening_(evaluator_, blocks.column_max(), memory_),
+        screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
         remains_(blocks.validity(), blocks.validity() + blocks.size()),
         lanes_(blocks.size() + simd::tile_size) {
     screening_.use_store(blocks.validity(), blocks.size());
@@ -64,9 +65,10 @@ class Screened {
   // One round; `lazily`: only what is promising. Returns how many survived.
   std::size_t round(bool lazily) {
     screening_.begin_round(factor_);
-    lazily ? screening_.evaluate_promising() : screening_.evaluate_all();
-    if (!lazily) screening_.keep_bounds();
+    lazily ? screening_.evaluate_promising(1) : screening_.evaluate_all();
+    if (!lazily) screening_.end_round();
     const std::size_t count = screening_.survivors(lanes_.data());
+    if (lazily) screening_.end_round();
     expect_bounds_hold();
     const std::uint32_t best = decide_among_all();
     EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L),
@@ -82,7 +84,7 @@ class Screened {
     if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
 
     double rows[max_block_rows][state_dimension];
-    read_rows(blocks_, best, rows);
+    read_rows(all_of(blocks_), best, rows);
     factor_.add_block(kernel_, rows, blocks_.rows());
     screening_.remove(lane_of_best);
     remains_[best] = 0;
@@ -127,6 +129,7 @@ class Screened {
 
   const simd::Kernel& kernel_;
   const BlockStore& blocks_;
+  Candidates candidates_;
   simd::Planes planes_;
   threading::Team team_;
   threading::Evaluator evaluator_;
@@ -285,12 +288,13 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
   for (const simd::Kernel* const kernel : supported_kernels()) {
     SCOPED_TRACE(kernel->isa);
     threading::Team team;
+    const simd::Form form = simd::form_of_rows(blocks.rows());
     const threading::Evaluator evaluator(*kernel, planes, blocks.rows(), team);
     ScreeningMemory of_all(blocks.size());
     ScreeningMemory of_list(blocks.size());
-    Screening(evaluator, blocks.column_max(), of_all).make_records(blocks.size());
-    Screening(evaluator, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
-    const std::size_t size = simd::record_size(blocks.rows());
+    Screening(evaluator, form, blocks.column_max(), of_all).make_records(blocks.size());
+    Screening(evaluator, form, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
+    const std::size_t size = simd::record_size(form);
     for (const std::uint32_t i : listed) {
       EXPECT_TRUE(std::equal(&of_all.records[i * size], &of_all.records[i * size] + size, &of_list.records[i * size]));
     }

@@ -9,6 +9,7 @@
 namespace maxlogdet::test {
 namespace {
 
+using stereo_odometry::Alignment;
 using stereo_odometry::FeatureExtractor;
 using stereo_odometry::StereoFeatures;
 using stereo_odometry::StereoImages;
@@ -17,6 +18,15 @@ std::vector<cv::Mat> pyramid_of(const cv::Mat& image) {
   std::vector<cv::Mat> pyramid;
   cv::buildOpticalFlowPyramid(image, pyramid, {13, 13}, 1);
   return pyramid;
+}
+
+// Of these points, which are taken to be in the same place.
+Alignment aligned(const std::vector<cv::Mat>& before, const std::vector<cv::Mat>& after,
+                  const std::vector<cv::Point2f>& points) {
+  Alignment alignment;
+  alignment.from = alignment.start = points;
+  alignment.run(before, after);
+  return alignment;
 }
 
 std::vector<cv::Point2f> random_points(Random& random, int width, int height, int margin, std::size_t count) {
@@ -37,13 +47,12 @@ TEST(Align, finds_patches_that_moved_by_less_than_a_few_pixels) {
     const double dx = random.uniform(-2, 2), dy = random.uniform(-2, 2);
     const std::vector<cv::Mat> after = pyramid_of(texture.image(200, 150, 8, dx, dy));
     const std::vector<cv::Point2f> from = random_points(random, 200, 150, 20, 40);
-    std::vector<cv::Point2f> to = from;
-    const std::vector<char> is_aligned = stereo_odometry::align(before, after, from, to);
-    ASSERT_EQ(is_aligned.size(), from.size());
+    const Alignment found = aligned(before, after, from);
+    ASSERT_EQ(found.is_aligned.size(), from.size());
     for (std::size_t p = 0; p < from.size(); ++p) {
-      ASSERT_TRUE(is_aligned[p] != 0) << from[p] << " moved by " << dx << ", " << dy;
-      EXPECT_NEAR(static_cast<double>(to[p].x - from[p].x), dx, 0.1) << from[p];
-      EXPECT_NEAR(static_cast<double>(to[p].y - from[p].y), dy, 0.1) << from[p];
+      ASSERT_TRUE(found.is_aligned[p] != 0) << from[p] << " moved by " << dx << ", " << dy;
+      EXPECT_NEAR(static_cast<double>(found.to[p].x - from[p].x), dx, 0.1) << from[p];
+      EXPECT_NEAR(static_cast<double>(found.to[p].y - from[p].y), dy, 0.1) << from[p];
     }
   }
 }
@@ -53,24 +62,36 @@ TEST(Align, refuses_what_is_far_away) {
   SCOPED_TRACE(random.name());
   const Texture texture(random.name());
   const std::vector<cv::Point2f> from = random_points(random, 200, 150, 30, 40);
-  const auto aligned = [&](double dx) {
-    std::vector<cv::Point2f> to = from;
-    const auto is_aligned = stereo_odometry::align(pyramid_of(texture.image(200, 150, 32)),
-                                                   pyramid_of(texture.image(200, 150, 32, dx)), from, to);
-    return std::count(is_aligned.begin(), is_aligned.end(), 1);
+  const auto found = [&](double dx) {
+    const Alignment alignment =
+        aligned(pyramid_of(texture.image(200, 150, 32)), pyramid_of(texture.image(200, 150, 32, dx)), from);
+    return 40 - std::count(alignment.is_aligned.begin(), alignment.is_aligned.end(), 0);
   };
-  EXPECT_EQ(aligned(3.5), 40);
-  EXPECT_EQ(aligned(4.5), 0) << "also where optical flow gets there";
+  EXPECT_EQ(found(3.5), 40);
+  EXPECT_EQ(found(4.5), 0) << "also where optical flow gets there";
 }
 
 TEST(Align, refuses_where_there_is_no_texture) {
   Random random;
   const std::vector<cv::Mat> grey = pyramid_of(cv::Mat(150, 200, CV_8UC1, cv::Scalar(128)));
   const std::vector<cv::Point2f> from = random_points(random, 200, 150, 0, 20);
-  std::vector<cv::Point2f> to = from;
-  EXPECT_EQ(stereo_odometry::align(grey, grey, from, to), std::vector<char>(20, 0));
-  to.clear();
-  EXPECT_TRUE(stereo_odometry::align(grey, grey, {}, to).empty());
+  EXPECT_EQ(aligned(grey, grey, from).is_aligned, std::vector<unsigned char>(20, 0));
+  EXPECT_TRUE(aligned(grey, grey, {}).is_aligned.empty());
+}
+
+TEST(Align, finds_many_at_once_where_it_finds_them_one_by_one) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Texture texture(random.name());
+  const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8)),
+                             after = pyramid_of(texture.image(200, 150, 8, 2.2, -1.3));
+  const std::vector<cv::Point2f> points = random_points(random, 200, 150, 0, 60);  // up to the rim, where some fail
+  const Alignment all = aligned(before, after, points);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const Alignment alone = aligned(before, after, {points[p]});
+    EXPECT_EQ(all.is_aligned[p], alone.is_aligned[0]);
+    EXPECT_EQ(all.to[p], alone.to[0]);
+  }
 }
 
 TEST(FeatureExtractor, stereo_matches_are_where_the_scene_has_them) {

@@ -3,9 +3,8 @@
 #include "tests/rendered_world.hpp"
 
 #include <Eigen/LU>
-#include <array>
 #include <cmath>
-#include <memory>
+#include <numeric>
 #include <set>
 
 namespace maxlogdet::test {
@@ -13,14 +12,14 @@ namespace {
 
 using sim::Match;
 using sim::Pose;
+using stereo_odometry::Descriptor;
 using stereo_odometry::LocalMap;
 using stereo_odometry::MapOptions;
 using stereo_odometry::MapPoint;
-using stereo_odometry::MapPointPtr;
+using stereo_odometry::MapPoints;
 using stereo_odometry::Prediction;
 using stereo_odometry::ProjectionSearch;
 using stereo_odometry::StereoFeatures;
-using Descriptor = std::array<unsigned char, 32>;
 
 constexpr int width = RenderedWorld::width, height = RenderedWorld::height;
 const PinholeCamera camera = RenderedWorld::camera();
@@ -48,8 +47,7 @@ void add(StereoFeatures& features, double u, double v, int octave, Descriptor de
 
 Prediction prediction_at(double u, double v, int octave, const Descriptor& descriptor) {
   Prediction prediction;
-  prediction.point = std::make_shared<MapPoint>();
-  prediction.point->descriptor = descriptor;
+  prediction.descriptor = descriptor;
   prediction.u = u;
   prediction.v = v;
   prediction.u_right = u - 20;
@@ -57,8 +55,14 @@ Prediction prediction_at(double u, double v, int octave, const Descriptor& descr
   return prediction;
 }
 
+ProjectionSearch search_of(const StereoFeatures& features) {
+  ProjectionSearch search(width, height);
+  search.start(features);
+  return search;
+}
+
 std::int64_t find(const StereoFeatures& features, const Prediction& prediction, double radius) {
-  return ProjectionSearch(features, width, height).find(prediction, radius);
+  return search_of(features).find(prediction, radius);
 }
 
 TEST(ProjectionSearch, finds_the_keypoint_most_like_the_point_among_those_that_may_be_it) {
@@ -113,12 +117,16 @@ TEST(ProjectionSearch, passes_by_what_is_taken) {
   StereoFeatures features;
   add(features, 100, 100, 0, wanted);
   add(features, 101, 100, 0, changed(wanted, 30));
-  ProjectionSearch search(features, width, height);
+  ProjectionSearch search = search_of(features);
   EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 0);
   search.take(0);
   EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 1);
   search.take(1);
   EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), ProjectionSearch::none);
+  search.give_back(1);
+  EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 1);
+  search.start(features);
+  EXPECT_EQ(search.find(prediction_at(100, 100, 0, wanted), 4), 0) << "begins anew";
 }
 
 TEST(ProjectionSearch, takes_nothing_unlike_or_doubtful) {
@@ -150,15 +158,20 @@ TEST(ProjectionSearch, of_several_points_the_most_like_gets_the_keypoint) {
   StereoFeatures features;
   add(features, 100, 100, 0, seen);
   add(features, 200, 100, 0, other);
-  const ProjectionSearch search(features, width, height);
+  ProjectionSearch search = search_of(features);
   const Prediction far = prediction_at(101, 100, 0, changed(seen, 60)),
                    nearer = prediction_at(99, 100, 0, changed(seen, 20)),
                    nearest = prediction_at(100, 101, 0, changed(seen, 10)), alone = prediction_at(200, 100, 0, other);
   using Found = std::vector<std::int64_t>;
-  EXPECT_EQ(search.find_all({far, nearer, alone, nearest}, 4), Found({-1, -1, 1, 0}));
-  EXPECT_EQ(search.find_all({nearest, alone, nearer, far}, 4), Found({0, 1, -1, -1}));
-  EXPECT_EQ(search.find_all({nearer, nearer}, 4), Found({0, -1})) << "the first of two that are alike";
-  EXPECT_EQ(search.find_all({}, 4), Found());
+  Found found(1, 7);  // from before
+  const auto find_all = [&](const std::vector<Prediction>& predictions) {
+    search.find_all(predictions, 4, found);
+    return found;
+  };
+  EXPECT_EQ(find_all({far, nearer, alone, nearest}), Found({-1, -1, 1, 0}));
+  EXPECT_EQ(find_all({nearest, alone, nearer, far}), Found({0, 1, -1, -1}));
+  EXPECT_EQ(find_all({nearer, nearer}), Found({0, -1})) << "the first of two that are alike";
+  EXPECT_EQ(find_all({}), Found());
 }
 
 TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) {
@@ -166,27 +179,31 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
   SCOPED_TRACE(random.name());
   const Pose T_cw = RenderedWorld::T_wc(9).inverse();
   const Eigen::Vector3d center = T_cw.inverse() * Eigen::Vector3d::Zero();
-  std::vector<MapPointPtr> points;
+  MapPoints map;
   for (int i = 0; i < 4000; ++i) {
-    const auto point = std::make_shared<MapPoint>();
-    point->id = i;
-    point->position = Eigen::Vector3d(random.uniform(-6, 6), random.uniform(-4, 4), random.uniform(-4, 12));
-    point->direction = (point->position - center).normalized();
+    MapPoint point;
+    point.id = i;
+    point.view = random.integer(0, 9);
+    const Eigen::Vector3d position(random.uniform(-6, 6), random.uniform(-4, 4), random.uniform(-4, 12));
+    point.direction = (position - center).normalized();
     const Eigen::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
-    point->direction = Eigen::AngleAxisd(random.uniform(0, 2), axis.normalized()) * point->direction;
-    point->distance = (point->position - center).norm() * random.uniform(0.4, 2.5);
-    point->octave = random.integer(0, 7);
-    points.push_back(point);
+    point.direction = Eigen::AngleAxisd(random.uniform(0, 2), axis.normalized()) * point.direction;
+    point.distance = (position - center).norm() * random.uniform(0.4, 2.5);
+    point.octave = random.integer(0, 7);
+    point.descriptor = random_descriptor(random);
+    map.push_back(point, position);
   }
-  const auto predictions = points_in_view(points, camera, width, height, T_cw);
-  std::size_t next = 0, behind = 0, outside = 0, turned = 0, too_near_or_far = 0;
-  for (const MapPointPtr& point : points) {
-    const Eigen::Vector3d p = T_cw * point->position;
+  std::vector<Prediction> predictions(3);  // from before
+  find_points_in_view(map, 1, camera, width, height, T_cw, predictions);
+  std::size_t next = 0, behind = 0, outside = 0, turned = 0, too_near_or_far = 0, too_old = 0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const MapPoint& point = map.points[i];
+    const Eigen::Vector3d p = T_cw * map.positions[i];
     const double u = camera.fx * p.x() / p.z() + camera.cx, v = camera.fy * p.y() / p.z() + camera.cy;
-    const Eigen::Vector3d ray = point->position - center;
-    const double angle = std::atan2(ray.cross(point->direction).norm(), ray.dot(point->direction));
+    const Eigen::Vector3d ray = map.positions[i] - center;
+    const double angle = std::atan2(ray.cross(point.direction).norm(), ray.dot(point.direction));
     // An octave up for every 1.2 times nearer.
-    const double octave = point->octave + std::log2(point->distance / ray.norm()) / std::log2(1.2);
+    const double octave = point.octave + std::log2(point.distance / ray.norm()) / std::log2(1.2);
     if (p.z() <= 0) {
       ++behind;
     } else if (u < 0 || u >= width || v < 0 || v >= height) {
@@ -195,10 +212,13 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
       ++turned;
     } else if (octave < -1 || octave > 8) {
       ++too_near_or_far;
+    } else if (point.view < 1) {
+      ++too_old;
     } else {
       ASSERT_LT(next, predictions.size());
       const Prediction& found = predictions[next++];
-      ASSERT_EQ(found.point, point);
+      ASSERT_EQ(found.point, i);
+      EXPECT_EQ(found.descriptor, point.descriptor);
       EXPECT_NEAR(found.u, u, 1e-9);
       EXPECT_NEAR(found.v, v, 1e-9);
       EXPECT_NEAR(found.u_right, camera.fx * (p.x() - camera.bf / camera.fx) / p.z() + camera.cx, 1e-9);
@@ -207,6 +227,7 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
   }
   EXPECT_EQ(next, predictions.size());
   for (const std::size_t count : {next, behind, outside, turned, too_near_or_far}) EXPECT_GT(count, 50U);
+  EXPECT_GT(too_old, 5U);
 }
 
 // ---- LocalMap
@@ -253,10 +274,18 @@ StereoFeatures features_of(const Pose& T_cw, const std::vector<Eigen::Vector3d>&
 }
 
 // points[i] is that of keypoint i.
-std::vector<Match> matches_of(const std::vector<MapPointPtr>& points, const StereoFeatures& features) {
+void add_keyframe(LocalMap& map, const Pose& T_cw, const StereoFeatures& features,
+                  const std::vector<std::uint32_t>& points) {
   std::vector<Match> matches;
-  for (std::size_t i = 0; i < points.size(); ++i) matches.push_back(match_of(*points[i], features, i));
-  return matches;
+  for (std::size_t i = 0; i < points.size(); ++i) matches.push_back(match_of(map.points(), points[i], features, i));
+  map.add_keyframe(T_cw, features, matches, points);
+}
+
+// All points of the map.
+std::vector<std::uint32_t> all_points(const LocalMap& map) {
+  std::vector<std::uint32_t> all(map.points().size());
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
 }
 
 TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
@@ -278,24 +307,34 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
   EXPECT_TRUE(map.is_empty());
   map.add_keyframe(T_cw, features, {}, {});
   EXPECT_FALSE(map.is_empty());
-  ASSERT_EQ(map.local_points().size(), stereo.size()) << "one for each keypoint with a stereo match";
-  EXPECT_EQ(map.reference_points(), map.local_points());
+  ASSERT_EQ(map.points().size(), stereo.size()) << "one for each keypoint with a stereo match";
+  const Matches arrays = map.points().arrays();
+  ASSERT_EQ(arrays.size, stereo.size());
   for (std::size_t p = 0; p < stereo.size(); ++p) {
-    const MapPoint& point = *map.local_points()[p];
+    const MapPoint& point = map.points().points[p];
+    const Eigen::Vector3d position = map.points().positions[p];
+    const Eigen::Matrix3d covariance = map.points().covariances[p];
     const std::size_t i = stereo[p];
     const cv::Point2d pixel = features.keypoints[i].pt;
     const Eigen::Vector3d z(pixel.x, pixel.y, features.u_right[i]);
-    EXPECT_LT((project(T_cw, point.position) - z).norm(), 1e-6);
-    EXPECT_GT((T_cw * point.position).z(), 0);
-    const Eigen::Matrix3d H = jacobian(T_cw, point.position);
+    EXPECT_LT((project(T_cw, position) - z).norm(), 1e-6);
+    EXPECT_GT((T_cw * position).z(), 0);
+    const Eigen::Matrix3d H = jacobian(T_cw, position);
     const Eigen::Matrix3d expected = (H.transpose() * H / (0.5 * 0.5)).inverse();
-    EXPECT_LT((point.covariance - expected).norm(), 1e-4 * expected.norm());
+    EXPECT_LT((covariance - expected).norm(), 1e-4 * expected.norm());
     EXPECT_EQ(point.descriptor, descriptors[i]);
     EXPECT_EQ(point.octave, features.keypoints[i].octave);
-    const Eigen::Vector3d ray = point.position - T_cw.inverse().translation();
+    EXPECT_EQ(point.pixel, features.keypoints[i].pt);
+    const Eigen::Vector3d ray = position - T_cw.inverse().translation();
     EXPECT_NEAR(point.distance, ray.norm(), 1e-9);
     EXPECT_LT((point.direction * point.distance - ray).norm(), 1e-9);
     EXPECT_TRUE(point.observations.back().match.is_stereo());
+
+    EXPECT_TRUE(std::equal(arrays.points + 3 * p, arrays.points + 3 * p + 3, position.data()))
+        << "as the library reads";
+    EXPECT_TRUE(std::equal(arrays.map_covariances + 9 * p, arrays.map_covariances + 9 * p + 9, covariance.data()));
+    EXPECT_EQ(arrays.sigmas[p], 0.5);
+    EXPECT_EQ(arrays.has_third[p], 1);
   }
 }
 
@@ -305,14 +344,14 @@ struct Spread {
   double squared_error_in_deviations = 0;
 };
 
-Spread spread_of(const std::vector<MapPointPtr>& points, const std::vector<Eigen::Vector3d>& landmarks) {
+Spread spread_of(const MapPoints& map, const std::vector<Eigen::Vector3d>& landmarks) {
   Spread spread;
-  const auto n = static_cast<double>(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d error = points[i]->position - landmarks[i];
+  const auto n = static_cast<double>(map.size());
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const Eigen::Vector3d error = map.positions[i] - landmarks[i];
     spread.squared_error += error.squaredNorm() / n;
-    spread.variance += points[i]->covariance.trace() / n;
-    spread.squared_error_in_deviations += error.dot(points[i]->covariance.inverse() * error) / n;
+    spread.variance += map.covariances[i].trace() / n;
+    spread.squared_error_in_deviations += error.dot(map.covariances[i].inverse() * error) / n;
   }
   return spread;
 }
@@ -328,16 +367,14 @@ TEST(LocalMap, more_views_bring_points_nearer_to_the_truth_and_the_covariance_kn
   for (std::size_t view = 0; view < 4; ++view) {
     const Pose T_cw = RenderedWorld::T_wc(3 * view).inverse();
     const StereoFeatures features = features_of(T_cw, landmarks, &random);
-    const std::vector<MapPointPtr> points = view == 0 ? std::vector<MapPointPtr>() : map.local_points();
-    map.add_keyframe(T_cw, features, matches_of(points, features), points);
-    ASSERT_EQ(map.local_points().size(), landmarks.size()) << "no new point where there is one";
+    add_keyframe(map, T_cw, features, all_points(map));
+    ASSERT_EQ(map.points().size(), landmarks.size()) << "no new point where there is one";
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
-      const MapPoint& point = *map.local_points()[i];
-      ASSERT_EQ(point.observations.size(), view + 1);
-      EXPECT_LT(point.covariance.trace(), traces[i]) << i;
-      traces[i] = point.covariance.trace();
+      ASSERT_EQ(map.points().points[i].observations.size(), view + 1);
+      EXPECT_LT(map.points().covariances[i].trace(), traces[i]) << i;
+      traces[i] = map.points().covariances[i].trace();
     }
-    const Spread now = spread_of(map.local_points(), landmarks);
+    const Spread now = spread_of(map.points(), landmarks);
     EXPECT_NEAR(now.squared_error_in_deviations, 3, 0.6) << "of 3 degrees of freedom";
     if (view == 0) {
       before = now;
@@ -356,30 +393,39 @@ TEST(LocalMap, consists_of_the_last_keyframes) {
   options.keyframes = 3;
   LocalMap map(camera, options);
   const Pose T_cw = Pose::Identity();
-  std::vector<std::vector<MapPointPtr>> of_keyframes;
+  std::vector<std::vector<std::int64_t>> of_keyframes;  // ids
   for (int i = 0; i < 6; ++i) {
-    // 10 new points and, from the second on, 5 of the keyframe before.
+    // 10 new points and, from the second on, 5 of the keyframe before, which are the last in the map.
+    std::vector<std::uint32_t> known = all_points(map);
+    known.erase(known.begin(), known.end() - std::min<std::ptrdiff_t>(5, static_cast<std::ptrdiff_t>(known.size())));
     std::vector<Eigen::Vector3d> landmarks;
-    std::vector<MapPointPtr> known;
-    if (i > 0) known.assign(of_keyframes.back().end() - 5, of_keyframes.back().end());
-    for (const MapPointPtr& point : known) landmarks.push_back(point->position);
+    std::vector<std::int64_t> known_ids;
+    for (const std::uint32_t point : known) {
+      landmarks.push_back(map.points().positions[point]);
+      known_ids.push_back(map.points().points[point].id);
+    }
     for (int n = 0; n < 10; ++n) landmarks.push_back(random_landmark(random));
-    const StereoFeatures features = features_of(T_cw, landmarks);
-    map.add_keyframe(T_cw, features, matches_of(known, features), known);
-    of_keyframes.push_back(map.reference_points());
-    ASSERT_EQ(of_keyframes.back().size(), landmarks.size());
-    EXPECT_TRUE(std::equal(known.begin(), known.end(), of_keyframes.back().begin()));
+    add_keyframe(map, T_cw, features_of(T_cw, landmarks), known);
 
+    of_keyframes.emplace_back();
+    std::vector<std::int64_t> ids;
+    for (const MapPoint& point : map.points().points) {
+      ids.push_back(point.id);
+      if (point.view == i) of_keyframes.back().push_back(point.id);
+    }
+    ASSERT_EQ(of_keyframes.back().size(), landmarks.size());
+    EXPECT_TRUE(std::equal(known_ids.begin(), known_ids.end(), of_keyframes.back().begin()));
     std::set<std::int64_t> expected;
     for (std::size_t k = of_keyframes.size() > 3 ? of_keyframes.size() - 3 : 0; k < of_keyframes.size(); ++k) {
-      for (const MapPointPtr& point : of_keyframes[k]) expected.insert(point->id);
+      expected.insert(of_keyframes[k].begin(), of_keyframes[k].end());
     }
-    std::vector<std::int64_t> ids;
-    for (const MapPointPtr& point : map.local_points()) ids.push_back(point->id);
     EXPECT_EQ(ids, std::vector<std::int64_t>(expected.begin(), expected.end())) << "in order of id, no doubles";
+    ASSERT_EQ(map.views().size(), std::min<std::size_t>(of_keyframes.size(), 3));
+    EXPECT_EQ(map.views().back()->number, i);
   }
   map.clear();
   EXPECT_TRUE(map.is_empty());
+  EXPECT_EQ(map.points().arrays().size, 0U);
 }
 
 TEST(LocalMap, points_keep_as_many_observations_as_there_are_keyframes) {
@@ -391,9 +437,8 @@ TEST(LocalMap, points_keep_as_many_observations_as_there_are_keyframes) {
   for (std::size_t view = 0; view < 5; ++view) {
     const Pose T_cw = RenderedWorld::T_wc(view).inverse();
     const StereoFeatures features = features_of(T_cw, landmarks);
-    const auto points = view == 0 ? std::vector<MapPointPtr>() : map.local_points();
-    map.add_keyframe(T_cw, features, matches_of(points, features), points);
-    const auto& observations = map.local_points().at(0)->observations;
+    add_keyframe(map, T_cw, features, all_points(map));
+    const auto& observations = map.points().points.at(0).observations;
     ASSERT_EQ(observations.size(), std::min<std::size_t>(view + 1, 2));
     EXPECT_TRUE(observations.back().view->T_cw.isApprox(T_cw, 0)) << "the last ones";
   }

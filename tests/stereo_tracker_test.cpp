@@ -175,8 +175,13 @@ TEST_F(StereoTracking, follows_the_truth_with_every_selector) {
   }
 }
 
-TEST_F(StereoTracking, follows_the_truth_when_it_matches_in_the_order_of_information) {
-  expect_follows_the_truth(active_options());
+TEST_F(StereoTracking, follows_the_truth_when_it_matches_in_the_order_of_information_whatever_the_batches) {
+  for (const std::size_t batch : {1U, 7U, 100'000U}) {
+    SCOPED_TRACE(batch);
+    TrackerOptions options = active_options();
+    options.batch = batch;
+    expect_follows_the_truth(options);
+  }
 }
 
 TEST_F(StereoTracking, follows_the_truth_with_residuals_of_two_rows) {

@@ -110,7 +110,7 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       }
       ASSERT_EQ(selected[round], pool[best]) << "round " << round;
       double h[max_block_rows][state_dimension];
-      read_rows(blocks, pool[best], h);
+      read_rows(all_of(blocks), pool[best], h);
       factor.add_block(kernel, h, rows);
       pool[best] = pool[remaining - 1];
     }

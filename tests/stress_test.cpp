@@ -45,7 +45,7 @@ class Problem {
     blocks.clear();
     append_blocks(frame_.camera, frame_.T_cw_prior.data(), matches_.view(), wanted, blocks, &executor);
     const float* const plane = blocks.plane(1, 3);
-    return blocks.size() == blocks_.size() && std::equal(plane, plane + blocks.size(), blocks_.plane(1, 3));
+    return blocks.size() == blocks_.size() && std::equal(plane, plane + blocks.stored(), blocks_.plane(1, 3));
   }
 
  private:

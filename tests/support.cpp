@@ -46,10 +46,10 @@ Matrix6 random_prior(Random& random) {
 }
 
 Block stored_block(const BlockStore& blocks, std::size_t i) {
-  Block block(blocks.rows(), state_dimension);
-  for (int row = 0; row < blocks.rows(); ++row) {
+  Block block = Block::Zero(blocks.rows(), state_dimension);
+  for (int row = 0; row < blocks.rows() && blocks.is_valid(i); ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      block(row, column) = static_cast<double>(blocks.plane(row, column)[i]);
+      block(row, column) = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
     }
   }
   return block;

@@ -263,52 +263,86 @@ TEST(Threads, a_deadline_still_gives_a_prefix) {
   }
 }
 
-// The store as raw bytes of its planes and flags.
-std::vector<float> contents(const BlockStore& blocks) {
-  std::vector<float> all;
+// All that a store says of its candidates.
+struct Contents {
+  std::vector<float> entries;
+  std::vector<std::uint32_t> indices;
+  std::vector<unsigned char> validity;
+  std::vector<double> column_max;
+  int rows;
+
+  friend bool operator==(const Contents& a, const Contents& b) {
+    return a.entries == b.entries && a.indices == b.indices && a.validity == b.validity &&
+           a.column_max == b.column_max && a.rows == b.rows;
+  }
+};
+
+Contents contents(const BlockStore& blocks) {
+  Contents all;
   for (int row = 0; row < blocks.rows(); ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      all.insert(all.end(), blocks.plane(row, column), blocks.plane(row, column) + blocks.size());
+      const float* const plane = blocks.plane(row, column);
+      all.entries.insert(all.entries.end(), plane, plane + blocks.stored());
     }
   }
-  for (std::size_t i = 0; i < blocks.size(); ++i) all.push_back(blocks.is_valid(i) ? 1.0F : 0.0F);
-  for (int column = 0; column < state_dimension; ++column)
-    all.push_back(static_cast<float>(blocks.column_max()[column]));
+  all.indices.assign(blocks.indices(), blocks.indices() + blocks.stored());
+  all.validity.assign(blocks.validity(), blocks.validity() + blocks.size());
+  all.column_max.assign(blocks.column_max(), blocks.column_max() + state_dimension);
+  all.rows = blocks.rows();
   return all;
+}
+
+// A share of a frame's matches behind the camera, not finite or not usable; of the second quarter none is usable if
+// that share is large, so that some chunks have no block at all.
+std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
+  const std::size_t n = frame.matches.size();
+  std::vector<unsigned char> usable(n, 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    sim::Match& match = frame.matches[i];
+    if (random.chance(share / 3)) match.point[2] = -1e3;
+    if (random.chance(share / 3)) match.point[0] = std::numeric_limits<double>::quiet_NaN();
+    if (random.chance(share / 3) || (share > 0.5 && i >= n / 4 && i < n / 2)) usable[i] = 0;
+  }
+  return usable;
+}
+
+// Into a store that holds a few candidates already, some of them invalid, by any number of threads.
+void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& matches, const BlockKind& kind,
+                        Executor& executor) {
+  BlockOptions options;
+  options.weighting = kind.weighting;
+  options.third = kind.third;
+  BlockStore before;
+  for (int i = random.integer(0, 5); i > 0; --i) push_back(before, random_block(random, random.integer(0, 3)));
+  BlockStore alone = before;
+  const BlockReport expected = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, alone);
+  for (const int threads : {0, 2, 4}) {
+    options.threads = threads;
+    BlockStore helped = before;
+    const BlockReport report =
+        append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, helped, &executor);
+    EXPECT_TRUE(contents(helped) == contents(alone)) << kind.name << ", " << threads << " threads";
+    EXPECT_EQ(report.status, expected.status);
+    EXPECT_EQ(report.invalid, expected.invalid);
+    EXPECT_EQ(report.behind_camera, expected.behind_camera);
+    EXPECT_EQ(report.singular_rays, expected.singular_rays);
+    EXPECT_EQ(helped.invalid_count(), alone.invalid_count());
+  }
 }
 
 TEST(Threads, blocks_do_not_depend_on_their_number) {
   Random random;
   SCOPED_TRACE(random.name());
   sim::PoolExecutor pool(3);
-  for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}}) {
-    sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
-    for (sim::Match& match : frame.matches) {  // behind the camera, not finite
-      if (random.chance(0.02)) match.point[2] = -1e3;
-      if (random.chance(0.02)) match.point[0] = std::numeric_limits<double>::quiet_NaN();
-    }
-    const sim::MatchArrays matches(frame);
-    for (const BlockKind& kind : block_kinds) {
-      BlockOptions options;
-      options.weighting = kind.weighting;
-      options.third = kind.third;
-      BlockStore alone;
-      const BlockReport expected = append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, alone);
-      for (const int threads : {0, 2, 4}) {
-        options.threads = threads;
-        BlockStore helped;
-        push_back(helped, random_block(random, 1));
-        helped.clear();
-        const BlockReport report =
-            append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, helped, &pool);
-        EXPECT_EQ(contents(helped), contents(alone)) << kind.name << ", " << threads << " threads";
-        EXPECT_EQ(report.status, expected.status);
-        EXPECT_EQ(report.invalid, expected.invalid);
-        EXPECT_EQ(report.behind_camera, expected.behind_camera);
-        EXPECT_EQ(report.singular_rays, expected.singular_rays);
-        EXPECT_EQ(helped.invalid_count(), alone.invalid_count());
-        EXPECT_EQ(helped.rows(), alone.rows());
-      }
+  for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
+    for (const double share : {0.05, 0.8, 3.0}) {  // of the last, none has a block
+      SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));
+      sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
+      const std::vector<unsigned char> usable = spoil(random, share, frame);
+      const sim::MatchArrays arrays(frame);
+      Matches matches = arrays.view();
+      matches.usable = usable.data();
+      for (const BlockKind& kind : block_kinds) expect_same_blocks(random, frame, matches, kind, pool);
     }
   }
 }

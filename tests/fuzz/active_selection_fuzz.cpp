@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::fuzz {
 namespace {
@@ -43,48 +44,64 @@ class Model {
     for (const std::uint32_t i : rules_.required()) accept(i);
   }
 
-  void check_next(std::uint32_t proposed) {
-    if (pending_ != none) {
-      require(proposed == pending_, "a proposal stays until it is answered", proposed, "after", pending_);
+  void check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted) {
+    if (wanted == 0 || !pending_.empty()) {
+      const auto end = pending_.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, pending_.size()));
+      require(proposed == std::vector<std::uint32_t>(pending_.begin(), end), "proposals stay until they are answered",
+              proposed.size(), "of", pending_.size());
       return;
     }
-    const std::vector<std::uint32_t> open = open_candidates();
-    const bool wants_more = accepted_.size() < options_.budget && !open.empty();
-    if (proposed == none) {
-      require(!wants_more || options_.time_limit > 0, "there is a proposal as long as there is something to propose");
-      is_late_ = is_late_ || wants_more;
+    const std::size_t most = most_together(wanted);
+    if (proposed.empty()) {
+      require(most == 0 || options_.time_limit > 0, "there is a proposal as long as there is something to propose");
+      is_late_ = is_late_ || most > 0;
       return;
     }
-    require(wants_more && !is_late_, "nothing is proposed when the budget is reached or time is up", proposed);
-    require(std::find(open.begin(), open.end(), proposed) != open.end(), "what is proposed may be selected", proposed);
-    pending_ = proposed;
-    check_best(open);
+    require(!is_late_, "nothing is proposed when time is up", proposed[0]);
+    require(proposed.size() == most, "as many are proposed as may be accepted together", proposed.size(), "not", most);
+    is_as_proposed_ = is_as_proposed_ && most == 1;
+    for (const std::uint32_t i : proposed) {
+      check_best(i);
+      pending_.push_back(i);
+    }
   }
 
-  void answer(Status status, bool is_accepted, const test::Block* measured) {
-    require(status == (pending_ == none ? Status::nothing_proposed : Status::ok), "an answer is about a proposal",
-            to_string(status));
-    if (pending_ == none) return;
+  // About the proposal of an index, or with `none` the first.
+  void answer(Status status, std::uint32_t index, bool is_accepted, const test::Block* measured) {
+    const auto place = place_of(index);
+    require(status == (place == pending_.end() ? Status::nothing_proposed : Status::ok),
+            "an answer is about a proposal", to_string(status));
+    if (place == pending_.end()) return;
+    const std::uint32_t answered = *place;
+    pending_.erase(place);
     if (is_accepted) {
       is_as_proposed_ = is_as_proposed_ && measured == nullptr;
-      accept(pending_, measured);
+      accept(answered, measured);
     } else {
       is_as_proposed_ = false;
-      rejected_.push_back(pending_);
+      rejected_.push_back(answered);
     }
-    pending_ = none;
   }
 
-  void refuse(Status status) const {
-    require(status == (pending_ == none ? Status::nothing_proposed : Status::invalid_block),
+  void answer_all(Status status, const std::vector<unsigned char>& matched) {
+    const bool is_answer = !pending_.empty() && matched.size() == pending_.size();
+    require(status == (is_answer ? Status::ok : Status::nothing_proposed), "all are answered, or none",
+            to_string(status));
+    for (std::size_t j = 0; is_answer && j < matched.size(); ++j) answer(Status::ok, none, matched[j] != 0, nullptr);
+  }
+
+  void refuse(Status status, std::uint32_t index) {
+    require(status == (place_of(index) == pending_.end() ? Status::nothing_proposed : Status::invalid_block),
             "what is no block is refused", to_string(status));
   }
+
+  const std::vector<std::uint32_t>& pending() const { return pending_; }
 
   void check_selection(const Selection& selection) const {
     const Answer answer(selection);
     require(answer.indices == accepted_, "the selection is what was accepted", answer.indices.size());
     require(std::isfinite(answer.log_det), "log det is finite", answer.log_det);
-    const bool takes_all = blocks_.size() > 0 && options_.budget > 0 && open_candidates().empty();
+    const bool takes_all = blocks_.size() > 0 && options_.budget > 0 && pending_.empty() && open_candidates().empty();
     const Status expected = is_late_ ? Status::deadline_reached : takes_all ? Status::all_selected : Status::ok;
     require(answer.status == expected, "the status tells how far the selection is", to_string(answer.status),
             to_string(expected));
@@ -98,23 +115,43 @@ class Model {
   bool is_as_proposed() const { return is_as_proposed_ && !is_late_; }
 
  private:
+  // Those that may be accepted besides what is proposed already.
   std::vector<std::uint32_t> open_candidates() const {
+    std::vector<std::uint32_t> chosen = accepted_;
+    chosen.insert(chosen.end(), pending_.begin(), pending_.end());
     std::vector<std::uint32_t> open;
     for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
       if (std::find(rejected_.begin(), rejected_.end(), i) != rejected_.end()) continue;
-      if (rules_.may_add(i, accepted_)) open.push_back(i);
+      if (rules_.may_add(i, chosen)) open.push_back(i);
     }
     return open;
   }
 
-  void check_best(const std::vector<std::uint32_t>& open) {
+  // How many of at most `wanted` may be accepted, whichever they are.
+  std::size_t most_together(std::size_t wanted) const {
+    std::vector<std::uint32_t> chosen = accepted_;
+    const std::size_t end = accepted_.size() + std::min(wanted, options_.budget - accepted_.size());
+    for (const std::uint32_t i : open_candidates()) {
+      if (chosen.size() < end && rules_.may_add(i, chosen)) chosen.push_back(i);
+    }
+    return chosen.size() - accepted_.size();
+  }
+
+  std::vector<std::uint32_t>::iterator place_of(std::uint32_t index) {
+    return index == none ? pending_.begin() : std::find(pending_.begin(), pending_.end(), index);
+  }
+
+  // After the proposals before it.
+  void check_best(std::uint32_t proposed) {
+    const std::vector<std::uint32_t> open = open_candidates();
+    require(std::find(open.begin(), open.end(), proposed) != open.end(), "what is proposed may be selected", proposed);
     compared_ += open.size();
     if (!is_tame_ || open.size() > most_compared || compared_ > most_oracle_gains) return;
-    const long double gain = exact_.gain(pending_);
+    const long double gain = exact_.gain(proposed);
     for (const std::uint32_t other : open) {
       const long double better = exact_.gain(other);
       require(better - gain <= exact_.gain_error(better) + exact_.gain_error(gain),
-              "a proposal is the best of what is left", pending_, "for", other, "by", better - gain);
+              "a proposal is the best of what is left", proposed, "for", other, "by", better - gain);
     }
   }
 
@@ -135,7 +172,7 @@ class Model {
   Exact exact_;
   std::vector<std::uint32_t> accepted_;
   std::vector<std::uint32_t> rejected_;
-  std::uint32_t pending_ = none;
+  std::vector<std::uint32_t> pending_;
   std::size_t compared_ = 0;
   long double allowed_ = 0;
   bool is_tame_ = true;
@@ -158,17 +195,25 @@ class Machine {
     switch (bytes_.below(12)) {
       case 0: start(); break;
       case 1: move(); break;
-      case 2: answer(false, nullptr, active_->reject()); break;
+      case 2: answer(none, false, nullptr, active_->reject()); break;
       case 3: accept_measured(); break;
       case 4: check_selection(); break;
       case 5: accept_all(); break;
       case 6: next(); break;
-      case 7: answer(true, nullptr, active_->accept()); break;
+      case 7: answer(none, true, nullptr, active_->accept()); break;
       case 8:
         next();
-        answer(false, nullptr, active_->reject());
+        answer(none, false, nullptr, active_->reject());
         break;
-      default: next(); answer(true, nullptr, active_->accept());
+      case 10:
+        next_batch();
+        answer_all();
+        break;
+      case 11:
+        next_batch();
+        answer_by_index();
+        break;
+      default: next(); answer(none, true, nullptr, active_->accept());
     }
   }
 
@@ -199,6 +244,8 @@ class Machine {
     require(active_->capacity() == 0 && active_->next() == none, "what was moved from is empty");
     require(active_->accept() == Status::nothing_proposed && active_->reject() == Status::nothing_proposed,
             "what was moved from takes no answer");
+    require(active_->accept(0) == Status::nothing_proposed && active_->reject(0) == Status::nothing_proposed,
+            "by index neither");
     require(active_->start(*blocks_, request_->options) == Status::capacity_exceeded &&
                 active_->selection().status == Status::capacity_exceeded,
             "what was moved from says so");
@@ -208,33 +255,84 @@ class Machine {
 
   void next() {
     const std::uint32_t proposed = active_->next();
+    check_next(proposed == none ? std::vector<std::uint32_t>() : std::vector<std::uint32_t>{proposed}, 1);
+  }
+
+  void next_batch() {
+    const std::size_t wanted = bytes_.below(20);
+    std::vector<std::uint32_t> batch(wanted + 1, none);
+    const std::size_t count = active_->next(batch.data(), wanted);
+    require(count <= wanted && batch[wanted] == none, "nothing is written behind a batch", count, "of", wanted);
+    require(active_->next(nullptr, 5) == 0, "no place is no question");
+    batch.resize(count);
+    check_next(batch, wanted);
+  }
+
+  void check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted) {
     if (model_ != nullptr) {
-      model_->check_next(proposed);
+      model_->check_next(proposed, wanted);
     } else {
-      require(proposed == none, "after an error nothing is proposed", proposed);
+      require(proposed.empty(), "after an error nothing is proposed", proposed.size());
     }
   }
 
-  void answer(bool is_accepted, const test::Block* measured, Status status) {
+  void answer(std::uint32_t index, bool is_accepted, const test::Block* measured, Status status) {
     if (model_ != nullptr) {
-      model_->answer(status, is_accepted, measured);
+      model_->answer(status, index, is_accepted, measured);
     } else {
       require(status == Status::nothing_proposed, "after an error there is nothing to answer", to_string(status));
     }
   }
 
+  // Mostly as many as there are proposals.
+  void answer_all() {
+    std::vector<unsigned char> matched(model_ == nullptr ? 1 : model_->pending().size() + (bytes_.chance(16) ? 1 : 0));
+    for (unsigned char& flag : matched) flag = bytes_.byte() % 4;
+    require(active_->answer(nullptr, matched.size()) == Status::nothing_proposed, "no flags are no answer");
+    const Status status = active_->answer(matched.data(), matched.size());
+    if (model_ != nullptr) {
+      model_->answer_all(status, matched);
+    } else {
+      require(status == Status::nothing_proposed, "after an error there is nothing to answer", to_string(status));
+    }
+  }
+
+  // Mostly that of a proposal.
+  std::uint32_t any_index() {
+    const std::size_t count = model_ == nullptr ? 0 : model_->pending().size();
+    if (count == 0 || bytes_.chance(16)) return static_cast<std::uint32_t>(bytes_.below(blocks_->size() + 2));
+    return model_->pending()[bytes_.below(count)];
+  }
+
+  void answer_by_index() {
+    for (std::size_t answers = bytes_.below(20); answers > 0; --answers) {
+      const std::uint32_t index = any_index();
+      switch (bytes_.below(3)) {
+        case 0: answer(index, false, nullptr, active_->reject(index)); break;
+        case 1: answer(index, true, nullptr, active_->accept(index)); break;
+        default:
+          accept_measured(index, [&](const double* block, int rows) { return active_->accept(index, block, rows); });
+      }
+    }
+  }
+
   void accept_measured() {
+    accept_measured(none, [&](const double* block, int rows) { return active_->accept(block, rows); });
+  }
+
+  template <class Accept>
+  void accept_measured(std::uint32_t index, const Accept& accept) {
     AnyBlock block = any_block(bytes_);
     if (bytes_.chance(16)) block.rows = bytes_.raw<std::int8_t>();
     const bool is_null = bytes_.chance(8);
     BlockStore store(1);  // which says whether that is a block, and what it holds of it
     store.push_back(is_null ? nullptr : block.entries, block.rows);
-    const Status status = active_->accept(is_null ? nullptr : block.entries, block.rows);
+    const Status status = accept(is_null ? nullptr : block.entries, block.rows);
     if (store.is_valid(0)) {
       const test::Block measured = test::stored_block(store, 0);
-      answer(true, &measured, status);
+      answer(index, true, &measured, status);
     } else if (model_ != nullptr) {
-      model_->refuse(status);
+      model_->refuse(status, index);
     }
   }
 
@@ -242,7 +340,7 @@ class Machine {
     for (std::size_t i = 0; i <= blocks_->size(); ++i) {
       next();
       if (active_->next() == none) break;
-      answer(true, nullptr, active_->accept());
+      answer(none, true, nullptr, active_->accept());
     }
     if (model_ == nullptr || !model_->is_as_proposed()) return;
     Options options = request_->options;

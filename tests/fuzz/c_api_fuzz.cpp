@@ -188,6 +188,7 @@ class Machine {
       case 15: accept_block(); break;
       case 16: reject(); break;
       case 17: check_active(); break;
+      case 18: next_batch(); break;
       default: select();
     }
     check_store();
@@ -463,6 +464,45 @@ class Machine {
                    "rejecting is as in C++");
   }
 
+  void next_batch() {
+    std::uint32_t batch[10] = {};
+    std::uint32_t expected[10] = {};
+    const std::size_t wanted = bytes_.below(10);
+    const std::uint8_t matched[3] = {0, 1, bytes_.byte()};
+    const std::uint32_t index = static_cast<std::uint32_t>(bytes_.below(10));
+    const int kind = static_cast<int>(bytes_.below(4));
+    if (!is_active_) return;
+    const std::size_t count = maxlogdet_active_selection_next_batch(active_.get(), batch, wanted);
+    require(count == (is_refused_ ? 0 : expected_active_->next(expected, wanted)), "batches are as long as in C++");
+    require(std::equal(batch, batch + count, expected), "batches are those of C++");
+    answer_batch(kind, count > 0 ? batch[index % count] : index, matched);
+  }
+
+  void answer_batch(int kind, std::uint32_t index, const std::uint8_t (&matched)[3]) {
+    const double block[6] = {1, -2, 3, 0.5, 0, 1};
+    maxlogdet_status status = MAXLOGDET_STATUS_OK;
+    Status expected = Status::nothing_proposed;
+    ActiveSelection& in_cpp = *expected_active_;
+    switch (kind) {
+      case 0:
+        status = maxlogdet_active_selection_accept_index(active_.get(), index);
+        if (!is_refused_) expected = in_cpp.accept(index);
+        break;
+      case 1:
+        status = maxlogdet_active_selection_accept_block_index(active_.get(), index, block, 1);
+        if (!is_refused_) expected = in_cpp.accept(index, block, 1);
+        break;
+      case 2:
+        status = maxlogdet_active_selection_reject_index(active_.get(), index);
+        if (!is_refused_) expected = in_cpp.reject(index);
+        break;
+      default:
+        status = maxlogdet_active_selection_answer(active_.get(), matched, 3);
+        if (!is_refused_) expected = in_cpp.answer(matched, 3);
+    }
+    require_status(status, static_cast<int>(expected), "answers to batches are as in C++");
+  }
+
   void check_active() {
     if (!is_active_) return;
     const maxlogdet_selection* const selection = maxlogdet_active_selection_selection(active_.get());
@@ -526,6 +566,11 @@ class Machine {
     require_status(maxlogdet_active_selection_accept(nullptr), refused, property);
     require_status(maxlogdet_active_selection_accept_block(nullptr, nullptr, 1), refused, property);
     require_status(maxlogdet_active_selection_reject(nullptr), refused, property);
+    require_status(maxlogdet_active_selection_accept_index(nullptr, 0), refused, property);
+    require_status(maxlogdet_active_selection_accept_block_index(nullptr, 0, nullptr, 1), refused, property);
+    require_status(maxlogdet_active_selection_reject_index(nullptr, 0), refused, property);
+    require_status(maxlogdet_active_selection_answer(nullptr, nullptr, 0), refused, property);
+    require(maxlogdet_active_selection_next_batch(nullptr, nullptr, 1) == 0, "no handle proposes no batch");
     require(maxlogdet_active_selection_next(nullptr) == MAXLOGDET_NONE, "no handle proposes nothing");
     check_refused(maxlogdet_active_selection_selection(nullptr));
     require(maxlogdet_selection_has_answer(nullptr) == 0 && std::isnan(maxlogdet_selection_efficiency(nullptr)),

@@ -50,8 +50,7 @@ void check_blocks(const sim::Frame& frame) {
             "blocks can be made of a frame", to_string(weighting), to_string(report.status));
     require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
     require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (!blocks.is_valid(i)) continue;
+    for (std::size_t i = 0; i < blocks.stored(); ++i) {
       for (int e = 0; e < blocks.rows() * state_dimension; ++e) {
         const float entry = blocks.plane(e / state_dimension, e % state_dimension)[i];
         require(std::isfinite(entry), "valid blocks are finite", i);

@@ -22,9 +22,9 @@ void fill(AnyBlock& block, double (*entry)(Bytes&), Bytes& bytes) {
 AnyBlock stored(const BlockStore& store, std::size_t i) {
   AnyBlock block;
   block.rows = std::max(store.rows(), 1);
-  for (int row = 0; row < store.rows(); ++row) {
+  for (int row = 0; row < store.rows() && store.is_valid(i); ++row) {
     for (int column = 0; column < n; ++column) {
-      block.entries[n * row + column] = static_cast<double>(store.plane(row, column)[i]);
+      block.entries[n * row + column] = static_cast<double>(store.plane(row, column)[store.place(i)]);
     }
   }
   return block;
