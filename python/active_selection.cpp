@@ -8,11 +8,14 @@
 #include "python/selection.hpp"
 #include "python/store.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::python {
 namespace {
@@ -37,26 +40,31 @@ class OwnActiveSelection {
   void stop() noexcept {
     lease_.reset();
     asked_.reset();
-    is_proposing_ = false;
+    unanswered_ = 0;
   }
 
   py::object next() {
-    const std::uint32_t proposal = lease_ ? active_.next() : ActiveSelection::none;
-    is_proposing_ = proposal != ActiveSelection::none;
-    if (!is_proposing_) return py::none();
+    std::uint32_t proposal = ActiveSelection::none;
+    if (propose(&proposal, 1) == 0) return py::none();
     return py::int_(proposal);
   }
 
+  py::array next_batch(const py::object& count) {
+    std::vector<std::uint32_t> batch(std::min(count_from(count, "count"), active_.capacity()));
+    const std::size_t size = propose(batch.data(), batch.size());
+    return py::array_t<std::uint32_t>(static_cast<py::ssize_t>(size), batch.data());
+  }
+
   py::object next_of_iteration() {
-    if (is_proposing_) throw std::runtime_error("answer the proposal with accept() or reject() before the next one");
+    if (unanswered_ > 0) throw std::runtime_error("answer the proposal with accept() or reject() before the next one");
     py::object proposal = next();
     if (proposal.is_none()) throw py::stop_iteration();
     return proposal;
   }
 
-  void accept(const py::object& block) {
+  void accept(const py::object& block, const py::object& index) {
     if (block.is_none()) {
-      answer([this] { return active_.accept(); });
+      answer_one(index, [this](auto... of) { return active_.accept(of...); });
       return;
     }
     const Array<double> measured = real_array(block, "block", {any_r, state_dimension});
@@ -64,11 +72,20 @@ class OwnActiveSelection {
       throw py::value_error("block: expected shape (r, 6) with r in {1, 2, 3}, got " +
                             std::string(py::str(measured.attr("shape"))));
     }
-    answer([&] { return active_.accept(measured.data(), static_cast<int>(measured.shape(0))); });
+    const int rows = static_cast<int>(measured.shape(0));
+    answer_one(index, [&](auto... of) { return active_.accept(of..., measured.data(), rows); });
   }
 
-  void reject() {
-    answer([this] { return active_.reject(); });
+  void reject(const py::object& index) {
+    answer_one(index, [this](auto... of) { return active_.reject(of...); });
+  }
+
+  void answer(const py::object& matched) {
+    if (matched.is_none()) throw py::type_error("matched: expected an array of bools, got None");
+    if (unanswered_ == 0) throw StatusError(Status::nothing_proposed);
+    const Array<bool> flags = optional_mask(matched, "matched", unanswered_);
+    give([&] { return active_.answer(data_or_null(flags), static_cast<std::size_t>(flags.size())); });
+    unanswered_ = 0;
   }
 
   Answer selection() const {
@@ -79,18 +96,36 @@ class OwnActiveSelection {
   std::size_t capacity() const noexcept { return active_.capacity(); }
 
  private:
+  std::size_t propose(std::uint32_t* indices, std::size_t count) {
+    const std::size_t size = lease_ ? active_.next(indices, count) : 0;
+    if (unanswered_ == 0) unanswered_ = size;
+    return size;
+  }
+
+  // About the first proposal, or that of an index.
   template <class Give>
-  void answer(const Give& give) {
+  void answer_one(const py::object& index, const Give& give_answer) {
+    if (index.is_none()) {
+      give([&] { return give_answer(); });
+    } else {
+      const std::size_t none = ActiveSelection::none;
+      const auto of = static_cast<std::uint32_t>(std::min(count_from(index, "index"), none));
+      give([&] { return give_answer(of); });
+    }
+    --unanswered_;
+  }
+
+  template <class Give>
+  void give(const Give& give_answer) {
     if (!lease_) throw StatusError(Status::nothing_proposed);
-    const Status status = give();
+    const Status status = give_answer();
     if (status != Status::ok) throw StatusError(status);
-    is_proposing_ = false;
   }
 
   ActiveSelection active_;
   std::optional<SelectOptions> asked_;
   std::optional<Lease> lease_;  // none before start() and after stop()
-  bool is_proposing_ = false;
+  std::size_t unanswered_ = 0;  // proposals
 };
 
 }  // namespace
@@ -120,16 +155,29 @@ Strategies are 'greedy', 'lazy_greedy' and 'automatic', here all the same.)")
       .def("next", &OwnActiveSelection::next, R"(next(self)
 --
 
-The best of what has been neither accepted nor rejected; the same again until it is answered. None when the budget is
-reached, nothing is left, or the time limit has passed.)")
-      .def("accept", &OwnActiveSelection::accept, py::arg("block") = py::none(), R"(accept(self, block=None)
+The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again. None
+when the budget is reached, nothing is left, or the time limit has passed.)")
+      .def("next_batch", &OwnActiveSelection::next_batch, py::arg("count"), R"(next_batch(self, count)
 --
 
-The proposal is matched: it enters the selection as proposed, or with the (r, 6) block as measured, r in {1, 2, 3}.)")
-      .def("reject", &OwnActiveSelection::reject, R"(reject(self)
+The `count` best by their gains now, best first: their indices, an array. Fewer only where no more may all be accepted:
+what is left, what the budget still asks for, and of a group what its maximum leaves. While proposals are unanswered,
+these again, at most `count`.)")
+      .def("accept", &OwnActiveSelection::accept, py::arg("block") = py::none(), py::kw_only(),
+           py::arg("index") = py::none(), R"(accept(self, block=None, *, index=None)
 --
 
-The proposal is not matched, and not proposed again.)")
+The first unanswered proposal, or that of an index, is matched: it enters the selection as proposed, or with the (r, 6)
+block as measured, r in {1, 2, 3}.)")
+      .def("reject", &OwnActiveSelection::reject, py::kw_only(), py::arg("index") = py::none(),
+           R"(reject(self, *, index=None)
+--
+
+The first unanswered proposal, or that of an index, is not matched, and not proposed again.)")
+      .def("answer", &OwnActiveSelection::answer, py::arg("matched"), R"(answer(self, matched)
+--
+
+Answers all unanswered proposals together, in their order: a bool for each, True accepts.)")
       .def("selection", &OwnActiveSelection::selection, R"(selection(self)
 --
 

@@ -124,7 +124,7 @@ sigmas: (n,), px, deviation of each measurement; None: 1.
 has_third: (n,) bool, where the third measurement exists; None: everywhere.
 usable: (n,) bool, False keeps a match as an invalid candidate; None: all are usable.
 weights: (n,), not negative, multiplies H^T H; None: 1.
-map_covariances: (n, 3, 3), world frame, m^2 (measurement_and_map); None: map_sigma^2 I.
+map_covariances: (n, 3, 3), world frame, m^2 (measurement_and_map), the upper triangle is read; None: map_sigma^2 I.
 weighting: 'map_bias' (the paper's H_c), 'map_bias_world', 'measurement' or 'measurement_and_map'.
 third: 'none', 'stereo' (px, needs camera.bf) or 'depth' (m, of deviation depth_sigma).
 threads: 1: the calling one alone; 0: as many as pay off; n: at most n.)");

@@ -5,6 +5,7 @@
 #include "python/blocks_from_points.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -87,8 +88,16 @@ py::array planes(const std::shared_ptr<Store>& store) {
   const BlockStore& blocks = store->blocks();
   constexpr py::ssize_t entry = sizeof(float);
   const py::ssize_t plane = entry * static_cast<py::ssize_t>(blocks.stride());
-  return view(store, py::dtype::of<float>(), {blocks.rows(), state_dimension, static_cast<py::ssize_t>(blocks.size())},
+  return view(store, py::dtype::of<float>(),
+              {blocks.rows(), state_dimension, static_cast<py::ssize_t>(blocks.stored())},
               {plane * state_dimension, plane, entry}, blocks.plane(0, 0));
+}
+
+py::array indices(const std::shared_ptr<Store>& store) {
+  const BlockStore& blocks = store->blocks();
+  constexpr py::ssize_t entry = sizeof(std::uint32_t);
+  return view(store, py::dtype::of<std::uint32_t>(), {static_cast<py::ssize_t>(blocks.stored())}, {entry},
+              blocks.indices());
 }
 
 py::array validity(const std::shared_ptr<Store>& store) {
@@ -152,7 +161,7 @@ Candidate blocks H_i, r x 6 with r in {1, 2, 3}, columns (translation, rotation)
 None in the list, and a block that float32 cannot hold (NaN, infinity, overflow), is kept as an invalid candidate: it
 takes an index and is never selected. `capacity` candidates fit in without allocating.
 
-While arrays view the store (planes, valid) or a selection uses it, changing it raises BufferError.)");
+While arrays view the store (planes, indices, valid) or a selection uses it, changing it raises BufferError.)");
   store.def(py::init(&make), py::arg("blocks") = py::none(), py::arg("capacity") = 0)
       .def("append", &append, py::arg("block"), R"(append(self, block)
 --
@@ -189,9 +198,17 @@ A store of its own with the same candidates.)")
       .def_property_readonly(
           "invalid_count", [](const Store& self) { return self.blocks().invalid_count(); },
           "How many candidates are invalid.")
+      .def_property_readonly(
+          "stored", [](const Store& self) { return self.blocks().stored(); },
+          "How many candidates have a block: len(store) - invalid_count.")
       .def_property_readonly("planes", &planes,
-                             "(rows, 6, n) float32, read-only: the store's own memory, not a copy. The array keeps "
-                             "the store alive, and the store unchanged. planes.transpose(2, 0, 1) is (n, rows, 6).")
+                             "(rows, 6, stored) float32, read-only: the store's own memory, not a copy. Column j is "
+                             "candidate indices[j]: invalid ones have none. The array keeps the store alive, and the "
+                             "store unchanged. planes.transpose(2, 0, 1) is (stored, rows, 6).")
+      .def_property_readonly("indices", &indices,
+                             "(stored,) uint32, read-only: which candidates have a block, in ascending order; the "
+                             "store's own memory, as planes. numpy.searchsorted(indices, i) is the column of "
+                             "candidate i.")
       .def_property_readonly("valid", &validity, "(n,) bool, read-only: the store's own memory, as planes.");
   bind_blocks_from_points(module, store);
 }

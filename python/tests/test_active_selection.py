@@ -171,6 +171,77 @@ def test_an_unanswered_proposal_ends_an_iteration_with_an_error(rng):
     assert len(active.selection()) == 1
 
 
+def test_batches_are_the_best_by_their_gains_now(rng):
+    blocks = rng.normal(size=(100, 2, 6))
+    active = maxlogdet.ActiveSelection(100)
+    active.start(blocks, 20)
+    information = 1e-5 * np.eye(6)
+    is_open = np.ones(100, bool)
+    while len(batch := active.next_batch(7)) > 0:
+        assert batch.dtype == np.uint32
+        assert len(batch) == min(7, 20 - len(active.selection()))
+        stored = blocks.astype(np.float32).astype(float)
+        gains = np.linalg.slogdet(information + np.swapaxes(stored, 1, 2) @ stored)[1]
+        best = np.flatnonzero(is_open)[np.argsort(-gains[is_open])]
+        assert batch.tolist() == best[:len(batch)].tolist()
+        matched = rng.random(len(batch)) < 0.5
+        active.answer(matched)
+        is_open[batch] = False
+        for i in batch[matched]:
+            information += stored[i].T @ stored[i]
+    selection = active.selection()
+    assert len(selection) == 20
+    assert selection.log_det == pytest.approx(np.linalg.slogdet(information)[1], abs=1e-9)
+
+
+def test_answers_by_index_in_any_order(rng):
+    active = maxlogdet.ActiveSelection(50)
+    active.start(rng.normal(size=(50, 2, 6)), 10)
+    batch = active.next_batch(5)
+    assert active.next() == batch[0]
+    assert active.next_batch(100).tolist() == batch.tolist()
+    active.accept(index=batch[3])
+    active.reject(index=int(batch[0]))
+    active.accept(rng.normal(size=(1, 6)), index=batch[4])
+    assert active.next_batch(10).tolist() == batch[1:3].tolist()
+    for index in (batch[0], 50, 2**32 - 1, 2**32 + int(batch[1]), 2**70 // 2**7):
+        with pytest.raises(maxlogdet.SelectionError) as error:
+            active.reject(index=index)
+        assert error.value.status == "nothing_proposed"
+    with pytest.raises(RuntimeError, match=r"accept\(\) or reject\(\)"):
+        next(iter(active))
+    active.answer([False, True])
+    assert active.selection().indices.tolist() == batch[[3, 4, 2]].tolist()
+    assert next(iter(active)) not in batch
+
+
+def test_what_answers_to_batches_are_refused(rng):
+    active = maxlogdet.ActiveSelection(50)
+
+    def refused(call, error, text):
+        with pytest.raises(error, match=text):
+            call()
+
+    refused(lambda: active.answer([True]), maxlogdet.SelectionError, "nothing_proposed")
+    active.start(rng.normal(size=(50, 2, 6)), 10)
+    refused(lambda: active.answer([]), maxlogdet.SelectionError, "nothing_proposed")
+    assert len(active.next_batch(0)) == 0
+    batch = active.next_batch(3).tolist()
+    refused(lambda: active.answer([True] * 2), ValueError, r"matched: expected shape \(3,\)")
+    refused(lambda: active.answer([0, 1, 2]), TypeError, "matched: expected an array of bools")
+    refused(lambda: active.answer(None), TypeError, "matched")
+    refused(lambda: active.next_batch(-1), ValueError, "count")
+    refused(lambda: active.next_batch(None), TypeError, "count: expected an integer")
+    refused(lambda: active.accept(index=1.5), TypeError, "index: expected an integer")
+    refused(lambda: active.reject(index=-1), ValueError, "index")
+    assert active.next_batch(2**63).tolist() == batch
+    active.stop()
+    assert len(active.next_batch(3)) == 0
+    refused(lambda: active.reject(index=batch[0]), maxlogdet.SelectionError, "nothing_proposed")
+    active.start(rng.normal(size=(50, 2, 6)), 10)
+    assert len(active.next_batch(2**63)) == 10
+
+
 def test_a_time_limit_ends_the_proposals(rng):
     active = maxlogdet.ActiveSelection(30)
     active.start(rng.normal(size=(30, 2, 6)), 5, time_limit=1e-9)

@@ -71,14 +71,19 @@ def test_map_bias_is_the_papers_block(rng):
 
 
 @pytest.mark.parametrize("third", ["none", "stereo", "depth"])
-def test_measurement_is_the_jacobian_over_sigma(rng, third):
+def test_measurement_is_the_jacobian_over_sigma_turned(rng, third):
     T_cw, points, p_c = random_scene(rng)
     sigmas = 1.2 ** rng.integers(0, 8, size=60)
     blocks, _ = appended(T_cw, points, sigmas=sigmas, weighting="measurement", third=third, depth_sigma=0.02)
     deviations = np.repeat(sigmas[:, None], blocks.shape[1], axis=1)
     if third == "depth":
         deviations[:, 2] = 0.02
-    assert_close(blocks, projection(p_c, third) @ of_pose(p_c) / deviations[:, :, None])
+    expected = projection(p_c, third) @ of_pose(p_c) / deviations[:, :, None]
+    assert_close(informations(blocks), informations(expected))
+    if third == "stereo":
+        u, u_right = expected[:, 0].copy(), expected[:, 2].copy()
+        expected[:, 0], expected[:, 2] = (u + u_right) / np.sqrt(2), (u_right - u) / np.sqrt(2)
+    assert_close(blocks, expected)
 
 
 @pytest.mark.parametrize("given", ["sigma", "covariances"])
@@ -117,6 +122,10 @@ def test_matches_without_a_block_keep_their_index(rng):
     report = store.append_blocks(CAMERA, T_cw, points, usable=usable)
     assert (report.appended, report.invalid, report.behind_camera) == (60, 4, 1)
     assert np.flatnonzero(~store.valid).tolist() == [0, 1, 5, 7, 12, 22]
+    assert store.indices.tolist() == np.flatnonzero(store.valid).tolist()
+    kept = store.indices - 2
+    alone, _ = appended(T_cw, points[kept])
+    assert np.array_equal(store.planes.transpose(2, 0, 1), alone)
 
 
 def test_a_third_row_only_where_there_is_one(rng):

@@ -27,6 +27,31 @@ def test_shorter_blocks_are_filled_up_with_zeros(rng):
         assert not planes[len(block):, :, i].any()
 
 
+def test_candidates_without_a_block_have_no_column(rng):
+    blocks = [rng.normal(size=(2, 6)) if rng.random() < 0.5 else None for _ in range(200)]
+    blocks[7] = np.full((3, 6), np.inf)
+    store = maxlogdet.BlockStore(blocks)
+    expected = [i for i, block in enumerate(blocks) if block is not None and i != 7]
+    assert (len(store), store.stored, store.invalid_count) == (200, len(expected), 200 - len(expected))
+    assert store.indices.dtype == np.uint32
+    assert store.indices.tolist() == expected == np.flatnonzero(store.valid).tolist()
+    assert store.planes.shape == (2, 6, store.stored)
+    for column, i in enumerate(store.indices):
+        assert np.array_equal(store.planes[:, :, column], blocks[i].astype(np.float32))
+        assert np.searchsorted(store.indices, i) == column
+
+
+@pytest.mark.parametrize("blocks", [[], [None] * 20])
+def test_without_a_block_there_is_no_column(blocks):
+    store = maxlogdet.BlockStore(blocks)
+    assert (store.stored, store.rows) == (0, 0)
+    assert store.planes.shape == (0, 6, 0) and store.indices.shape == (0,)
+    assert store.valid.shape == (len(blocks),) and not store.valid.any()
+    assert not store.indices.flags.writeable
+    store.append(np.ones((2, 6)))  # nothing is looked at
+    assert store.indices.tolist() == [len(blocks)]
+
+
 def test_append_returns_the_index(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(4, 2, 6)))
     assert store.append(rng.normal(size=(3, 6))) == 4
@@ -54,13 +79,14 @@ def test_views_are_the_same_memory_every_time(rng):
     assert np.shares_memory(first, second)
     assert first.ctypes.data == second.ctypes.data
     assert first.ctypes.data % 64 == 0
-    assert not first.flags.owndata and not store.valid.flags.owndata
-    assert store.valid.ctypes.data == store.valid.ctypes.data
+    for look in (lambda: store.valid, lambda: store.indices):
+        assert not look().flags.owndata and look().ctypes.data == look().ctypes.data
+    assert not first.flags.owndata
 
 
 def test_views_cannot_be_written_to(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(5, 2, 6)))
-    for array in (store.planes, store.valid, store.planes[0], np.asarray(memoryview(store.planes))):
+    for array in (store.planes, store.valid, store.indices, store.planes[0], np.asarray(memoryview(store.planes))):
         with pytest.raises(ValueError):
             array[...] = 0
         with pytest.raises(ValueError):
@@ -81,8 +107,9 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES.keys())
-@pytest.mark.parametrize("look", [lambda s: s.planes, lambda s: s.valid, lambda s: s.planes[1, 2, ::3],
-                                  lambda s: memoryview(s.planes)], ids=["planes", "valid", "slice", "memoryview"])
+@pytest.mark.parametrize("look", [lambda s: s.planes, lambda s: s.valid, lambda s: s.indices,
+                                  lambda s: s.planes[1, 2, ::3], lambda s: memoryview(s.planes)],
+                         ids=["planes", "valid", "indices", "slice", "memoryview"])
 def test_a_store_does_not_change_under_a_view(rng, change, look):
     store = maxlogdet.BlockStore(rng.normal(size=(20, 2, 6)))
     view = look(store)
@@ -101,6 +128,7 @@ def test_a_copy_may_change_while_the_store_is_looked_at(rng):
     view = store.planes
     other = store.copy()
     assert np.array_equal(other.planes, view) and not np.shares_memory(other.planes, view)
+    assert np.array_equal(other.indices, store.indices) and not np.shares_memory(other.indices, store.indices)
     other.append(None)
     assert (len(store), len(other)) == (20, 21)
 
