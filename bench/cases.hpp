@@ -12,4 +12,7 @@ void add_append_cases();
 /// select() and append_blocks on several threads, and selectors side by side.
 void add_threading_cases();
 
+/// What a tracker pays a frame: frames of some hundred matches, with hot and with cold caches.
+void add_tracker_cases();
+
 }  // namespace maxlogdet::bench

@@ -25,7 +25,7 @@ BlockStore scaled(const BlockStore& blocks, double scale, std::size_t every) {
     double* entry = block;
     for (int row = 0; row < blocks.rows(); ++row) {
       for (int column = 0; column < state_dimension; ++column) {
-        *entry++ = static_cast<double>(blocks.plane(row, column)[i]) * (i % every == 0 ? scale : 1);
+        *entry++ = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]) * (i % every == 0 ? scale : 1);
       }
     }
     result.push_back(block, blocks.rows());

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws docs/images/{latency_over_n,latency_over_k,budget_epsilon,pareto,threads}.{svg,png} with gnuplot.
+"""Draws docs/images/{latency_over_n,latency_over_k,budget_epsilon,pareto,threads,tracker}.{svg,png} with gnuplot.
 
-Usage: draw_plots.py BENCH.json FOLDER_FOR_SCRIPTS
+Usage: draw_plots.py BENCH.json FOLDER_FOR_SCRIPTS [--tracker]    --tracker: that one alone
 """
 
 import math
@@ -10,6 +10,7 @@ import pathlib
 import subprocess
 import sys
 
+import tracker_results
 from results import EPSILONS, ROOT, STOCHASTIC, Results, label_of
 from write_tables import BUDGETS, SIZES, THREADED_SIZES, speedup_of_threads
 
@@ -143,10 +144,33 @@ def threads_over_n(results):
     )
 
 
+def tracker(results):
+    body, curves, sizes, highest = "", [], tracker_results.SIZES, 1
+    for (blocks, name), colour in zip(tracker_results.KINDS.items(), ("#0072b2", "#009e73", "#d55e00")):
+        for caches, style in (("hot", "dt 1 pt 7"), ("cold", "dt 2 pt 6")):
+            points = [(n, tracker_results.times_eigen(results, blocks, n, caches)) for n in sizes]
+            points = [(n, value) for n, value in points if not math.isnan(value)]
+            highest = max([highest, *(value for _, value in points)])
+            body += block(f"{caches}_{blocks}", [f"{n} {value}" for n, value in points])
+            curves.append(f"${caches}_{blocks} using 1:2 with linespoints lw 2 ps 1 lc rgb '{colour}' {style} "
+                          f"title '{name}, {caches}'")  # fmt: skip
+    ticks = ", ".join(f"'{n}' {n}" for n in sizes if n != "465")
+    return (
+        body + "set title 'times faster than the lazy select in Eigen, blocks included; KITTI-like frames, k = 100'\n"
+        f"set logscale x\nset xlabel 'matches n'\nset ylabel 'times faster'\nset xtics ({ticks})\n"
+        f"set xrange [180:2200]\nset yrange [0:{1.1 * highest:.1f}]\nset grid ytics {GRID}\nset tics nomirror out\n"
+        f"{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, " + ", \\\n".join(curves) + "\n"
+    )
+
+
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["--tracker"]):
         sys.exit(__doc__)
     results, folder = Results(sys.argv[1]), sys.argv[2]
+    if any(row["kind"] == "tracker" for row in results.rows):
+        draw("tracker", (1000, 420), tracker(results), folder)
+    if sys.argv[3:]:
+        return
     over_n = lines_over(results, "n", SIZES, f"latency over n, k = 100; {SETTING}", True)
     draw("latency_over_n", (1000, 560), over_n, folder)
     over_k = lines_over(results, "k", BUDGETS, f"latency over k, n = 2000; {SETTING}", False)

@@ -40,13 +40,15 @@ class FixedSizeSelector : public EigenSelector {
  public:
   using Block = Eigen::Matrix<double, 6, rows>;  // H^T, so that Y^T = L^-1 H^T is a plain product
 
-  explicit FixedSizeSelector(const BlockStore& store) {
+  void load(const BlockStore& store) override {
+    blocks_.clear();
+    names_.clear();
     for (std::size_t i = 0; i < store.size(); ++i) {
       if (!store.is_valid(i)) continue;
       Block block;
       for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < 6; ++column)
-          block.col(row)[column] = static_cast<double>(store.plane(row, column)[i]);
+          block.col(row)[column] = static_cast<double>(store.plane(row, column)[store.place(i)]);
       }
       blocks_.push_back(block);
       names_.push_back(static_cast<std::uint32_t>(i));
@@ -98,8 +100,6 @@ class FixedSizeSelector : public EigenSelector {
 template <int rows>
 class Exact : public FixedSizeSelector<rows> {
  public:
-  using FixedSizeSelector<rows>::FixedSizeSelector;
-
   void select(std::size_t budget, double, std::uint64_t) override {
     this->start();
     is_taken_.assign(this->size(), 0);
@@ -129,7 +129,8 @@ class Exact : public FixedSizeSelector<rows> {
 template <int rows>
 class ExactBatched : public FixedSizeSelector<rows> {
  public:
-  explicit ExactBatched(const BlockStore& store) : FixedSizeSelector<rows>(store) {
+  void load(const BlockStore& store) override {
+    FixedSizeSelector<rows>::load(store);
     const auto n = static_cast<Eigen::Index>(this->size());
     for (int row = 0; row < rows; ++row) {
       stacked_[row].resize(n, 6);
@@ -193,7 +194,10 @@ class ExactBatched : public FixedSizeSelector<rows> {
 template <int rows>
 class Lazy : public FixedSizeSelector<rows> {
  public:
-  explicit Lazy(const BlockStore& store) : FixedSizeSelector<rows>(store) { heap_.resize(this->size()); }
+  void load(const BlockStore& store) override {
+    FixedSizeSelector<rows>::load(store);
+    heap_.resize(this->size());
+  }
 
   void select(std::size_t budget, double, std::uint64_t) override {
     this->start();
@@ -234,7 +238,10 @@ class Lazy : public FixedSizeSelector<rows> {
 template <int rows>
 class LazyScan : public FixedSizeSelector<rows> {
  public:
-  using FixedSizeSelector<rows>::FixedSizeSelector;
+  void load(const BlockStore& store) override {
+    FixedSizeSelector<rows>::load(store);
+    gains_.resize(this->size());
+  }
 
   void select(std::size_t budget, double, std::uint64_t) override {
     this->start();
@@ -264,8 +271,6 @@ class LazyScan : public FixedSizeSelector<rows> {
 template <int rows, class Self>
 class Sampling : public FixedSizeSelector<rows> {
  public:
-  using FixedSizeSelector<rows>::FixedSizeSelector;
-
   void select(std::size_t budget, double epsilon, std::uint64_t seed) override {
     this->start();
     std::mt19937_64 random(seed);
@@ -296,7 +301,6 @@ class Sampling : public FixedSizeSelector<rows> {
 template <int rows>
 class Stochastic : public Sampling<rows, Stochastic<rows>> {
  public:
-  using Sampling<rows, Stochastic<rows>>::Sampling;
   void prepare_round() { this->factorise(); }
   double value(std::uint32_t i) const { return this->gain(i); }
 };
@@ -304,7 +308,6 @@ class Stochastic : public Sampling<rows, Stochastic<rows>> {
 template <int rows>
 class LogDet : public Sampling<rows, LogDet<rows>> {
  public:
-  using Sampling<rows, LogDet<rows>>::Sampling;
   void prepare_round() {}
   double value(std::uint32_t i) const {
     const Matrix6 sum = this->information_ + this->blocks_[i] * this->blocks_[i].transpose();
@@ -313,16 +316,24 @@ class LogDet : public Sampling<rows, LogDet<rows>> {
 };
 
 template <int rows>
-std::unique_ptr<EigenSelector> make(EigenMethod method, const BlockStore& blocks) {
+std::unique_ptr<EigenSelector> make(EigenMethod method) {
   switch (method) {
-    case EigenMethod::exact: return std::make_unique<Exact<rows>>(blocks);
-    case EigenMethod::exact_batched: return std::make_unique<ExactBatched<rows>>(blocks);
-    case EigenMethod::lazy: return std::make_unique<Lazy<rows>>(blocks);
-    case EigenMethod::lazy_scan: return std::make_unique<LazyScan<rows>>(blocks);
-    case EigenMethod::stochastic: return std::make_unique<Stochastic<rows>>(blocks);
-    case EigenMethod::log_det: return std::make_unique<LogDet<rows>>(blocks);
+    case EigenMethod::exact: return std::make_unique<Exact<rows>>();
+    case EigenMethod::exact_batched: return std::make_unique<ExactBatched<rows>>();
+    case EigenMethod::lazy: return std::make_unique<Lazy<rows>>();
+    case EigenMethod::lazy_scan: return std::make_unique<LazyScan<rows>>();
+    case EigenMethod::stochastic: return std::make_unique<Stochastic<rows>>();
+    case EigenMethod::log_det: return std::make_unique<LogDet<rows>>();
   }
   return nullptr;
+}
+
+std::unique_ptr<EigenSelector> make(EigenMethod method, int rows) {
+  switch (rows) {
+    case 1: return make<1>(method);
+    case 2: return make<2>(method);
+    default: return make<3>(method);
+  }
 }
 
 }  // namespace
@@ -340,11 +351,9 @@ const char* to_string(EigenMethod method) noexcept {
 }
 
 std::unique_ptr<EigenSelector> make_eigen_selector(EigenMethod method, const BlockStore& blocks) {
-  switch (blocks.rows()) {
-    case 1: return make<1>(method, blocks);
-    case 2: return make<2>(method, blocks);
-    default: return make<3>(method, blocks);
-  }
+  std::unique_ptr<EigenSelector> selector = make(method, blocks.rows());
+  selector->load(blocks);
+  return selector;
 }
 
 }  // namespace maxlogdet::bench

@@ -30,12 +30,15 @@ constexpr EigenMethod eigen_methods[] = {EigenMethod::exact,     EigenMethod::ex
 
 MAXLOGDET_BENCH_EXPORT const char* to_string(EigenMethod method) noexcept;
 
-/// Converts the blocks when made; select() allocates nothing.
+/// Converts the blocks when made and by load(); select() allocates nothing.
 class MAXLOGDET_BENCH_EXPORT EigenSelector {
  public:
   virtual ~EigenSelector() = default;
   EigenSelector(const EigenSelector&) = delete;
   EigenSelector& operator=(const EigenSelector&) = delete;
+
+  /// Takes other blocks, of as many rows; allocates only for more than there have been.
+  virtual void load(const BlockStore& blocks) = 0;
 
   /// From the prior 1e-5 I; epsilon and seed are for the stochastic methods.
   virtual void select(std::size_t budget, double epsilon, std::uint64_t seed) = 0;

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   maxlogdet::bench::add_selection_cases(full);
   maxlogdet::bench::add_append_cases();
   maxlogdet::bench::add_threading_cases();
+  maxlogdet::bench::add_tracker_cases();
   maxlogdet::bench::run_cases(3, all);
   return 0;
 }

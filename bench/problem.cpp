@@ -34,7 +34,7 @@ BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
 void read(const BlockStore& blocks, std::size_t i, int rows, double* block) {
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      *block++ = static_cast<double>(blocks.plane(row, column)[i]);
+      *block++ = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
     }
   }
 }

@@ -47,7 +47,7 @@ void push_copy(const BlockStore& source, std::size_t candidate, BlockStore& stor
   double* entry = block;
   for (int row = 0; row < source.rows(); ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      *entry++ = static_cast<double>(source.plane(row, column)[candidate]);
+      *entry++ = static_cast<double>(source.plane(row, column)[source.place(candidate)]);
     }
   }
   store.push_back(block, source.rows());

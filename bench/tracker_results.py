@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""What tracker_benchmark.cpp measured: the cases by what they are, and what was aimed at."""
+
+import math
+
+from results import EIGEN, ratio
+
+KINDS = {
+    "2_rows_measurement": "monocular",
+    "3_rows_measurement": "stereo",
+    "3_rows_measurement_and_map": "stereo with covariances",
+}
+MONOCULAR, STEREO, STEREO_MAP = KINDS
+SIZES = ["200", "350", "465", "500", "1000", "2000"]
+CACHES = ["hot", "cold"]
+OPTIONAL = ["slots", "prior", "batch", "matched"]  # keys that only some cases have
+
+
+def find(results, method, blocks, n="465", caches="hot", k="100", isa=None, **more):
+    """A row; None if it was not measured."""
+    wanted = {"kind": "tracker", "method": method, "blocks": blocks, "n": n, "caches": caches, "k": k}
+    wanted["isa"] = "native" if method in EIGEN else isa or results.widest
+    wanted.update({key: more.get(key) for key in OPTIONAL})
+    return next((row for row in results.rows if all(row.get(key) == value for key, value in wanted.items())), None)
+
+
+def isas(results):
+    """The widest instruction set, and avx2 if that is another."""
+    has_avx2 = any(row["kind"] == "tracker" and row["isa"] == "avx2" for row in results.rows)
+    return [results.widest] + (["avx2"] if has_avx2 and results.widest != "avx2" else [])
+
+
+def times_eigen(results, blocks, n, caches, k="100", isa=None):
+    """Eigen's lazy greedy on blocks that are there, by our blocks and selection together."""
+    ours = find(results, "blocks_and_select", blocks, n, caches, k, isa)
+    return ratio(find(results, "eigen_lazy_scan", blocks, n, caches, k), ours)
+
+
+def times_select(results, n, matched, batch="1", isa=None):
+    """The loop of an ActiveSelection by one select()."""
+    active = find(results, "active", STEREO_MAP, n, isa=isa, batch=batch, matched=matched)
+    return ratio(active, find(results, "lazy_greedy", STEREO_MAP, n, isa=isa))
+
+
+def times_dense(results, method, blocks, n, slots, caches, isa=None):
+    """With all that may not be selected, by without."""
+    full = find(results, method, blocks, n, caches, isa=isa, slots=slots)
+    return ratio(full, find(results, method, blocks, n, caches, isa=isa, slots=n))
+
+
+def targets(results):
+    """(case, limit, whether at least, {instruction set: value})"""
+    of_isas = lambda value: {isa: value(isa) for isa in isas(results)}
+    frames = [("465", STEREO_MAP, (4, 3)), ("465", MONOCULAR, (6, 4)), ("2000", STEREO_MAP, (4.5, 3.5))]
+    for n, blocks, limits in frames:
+        for caches, limit in zip(CACHES, limits):
+            case = f"Eigen lazy, scan / blocks and `lazy_greedy`, {n} matches, {KINDS[blocks]}, {caches}"
+            yield case, limit, True, of_isas(lambda isa: times_eigen(results, blocks, n, caches, isa=isa))
+    for matched, share, limit in (("0.5", "half", 1.2), ("0.2", "a fifth", 1.4)):
+        for n in ("800", "3000"):
+            case = f"`ActiveSelection` / `lazy_greedy`, n = {n}, {share} of the proposals matched"
+            yield case, limit, False, of_isas(lambda isa: times_select(results, n, matched, isa=isa))
+    for blocks in (MONOCULAR, STEREO_MAP):
+        for caches in CACHES:
+            case = f"2005 slots with 377 matches / these alone, blocks and `lazy_greedy`, {KINDS[blocks]}, {caches}"
+            yield case, 1.15, False, of_isas(
+                lambda isa: times_dense(results, "blocks_and_select", blocks, "377", "2005", caches, isa)
+            )
+
+
+def p99_by_median(row):
+    """p99 / median"""
+    return math.nan if row is None else row["p99_us"] / row["median_us"]
