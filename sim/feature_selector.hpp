@@ -60,21 +60,33 @@ class FeatureSelector {
   /// budget return all of them. Throws std::invalid_argument if the settings are not usable.
   std::vector<std::uint32_t> select(const Frame& frame, const std::vector<std::uint32_t>& candidates);
 
+  /// The same into `selected`, with all matches of the frame also as the arrays that append_blocks reads (md,
+  /// quality_md; their `usable` is not looked at). But for observability nothing is allocated once there has been a
+  /// frame as large.
+  void select(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates,
+              std::vector<std::uint32_t>& selected);
+
   /// To be called with every frame's pose once it is known: observability looks back.
   void add_pose(const Pose& T_cw) { observability_.add_pose(T_cw); }
 
   const SelectorSettings& settings() const { return settings_; }
 
  private:
-  std::vector<std::uint32_t> best_by_quality(const Frame& frame, std::vector<std::uint32_t> candidates,
-                                             std::size_t count) const;
-  std::vector<std::uint32_t> spread_over_cells(const Frame& frame, const std::vector<std::uint32_t>& candidates);
-  std::vector<std::uint32_t> max_log_det(const Frame& frame, const std::vector<std::uint32_t>& candidates);
+  void keep_best_by_quality(const Frame& frame, std::size_t count, std::vector<std::uint32_t>& candidates) const;
+  void spread_over_cells(const Frame& frame, const std::vector<std::uint32_t>& candidates,
+                         std::vector<std::uint32_t>& selected);
+  void max_log_det(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates,
+                   std::vector<std::uint32_t>& selected);
 
   SelectorSettings settings_;
   Draws draws_;
   Selector selector_;
   BlockStore blocks_;
+  MatchArrays arrays_;
+  std::vector<unsigned char> usable_;              // md: whether a match is a candidate
+  std::vector<std::uint32_t> pool_;                // quality_md
+  std::vector<std::vector<std::uint32_t>> cells_;  // bucket
+  std::vector<std::uint32_t> order_;               // of these
   ObservabilitySelection observability_;
 };
 

@@ -14,31 +14,31 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   return p;
 }
 
-MatchArrays::MatchArrays(const Frame& frame) {
-  reserve(frame, frame.matches.size());
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
-}
-
 MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
-  reserve(frame, subset.size());
   for (const std::uint32_t i : subset) add(frame, i);
 }
 
-void MatchArrays::reserve(const Frame& frame, std::size_t size) {
-  points_.reserve(3 * size);
-  sigmas_.reserve(size);
-  is_stereo_.reserve(size);
-  if (!frame.map_covariances.empty()) map_covariances_.reserve(9 * size);
+void MatchArrays::assign(const Frame& frame) {
+  clear();
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
+}
+
+void MatchArrays::clear() {
+  points_.clear();
+  sigmas_.clear();
+  map_covariances_.clear();
+  is_stereo_.clear();
 }
 
 void MatchArrays::add(const Frame& frame, std::size_t i) {
-  const Match& match = frame.matches[i];
+  add(frame.matches[i], frame.map_covariances.empty() ? nullptr : frame.map_covariances[i].data());
+}
+
+void MatchArrays::add(const Match& match, const double* map_covariance) {
   points_.insert(points_.end(), match.point, match.point + 3);
   sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
   is_stereo_.push_back(match.is_stereo() ? 1 : 0);
-  if (frame.map_covariances.empty()) return;
-  const std::array<double, 9>& covariance = frame.map_covariances[i];
-  map_covariances_.insert(map_covariances_.end(), covariance.begin(), covariance.end());
+  if (map_covariance != nullptr) map_covariances_.insert(map_covariances_.end(), map_covariance, map_covariance + 9);
 }
 
 Matches MatchArrays::view() const noexcept {

@@ -44,15 +44,22 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 /// a right-image column are those that have a third measurement.
 class MatchArrays {
  public:
-  explicit MatchArrays(const Frame& frame);
+  MatchArrays() = default;
+  explicit MatchArrays(const Frame& frame) { assign(frame); }
   /// Of the matches with these indices, in that order.
   MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset);
+
+  /// Those of another frame, in the memory that is there if it suffices.
+  void assign(const Frame& frame);
+
+  void clear();
+  /// One more; `map_covariance`: 9 entries, or nullptr for all.
+  void add(const Match& match, const double* map_covariance);
 
   /// Views into this object.
   Matches view() const noexcept;
 
  private:
-  void reserve(const Frame& frame, std::size_t size);
   void add(const Frame& frame, std::size_t i);
 
   std::vector<double> points_;

@@ -18,7 +18,7 @@ Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   for (int row = 0; row < blocks.rows(); ++row) {
     Vector6 h;
     for (int column = 0; column < state_dimension; ++column) {
-      h[column] = static_cast<double>(blocks.plane(row, column)[i]);
+      h[column] = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
     }
     information += h * h.transpose();
   }

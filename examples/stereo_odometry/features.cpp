@@ -37,21 +37,30 @@ std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> keypoints, cv::Size s
 
 }  // namespace
 
-std::vector<char> align(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid,
-                        const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to) {
-  if (from.empty()) return {};
-  const std::vector<cv::Point2f> start = to;
-  std::vector<unsigned char> status;
-  cv::calcOpticalFlowPyrLK(from_pyramid, to_pyramid, from, to, status, cv::noArray(), {window, window}, flow_levels,
-                           {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01}, cv::OPTFLOW_USE_INITIAL_FLOW);
-  std::vector<char> is_aligned(from.size(), 0);
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    is_aligned[i] = status[i] != 0 && cv::norm(to[i] - start[i]) <= farthest_move ? 1 : 0;
-  }
-  return is_aligned;
+void Alignment::clear() {
+  from.clear();
+  start.clear();
 }
 
-double scale_of(int octave) { return std::pow(scale_factor, octave); }
+void Alignment::run(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid) {
+  to = start;
+  is_aligned.resize(from.size());
+  if (from.empty()) return;
+  cv::calcOpticalFlowPyrLK(from_pyramid, to_pyramid, from, to, is_aligned, cv::noArray(), {window, window}, flow_levels,
+                           {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01}, cv::OPTFLOW_USE_INITIAL_FLOW);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (!(cv::norm(to[i] - start[i]) <= farthest_move)) is_aligned[i] = 0;
+  }
+}
+
+double scale_of(int octave) {
+  static const std::array<double, pyramid_levels> scales = [] {
+    std::array<double, pyramid_levels> powers{};
+    for (int i = 0; i < pyramid_levels; ++i) powers[static_cast<std::size_t>(i)] = std::pow(scale_factor, i);
+    return powers;
+  }();
+  return scales[static_cast<std::size_t>(octave)];
+}
 
 int distance(const unsigned char* a, const unsigned char* b) { return cv::hal::normHamming(a, b, 32); }
 
@@ -83,7 +92,7 @@ StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
   }
   features.u_right.assign(features.size(), -1);
   std::vector<std::size_t> matched;
-  std::vector<cv::Point2f> from, to;
+  alignment_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::KeyPoint& left = features.keypoints[i];
     int best = -1, least = most_distance + 1;
@@ -96,16 +105,18 @@ StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
     }
     if (best < 0) continue;
     matched.push_back(i);
-    from.push_back(left.pt);
-    to.emplace_back(right[static_cast<std::size_t>(best)].pt.x, left.pt.y);
+    alignment_.from.push_back(left.pt);
+    alignment_.start.emplace_back(right[static_cast<std::size_t>(best)].pt.x, left.pt.y);
   }
   std::vector<cv::Mat> right_pyramid;
   cv::buildOpticalFlowPyramid(images.left, features.pyramid, {window, window}, flow_levels);
   cv::buildOpticalFlowPyramid(images.right, right_pyramid, {window, window}, flow_levels, false);
-  const std::vector<char> is_aligned = align(features.pyramid, right_pyramid, from, to);
+  alignment_.run(features.pyramid, right_pyramid);
   for (std::size_t m = 0; m < matched.size(); ++m) {
-    const bool is_on_row = std::abs(to[m].y - from[m].y) < 1;
-    if (is_aligned[m] != 0 && is_on_row && to[m].x >= 0 && to[m].x < from[m].x) features.u_right[matched[m]] = to[m].x;
+    const cv::Point2f& from = alignment_.from[m];
+    const cv::Point2f& to = alignment_.to[m];
+    const bool is_on_row = std::abs(to.y - from.y) < 1;
+    if (alignment_.is_aligned[m] != 0 && is_on_row && to.x >= 0 && to.x < from.x) features.u_right[matched[m]] = to.x;
   }
   return features;
 }

@@ -5,6 +5,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
 #include <vector>
@@ -16,7 +17,9 @@ constexpr double scale_factor = 1.2;
 constexpr int pyramid_levels = 8;
 double scale_of(int octave);
 
-/// Deviation of a place that align() found, px.
+using Descriptor = std::array<unsigned char, 32>;  ///< ORB
+
+/// Deviation of a place that Alignment found, px.
 constexpr double aligned_sigma = 0.5;
 
 /// Keypoints of the left image and where the right image has them.
@@ -24,7 +27,7 @@ struct StereoFeatures {
   std::vector<cv::KeyPoint> keypoints;  ///< left, px
   cv::Mat descriptors;                  ///< a row a keypoint, 32 bytes: ORB
   std::vector<double> u_right;          ///< a keypoint's column in the right image, px; -1: not found
-  std::vector<cv::Mat> pyramid;         ///< left image, as align() takes it
+  std::vector<cv::Mat> pyramid;         ///< left image, as Alignment takes it
 
   std::size_t size() const { return keypoints.size(); }
 };
@@ -32,11 +35,17 @@ struct StereoFeatures {
 /// Hamming distance of two ORB descriptors, bits.
 int distance(const unsigned char* a, const unsigned char* b);
 
-/// Moves each point of `to` to where its surroundings look most like those of its partner in `from` (Lucas & Kanade
-/// 1981), px at level 0: a keypoint stands on a whole pixel of its level, this is good to a tenth of a pixel. False
-/// where that fails, or leads far away.
-std::vector<char> align(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid,
-                        const std::vector<cv::Point2f>& from, std::vector<cv::Point2f>& to);
+/// Finds places in an image whose surroundings look most like those of their partners in another (Lucas & Kanade 1981),
+/// px at level 0: a keypoint stands on a whole pixel of its level, this is good to a tenth of a pixel.
+struct Alignment {
+  std::vector<cv::Point2f> from;          ///< where the places are in one image
+  std::vector<cv::Point2f> start;         ///< and, roughly, in the other
+  std::vector<cv::Point2f> to;            ///< found there
+  std::vector<unsigned char> is_aligned;  ///< zero where that failed, or led far away
+
+  void clear();
+  void run(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid);
+};
 
 /// ORB spread over the image, and stereo matches along rows, aligned to a fraction of a pixel.
 class FeatureExtractor {
@@ -51,6 +60,7 @@ class FeatureExtractor {
   double largest_disparity_;
   std::size_t count_;
   cv::Ptr<cv::ORB> orb_;
+  Alignment alignment_;
 };
 
 }  // namespace stereo_odometry

@@ -8,7 +8,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace stereo_odometry {
@@ -17,57 +16,98 @@ using maxlogdet::sim::LinearizedMatch;
 using maxlogdet::sim::Match;
 using maxlogdet::sim::Pose;
 
-namespace {
+maxlogdet::Matches MapPoints::arrays() const {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double) && sizeof(Eigen::Matrix3d) == 9 * sizeof(double));
+  maxlogdet::Matches matches;
+  matches.size = size();
+  if (matches.size == 0) return matches;
+  matches.points = positions.front().data();
+  matches.map_covariances = covariances.front().data();
+  matches.sigmas = sigmas.data();
+  matches.has_third = is_stereo.data();
+  return matches;
+}
 
-bool has_lower_id(const MapPointPtr& a, const MapPointPtr& b) { return a->id < b->id; }
+void MapPoints::push_back(MapPoint point, const Eigen::Vector3d& position) {
+  points.push_back(std::move(point));
+  positions.push_back(position);
+  covariances.emplace_back(Eigen::Matrix3d::Identity());
+  sigmas.push_back(aligned_sigma);
+  is_stereo.push_back(0);
+}
 
-}  // namespace
+void MapPoints::drop_before(std::int64_t view) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (points[i].view < view) continue;
+    if (kept != i) points[kept] = std::move(points[i]);
+    positions[kept] = positions[i];
+    covariances[kept] = covariances[i];
+    sigmas[kept] = sigmas[i];
+    is_stereo[kept++] = is_stereo[i];
+  }
+  points.resize(kept);
+  positions.resize(kept);
+  covariances.resize(kept);
+  sigmas.resize(kept);
+  is_stereo.resize(kept);
+}
 
-Match match_of(const MapPoint& point, const StereoFeatures& features, std::size_t keypoint, double sigma) {
+Match match_of(const MapPoints& map, std::size_t point, const StereoFeatures& features, std::size_t keypoint,
+               double sigma) {
   const cv::KeyPoint& k = features.keypoints[keypoint];
   Match match;
   match.keypoint = static_cast<std::int64_t>(keypoint);
-  match.map_point_id = point.id;
-  for (int i = 0; i < 3; ++i) match.point[i] = point.position[i];
+  match.map_point_id = map.points[point].id;
+  for (int i = 0; i < 3; ++i) match.point[i] = map.positions[point][i];
   match.u = k.pt.x;
   match.v = k.pt.y;
   match.octave = k.octave;
   match.u_right = features.u_right[keypoint];
   match.inv_sigma2 = 1 / (sigma * sigma);
-  match.desc_dist = distance(point.descriptor.data(), features.descriptors.ptr(static_cast<int>(keypoint)));
+  match.desc_dist = distance(map.points[point].descriptor.data(), features.descriptors.ptr(static_cast<int>(keypoint)));
   return match;
 }
 
+void LocalMap::clear() {
+  views_.clear();
+  map_ = {};
+}
+
 bool LocalMap::needs_keyframe(const Pose& T_cw) const {
-  const Keyframe& last = keyframes_.back();
-  const Pose motion = T_cw * last.view->T_cw.inverse();
-  return motion.translation().norm() > options_.least_parallax * last.median_depth ||
+  const Pose motion = T_cw * views_.back()->T_cw.inverse();
+  return motion.translation().norm() > options_.least_parallax * median_depth_ ||
          maxlogdet::sim::rotation_angle(motion.linear()) > options_.least_rotation;
 }
 
-void LocalMap::observe(MapPoint& point, const std::shared_ptr<const View>& view, const StereoFeatures& features,
-                       const Match& match) const {
-  const Eigen::Vector3d ray = point.position - view->T_cw.inverse().translation();
-  point.distance = ray.norm();
-  point.direction = ray.normalized();
-  point.octave = match.octave;
+// By the last keyframe.
+void LocalMap::observe(std::size_t point, const StereoFeatures& features, const Match& match) {
+  const std::shared_ptr<const View>& view = views_.back();
+  MapPoint& seen = map_.points[point];
+  const Eigen::Vector3d ray = map_.positions[point] - view->T_cw.inverse().translation();
+  seen.view = view->number;
+  seen.pixel = {static_cast<float>(match.u), static_cast<float>(match.v)};
+  seen.distance = ray.norm();
+  seen.direction = ray.normalized();
+  seen.octave = match.octave;
   const unsigned char* const descriptor = features.descriptors.ptr(static_cast<int>(match.keypoint));
-  std::copy(descriptor, descriptor + point.descriptor.size(), point.descriptor.begin());
-  point.observations.push_back({view, match});
+  std::copy(descriptor, descriptor + seen.descriptor.size(), seen.descriptor.begin());
+  map_.is_stereo[point] = match.is_stereo() ? 1 : 0;
+  seen.observations.push_back({view, match});
   // The first one stays: it has the depth.
-  if (point.observations.size() > options_.keyframes) point.observations.erase(point.observations.begin() + 1);
+  if (seen.observations.size() > options_.keyframes) seen.observations.erase(seen.observations.begin() + 1);
 }
 
 // Gauss-Newton on sum ||z - h(T_cw, p)||^2 inv_sigma2, all poses fixed; the covariance is the inverse of its
 // information.
-void LocalMap::refine(MapPoint& point) const {
-  Eigen::Vector3d position = point.position;
+void LocalMap::refine(std::size_t point) {
+  Eigen::Vector3d position = map_.positions[point];
   double least = HUGE_VAL;
   for (int step = 0; step < 3; ++step) {
     double cost = 0;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    for (const Observation& seen : point.observations) {
+    for (const Observation& seen : map_.points[point].observations) {
       Match match = seen.match;
       for (int i = 0; i < 3; ++i) match.point[i] = position[i];
       LinearizedMatch at;
@@ -80,49 +120,44 @@ void LocalMap::refine(MapPoint& point) const {
     const Eigen::Matrix3d covariance = information.inverse();
     if (!(cost <= least) || !covariance.allFinite()) return;
     least = cost;
-    point.position = position;
-    point.covariance = covariance;
-    position += point.covariance * gradient;
+    map_.positions[point] = position;
+    map_.covariances[point] = covariance;
+    position += covariance * gradient;
   }
 }
 
+double LocalMap::median_depth() const {
+  std::vector<double> depths;
+  for (std::size_t i = 0; i < map_.size(); ++i) {
+    if (map_.points[i].view == views_.back()->number) depths.push_back((views_.back()->T_cw * map_.positions[i]).z());
+  }
+  return depths.empty() ? 0 : maxlogdet::sim::quantile_of(depths, 0.5);
+}
+
 void LocalMap::add_keyframe(const Pose& T_cw, const StereoFeatures& features, const std::vector<Match>& matches,
-                            const std::vector<MapPointPtr>& points) {
-  Keyframe keyframe;
-  keyframe.view = std::make_shared<const View>(View{next_view_++, T_cw, features.pyramid});
-  keyframe.points = points;
+                            const std::vector<std::uint32_t>& points) {
+  views_.push_back(std::make_shared<const View>(View{next_view_++, T_cw, features.pyramid}));
+  if (views_.size() > options_.keyframes) views_.pop_front();
   std::vector<char> has_point(features.size(), 0);
   for (std::size_t m = 0; m < matches.size(); ++m) {
     has_point[static_cast<std::size_t>(matches[m].keypoint)] = 1;
-    observe(*points[m], keyframe.view, features, matches[m]);
-    refine(*points[m]);
+    observe(points[m], features, matches[m]);
+    refine(points[m]);
   }
   const Pose T_wc = T_cw.inverse();
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (has_point[i] != 0 || features.u_right[i] < 0) continue;
     const cv::Point2f& pixel = features.keypoints[i].pt;
     const double depth = camera_.bf / (pixel.x - features.u_right[i]);
-    const auto point = std::make_shared<MapPoint>();
-    point->id = next_id_++;
-    point->position = T_wc * Eigen::Vector3d((pixel.x - camera_.cx) / camera_.fx * depth,
-                                             (pixel.y - camera_.cy) / camera_.fy * depth, depth);
-    observe(*point, keyframe.view, features, match_of(*point, features, i));
-    refine(*point);
-    keyframe.points.push_back(point);
+    MapPoint point;
+    point.id = next_id_++;
+    map_.push_back(std::move(point), T_wc * Eigen::Vector3d((pixel.x - camera_.cx) / camera_.fx * depth,
+                                                            (pixel.y - camera_.cy) / camera_.fy * depth, depth));
+    observe(map_.size() - 1, features, match_of(map_, map_.size() - 1, features, i));
+    refine(map_.size() - 1);
   }
-  std::vector<double> depths;
-  for (const MapPointPtr& point : keyframe.points) depths.push_back((T_cw * point->position).z());
-  std::sort(keyframe.points.begin(), keyframe.points.end(), has_lower_id);
-  keyframe.median_depth = depths.empty() ? 0 : maxlogdet::sim::quantile_of(depths, 0.5);
-  keyframes_.push_back(std::move(keyframe));
-  if (keyframes_.size() > options_.keyframes) keyframes_.pop_front();
-
-  local_points_.clear();
-  for (const Keyframe& each : keyframes_) {
-    local_points_.insert(local_points_.end(), each.points.begin(), each.points.end());
-  }
-  std::sort(local_points_.begin(), local_points_.end(), has_lower_id);
-  local_points_.erase(std::unique(local_points_.begin(), local_points_.end()), local_points_.end());
+  map_.drop_before(views_.front()->number);
+  median_depth_ = median_depth();
 }
 
 }  // namespace stereo_odometry

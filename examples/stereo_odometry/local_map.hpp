@@ -5,8 +5,9 @@
 #include "sim/frame.hpp"
 #include "sim/se3.hpp"
 
+#include <maxlogdet/maxlogdet.hpp>
+
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -27,19 +28,32 @@ struct Observation {
   maxlogdet::sim::Match match;
 };
 
-/// A point of the map, its position m in the world frame.
+/// A point of the map, as its last observation has it.
 struct MapPoint {
   std::int64_t id = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< of the position, m^2, as far as pixel noise goes
-  std::array<unsigned char, 32> descriptor{};                ///< of its last observation, and so the next three
-  Eigen::Vector3d direction;                                 ///< from the camera to the point, unit length
-  double distance = 0;                                       ///< from the camera, m
+  std::int64_t view = 0;  ///< number of the last keyframe that saw it
+  cv::Point2f pixel;      ///< there
+  Descriptor descriptor{};
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< from the camera to the point, unit length
+  double distance = 0;                                   ///< from the camera, m
   int octave = 0;
   std::vector<Observation> observations;
 };
 
-using MapPointPtr = std::shared_ptr<MapPoint>;
+/// Points in order of id, and what append_blocks reads of them, an entry each: their arrays are those of the library.
+struct MapPoints {
+  std::vector<MapPoint> points;
+  std::vector<Eigen::Vector3d> positions;    ///< world frame, m
+  std::vector<Eigen::Matrix3d> covariances;  ///< of the positions, m^2, as far as pixel noise goes
+  std::vector<double> sigmas;                ///< of where Alignment finds them, px
+  std::vector<unsigned char> is_stereo;      ///< whether its last keyframe had a right-image column for it
+
+  std::size_t size() const { return points.size(); }
+  maxlogdet::Matches arrays() const;
+
+  void push_back(MapPoint point, const Eigen::Vector3d& position);
+  void drop_before(std::int64_t view);  ///< those that no keyframe from there on has seen
+};
 
 struct MapOptions {
   std::size_t keyframes = 5;     ///< that the local map is made of
@@ -53,42 +67,38 @@ class LocalMap {
  public:
   LocalMap(const maxlogdet::PinholeCamera& camera, const MapOptions& options) : camera_(camera), options_(options) {}
 
-  bool is_empty() const { return keyframes_.empty(); }
-  void clear() { keyframes_.clear(); }
+  bool is_empty() const { return views_.empty(); }
+  void clear();
 
   /// Whether a camera there sees the world from elsewhere than the last keyframe.
   bool needs_keyframe(const maxlogdet::sim::Pose& T_cw) const;
 
-  /// Makes a keyframe; points[i] is that of matches[i]. Matched points are refined, keypoints with a stereo match
-  /// and no point get a new one.
+  /// Makes a keyframe; points[i] is that of matches[i], an index of points(), which are other ones afterwards. Matched
+  /// points are refined, keypoints with a stereo match and no point get a new one.
   void add_keyframe(const maxlogdet::sim::Pose& T_cw, const StereoFeatures& features,
-                    const std::vector<maxlogdet::sim::Match>& matches, const std::vector<MapPointPtr>& points);
+                    const std::vector<maxlogdet::sim::Match>& matches, const std::vector<std::uint32_t>& points);
 
-  /// Points of the last keyframe, and of all of them, both in order of id.
-  const std::vector<MapPointPtr>& reference_points() const { return keyframes_.back().points; }
-  const std::vector<MapPointPtr>& local_points() const { return local_points_; }
+  const MapPoints& points() const { return map_; }
+
+  /// Of the keyframes, oldest first.
+  const std::deque<std::shared_ptr<const View>>& views() const { return views_; }
 
  private:
-  struct Keyframe {
-    std::shared_ptr<const View> view;
-    std::vector<MapPointPtr> points;
-    double median_depth = 0;
-  };
-
-  void observe(MapPoint& point, const std::shared_ptr<const View>& view, const StereoFeatures& features,
-               const maxlogdet::sim::Match& match) const;
-  void refine(MapPoint& point) const;
+  void observe(std::size_t point, const StereoFeatures& features, const maxlogdet::sim::Match& match);
+  void refine(std::size_t point);
+  double median_depth() const;
 
   maxlogdet::PinholeCamera camera_;
   MapOptions options_;
-  std::deque<Keyframe> keyframes_;
-  std::vector<MapPointPtr> local_points_;
+  MapPoints map_;
+  std::deque<std::shared_ptr<const View>> views_;
+  double median_depth_ = 0;  // of the points of the last
   std::int64_t next_id_ = 0;
   std::int64_t next_view_ = 0;
 };
 
 /// A keypoint matched with a point, as the selectors and the optimiser take it; `sigma`: deviation of its place, px.
-maxlogdet::sim::Match match_of(const MapPoint& point, const StereoFeatures& features, std::size_t keypoint,
-                               double sigma = aligned_sigma);
+maxlogdet::sim::Match match_of(const MapPoints& map, std::size_t point, const StereoFeatures& features,
+                               std::size_t keypoint, double sigma = aligned_sigma);
 
 }  // namespace stereo_odometry

@@ -88,6 +88,9 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--weighting", weighting, "Blocks of md, quality_md, active")
       ->check(CLI::IsMember(sim::names_of(sim::weightings)))
       ->capture_default_str();
+  program.add_option("--batch", options.batch, "active: points that are searched for at once")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100'000}))
+      ->capture_default_str();
   program.add_option("--residuals", residuals, "Rows of a match: with its right-image column, or without")
       ->check(CLI::IsMember({"stereo", "monocular"}))
       ->capture_default_str();
@@ -161,7 +164,7 @@ std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
     watch.lap(ms_extraction);
     draws.shuffle_front(order, order.size());
     for (const std::uint32_t c : order) {
-      FrameResult result = trackers[c].track(features);
+      const FrameResult& result = trackers[c].track(features);
       if (run == 0 && arguments.overlays > 0 && i % arguments.overlays == 0) {
         const std::string number = std::to_string(i);
         const std::string file = arguments.output + "/" + contestants[c].name + "/overlay_" +
@@ -175,7 +178,7 @@ std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
                   << ": too few matches; goes on where constant velocity leads"
                   << (result.status == FrameStatus::initialized ? ", with a new map\n" : "\n");
       }
-      runs[c].frames.push_back({dataset.time(i), ms_extraction, features.size(), std::move(result)});
+      runs[c].frames.push_back({dataset.time(i), ms_extraction, features.size(), result});
       runs[c].frames.back().drop_lists();
     }
     progress.update(run * frames + i + 1, arguments.runs * frames);

@@ -14,65 +14,79 @@ constexpr double least_cosine = 0.5;
 
 }  // namespace
 
-std::vector<Prediction> points_in_view(const std::vector<MapPointPtr>& points, const maxlogdet::PinholeCamera& camera,
-                                       int width, int height, const maxlogdet::sim::Pose& T_cw) {
-  const Eigen::Vector3d center = T_cw.inverse().translation();
-  std::vector<Prediction> predictions;
-  for (const MapPointPtr& point : points) {
-    const Eigen::Vector3d p_c = T_cw * point->position;
+void find_points_in_view(const MapPoints& map, std::int64_t first_view, const maxlogdet::PinholeCamera& camera,
+                         int width, int height, const maxlogdet::sim::Pose& T_cw, std::vector<Prediction>& result) {
+  const Eigen::Matrix3d R = T_cw.linear();
+  const Eigen::Vector3d t = T_cw.translation(), center = T_cw.inverse().translation();
+  const double log_scale = std::log(scale_factor);
+  result.clear();
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const Eigen::Vector3d p_c = R * map.positions[i] + t;
     if (!(p_c.z() > 0)) continue;
     Prediction prediction;
     prediction.u = camera.fx * p_c.x() / p_c.z() + camera.cx;
     prediction.v = camera.fy * p_c.y() / p_c.z() + camera.cy;
     if (!(prediction.u >= 0 && prediction.u < width && prediction.v >= 0 && prediction.v < height)) continue;
-    prediction.u_right = prediction.u - camera.bf / p_c.z();
-    const Eigen::Vector3d ray = point->position - center;
-    if (ray.normalized().dot(point->direction) < least_cosine) continue;
-    const double octave = point->octave + std::log(point->distance / ray.norm()) / std::log(scale_factor);
+    const MapPoint& point = map.points[i];
+    if (point.view < first_view) continue;
+    const Eigen::Vector3d ray = map.positions[i] - center;
+    const double distance = ray.norm();
+    if (ray.dot(point.direction) < least_cosine * distance) continue;
+    const double octave = point.octave + std::log(point.distance / distance) / log_scale;
     if (octave < -1 || octave > pyramid_levels) continue;
+    prediction.point = static_cast<std::uint32_t>(i);
     prediction.octave = std::clamp(static_cast<int>(std::lround(octave)), 0, pyramid_levels - 1);
-    prediction.point = point;
-    predictions.push_back(std::move(prediction));
+    prediction.u_right = prediction.u - camera.bf / p_c.z();
+    prediction.descriptor = point.descriptor;
+    result.push_back(prediction);
   }
-  return predictions;
 }
 
-ProjectionSearch::ProjectionSearch(const StereoFeatures& features, int width, int height)
-    : features_(features),
-      columns_(width / cell_size + 1),
-      rows_(height / cell_size + 1),
-      cells_(static_cast<std::size_t>(columns_ * rows_)),
-      is_taken_(features.size(), 0) {
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    const cv::Point2f& pixel = features.keypoints[i].pt;
-    const int cell = static_cast<int>(pixel.y) / cell_size * columns_ + static_cast<int>(pixel.x) / cell_size;
-    cells_[static_cast<std::size_t>(cell)].push_back(static_cast<int>(i));
+ProjectionSearch::ProjectionSearch(int width, int height)
+    : columns_(width / cell_size + 1), rows_(height / cell_size + 1) {}
+
+std::size_t ProjectionSearch::cell_of(const cv::Point2f& pixel) const {
+  const int row = static_cast<int>(pixel.y) / cell_size, column = static_cast<int>(pixel.x) / cell_size;
+  return static_cast<std::size_t>(row * columns_ + column);
+}
+
+void ProjectionSearch::start(const StereoFeatures& features) {
+  features_ = &features;
+  is_taken_.assign(features.size(), 0);
+  keypoints_.resize(features.size());
+  cell_end_.assign(static_cast<std::size_t>(columns_ * rows_) + 1, 0);
+  for (const cv::KeyPoint& k : features.keypoints) ++cell_end_[cell_of(k.pt) + 1];
+  for (std::size_t cell = 1; cell < cell_end_.size(); ++cell) cell_end_[cell] += cell_end_[cell - 1];
+  for (std::size_t i = 0; i < features.size(); ++i) {  // each entry goes from its cell's begin to its end
+    const cv::KeyPoint& k = features.keypoints[i];
+    keypoints_[cell_end_[cell_of(k.pt)]++] = {k.pt.x, k.pt.y, features.u_right[i], k.octave, static_cast<int>(i)};
   }
 }
 
 std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius) const {
   radius *= scale_of(prediction.octave);
-  const auto cell_of = [](double pixel, int cells) {
+  const auto cell_at = [](double pixel, int cells) {
     return std::clamp(static_cast<int>(std::floor(pixel / cell_size)), 0, cells - 1);
   };
+  const int first_column = cell_at(prediction.u - radius, columns_),
+            last_column = cell_at(prediction.u + radius, columns_);
+  const int last_row = cell_at(prediction.v + radius, rows_);
   int best = -1, least = 257, next = 257, best_octave = 0, next_octave = 0;
-  for (int row = cell_of(prediction.v - radius, rows_); row <= cell_of(prediction.v + radius, rows_); ++row) {
-    for (int column = cell_of(prediction.u - radius, columns_); column <= cell_of(prediction.u + radius, columns_);
-         ++column) {
-      const int cell = row * columns_ + column;
-      for (const int i : cells_[static_cast<std::size_t>(cell)]) {
-        const cv::KeyPoint& k = features_.keypoints[static_cast<std::size_t>(i)];
-        if (is_taken_[static_cast<std::size_t>(i)] != 0 || std::abs(k.octave - prediction.octave) > 1) continue;
-        if (std::abs(k.pt.x - prediction.u) > radius || std::abs(k.pt.y - prediction.v) > radius) continue;
-        const double u_right = features_.u_right[static_cast<std::size_t>(i)];
-        if (u_right >= 0 && std::abs(u_right - prediction.u_right) > radius) continue;
-        const int bits = distance(prediction.point->descriptor.data(), features_.descriptors.ptr(i));
-        if (bits < least) {
-          next = least, next_octave = best_octave;
-          least = bits, best_octave = k.octave, best = i;
-        } else if (bits < next) {
-          next = bits, next_octave = k.octave;
-        }
+  for (int row = cell_at(prediction.v - radius, rows_); row <= last_row; ++row) {
+    const int first_cell = row * columns_ + first_column;
+    std::size_t k = first_cell == 0 ? 0 : cell_end_[static_cast<std::size_t>(first_cell - 1)];
+    for (const std::size_t end = cell_end_[static_cast<std::size_t>(row * columns_ + last_column)]; k < end; ++k) {
+      const Keypoint& seen = keypoints_[k];
+      if (std::abs(seen.u - prediction.u) > radius || std::abs(seen.v - prediction.v) > radius) continue;
+      if (std::abs(seen.octave - prediction.octave) > 1 || is_taken_[static_cast<std::size_t>(seen.index)] != 0)
+        continue;
+      if (seen.u_right >= 0 && std::abs(seen.u_right - prediction.u_right) > radius) continue;
+      const int bits = distance(prediction.descriptor.data(), features_->descriptors.ptr(seen.index));
+      if (bits < least) {
+        next = least, next_octave = best_octave;
+        least = bits, best_octave = seen.octave, best = seen.index;
+      } else if (bits < next) {
+        next = bits, next_octave = seen.octave;
       }
     }
   }
@@ -81,15 +95,16 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
   return least <= most_distance && !is_doubtful ? best : none;
 }
 
-std::vector<std::int64_t> ProjectionSearch::find_all(const std::vector<Prediction>& predictions, double radius) const {
-  std::vector<std::int64_t> found(predictions.size(), none);
-  std::vector<std::int64_t> claimed_by(features_.size(), none);
+void ProjectionSearch::find_all(const std::vector<Prediction>& predictions, double radius,
+                                std::vector<std::int64_t>& found) {
+  found.assign(predictions.size(), none);
+  claimed_by_.assign(is_taken_.size(), none);
   for (std::size_t i = 0; i < predictions.size(); ++i) {
     const std::int64_t k = find(predictions[i], radius);
     if (k == none) continue;
-    std::int64_t& owner = claimed_by[static_cast<std::size_t>(k)];
+    std::int64_t& owner = claimed_by_[static_cast<std::size_t>(k)];
     const auto bits = [&](std::size_t p) {
-      return distance(predictions[p].point->descriptor.data(), features_.descriptors.ptr(static_cast<int>(k)));
+      return distance(predictions[p].descriptor.data(), features_->descriptors.ptr(static_cast<int>(k)));
     };
     if (owner != none) {
       if (bits(static_cast<std::size_t>(owner)) <= bits(i)) continue;
@@ -98,7 +113,6 @@ std::vector<std::int64_t> ProjectionSearch::find_all(const std::vector<Predictio
     owner = static_cast<std::int64_t>(i);
     found[i] = k;
   }
-  return found;
 }
 
 }  // namespace stereo_odometry

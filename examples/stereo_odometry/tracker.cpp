@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/tracker.hpp"
 
-#include "sim/stopwatch.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <utility>
 
@@ -14,11 +11,10 @@ namespace stereo_odometry {
 using maxlogdet::ActiveSelection;
 using maxlogdet::Options;
 using maxlogdet::sim::Match;
-using maxlogdet::sim::MatchArrays;
 using maxlogdet::sim::orthonormal;
 using maxlogdet::sim::Pose;
 using maxlogdet::sim::Rejection;
-using maxlogdet::sim::RejectionOptions;
+using maxlogdet::sim::SelectorKind;
 using maxlogdet::sim::Stopwatch;
 
 const char* to_string(FrameStatus status) {
@@ -30,325 +26,241 @@ const char* to_string(FrameStatus status) {
   return "unknown";
 }
 
-// The frame that is tracked: its matches are result.matches, and points[i] is the map point of match i.
-struct StereoTracker::Frame {
-  Frame(const StereoFeatures& seen, int width, int height, const Pose& pose)
-      : features(seen), search(seen, width, height), predicted(pose) {
-    result.T_cw = pose;
-  }
-
-  Stopwatch watch;
-  const StereoFeatures& features;
-  ProjectionSearch search;
-  FrameResult result;
-  std::vector<MapPointPtr> points;
-  Pose predicted;
-
-  void add_match(const MapPointPtr& point, std::int64_t keypoint) {
-    result.matches.push_back(match_of(*point, features, static_cast<std::size_t>(keypoint)));
-    points.push_back(point);
-  }
-
-  void align_matches(std::size_t first);
-
-  // Searches one point, aligns it, and checks it against the pose so far.
-  bool match(const Prediction& point, double radius, const RejectionOptions& gate,
-             const maxlogdet::PinholeCamera& camera) {
-    const std::int64_t keypoint = search.find(point, radius);
-    if (keypoint == ProjectionSearch::none) return false;
-    const std::size_t before = points.size();
-    add_match(point.point, keypoint);
-    align_matches(before);
-    if (points.size() == before) return false;
-    if (agrees(camera, result.matches.back(), result.T_cw, gate)) {
-      search.take(keypoint);
-      return true;
-    }
-    result.matches.pop_back();
-    points.pop_back();
-    return false;
-  }
-};
+void FrameResult::clear() {
+  FrameResult cleared;
+  matches.clear();
+  inliers.clear();
+  selected.clear();
+  is_outlier.clear();
+  cleared.matches.swap(matches);
+  cleared.inliers.swap(inliers);
+  cleared.selected.swap(selected);
+  cleared.is_outlier.swap(is_outlier);
+  *this = std::move(cleared);
+}
 
 namespace {
 
-std::vector<std::uint32_t> all_of(const std::vector<Match>& matches) {
-  std::vector<std::uint32_t> all(matches.size());
+void number(std::vector<std::uint32_t>& all, std::size_t count) {
+  all.resize(count);
   std::iota(all.begin(), all.end(), 0U);
-  return all;
 }
 
-// At most `count`, evenly spaced.
-std::vector<Prediction> thinned(const std::vector<Prediction>& all, std::size_t count) {
-  if (all.size() <= count) return all;
-  std::vector<Prediction> some;
-  for (std::size_t i = 0; i < count; ++i) some.push_back(all[i * all.size() / count]);
-  return some;
+// Leaves at most `count`, evenly spaced.
+void thin(std::vector<Prediction>& all, std::size_t count) {
+  if (all.size() <= count) return;
+  for (std::size_t i = 0; i < count; ++i) all[i] = all[i * all.size() / count];
+  all.resize(count);
 }
 
 }  // namespace
 
-// Brings the matches from the `first` on to where the image looks as where their points were last seen, all of one
-// keyframe at once; drops those that have no such place.
-void StereoTracker::Frame::align_matches(std::size_t first) {
-  std::map<std::int64_t, std::vector<std::size_t>> by_view;
-  for (std::size_t i = first; i < points.size(); ++i) {
-    by_view[points[i]->observations.back().view->number].push_back(i);
-  }
-  std::vector<char> is_kept(points.size(), 1);
-  for (const auto& [number, indices] : by_view) {
-    std::vector<cv::Point2f> from, to;
-    for (const std::size_t i : indices) {
-      const Match& seen = points[i]->observations.back().match;
-      from.emplace_back(static_cast<float>(seen.u), static_cast<float>(seen.v));
-      to.emplace_back(static_cast<float>(result.matches[i].u), static_cast<float>(result.matches[i].v));
-    }
-    const View& view = *points[indices.front()]->observations.back().view;
-    const std::vector<char> is_aligned = align(view.pyramid, features.pyramid, from, to);
-    for (std::size_t m = 0; m < indices.size(); ++m) {
-      Match& match = result.matches[indices[m]];
-      is_kept[indices[m]] = is_aligned[m];
-      if (match.is_stereo()) match.u_right += to[m].x - match.u;
-      if (match.u_right < 0) match.u_right = -1;
-      match.u = to[m].x;
-      match.v = to[m].y;
-    }
-  }
-  std::size_t kept = first;
-  for (std::size_t i = first; i < points.size(); ++i) {
-    if (is_kept[i] == 0) continue;
-    result.matches[kept] = result.matches[i];
-    points[kept++] = points[i];
-  }
-  result.matches.resize(kept);
-  points.resize(kept);
-}
-
 StereoTracker::StereoTracker(const maxlogdet::PinholeCamera& camera, int width, int height,
                              const TrackerOptions& options, const Pose& T_cw)
     : options_(options),
+      gate_(options.optimization),
       map_(camera, options.map),
+      matcher_(camera, width, height),
       selector_(options.selection),
       active_(1),
       certifier_(1),
-      last_(orthonormal(T_cw)),
-      gate_(options.optimization) {
+      last_(orthonormal(T_cw)) {
   gate_.chi2_monocular *= options.gate;
   gate_.chi2_stereo *= options.gate;
-  view_.camera = camera;
-  view_.width = width;
-  view_.height = height;
 }
 
-FrameResult StereoTracker::track(const StereoFeatures& features) {
-  Frame now(features, view_.width, view_.height, orthonormal(velocity_ * last_));
+const FrameResult& StereoTracker::track(const StereoFeatures& features) {
+  watch_ = Stopwatch();
+  result_.clear();
+  result_.T_cw = predicted_pose_ = orthonormal(velocity_ * last_);
+  matcher_.start(features);
   if (map_.is_empty() || predicted_ >= options_.most_predicted) {
-    begin_map(now);
-  } else if (find_coarse_pose(now)) {
-    now.watch.lap(now.result.ms.coarse);
+    begin_map(features);
+  } else if (find_coarse_pose(features)) {
     if (options_.active) {
-      match_actively(now);
+      match_actively();
     } else {
-      match_local_map(now);
+      match_local_map();
+      select();
     }
-    optimize(now);
-    measure_selection(now);
-    now.watch = Stopwatch();
-    judge(now);
-    now.watch.lap(now.result.ms.mapping);
-  } else {
-    now.watch.lap(now.result.ms.coarse);
+    optimize();
+    measure_selection();
+    judge(features);
   }
-  predicted_ = now.result.status == FrameStatus::predicted ? predicted_ + 1 : 0;
-  velocity_ = now.result.T_cw * last_.inverse();
-  last_ = now.result.T_cw;
-  selector_.add_pose(now.result.T_cw);
-  return std::move(now.result);
+  result_.matches = matcher_.matches();
+  predicted_ = result_.status == FrameStatus::predicted ? predicted_ + 1 : 0;
+  velocity_ = result_.T_cw * last_.inverse();
+  last_ = result_.T_cw;
+  selector_.add_pose(result_.T_cw);
+  return result_;
 }
 
 // A frame without a single stereo match begins nothing: then the next one may.
-void StereoTracker::begin_map(Frame& now) {
+void StereoTracker::begin_map(const StereoFeatures& features) {
   map_.clear();
-  map_.add_keyframe(now.result.T_cw, now.features, {}, {});
-  if (map_.local_points().size() < options_.least_matches) {
+  map_.add_keyframe(result_.T_cw, features, {}, {});
+  if (map_.points().size() < options_.least_matches) {
     map_.clear();
   } else {
-    now.result.status = FrameStatus::initialized;
-    now.result.is_keyframe = true;
+    result_.status = FrameStatus::initialized;
+    result_.is_keyframe = true;
   }
-  now.watch.lap(now.result.ms.mapping);
+  watch_.lap(result_.ms.mapping);
 }
 
 // Wider and wider around the prediction, until enough agree on a pose: the second frame has no velocity yet.
-bool StereoTracker::find_coarse_pose(Frame& now) {
-  const std::vector<Prediction> points =
-      thinned(points_in_view(map_.reference_points(), view_.camera, view_.width, view_.height, now.predicted),
-              options_.coarse_points);
+bool StereoTracker::find_coarse_pose(const StereoFeatures& features) {
+  std::vector<Prediction>& points = matcher_.predict(map_.points(), result_.T_cw, map_.views().back()->number);
+  thin(points, options_.coarse_points);
+  bool is_found = false;
   for (const int widening : {1, 2, 4}) {
-    const std::vector<std::int64_t> found = now.search.find_all(points, widening * options_.coarse_radius);
+    const std::vector<std::int64_t>& found = matcher_.search(widening * options_.coarse_radius);
     std::vector<Match> matches;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (found[i] != ProjectionSearch::none) {
-        const auto keypoint = static_cast<std::size_t>(found[i]);
-        const double sigma = scale_of(now.features.keypoints[keypoint].octave);
-        matches.push_back(match_of(*points[i].point, now.features, keypoint, sigma));
-      }
+      if (found[i] == ProjectionSearch::none) continue;
+      const auto keypoint = static_cast<std::size_t>(found[i]);
+      const double sigma = scale_of(features.keypoints[keypoint].octave);
+      matches.push_back(match_of(map_.points(), points[i].point, features, keypoint, sigma));
     }
+    std::vector<std::uint32_t> all;
+    number(all, matches.size());
     const Rejection pose =
-        reject_outliers(view_.camera, matches, all_of(matches), now.predicted, options_.optimization);
-    const std::size_t enough = std::max(options_.least_matches, points.size() / 4);
-    const bool is_last = widening == 4;
-    if (pose.estimate.is_usable() && pose.inliers.size() >= (is_last ? options_.least_matches : enough)) {
-      now.result.T_cw = pose.estimate.T_cw;
-      return true;
-    }
+        reject_outliers(matcher_.frame().camera, matches, all, predicted_pose_, options_.optimization);
+    const std::size_t enough = widening == 4 ? 0 : points.size() / 4;
+    is_found = pose.estimate.is_usable() && pose.inliers.size() >= std::max(options_.least_matches, enough);
+    if (!is_found) continue;
+    result_.T_cw = pose.estimate.T_cw;
+    matcher_.frame().T_cw_prior = maxlogdet::sim::to_rows(result_.T_cw);
+    break;
   }
-  return false;
+  watch_.lap(result_.ms.coarse);
+  return is_found;
 }
 
-void StereoTracker::match_local_map(Frame& now) {
-  FrameResult& result = now.result;
-  const std::vector<Prediction> points =
-      points_in_view(map_.local_points(), view_.camera, view_.width, view_.height, result.T_cw);
-  const std::vector<std::int64_t> found = now.search.find_all(points, options_.fine_radius);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (found[i] != ProjectionSearch::none) now.add_match(points[i].point, found[i]);
-  }
-  now.align_matches(0);
-  result.searched = points.size();
-  now.watch.lap(result.ms.matching);
+void StereoTracker::match_local_map() {
+  result_.searched = matcher_.predict(map_.points(), result_.T_cw).size();
+  matcher_.match_all(map_, options_.fine_radius);
+  const SelectorKind kind = options_.selection.kind;
+  if (kind == SelectorKind::md || kind == SelectorKind::quality_md) fill_arrays();
+  watch_.lap(result_.ms.matching);
 
-  if (rejects_outliers(options_.selection.kind)) {
-    for (std::uint32_t i = 0; i < result.matches.size(); ++i) {
-      if (agrees(view_.camera, result.matches[i], result.T_cw, gate_)) result.inliers.push_back(i);
+  if (rejects_outliers(kind)) {
+    for (std::uint32_t i = 0; i < matcher_.matches().size(); ++i) {
+      if (agrees(matcher_.frame().camera, matcher_.matches()[i], result_.T_cw, gate_)) result_.inliers.push_back(i);
     }
   } else {
-    result.inliers = all_of(result.matches);
+    number(result_.inliers, matcher_.matches().size());
   }
-  now.watch.lap(result.ms.outlier_rejection);
-  view_.T_cw_prior = maxlogdet::sim::to_rows(result.T_cw);
-  set_view(result.matches, now.points);
-  result.selected = selector_.select(view_, result.inliers);
-  now.watch.lap(result.ms.selection);
+  watch_.lap(result_.ms.outlier_rejection);
 }
 
-// The matches as the selectors take them, with what is known of their points.
-void StereoTracker::set_view(const std::vector<Match>& matches, const std::vector<MapPointPtr>& points) {
-  view_.matches = matches;
-  view_.map_covariances.resize(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    Eigen::Map<Eigen::Matrix3d>(view_.map_covariances[i].data()) = points[i]->covariance;
+// The matches as the library takes them.
+void StereoTracker::fill_arrays() {
+  arrays_.clear();
+  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+    arrays_.add(matcher_.matches()[i], map_.points().covariances[matcher_.points()[i]].data());
   }
 }
 
-// Blocks are predicted, as the points should look from the coarse pose; what the library proposes is searched for.
-void StereoTracker::match_actively(Frame& now) {
-  FrameResult& result = now.result;
-  const std::vector<Prediction> points =
-      points_in_view(map_.local_points(), view_.camera, view_.width, view_.height, result.T_cw);
-  now.watch.lap(result.ms.matching);
+void StereoTracker::select() {
+  selector_.select(matcher_.frame(), arrays_.view(), result_.inliers, result_.selected);
+  watch_.lap(result_.ms.selection);
+}
 
-  view_.T_cw_prior = maxlogdet::sim::to_rows(result.T_cw);
-  std::vector<Match> predicted;
-  std::vector<MapPointPtr> candidates;
-  for (const Prediction& point : points) {
-    Match match = point.point->observations.back().match;  // for its right-image column: whether there may be one
-    for (int i = 0; i < 3; ++i) match.point[i] = point.point->position[i];
-    predicted.push_back(match);
-    candidates.push_back(point.point);
-  }
-  set_view(predicted, candidates);
-  build_blocks(view_, options_.selection.blocks, blocks_);
+// Blocks are predicted, as the points should look from the coarse pose; what the library proposes is searched for. The
+// map's own arrays are what blocks are made of, with the points in view for candidates.
+void StereoTracker::match_actively() {
+  const std::size_t candidates = matcher_.predict(map_.points(), result_.T_cw).size();
+  maxlogdet::Matches points = map_.points().arrays();
+  points.usable = matcher_.is_predicted(map_.points()).data();
+  watch_.lap(result_.ms.matching);
+
+  const maxlogdet::sim::Frame& frame = matcher_.frame();
+  blocks_.clear();
+  append_blocks(frame.camera, frame.T_cw_prior.data(), points, options_.selection.blocks, blocks_);
   if (active_.capacity() < blocks_.size()) active_ = ActiveSelection(2 * blocks_.size());
   Options options = options_.selection.search;
-  options.budget = std::min(options_.selection.budget, points.size());
+  options.budget = std::min(options_.selection.budget, candidates);
   active_.start(blocks_, options);
-  for (std::uint32_t i = active_.next(); i != ActiveSelection::none; i = active_.next()) {
-    now.watch.lap(result.ms.selection);
-    const bool is_matched = now.match(points[i], options_.fine_radius, gate_, view_.camera);
-    ++result.searched;
-    now.watch.lap(result.ms.matching);
-    is_matched ? active_.accept() : active_.reject();
+  for (;;) {
+    proposals_.resize(std::min(options_.batch, options.budget));
+    proposals_.resize(active_.next(proposals_.data(), proposals_.size()));
+    watch_.lap(result_.ms.selection);
+    if (proposals_.empty()) break;
+    const std::vector<unsigned char>& is_matched =
+        matcher_.match_some(map_, proposals_, options_.fine_radius, result_.T_cw, gate_);
+    result_.searched += proposals_.size();
+    watch_.lap(result_.ms.matching);
+    active_.answer(is_matched.data(), is_matched.size());
   }
-  now.watch.lap(result.ms.selection);
-  result.selected = result.inliers = all_of(result.matches);
+  number(result_.selected, matcher_.matches().size());
+  result_.inliers = result_.selected;
+  watch_.lap(result_.ms.selection);
 }
 
-// A keyframe needs all matches, or it would make new points of what the map has already.
-void StereoTracker::match_the_rest(Frame& now) {
-  const std::size_t first = now.points.size();
-  std::vector<MapPointPtr> rest;
-  std::vector<std::int64_t> matched;
-  for (const MapPointPtr& point : now.points) matched.push_back(point->id);
-  std::sort(matched.begin(), matched.end());
-  for (const MapPointPtr& point : map_.local_points()) {
-    if (!std::binary_search(matched.begin(), matched.end(), point->id)) rest.push_back(point);
-  }
-  const std::vector<Prediction> points = points_in_view(rest, view_.camera, view_.width, view_.height, now.result.T_cw);
-  const std::vector<std::int64_t> found = now.search.find_all(points, options_.fine_radius);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (found[i] != ProjectionSearch::none) now.add_match(points[i].point, found[i]);
-  }
-  now.align_matches(first);
-  now.result.searched += points.size();
-}
-
-void StereoTracker::optimize(Frame& now) const {
-  FrameResult& result = now.result;
-  const Rejection pose =
-      reject_outliers(view_.camera, result.matches, result.selected, result.T_cw, options_.optimization);
+void StereoTracker::optimize() {
+  const Rejection pose = reject_outliers(matcher_.frame().camera, matcher_.matches(), result_.selected, result_.T_cw,
+                                         options_.optimization);
   // A small budget cannot bring as many: half of what was selected is enough then.
-  const std::size_t enough = std::min(options_.least_matches, (result.selected.size() + 1) / 2);
+  const std::size_t enough = std::min(options_.least_matches, (result_.selected.size() + 1) / 2);
   const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= std::max<std::size_t>(enough, 6);
-  result.T_cw = is_good ? pose.estimate.T_cw : now.predicted;
-  result.status = is_good ? FrameStatus::tracked : FrameStatus::predicted;
-  now.watch.lap(result.ms.pose_optimization);
+  result_.T_cw = is_good ? pose.estimate.T_cw : predicted_pose_;
+  result_.status = is_good ? FrameStatus::tracked : FrameStatus::predicted;
+  watch_.lap(result_.ms.pose_optimization);
 }
 
 // What was not selected is matched nevertheless: flags by chi2 at the new pose, for selected and unselected alike.
-void StereoTracker::judge(Frame& now) {
-  FrameResult& result = now.result;
-  result.is_keyframe = result.status == FrameStatus::tracked && map_.needs_keyframe(result.T_cw);
-  if (result.is_keyframe && options_.active) {
-    match_the_rest(now);
-    now.watch.lap(result.ms.matching_the_rest);
+// A keyframe needs all matches, or it would make new points of what the map has already.
+void StereoTracker::judge(const StereoFeatures& features) {
+  watch_ = Stopwatch();
+  result_.is_keyframe = result_.status == FrameStatus::tracked && map_.needs_keyframe(result_.T_cw);
+  if (result_.is_keyframe && options_.active) {
+    result_.searched += matcher_.predict(map_.points(), result_.T_cw).size();
+    matcher_.match_all(map_, options_.fine_radius);
+    watch_.lap(result_.ms.matching_the_rest);
   }
-  std::vector<Match> matches;
-  std::vector<MapPointPtr> points;
-  for (std::size_t i = 0; i < result.matches.size(); ++i) {
-    const bool is_inlier = agrees(view_.camera, result.matches[i], result.T_cw, options_.optimization);
-    result.is_outlier.push_back(is_inlier ? 0 : 1);
-    if (!is_inlier) continue;
-    matches.push_back(result.matches[i]);
-    points.push_back(now.points[i]);
+  for (const Match& match : matcher_.matches()) {
+    result_.is_outlier.push_back(agrees(matcher_.frame().camera, match, result_.T_cw, options_.optimization) ? 0 : 1);
   }
-  if (result.is_keyframe) map_.add_keyframe(result.T_cw, now.features, matches, points);
+  if (result_.is_keyframe) {
+    std::vector<Match> matches;
+    std::vector<std::uint32_t> points;
+    for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+      if (result_.is_outlier[i] != 0) continue;
+      matches.push_back(matcher_.matches()[i]);
+      points.push_back(matcher_.points()[i]);
+    }
+    map_.add_keyframe(result_.T_cw, features, matches, points);
+  }
+  watch_.lap(result_.ms.mapping);
 }
 
 // For the record, outside all times: the same search with what was selected required, and without, to prove a bound.
-void StereoTracker::measure_selection(Frame& now) {
-  FrameResult& result = now.result;
-  if (result.status != FrameStatus::tracked) return;
-  if (options_.active) set_view(result.matches, now.points);
-  build_blocks(view_, MatchArrays(view_, result.inliers), options_.selection.blocks, blocks_);
+void StereoTracker::measure_selection() {
+  if (result_.status != FrameStatus::tracked) return;
+  const maxlogdet::sim::Frame& frame = matcher_.frame();
+  std::vector<unsigned char> is_inlier(frame.matches.size(), 0), required(frame.matches.size(), 0);
+  for (const std::uint32_t i : result_.inliers) is_inlier[i] = 1;
+  fill_arrays();
+  maxlogdet::Matches matches = arrays_.view();
+  matches.usable = is_inlier.data();
+  blocks_.clear();
+  append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options_.selection.blocks, blocks_);
   if (certifier_.capacity() < blocks_.size()) certifier_ = maxlogdet::Selector(2 * blocks_.size());
-  std::vector<char> is_selected(result.matches.size(), 0);
-  for (const std::uint32_t i : result.selected) is_selected[i] = 1;
-  std::vector<unsigned char> required(result.inliers.size(), 0);
   Options options;
   options.budget = 0;
-  for (std::size_t i = 0; i < required.size(); ++i) {
-    required[i] = is_selected[result.inliers[i]] != 0 && blocks_.is_valid(i) ? 1 : 0;
+  for (const std::uint32_t i : result_.selected) {
+    required[i] = blocks_.is_valid(i) ? 1 : 0;
     options.budget += required[i];
   }
   options.required = required.data();
-  result.log_det = certifier_.select(blocks_, options).log_det;
+  result_.log_det = certifier_.select(blocks_, options).log_det;
   if (options_.active) return;  // what else there was to match is not known
   options.required = nullptr;
   options.certify = true;
   options.certificate_passes = 8;
-  result.efficiency =
-      std::exp((result.log_det - certifier_.select(blocks_, options).upper_bound) / maxlogdet::state_dimension);
+  result_.efficiency =
+      std::exp((result_.log_det - certifier_.select(blocks_, options).upper_bound) / maxlogdet::state_dimension);
 }
 
 }  // namespace stereo_odometry

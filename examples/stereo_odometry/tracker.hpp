@@ -2,9 +2,10 @@
 #pragma once
 
 #include "examples/stereo_odometry/local_map.hpp"
-#include "examples/stereo_odometry/projection_search.hpp"
+#include "examples/stereo_odometry/matcher.hpp"
 #include "sim/feature_selector.hpp"
 #include "sim/outlier_rejection.hpp"
+#include "sim/stopwatch.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -18,6 +19,7 @@ namespace stereo_odometry {
 struct TrackerOptions {
   maxlogdet::sim::SelectorSettings selection;     ///< which matches the pose is optimised with
   bool active = false;                            ///< match in the order of information, up to the budget (kind md)
+  std::size_t batch = 10;                         ///< active: points that are searched for and aligned at once
   maxlogdet::sim::RejectionOptions optimization;  ///< rounds, thresholds; `stereo`: residuals of three rows or of two
   MapOptions map;
   std::size_t coarse_points = 200;  ///< at most so many points find the pose that the others are searched from
@@ -41,7 +43,7 @@ struct StageTimes {
   double coarse = 0;             ///< prediction, matching of some points, and their pose
   double matching = 0;           ///< of the local map
   double outlier_rejection = 0;  ///< by chi2 at the coarse pose
-  double selection = 0;          ///< what goes into blocks and building them included
+  double selection = 0;          ///< blocks of the candidates, and which of them
   double pose_optimization = 0;
   double matching_the_rest = 0;  ///< active: what keyframes match besides, when the pose is known
   double mapping = 0;            ///< outlier flags, keyframes
@@ -62,6 +64,8 @@ struct FrameResult {
   double log_det = std::numeric_limits<double>::quiet_NaN();
   double efficiency = std::numeric_limits<double>::quiet_NaN();
   StageTimes ms;
+
+  void clear();  ///< as new, but for its memory
 };
 
 /// Stereo visual odometry, frame by frame: constant-velocity prediction; a coarse pose from some points of the last
@@ -73,31 +77,35 @@ class StereoTracker {
   StereoTracker(const maxlogdet::PinholeCamera& camera, int width, int height, const TrackerOptions& options,
                 const maxlogdet::sim::Pose& T_cw);
 
-  FrameResult track(const StereoFeatures& features);
+  /// The result is valid until the next call.
+  const FrameResult& track(const StereoFeatures& features);
 
  private:
-  struct Frame;
-
-  void begin_map(Frame& now);
-  bool find_coarse_pose(Frame& now);
-  void match_local_map(Frame& now);
-  void match_actively(Frame& now);
-  void match_the_rest(Frame& now);
-  void optimize(Frame& now) const;
-  void judge(Frame& now);
-  void measure_selection(Frame& now);
-  void set_view(const std::vector<maxlogdet::sim::Match>& matches, const std::vector<MapPointPtr>& points);
+  void begin_map(const StereoFeatures& features);
+  bool find_coarse_pose(const StereoFeatures& features);
+  void match_local_map();
+  void select();
+  void match_actively();
+  void optimize();
+  void judge(const StereoFeatures& features);
+  void measure_selection();
+  void fill_arrays();
 
   TrackerOptions options_;
+  maxlogdet::sim::RejectionOptions gate_;  // the explicit rejection's limits
   LocalMap map_;
+  Matcher matcher_;
+  maxlogdet::sim::MatchArrays arrays_;  // of the matches
   maxlogdet::sim::FeatureSelector selector_;
   maxlogdet::BlockStore blocks_;
   maxlogdet::ActiveSelection active_;
+  std::vector<std::uint32_t> proposals_;
   maxlogdet::Selector certifier_;
-  maxlogdet::sim::Frame view_;  // camera and image; pose and matches of the frame that is tracked
+  maxlogdet::sim::Stopwatch watch_;
+  FrameResult result_;
   maxlogdet::sim::Pose last_;
-  maxlogdet::sim::RejectionOptions gate_;                             // the explicit rejection's limits
   maxlogdet::sim::Pose velocity_ = maxlogdet::sim::Pose::Identity();  // T_cw = velocity * T_cw of the last frame
+  maxlogdet::sim::Pose predicted_pose_;                               // where that leads
   int predicted_ = 0;                                                 // frames since the last that was tracked
 };
 
