@@ -68,9 +68,9 @@ void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
   for (std::size_t i = 0; i < n; ++i) memory_.remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
   std::fill(memory_.remaining + n, memory_.remaining + lanes(), 0.0F);
   for (std::size_t tile = 0; tile < tile_count_; ++tile) {
-    unsigned count = 0;
+    unsigned count = 0;  // converted, not compared: GCC 12 adds up comparisons of floats on AArch64 as -1 each
     for (std::size_t lane = 0; lane < tile_size; ++lane)
-      count += memory_.remaining[tile_size * tile + lane] > 0 ? 1 : 0;
+      count += static_cast<unsigned>(static_cast<int>(memory_.remaining[tile_size * tile + lane]));
     memory_.tile_remaining[tile] = static_cast<unsigned char>(count);
     remaining_ += count;
   }
