@@ -43,10 +43,10 @@ class ActiveSelection {
 
   /// Begins anew, and with it the time limit, which so includes the matching. The candidates and all arrays of the
   /// options (groups above all) are the caller's, and must stay as they are until the last call of any other function.
-  /// Of the options it takes budget, prior, time_limit and
-  /// the constraints (groups count what is accepted; what is required is accepted from the start); strategy is greedy,
-  /// lazy_greedy or automatic, which are the same here. There is no certificate and no exchange. The statuses are those
-  /// of Selector::select; after an error there is nothing to propose.
+  /// Of the options it takes budget, prior, time_limit and the constraints (groups count what is accepted; what is
+  /// required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same here. There
+  /// is no certificate and no exchange. The statuses are those of Selector::select; after an error there is nothing to
+  /// propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
   /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
