@@ -32,18 +32,25 @@ using maxlogdet::simd::two_rows;
 // A pack holds one candidate, or match, a lane; it is as wide as this unit's flags allow.
 constexpr std::size_t double_lanes = Doubles::size;
 constexpr std::size_t float_lanes = Floats::size;
+// What float64 of a pack is rounded to; xsimd has no float32 batch of as many double_lanes.
+typedef float Narrow __attribute__((vector_size(double_lanes * sizeof(float))));  // NOLINT(modernize-use-using)
 
 }  // namespace
 
 #include "simd/factored.inl"
+#include "simd/matches.inl"
+#include "simd/screen.inl"
 
-// These use it.
+// These use them.
+#include "simd/block_factors.inl"
 #include "simd/blocks.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
 #include "simd/losses.inl"
-#include "simd/screen.inl"
+#include "simd/rounds.inl"
+#include "simd/screen_with_care.inl"
 #include "simd/sums.inl"
+#include "simd/tiles.inl"
 #include "simd/traces.inl"
 #include "simd/update.inl"
 

@@ -4,7 +4,7 @@
 
 namespace {
 
-// Consecutive floats as doubles; Narrow is that of blocks.inl.
+// Consecutive floats as doubles.
 inline Doubles widened(const float* values) {
   Narrow narrow;
   std::memcpy(&narrow, values, sizeof narrow);

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Matches as packs, one a lane: what is read of them, and their points in the camera frame. This and what makes blocks
+// of them (block_factors.inl, blocks.inl) is float64 by + - * / and sqrt in one fixed order: the same bits on every
+// instruction set.
+
+namespace {
+
+using maxlogdet::simd::BlockInput;
+using maxlogdet::simd::BlockOutput;
+using maxlogdet::simd::BlockWeighting;
+using maxlogdet::simd::ThirdRow;
+using Mask = xsimd::batch_bool<double>;
+
+constexpr double largest_double = 1.7976931348623157e308;
+
+inline Doubles negated(const Doubles& value) { return Doubles(-0.0) - value; }
+inline Mask is_finite(const Doubles& value) { return xsimd::abs(value) <= Doubles(largest_double); }
+inline Mask is_positive(const Doubles& value) { return (value > Doubles(0.0)) & (value <= Doubles(largest_double)); }
+
+// The input of some matches, an array per value, so that packs load whole vectors. Well before they do: a vector load
+// right after the scalar stores it reads from would stall. Up to a whole pack the last match is repeated, which no
+// maximum notices.
+constexpr std::size_t tile_matches = 64;
+static_assert(tile_matches % double_lanes == 0, "a tile holds whole packs");
+
+struct Tile {
+  std::size_t count;
+  std::uint32_t number[tile_matches];         // of the match
+  alignas(64) double point[3][tile_matches];  // in the world, then in the camera frame
+  alignas(64) double sigma[tile_matches];
+  alignas(64) double weight[tile_matches];
+  alignas(64) double has_third[tile_matches];
+  alignas(64) double map_covariance[6][tile_matches];  // upper triangle, by rows
+};
+constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};  // of 3 x 3, row-major
+
+inline Doubles load(const double (&values)[tile_matches], std::size_t i) { return Doubles::load_aligned(values + i); }
+
+inline void repeat_last(double (&values)[tile_matches], std::size_t count) {
+  for (std::size_t i = count; i % double_lanes != 0; ++i) values[i] = values[count - 1];
+}
+
+// Lists usable matches from `next` on, as many as there is room for; returns where to go on.
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Tile& tile) {
+  tile.count = 0;
+  if (input.usable == nullptr) {
+    for (; next < input.size && tile.count < tile_matches; ++next) {
+      tile.number[tile.count++] = static_cast<std::uint32_t>(next);
+    }
+    return next;
+  }
+  for (; next < input.size && tile.count < tile_matches; ++next) {
+    tile.number[tile.count] = static_cast<std::uint32_t>(next);
+    tile.count += input.usable[next] != 0 ? 1 : 0;
+  }
+  return next;
+}
+
+template <std::size_t entries, class T>
+inline void fill(double (&values)[tile_matches], const T* source, std::size_t entry, const Tile& tile) {
+  for (std::size_t i = 0; i < tile.count; ++i)
+    values[i] = static_cast<double>(source[entries * tile.number[i] + entry]);
+  repeat_last(values, tile.count);
+}
+
+template <BlockWeighting weighting, ThirdRow third>
+inline void fill(const BlockInput& input, Tile& tile) {
+  for (std::size_t i = 0; i < tile.count; ++i) {
+    const double* const point = input.points + std::size_t{3} * tile.number[i];
+    for (std::size_t d = 0; d < 3; ++d) tile.point[d][i] = point[d];
+  }
+  for (auto& coordinate : tile.point) repeat_last(coordinate, tile.count);
+  if (input.sigmas != nullptr) fill<1>(tile.sigma, input.sigmas, 0, tile);
+  if (input.weights != nullptr) fill<1>(tile.weight, input.weights, 0, tile);
+  if (third != ThirdRow::none && input.has_third != nullptr) fill<1>(tile.has_third, input.has_third, 0, tile);
+  if (weighting == BlockWeighting::measurement_and_map && input.map_covariances != nullptr) {
+    for (std::size_t i = 0; i < tile.count; ++i) {
+      const double* const covariance = input.map_covariances + std::size_t{9} * tile.number[i];
+      for (std::size_t e = 0; e < 6; ++e) tile.map_covariance[e][i] = covariance[upper_triangle[e]];
+    }
+    for (auto& entry : tile.map_covariance) repeat_last(entry, tile.count);
+  }
+}
+
+struct Point {
+  Doubles x, y, z;
+};
+
+inline Point load_point(const Tile& tile, std::size_t i) {
+  return {load(tile.point[0], i), load(tile.point[1], i), load(tile.point[2], i)};
+}
+
+inline Point transform(const double* T_cw, const Point& world) {
+  Doubles p[3];
+  for (int row = 0; row < 3; ++row) {
+    const double* const r = T_cw + 4 * row;
+    p[row] = Doubles(r[0]) * world.x + Doubles(r[1]) * world.y + Doubles(r[2]) * world.z + Doubles(r[3]);
+  }
+  return {p[0], p[1], p[2]};
+}
+
+inline std::uint32_t lanes_of(const Mask& mask) {
+  alignas(sizeof(Doubles)) double ones[double_lanes];
+  xsimd::select(mask, Doubles(1.0), Doubles(0.0)).store_aligned(ones);
+  std::uint32_t lanes = 0;
+  for (std::size_t lane = 0; lane < double_lanes; ++lane) lanes |= ones[lane] != 0 ? 1U << lane : 0U;
+  return lanes;
+}
+
+template <std::size_t size>
+inline void keep(double (&values)[size], const std::uint32_t* kept, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) values[i] = values[kept[i]];
+  if (count > 0) repeat_last(values, count);
+}
+
+// Takes points to the camera frame, and out of the tile the matches that have no Jacobian there, or no weight.
+inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput& output) {
+  std::uint32_t kept[tile_matches];
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < tile.count; i += double_lanes) {
+    const std::size_t used = tile.count - i < double_lanes ? tile.count - i : double_lanes;
+    const Point p = transform(input.T_cw, load_point(tile, i));
+    p.x.store_aligned(tile.point[0] + i);
+    p.y.store_aligned(tile.point[1] + i);
+    p.z.store_aligned(tile.point[2] + i);
+    Mask valid = is_positive(p.z) & is_finite(p.x) & is_finite(p.y);
+    if (input.sigmas != nullptr) valid = valid & is_positive(load(tile.sigma, i));
+    if (input.weights != nullptr) valid = valid & (load(tile.weight, i) >= Doubles(0.0));
+    if (xsimd::all(valid)) {
+      for (std::size_t lane = 0; lane < used; ++lane) kept[count++] = static_cast<std::uint32_t>(i + lane);
+      continue;
+    }
+    const std::uint32_t valid_lanes = lanes_of(valid);
+    const std::uint32_t behind = lanes_of(p.z <= Doubles(0.0));
+    for (std::uint32_t lane = 0; lane < used; ++lane) {
+      kept[count] = static_cast<std::uint32_t>(i) + lane;
+      count += valid_lanes >> lane & 1U;
+      output.behind_camera += behind >> lane & 1U;
+    }
+  }
+  if (count == tile.count) return;
+  for (std::size_t i = 0; i < count; ++i) tile.number[i] = tile.number[kept[i]];
+  for (auto& coordinate : tile.point) keep(coordinate, kept, count);
+  keep(tile.sigma, kept, count);
+  keep(tile.weight, kept, count);
+  keep(tile.has_third, kept, count);
+  for (auto& entry : tile.map_covariance) keep(entry, kept, count);
+  tile.count = count;
+}
+
+}  // namespace

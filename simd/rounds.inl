@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+// What a round of a search does besides: which tiles to look at, who may be the best, and all of it at once.
+
+namespace {
+
+std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float least,
+                         float most, std::uint32_t* list) {
+  std::size_t found = 0;
+  for (std::size_t first = tile_size * part; first < count; first += tile_size * parts) {
+    for (std::size_t i = first; i < first + tile_size; i += float_lanes) {
+      const Floats value = Floats::load_unaligned(values + i);
+      found +=
+          list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
+    }
+  }
+  while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
+  return found;
+}
+
+template <Form form>
+ScreenedTiles screen_between(const Tiles& tiles, const float* w, const float* bounds, std::size_t tile_count,
+                             std::size_t part, std::size_t parts, float least, float most, std::uint32_t* list,
+                             float* growths, float* highest) {
+  const std::size_t count = list_between(bounds, tile_count, part, parts, least, most, list);
+  return {count, screen<form>(tiles, w, list, count, growths, highest)};
+}
+
+template <Form form>
+std::size_t list_survivors(const Tiles& tiles, const float* growths, const float* highest, float threshold,
+                           const std::uint32_t* list, std::size_t count, const float* unlike, std::uint32_t* lanes) {
+  std::size_t found = 0;
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::uint32_t tile = list[j];
+    if (highest[tile] < threshold) continue;
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      const std::size_t at = tile * tile_size + lane;
+      auto survives = Floats::load_unaligned(growths + at) >= Floats(threshold);
+      if (unlike != nullptr) {
+        const float* entries = tiles.data + tile * tiles.tile_stride + lane;
+        auto is_same = survives;
+        for (std::size_t e = 0; e < entries_of(form); ++e, entries += tiles.entry_stride) {
+          is_same = is_same & (Floats::load_unaligned(entries) == Floats(unlike[e]));
+        }
+        survives = survives & !is_same;
+      }
+      found += list_lanes(survives, static_cast<std::uint32_t>(at), lanes + found);
+    }
+  }
+  return found;
+}
+
+float largest(const float* values, std::size_t count) {
+  alignas(sizeof(Floats)) static constexpr float numbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const Floats lane = Floats::load_aligned(numbers);
+  const Floats nothing(-1.0F);
+  Floats most = nothing;
+  std::size_t i = 0;
+  for (; i + float_lanes <= count; i += float_lanes) most = xsimd::max(most, Floats::load_unaligned(values + i));
+  if (i < count) {
+    const auto is_one = lane < Floats(static_cast<float>(count - i));
+    most = xsimd::max(most, xsimd::select(is_one, Floats::load_unaligned(values + i), nothing));
+  }
+  return largest_lane(most);
+}
+
+// The float just below one that is no zero.
+inline float next_below(float value) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits = value > 0 ? bits - 1 : bits + 1;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+inline float rounded_down(double value) {
+  return static_cast<float>(value - (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
+}
+inline float rounded_up(double value) {
+  return static_cast<float>(value + (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
+}
+
+// The proofs are in docs/numerics.md.
+template <Form form>
+void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const auto screen_down_to = [&](float least, float below) {
+    std::uint32_t* const list = round.list + round.listed;
+    const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, least, below, list);
+    round.lowest_listed = least;
+    round.listed += count;
+    const float best = screen<form>(tiles, w, list, count, round.growths, round.highest);
+    round.best = best > round.best ? best : round.best;
+    const auto growth = static_cast<double>(round.best);
+    round.assured = growth - ((round.slope - 1) * growth + round.offset);
+    return growth > round.nearest && growth < round.farthest;
+  };
+  if (!screen_down_to(round.clearly, infinity)) return;
+  const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
+  const float threshold = stale > 0 ? rounded_down(stale) : maxlogdet::simd::any_candidate;
+  if (threshold < round.clearly && !screen_down_to(threshold, next_below(round.clearly))) return;
+  round.is_done = true;
+
+  const double least = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);  // 1 / slope is more
+  const float least_growth = least > 0 ? rounded_down(least) : maxlogdet::simd::any_candidate;
+  std::size_t holders = 0;  // of survivors; most often it is one tile
+  std::uint32_t holder = 0;
+  for (std::size_t j = 0; j < round.listed; ++j) {
+    const std::uint32_t tile = round.list[j];
+    const bool holds = round.highest[tile] >= least_growth;
+    holder = holds ? tile : holder;
+    holders += holds ? 1 : 0;
+  }
+  const bool is_one = holders == 1;
+  round.survivors =
+      list_survivors<form>(tiles, round.growths, round.highest, least_growth, is_one ? &holder : round.list,
+                           is_one ? 1 : round.listed, nullptr, round.lanes);
+  const float slope = rounded_up(round.slope * (1 + 1e-6));
+  const float offset = rounded_up(round.offset);
+  for (std::size_t j = 0; j < round.listed; ++j) {
+    const std::uint32_t tile = round.list[j];
+    round.bounds[tile] = round.highest[tile] < 0 ? -1.0F : slope * round.highest[tile] + offset;
+  }
+  round.highest_bound = largest(round.bounds, round.tile_count);
+}
+
+}  // namespace

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// Candidates copied together, so that a tile holds like ones.
+
+namespace {
+
+// Of every four floats of four packs: rows become columns. Between planes or tiles, with an entry a row, and records,
+// with a candidate a row.
+inline void transpose(Floats (&m)[4]) {
+  const Floats ac_low = zip_low(m[0], m[2]);
+  const Floats ac_high = zip_high(m[0], m[2]);
+  const Floats bd_low = zip_low(m[1], m[3]);
+  const Floats bd_high = zip_high(m[1], m[3]);
+  m[0] = zip_low(ac_low, bd_low);
+  m[1] = zip_high(ac_low, bd_low);
+  m[2] = zip_low(ac_high, bd_high);
+  m[3] = zip_high(ac_high, bd_high);
+}
+
+template <Form form>
+void make_records(const Planes& planes, std::size_t count, float* records) {
+  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+  constexpr std::size_t entries = entries_of(form);
+  for (std::size_t i = 0; i < count; i += float_lanes, records += float_lanes * size) {
+    float* to[float_lanes];
+    for (std::size_t lane = 0; lane < float_lanes; ++lane) to[lane] = records + lane * size;
+    for (std::size_t e = 0; e < size; e += 4) {
+      Floats m[4];
+      for (std::size_t j = 0; j < 4; ++j) {  // beyond the last entry: filling
+        m[j] = Floats::load_unaligned(planes.data + plane_of(form, e + j < entries ? e + j : 0) * planes.stride + i);
+      }
+      transpose(m);
+      for (std::size_t j = 0; j < 4; ++j) store_parts(m[j], to + j, e);
+    }
+  }
+}
+
+template <Form form>
+void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) {
+  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+  constexpr std::size_t entries = entries_of(form);
+  for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      const float* from[float_lanes];
+      for (std::size_t l = 0; l < float_lanes; ++l) from[l] = records + indices[j + lane + l] * size;
+      for (std::size_t e = 0; e < size; e += 4) {
+        Floats m[4];
+        for (std::size_t d = 0; d < 4; ++d) m[d] = load_parts(from + d, e);
+        transpose(m);
+        for (std::size_t d = 0; d < 4 && e + d < entries; ++d) m[d].store_unaligned(tiles + (e + d) * tile_size + lane);
+      }
+    }
+  }
+}
+
+template <Form form>
+void column_max(const float* tiles, std::size_t tile_count, double* largest) {
+  Floats most[dimension];
+  for (Floats& pack : most) pack = Floats(0.0F);
+  for (std::size_t tile = 0; tile < tile_count; ++tile, tiles += entries_of(form) * tile_size) {
+    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
+      if constexpr (form == factored) {
+        take_larger_columns(load_factored(tiles + lane), most);
+      } else {
+        for (std::size_t e = 0; e < entries_of(form); ++e) {
+          Floats& pack = most[e % dimension];
+          pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + e * tile_size + lane)));
+        }
+      }
+    }
+  }
+  constexpr double room = form == factored ? 1 + 1e-6 : 1;  // for the roundings above
+  for (int column = 0; column < dimension; ++column) {
+    largest[column] = room * static_cast<double>(largest_lane(most[column]));
+  }
+}
+
+}  // namespace
