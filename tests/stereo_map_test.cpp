@@ -371,6 +371,7 @@ TEST(LocalMap, more_views_bring_points_nearer_to_the_truth_and_the_covariance_kn
     ASSERT_EQ(map.points().size(), landmarks.size()) << "no new point where there is one";
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
       ASSERT_EQ(map.points().points[i].observations.size(), view + 1);
+      ASSERT_EQ(map.points().arrays().weights[i], static_cast<double>(view + 1) / static_cast<double>(view + 3));
       EXPECT_LT(map.points().covariances[i].trace(), traces[i]) << i;
       traces[i] = map.points().covariances[i].trace();
     }

@@ -24,6 +24,7 @@ maxlogdet::Matches MapPoints::arrays() const {
   matches.points = positions.front().data();
   matches.map_covariances = covariances.front().data();
   matches.sigmas = sigmas.data();
+  matches.weights = chances.data();
   matches.has_third = is_stereo.data();
   return matches;
 }
@@ -33,6 +34,7 @@ void MapPoints::push_back(MapPoint point, const Eigen::Vector3d& position) {
   positions.push_back(position);
   covariances.emplace_back(Eigen::Matrix3d::Identity());
   sigmas.push_back(aligned_sigma);
+  chances.push_back(0);
   is_stereo.push_back(0);
 }
 
@@ -44,12 +46,14 @@ void MapPoints::drop_before(std::int64_t view) {
     positions[kept] = positions[i];
     covariances[kept] = covariances[i];
     sigmas[kept] = sigmas[i];
+    chances[kept] = chances[i];
     is_stereo[kept++] = is_stereo[i];
   }
   points.resize(kept);
   positions.resize(kept);
   covariances.resize(kept);
   sigmas.resize(kept);
+  chances.resize(kept);
   is_stereo.resize(kept);
 }
 
@@ -96,6 +100,8 @@ void LocalMap::observe(std::size_t point, const StereoFeatures& features, const 
   seen.observations.push_back({view, match});
   // The first one stays: it has the depth.
   if (seen.observations.size() > options_.keyframes) seen.observations.erase(seen.observations.begin() + 1);
+  const auto observations = static_cast<double>(seen.observations.size());
+  map_.chances[point] = observations / (observations + 2);  // 0.3 to 0.7: what was counted on KITTI is much like it
 }
 
 // Gauss-Newton on sum ||z - h(T_cw, p)||^2 inv_sigma2, all poses fixed; the covariance is the inverse of its

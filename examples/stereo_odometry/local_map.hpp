@@ -41,11 +41,13 @@ struct MapPoint {
 };
 
 /// Points in order of id, and what append_blocks reads of them, an entry each: their arrays are those of the library.
+/// What a point is worth before it is matched is multiplied by the chance that it is.
 struct MapPoints {
   std::vector<MapPoint> points;
   std::vector<Eigen::Vector3d> positions;    ///< world frame, m
   std::vector<Eigen::Matrix3d> covariances;  ///< of the positions, m^2, as far as pixel noise goes
   std::vector<double> sigmas;                ///< of where Alignment finds them, px
+  std::vector<double> chances;               ///< that it is found again, by how many keyframes have seen it
   std::vector<unsigned char> is_stereo;      ///< whether its last keyframe had a right-image column for it
 
   std::size_t size() const { return points.size(); }
