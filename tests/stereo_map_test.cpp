@@ -183,7 +183,6 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
   for (int i = 0; i < 4000; ++i) {
     MapPoint point;
     point.id = i;
-    point.view = random.integer(0, 9);
     const Eigen::Vector3d position(random.uniform(-6, 6), random.uniform(-4, 4), random.uniform(-4, 12));
     point.direction = (position - center).normalized();
     const Eigen::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -192,6 +191,7 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
     point.octave = random.integer(0, 7);
     point.descriptor = random_descriptor(random);
     map.push_back(point, position);
+    map.views.back() = random.integer(0, 9);
   }
   std::vector<Prediction> predictions(3);  // from before
   find_points_in_view(map, 1, camera, width, height, T_cw, predictions);
@@ -212,7 +212,7 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
       ++turned;
     } else if (octave < -1 || octave > 8) {
       ++too_near_or_far;
-    } else if (point.view < 1) {
+    } else if (map.views[i] < 1) {
       ++too_old;
     } else {
       ASSERT_LT(next, predictions.size());
@@ -410,9 +410,9 @@ TEST(LocalMap, consists_of_the_last_keyframes) {
 
     of_keyframes.emplace_back();
     std::vector<std::int64_t> ids;
-    for (const MapPoint& point : map.points().points) {
-      ids.push_back(point.id);
-      if (point.view == i) of_keyframes.back().push_back(point.id);
+    for (std::size_t p = 0; p < map.points().size(); ++p) {
+      ids.push_back(map.points().points[p].id);
+      if (map.points().views[p] == i) of_keyframes.back().push_back(ids.back());
     }
     ASSERT_EQ(of_keyframes.back().size(), landmarks.size());
     EXPECT_TRUE(std::equal(known_ids.begin(), known_ids.end(), of_keyframes.back().begin()));
@@ -422,7 +422,11 @@ TEST(LocalMap, consists_of_the_last_keyframes) {
     }
     EXPECT_EQ(ids, std::vector<std::int64_t>(expected.begin(), expected.end())) << "in order of id, no doubles";
     ASSERT_EQ(map.views().size(), std::min<std::size_t>(of_keyframes.size(), 3));
-    EXPECT_EQ(map.views().back()->number, i);
+    EXPECT_EQ(map.views().back().number, i);
+    EXPECT_EQ(map.first_of_last(0), i);
+    EXPECT_EQ(map.first_of_last(1), i);
+    EXPECT_EQ(map.first_of_last(2), std::max(0, i - 1));
+    EXPECT_EQ(map.first_of_last(100), std::max(0, i - 2)) << "the oldest there is";
   }
   map.clear();
   EXPECT_TRUE(map.is_empty());
@@ -441,7 +445,29 @@ TEST(LocalMap, points_keep_as_many_observations_as_there_are_keyframes) {
     add_keyframe(map, T_cw, features, all_points(map));
     const auto& observations = map.points().points.at(0).observations;
     ASSERT_EQ(observations.size(), std::min<std::size_t>(view + 1, 2));
-    EXPECT_TRUE(observations.back().view->T_cw.isApprox(T_cw, 0)) << "the last ones";
+    EXPECT_EQ(observations.front().view, 0) << "the first one";
+    EXPECT_EQ(observations.back().view, view) << "and the last ones";
+  }
+  for (std::size_t view = 0; view < 5; ++view)
+    EXPECT_TRUE(map.pose_of(static_cast<std::int64_t>(view)).isApprox(RenderedWorld::T_wc(view).inverse(), 0));
+}
+
+TEST(LocalMap, keeps_no_image_of_a_keyframe_that_has_left_it_though_its_points_stay) {
+  Random random;
+  MapOptions options;
+  options.keyframes = 2;
+  LocalMap map(camera, options);
+  const std::vector<Eigen::Vector3d> landmarks = {random_landmark(random)};
+  std::vector<cv::Mat> images;
+  for (int view = 0; view < 5; ++view) {
+    const Pose T_cw = RenderedWorld::T_wc(static_cast<std::size_t>(view)).inverse();
+    StereoFeatures features = features_of(T_cw, landmarks);
+    images.emplace_back(height, width, CV_8UC1);
+    features.pyramid = {images.back()};
+    add_keyframe(map, T_cw, features, all_points(map));
+  }
+  for (std::size_t view = 0; view < images.size(); ++view) {
+    EXPECT_EQ(images[view].u->refcount, view < 3 ? 1 : 2) << view;
   }
 }
 

@@ -210,6 +210,28 @@ TEST_F(StereoTracking, active_matching_searches_less_and_uses_all_that_it_matche
   }
 }
 
+TEST_F(StereoTracking, active_matching_leaves_alone_what_the_last_keyframes_have_missed) {
+  TrackerOptions options = active_options(100'000);  // all candidates are proposed
+  options.map.least_parallax = 0.01;                 // every other frame is a keyframe
+  const auto searched = [&](std::size_t candidate_keyframes, std::size_t rest_keyframes) {
+    options.candidate_keyframes = candidate_keyframes;
+    options.rest_keyframes = rest_keyframes;
+    std::size_t sum = 0, keyframes = 0;
+    const std::vector<FrameResult> results = track(options);
+    for (std::size_t i = 1; i < frames; ++i) {
+      expect_consistent(results[i], RenderedWorld::camera(), options);
+      expect_near_truth(results[i], i, 0.02, 0.15);
+      sum += results[i].searched;
+      if (results[i].is_keyframe) ++keyframes;
+    }
+    EXPECT_GE(keyframes, 4U);
+    return sum;
+  };
+  const std::size_t least = searched(1, 1);
+  EXPECT_LT(least, searched(2, 1));
+  EXPECT_LT(least, searched(1, 2));
+}
+
 // Blocks of pixel noise alone, which need no covariances of points; linearised at the pose found, not at the coarse one
 // before it, which is millimetres off: hence the tolerance.
 TEST_F(StereoTracking, log_det_and_efficiency_are_those_of_what_is_selected) {

@@ -8,9 +8,10 @@
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <vector>
 
 namespace stereo_odometry {
@@ -24,15 +25,14 @@ struct View {
 
 /// Where a keyframe saw a point.
 struct Observation {
-  std::shared_ptr<const View> view;
+  std::int64_t view = 0;  ///< its number
   maxlogdet::sim::Match match;
 };
 
 /// A point of the map, as its last observation has it.
 struct MapPoint {
   std::int64_t id = 0;
-  std::int64_t view = 0;  ///< number of the last keyframe that saw it
-  cv::Point2f pixel;      ///< there
+  cv::Point2f pixel;  ///< there
   Descriptor descriptor{};
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< from the camera to the point, unit length
   double distance = 0;                                   ///< from the camera, m
@@ -40,10 +40,12 @@ struct MapPoint {
   std::vector<Observation> observations;
 };
 
-/// Points in order of id, and what append_blocks reads of them, an entry each: their arrays are those of the library.
-/// What a point is worth before it is matched is multiplied by the chance that it is.
+/// Points in order of id, and in arrays of their own what is read of all of them in every frame: by which they are in
+/// view or not, and what append_blocks reads, which are the library's arrays. What a point is worth before it is
+/// matched is multiplied by the chance that it is.
 struct MapPoints {
   std::vector<MapPoint> points;
+  std::vector<std::int64_t> views;           ///< number of the last keyframe that saw it
   std::vector<Eigen::Vector3d> positions;    ///< world frame, m
   std::vector<Eigen::Matrix3d> covariances;  ///< of the positions, m^2, as far as pixel noise goes
   std::vector<double> sigmas;                ///< of where Alignment finds them, px
@@ -83,7 +85,16 @@ class LocalMap {
   const MapPoints& points() const { return map_; }
 
   /// Of the keyframes, oldest first.
-  const std::deque<std::shared_ptr<const View>>& views() const { return views_; }
+  const std::deque<View>& views() const { return views_; }
+
+  /// The number of the first of the last `count` keyframes, which is that of the last for 0 as for 1, and of the oldest
+  /// if there are not as many.
+  std::int64_t first_of_last(std::size_t count) const {
+    return views_[views_.size() - std::clamp(count, std::size_t{1}, views_.size())].number;
+  }
+
+  /// Where any keyframe was, also one that has left the map.
+  const maxlogdet::sim::Pose& pose_of(std::int64_t view) const { return poses_[static_cast<std::size_t>(view)]; }
 
  private:
   void observe(std::size_t point, const StereoFeatures& features, const maxlogdet::sim::Match& match);
@@ -93,10 +104,10 @@ class LocalMap {
   maxlogdet::PinholeCamera camera_;
   MapOptions options_;
   MapPoints map_;
-  std::deque<std::shared_ptr<const View>> views_;
-  double median_depth_ = 0;  // of the points of the last
+  std::deque<View> views_;
+  std::vector<maxlogdet::sim::Pose> poses_;  // of all keyframes ever, by number: first observations outlive their views
+  double median_depth_ = 0;                  // of the points of the last
   std::int64_t next_id_ = 0;
-  std::int64_t next_view_ = 0;
 };
 
 /// A keypoint matched with a point, as the selectors and the optimiser take it; `sigma`: deviation of its place, px.

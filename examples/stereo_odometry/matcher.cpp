@@ -90,18 +90,17 @@ void Matcher::add(const MapPoints& map, std::uint32_t point, std::int64_t keypoi
 // keyframe at once.
 void Matcher::align(const LocalMap& map, std::size_t first) {
   is_aligned_.resize(points_.size());
-  for (const auto& view : map.views()) {
+  for (const View& view : map.views()) {
     alignment_.clear();
     of_view_.clear();
     for (std::size_t m = first; m < points_.size(); ++m) {
-      const MapPoint& point = map.points().points[points_[m]];
-      if (point.view != view->number) continue;
+      if (map.points().views[points_[m]] != view.number) continue;
       const Match& match = frame_.matches[m];
-      alignment_.from.push_back(point.pixel);
+      alignment_.from.push_back(map.points().points[points_[m]].pixel);
       alignment_.start.emplace_back(static_cast<float>(match.u), static_cast<float>(match.v));
       of_view_.push_back(m);
     }
-    alignment_.run(view->pyramid, features_->pyramid);
+    alignment_.run(view.pyramid, features_->pyramid);
     for (std::size_t i = 0; i < of_view_.size(); ++i) {
       Match& match = frame_.matches[of_view_[i]];
       const cv::Point2f& to = alignment_.to[i];

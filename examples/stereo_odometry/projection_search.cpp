@@ -21,6 +21,7 @@ void find_points_in_view(const MapPoints& map, std::int64_t first_view, const ma
   const double log_scale = std::log(scale_factor);
   result.clear();
   for (std::size_t i = 0; i < map.size(); ++i) {
+    if (map.views[i] < first_view) continue;
     const Eigen::Vector3d p_c = R * map.positions[i] + t;
     if (!(p_c.z() > 0)) continue;
     Prediction prediction;
@@ -28,7 +29,6 @@ void find_points_in_view(const MapPoints& map, std::int64_t first_view, const ma
     prediction.v = camera.fy * p_c.y() / p_c.z() + camera.cy;
     if (!(prediction.u >= 0 && prediction.u < width && prediction.v >= 0 && prediction.v < height)) continue;
     const MapPoint& point = map.points[i];
-    if (point.view < first_view) continue;
     const Eigen::Vector3d ray = map.positions[i] - center;
     const double distance = ray.norm();
     if (ray.dot(point.direction) < least_cosine * distance) continue;

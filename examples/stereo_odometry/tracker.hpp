@@ -20,6 +20,8 @@ struct TrackerOptions {
   maxlogdet::sim::SelectorSettings selection;     ///< which matches the pose is optimised with
   bool active = false;                            ///< match in the order of information, up to the budget (kind md)
   std::size_t batch = 10;                         ///< active: points that are searched for and aligned at once
+  std::size_t candidate_keyframes = 1;            ///< active: proposed is what one of so many last keyframes has seen
+  std::size_t rest_keyframes = 2;                 ///< active: keyframes match besides what one of so many has seen
   maxlogdet::sim::RejectionOptions optimization;  ///< rounds, thresholds; `stereo`: residuals of three rows or of two
   MapOptions map;
   std::size_t coarse_points = 200;  ///< at most so many points find the pose that the others are searched from
@@ -100,6 +102,10 @@ class StereoTracker {
   maxlogdet::BlockStore blocks_;
   maxlogdet::ActiveSelection active_;
   std::vector<std::uint32_t> proposals_;
+  std::vector<maxlogdet::sim::Match> coarse_;            // of the points that find the coarse pose
+  std::vector<std::uint32_t> all_;                       // their indices
+  std::vector<maxlogdet::sim::Match> keyframe_matches_;  // that agree with a keyframe's pose
+  std::vector<std::uint32_t> keyframe_points_;
   maxlogdet::Selector certifier_;
   maxlogdet::sim::Stopwatch watch_;
   FrameResult result_;
