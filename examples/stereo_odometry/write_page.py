@@ -20,6 +20,7 @@ from results import cpu_model  # noqa: E402
 from write_tables import replace_between, table  # noqa: E402
 
 PAGE = ROOT / "docs/tracker.md"
+BATCHES = (5, 10, 20, 40, 100)
 RPE, ROE = "rpe_m_per_s", "roe_deg_per_s"
 
 
@@ -81,12 +82,41 @@ def judged_rows(results):
     return rows
 
 
+def cost_rows(name, results):
+    """What the stages that selection is meant to make cheaper cost, with and without what active's keyframes match."""
+    inl = find(results, "inl")
+    stages = lambda e: [e["ms"][stage] for stage in ("matching", "selection", "pose_optimization")]
+    rows = []
+    for one in ("inl", "md", "active"):
+        e = find(results, one)
+        together = sum(stages(e))
+        target = "" if one != "active" else "≤ 0.5, yes" if together <= 0.5 * sum(stages(inl)) else "≤ 0.5, **no**"
+        rows.append([name, one, *(f"{ms:.3f}" for ms in stages(e)), f"{together:.3f}",
+                     f"{together / sum(stages(inl)):.2f}", target,
+                     f"{(together + e['ms_matching_the_rest']) / sum(stages(inl)):.2f}",
+                     f"{relative(results, one, RPE)} / {relative(results, one, ROE)}"])  # fmt: skip
+    return rows
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     everything = results_of(folder / "all")
     replace_between(PAGE, "judged", table(["what", "target", "found", "holds"], judged_rows(everything)) + ["", machine()])
     replace_between(PAGE, "selectors", markdown_of(folder / "all", 0))
     replace_between(PAGE, "comparison", markdown_of(folder / "all", 1))
+
+    rows = cost_rows("kitti_0039_a", results_of(folder / "second")) + cost_rows("kitti_clip_1", everything)
+    header = ["clip", "selector", "matching (ms)", "selection (ms)", "pose opt. (ms)", "together (ms)", "of inl's", "target",
+              "with keyframes' rest", "RPE / ROE, of inl's"]  # fmt: skip
+    replace_between(PAGE, "cost", table(header, rows))
+
+    rows = []
+    for clip in ("kitti_0039_a", "kitti_clip_1"):
+        runs = [results_of(folder / f"batch_{n}_{clip}") for n in BATCHES]
+        shares = [[find(r, "active")[key] / find(r, "inl")[key] for r in runs] for key in (RPE, ROE)]
+        rows.append([clip, *(f"{a:.2f} / {b:.2f}" for a, b in zip(*shares)),
+                     " / ".join(f"{sum(s) / len(s):.2f}" for s in shares)])  # fmt: skip
+    replace_between(PAGE, "batches", table(["clip", *(f"batches of {n}" for n in BATCHES), "mean"], rows))
 
     rivals = ["md", "active", "random", "quality"]
     settings = [(f"{n} keypoints an image", results_of(folder / f"features_{n}"), 100) for n in (1000, 1500)]
