@@ -47,7 +47,8 @@ ProjectionSearch::ProjectionSearch(int width, int height)
 
 std::size_t ProjectionSearch::cell_of(const cv::Point2f& pixel) const {
   const int row = static_cast<int>(pixel.y) / cell_size, column = static_cast<int>(pixel.x) / cell_size;
-  return static_cast<std::size_t>(row * columns_ + column);
+  const int cell = row * columns_ + column;
+  return static_cast<std::size_t>(cell);
 }
 
 void ProjectionSearch::start(const StereoFeatures& features) {
@@ -73,9 +74,9 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
   const int last_row = cell_at(prediction.v + radius, rows_);
   int best = -1, least = 257, next = 257, best_octave = 0, next_octave = 0;
   for (int row = cell_at(prediction.v - radius, rows_); row <= last_row; ++row) {
-    const int first_cell = row * columns_ + first_column;
+    const int first_cell = row * columns_ + first_column, last_cell = row * columns_ + last_column;
     std::size_t k = first_cell == 0 ? 0 : cell_end_[static_cast<std::size_t>(first_cell - 1)];
-    for (const std::size_t end = cell_end_[static_cast<std::size_t>(row * columns_ + last_column)]; k < end; ++k) {
+    for (const std::size_t end = cell_end_[static_cast<std::size_t>(last_cell)]; k < end; ++k) {
       const Keypoint& seen = keypoints_[k];
       if (std::abs(seen.u - prediction.u) > radius || std::abs(seen.v - prediction.v) > radius) continue;
       if (std::abs(seen.octave - prediction.octave) > 1 || is_taken_[static_cast<std::size_t>(seen.index)] != 0)
