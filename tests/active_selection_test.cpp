@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -636,6 +637,14 @@ sim::ForcedIsa isa_of(std::uint64_t variation) {
   const std::vector<std::string> isas = sim::supported_isas();
   return sim::ForcedIsa(isas[variation % isas.size()].c_str());
 }
+
+template <class Answer, class = void>
+struct Accepts : std::false_type {};
+template <class Answer>
+struct Accepts<Answer, decltype(std::declval<ActiveSelection&>().accept(std::declval<Answer>()), void())>
+    : std::true_type {};
+static_assert(Accepts<std::uint32_t>::value && Accepts<int>::value, "an index");
+static_assert(!Accepts<bool>::value, "whether it was matched is no index");
 
 TEST(ActiveSelection, batches_are_the_best_of_what_is_left) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {

@@ -5,7 +5,10 @@
 
 #include "good_features.inc"
 
+#include "active_features.inc"
+
 #include "budget.inc"
+#include "match_in_batches.inc"
 #include "per_thread.inc"
 #include "point_covariance.inc"
 #include "priors.inc"

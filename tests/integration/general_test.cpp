@@ -9,7 +9,10 @@
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
+#include <cstdint>
+#include <set>
 #include <thread>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
@@ -219,6 +222,29 @@ TEST(WeightingGuide, beside_matches_with_a_covariance_one_without_is_no_candidat
   good.set(1, 1, 0, 5, 1, false);
   ASSERT_TRUE(good.build({458, 457, 367, 248, 0}, T_cw));
   EXPECT_TRUE(good.blocks.is_valid(1));
+}
+
+TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks(300);
+  for (int i = 0; i < 300; ++i) blocks.push_back(random_block(random, 2, 1).data(), 2);
+  ActiveSelection active(300);
+  Options options;
+  options.budget = 50;
+  ASSERT_EQ(active.start(blocks, options), Status::ok);
+  std::vector<std::uint32_t> tried, found;
+  match_in_batches(active, [&](const std::uint32_t* indices, std::size_t count, unsigned char* was_found) {
+    for (std::size_t j = 0; j < count; ++j) {
+      was_found[j] = random.chance(0.5) ? 1 : 0;
+      tried.push_back(indices[j]);
+      if (was_found[j] != 0) found.push_back(indices[j]);
+    }
+  });
+  EXPECT_EQ(found.size(), 50U);
+  EXPECT_EQ(std::set<std::uint32_t>(tried.begin(), tried.end()).size(), tried.size()) << "one was tried twice";
+  const Selection selection = active.selection();
+  EXPECT_EQ(std::vector<std::uint32_t>(selection.begin(), selection.end()), found);
 }
 
 TEST(ThreadsGuide, each_thread_has_its_own_memory) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 
 namespace maxlogdet {
 
@@ -19,8 +20,8 @@ namespace maxlogdet {
 ///   for (std::uint32_t i; (i = active.next()) != ActiveSelection::none;) match(i) ? active.accept() : active.reject();
 ///
 /// One at a time this is greedy on the candidates that are not rejected: if everything is accepted as proposed the
-/// answer is that of lazy_greedy, index for index. Batches are proposed by their gains before any of them is accepted,
-/// so they save proposals and give away a little log det (docs/performance.md).
+/// answer is that of lazy_greedy, index for index. Batches are proposed by their gains before any of them is accepted:
+/// they save time, here and in matching, and give away a little log det (docs/performance.md).
 ///
 /// A proposal after a rejection costs next to nothing: what has been evaluated since the last acceptance is not
 /// evaluated again. Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling
@@ -49,8 +50,8 @@ class ActiveSelection {
   /// propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
-  /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
-  /// `none` when the budget is reached, nothing is left, or the time limit has passed.
+  /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again,
+  /// after the time limit too. `none` when the budget is reached, nothing is left, or the time limit has passed.
   std::uint32_t next() noexcept;
 
   /// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
@@ -75,14 +76,21 @@ class ActiveSelection {
   Status accept(std::uint32_t index, const double* block, int rows) noexcept;
   /// reject() likewise.
   Status reject(std::uint32_t index) noexcept;
+  /// Whether it is matched is no index.
+  template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
+  Status accept(Bool) = delete;
+  /// Likewise.
+  template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
+  Status reject(Bool) = delete;
 
-  /// Answers all unanswered proposals together, in their order: `matched` has a byte for each, `count` of them, where
-  /// nonzero accepts. nothing_proposed, without effect, if there are none, or not as many, or for a null pointer; else
-  /// ok.
+  /// Answers all unanswered proposals together, in their order: `matched` has a byte for each, where nonzero accepts,
+  /// and `count` is how many they are, what next() has returned if none is answered yet. nothing_proposed, without
+  /// effect, if there are none, or not as many, or for a null pointer; else ok.
   Status answer(const unsigned char* matched, std::size_t count) noexcept;
 
   /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
-  /// before start(), `ok` also while there is more to propose.
+  /// before start(), `ok` also while there is more to propose; that the time limit has passed is known when next() is
+  /// asked.
   Selection selection() const noexcept;
 
  private:
