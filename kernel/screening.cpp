@@ -241,6 +241,7 @@ void Screening::keep_bounds() noexcept {
 void Screening::end_round() noexcept {
   if (!are_bounds_kept_) keep_bounds();
   if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < std::numeric_limits<float>::infinity()) {
+    // After rejections, of the best that was left: as far the next round had better look at once.
     const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
     expected_share_ += 0.5 * (found - expected_share_);
   }
@@ -536,9 +537,9 @@ void Screening::look_with_care() noexcept {
 }
 
 std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
-  if (survivors_found_ == 1) {
-    lanes[0] = memory_.bucket[0];
-    return 1;
+  if (survivors_found_ > 0 && survivors_found_ <= many_survivors) {
+    std::copy_n(static_cast<const std::uint32_t*>(memory_.bucket), survivors_found_, lanes);
+    return survivors_found_;
   }
   const std::size_t found = list_distinct_survivors(lanes);
   if (with_care_ || found <= many_survivors) return found;

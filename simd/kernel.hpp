@@ -164,16 +164,13 @@ using ListBetween = std::size_t (*)(const float* values, std::size_t count, std:
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);
 
-/// W <- the inverse Cholesky factor of M + h^T h, for a 1 x 6 row h; W is 6 x 8 row-major, zero above the diagonal.
-/// Returns the relative growth of det M, |W h^T|^2. In float64, the same bits on every instruction set.
-using AddRow = double (*)(double* inverse_factor, const double* row);
-
-/// The same for `count` rows, one after the other, six float64 each; `narrow`: W then, as rounded to float32. Returns
-/// the growth by all of them.
+/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W is
+/// 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative growth of
+/// det M. In float64, the same bits on every instruction set.
 using AddRows = double (*)(double* inverse_factor, const double* rows, int count, float* narrow);
 
 /// W <- the inverse Cholesky factor of M - h^T h, if the share of det M that is left, 1 - |W h^T|^2, is above `least`,
-/// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRow.
+/// which is at least 0; otherwise W stays as it is. Returns that share; NaN if W h^T overflows. Otherwise as AddRows.
 using RemoveRow = double (*)(double* inverse_factor, const double* row, double least);
 
 /// Stands for a loss where there is no candidate; losses are at most 1.
@@ -211,7 +208,6 @@ struct Kernel {
   Traces traces[3];             ///< [rows - 1]
   ExactTraces exact_traces[3];  ///< [rows - 1]
   CountAtLeast count_at_least;
-  AddRow add_row;
   AddRows add_rows;
   RemoveRow remove_row;
   Losses losses[3];                   ///< [rows - 1]

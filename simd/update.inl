@@ -46,7 +46,7 @@ inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)
 // With y = W h^T, M + h^T h = L (I + y y^T) L^T, and the Cholesky factor of I + y y^T has a closed form, with s_i = 1 +
 // y_0^2 + ... + y_i^2. Its inverse is applied to W row by row. Products and square roots of positive numbers only: it
 // cannot break down, however large h is.
-double add_row(double* w, const double* h) {
+inline double add_row(double* w, const double* h) {
   double y[dimension];
   whiten_row(w, h, y);
   double s[dimension + 1] = {1};

@@ -269,8 +269,9 @@ void expect_same_answer(Random& random, const std::vector<std::uint32_t>& propos
 }
 
 TEST(CApi, batches_equal_those_of_cpp) {
+  const std::size_t instances = std::max<std::size_t>(20, trials(500));
   std::size_t accepted = 0;
-  for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
+  for (std::uint64_t variation = 0; variation < instances; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const CActive active = c_active(200);
@@ -295,7 +296,7 @@ TEST(CApi, batches_equal_those_of_cpp) {
     accepted += expected.selection().size;
     expect_same(*maxlogdet_active_selection_selection(active.get()), expected.selection());
   }
-  EXPECT_GT(accepted, 1000U * trials(500) / 500);
+  EXPECT_GT(accepted, 2 * instances);
 }
 
 maxlogdet_matches in_c(const Matches& matches) {

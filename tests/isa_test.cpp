@@ -72,7 +72,8 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t j = 0; j <= i; ++j) w[simd::padded_dimension * i + j] = random.uniform(-300, 300);
     }
-    const Block row = random_block(random, 1, std::pow(10.0, random.uniform(-3, 3)));
+    const int rows = random.integer(1, 3);
+    const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-3, 3)));
     std::vector<std::uint32_t> listed;
     for (int j = random.integer(1, 50); j > 0; --j) {
       listed.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1)));
@@ -85,9 +86,11 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
       EXPECT_EQ(results[listed.size()], -1) << "written beyond its end";
       double updated[size];
       std::copy_n(w, size, updated);
-      results.back() = kernel->add_row(updated, row.data());
+      float narrow[size];
+      results.back() = kernel->add_rows(updated, block.data(), rows, narrow);
       results.insert(results.end(), updated, updated + size);
-      results.push_back(kernel->remove_row(updated, row.data(), 0));
+      results.insert(results.end(), narrow, narrow + size);
+      results.push_back(kernel->remove_row(updated, block.data(), 0));
       results.insert(results.end(), updated, updated + size);
       if (expected.empty()) expected = results;
       EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << kernel->isa;

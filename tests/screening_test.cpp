@@ -52,11 +52,11 @@ class Screened {
         candidates_(all_of(blocks)),
         planes_(candidates_.planes),
         evaluator_(kernel, planes_, blocks.rows(), team_),
-        memory_(blocks.size()),
+        memory_(candidates_.size()),
         screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
-        remains_(blocks.validity(), blocks.validity() + blocks.size()),
-        lanes_(blocks.size() + simd::tile_size) {
-    screening_.use_store(blocks.validity(), blocks.size());
+        remains_(candidates_.size(), 1),
+        lanes_(candidates_.size() + simd::tile_size) {
+    screening_.use_store(remains_.data(), candidates_.size());
   }
 
   // Starts from this prior; returns false if it is refused.
@@ -71,8 +71,7 @@ class Screened {
     if (lazily) screening_.end_round();
     expect_bounds_hold();
     const std::uint32_t best = decide_among_all();
-    EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L),
-              exact_growth(stored_block(blocks_, best), factor_))
+    EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L), exact_growth(block_at(best), factor_))
         << "the best is not as good as assured";
     std::vector<std::uint32_t> survivors;
     std::size_t lane_of_best = 0;
@@ -84,7 +83,7 @@ class Screened {
     if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
 
     double rows[max_block_rows][state_dimension];
-    read_rows(all_of(blocks_), best, rows);
+    read_rows(candidates_, best, rows);
     factor_.add_block(kernel_, rows, blocks_.rows());
     screening_.remove(lane_of_best);
     remains_[best] = 0;
@@ -94,14 +93,13 @@ class Screened {
   void order_by_gain() { screening_.order_by_gain(false); }
 
   void expect_bounds_hold() const {
-    std::vector<bool> seen(blocks_.size(), false);
+    std::vector<bool> seen(candidates_.size(), false);
     for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
       if (!(memory_.remaining[lane] > 0)) continue;
       const std::uint32_t i = screening_.candidate(lane);
       ASSERT_FALSE(seen[i]) << "twice";
       seen[i] = true;
-      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
-                exact_growth(stored_block(blocks_, i), factor_))
+      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L), exact_growth(block_at(i), factor_))
           << "candidate " << i;
     }
   }
@@ -114,9 +112,11 @@ class Screened {
   }
 
  private:
+  Block block_at(std::uint32_t place) const { return stored_block(blocks_, candidates_.indices[place]); }
+
   // The float64 winner among everything that remains, the lowest index on ties.
   std::uint32_t decide_among_all() const {
-    std::vector<std::uint32_t> all(blocks_.size());
+    std::vector<std::uint32_t> all(candidates_.size());
     std::iota(all.begin(), all.end(), 0U);
     std::vector<double> growths(all.size());
     kernel_.decide[blocks_.rows() - 1](planes_, factor_.inverse(), all.data(), all.size(), growths.data());
@@ -277,6 +277,59 @@ TEST(Screening, holds_where_the_factor_underflows_in_float32) {
     }
     expect_screening_holds(blocks, prior.data(), 8);
   }
+}
+
+// Blocks that are screened by nine numbers each: of points far and near, some nearly in one place, with weights of
+// every scale.
+BlockStore factored_blocks(Random& random, std::size_t n) {
+  const PinholeCamera camera{500, 500, 320, 240, 50};
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const double far = std::pow(10.0, random.uniform(-2, random.chance(0.2) ? 14 : 3));
+  const double weight = std::pow(10.0, random.chance(0.5) ? 0 : random.uniform(-44, 32));
+  const double spread = random.chance(0.5) ? 0 : random.uniform(0, 6);
+  std::vector<double> points, weights;
+  while (weights.size() < n) {
+    const double z = far * random.uniform(0.1, 10);
+    const double p[3] = {z * random.uniform(-2, 2), z * random.uniform(-2, 2), z};
+    const double own = weight * std::pow(10.0, random.uniform(-spread, spread));
+    for (int copies = random.chance(0.2) ? 8 : 1; copies > 0 && weights.size() < n; --copies) {
+      for (const double coordinate : p) points.push_back(coordinate * (1 + random.uniform(-3e-7, 3e-7)));
+      weights.push_back(own);
+    }
+  }
+  Matches matches;
+  matches.size = n;
+  matches.points = points.data();
+  matches.weights = weights.data();
+  BlockOptions options;
+  options.third = random.chance(0.5) ? ThirdMeasurement::stereo : ThirdMeasurement::depth;
+  options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::measurement;
+  BlockStore blocks;
+  append_blocks(camera, T_cw, matches, options, blocks);
+  return blocks;
+}
+
+TEST(Screening, holds_on_factored_blocks_of_every_scale) {
+  const std::size_t stores = std::max<std::size_t>(20, trials(600));
+  std::size_t factored = 0;
+  for (std::uint64_t variation = 0; variation < stores; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
+    if (blocks.stored() == 0) continue;
+    factored += all_of(blocks).form == simd::factored ? 1 : 0;
+    const EigenPrior some_prior(std::pow(10.0, random.uniform(-12, 20)) * random_prior(random));
+    const double* const prior = random.chance(0.5) ? some_prior.data() : nullptr;
+    const int rounds = std::min(10, static_cast<int>(blocks.stored()));
+    if (random.chance(0.5)) {
+      const FlushedDenormals flushed;
+      expect_screening_holds(blocks, prior, rounds);
+    } else {
+      expect_screening_holds(blocks, prior, rounds);
+    }
+    if (::testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(2 * factored, stores);
 }
 
 TEST(Screening, records_of_a_list_are_those_of_all) {

@@ -23,9 +23,9 @@ namespace maxlogdet {
 /// answer is that of lazy_greedy, index for index. Batches are proposed by their gains before any of them is accepted:
 /// they save time, here and in matching, and give away a little log det (docs/performance.md).
 ///
-/// A proposal after a rejection costs next to nothing: what has been evaluated since the last acceptance is not
-/// evaluated again. Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling
-/// thread alone.
+/// What has been evaluated since the last acceptance is not evaluated again: a proposal after a rejection costs a look
+/// at the maxima of what has been, a sixteenth of the candidates at most, and fewer than that once some are selected.
+/// Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling thread alone.
 class ActiveSelection {
  public:
   /// What next() returns when there is nothing to propose.

@@ -35,7 +35,8 @@ class BlockStore {
   BlockStore& operator=(BlockStore&& other) noexcept;
   ~BlockStore() = default;
 
-  /// Makes room for `capacity` candidates; what is stored stays. Throws std::bad_alloc, and is then without effect.
+  /// Makes room for `capacity` candidates, at most 2^32 - 1; what is stored stays. Throws std::bad_alloc, also above
+  /// that, and is then without effect.
   void reserve(std::size_t capacity);
 
   /// Removes all candidates; keeps the memory.
@@ -69,7 +70,8 @@ class BlockStore {
 
   /// How many candidates have a block: size() - invalid_count().
   std::size_t stored() const noexcept { return size_ - invalid_count_; }
-  /// Which candidates these are, stored() indices in ascending order.
+  /// Which candidates these are, stored() indices in ascending order; nullptr without capacity. Valid, as the planes
+  /// are, until the store grows, is assigned to, or ends.
   const std::uint32_t* indices() const noexcept { return indices_.get(); }
   /// The place of a candidate among them, found by bisection; it has a block.
   std::size_t place(std::size_t index) const noexcept;

@@ -319,10 +319,10 @@ maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* ac
 /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
 /// MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed.
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
-/// The `count` best by their gains now, best first, written to `indices`; returns how many. Fewer only where no more
-/// may all be accepted: what is left, what the budget still asks for, and of a group what its maximum leaves. While
-/// proposals are unanswered, these again, at most `count`. 0 where next is MAXLOGDET_NONE, and for a `count` of 0 or a
-/// null pointer, which change nothing.
+/// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
+/// Fewer only where no more may all be accepted: what is left, what the budget still asks for, and of a group what its
+/// maximum leaves, in whose place the next best are proposed. While proposals are unanswered, these again, at most
+/// `count`. 0 where next is MAXLOGDET_NONE, and for a `count` of 0 or a null pointer, which change nothing.
 size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count);
 
 /// The first unanswered proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
