@@ -501,11 +501,19 @@ std::size_t Screening::drop_copies(std::uint32_t* lanes, std::size_t count, std:
 // Of candidates that are the same, entry for entry, only the first can be selected: of all those that are the same as
 // the first survivor, only that one is left.
 std::size_t Screening::list_distinct_survivors(std::uint32_t* lanes) const noexcept {
-  const std::size_t found = list_survivors(nullptr, lanes);
+  std::size_t found = survivors_found_;
+  if (found > 0) {
+    std::copy_n(static_cast<const std::uint32_t*>(memory_.bucket), found, lanes);
+  } else {
+    found = list_survivors(nullptr, lanes);
+  }
   if (found <= many_survivors) return found;
   std::uint32_t first = lanes[0];
+  std::uint32_t least = candidate(first);
   for (std::size_t j = 1; j < found; ++j) {
-    if (candidate(lanes[j]) < candidate(first)) first = lanes[j];
+    const std::uint32_t other = candidate(lanes[j]);
+    first = other < least ? lanes[j] : first;
+    least = std::min(least, other);
   }
   std::size_t others = 0;
   if (form_ == simd::factored) {
@@ -523,6 +531,7 @@ std::size_t Screening::list_distinct_survivors(std::uint32_t* lanes) const noexc
 void Screening::look_with_care() noexcept {
   if (is_ordered_ && !are_withdrawn_ && !are_bounds_kept_) keep_bounds();  // of those that are not looked at again, too
   are_bounds_kept_ = false;
+  survivors_found_ = 0;
   std::size_t kept = 0;
   for (std::size_t j = 0; j < listed_; ++j) {
     const std::uint32_t tile = memory_.list[j];
@@ -537,10 +546,6 @@ void Screening::look_with_care() noexcept {
 }
 
 std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
-  if (survivors_found_ > 0 && survivors_found_ <= many_survivors) {
-    std::copy_n(static_cast<const std::uint32_t*>(memory_.bucket), survivors_found_, lanes);
-    return survivors_found_;
-  }
   const std::size_t found = list_distinct_survivors(lanes);
   if (with_care_ || found <= many_survivors) return found;
   look_with_care();

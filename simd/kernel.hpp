@@ -164,8 +164,8 @@ using ListBetween = std::size_t (*)(const float* values, std::size_t count, std:
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);
 
-/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W is
-/// 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative growth of
+/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W
+/// is 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative growth of
 /// det M. In float64, the same bits on every instruction set.
 using AddRows = double (*)(double* inverse_factor, const double* rows, int count, float* narrow);
 
