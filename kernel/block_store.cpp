@@ -161,7 +161,7 @@ std::size_t BlockStore::push_back_invalid() {
 BlockWriter::BlockWriter(BlockStore& blocks, std::size_t count) : blocks_(blocks) {
   if (count > SIZE_MAX - blocks.size_) throw std::bad_alloc();
   const std::size_t needed = blocks.size_ + count;
-  if (needed > blocks.capacity_) blocks.reserve(std::max(needed, grown(needed, blocks.capacity_)));
+  if (needed > blocks.capacity_) blocks.reserve(grown(needed, blocks.capacity_));
 }
 
 // The blocks of matches [first, first + size), which have places from base + first on for themselves alone.
