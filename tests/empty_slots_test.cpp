@@ -68,6 +68,13 @@ void push_back_slot(Random& random, const std::optional<Block>& slot, BlockStore
   }
 }
 
+// One more slot, with a block or without.
+void push_back_random(Random& random, BlockStore& blocks, Slots& slots) {
+  slots.emplace_back();
+  if (random.chance(0.5)) slots.back() = random_block(random, random.integer(1, 3));
+  push_back_slot(random, slots.back(), blocks);
+}
+
 BlockStore store_of(Random& random, const Slots& slots) {
   BlockStore blocks;
   for (const std::optional<Block>& slot : slots) push_back_slot(random, slot, blocks);
@@ -609,11 +616,7 @@ void change(Random& random, BlockStore& blocks, Slots& slots) {
     case 4:
     case 5: append_matches(random, blocks, slots); break;
     default:
-      for (int i = random.integer(1, 30); i > 0; --i) {
-        slots.emplace_back();
-        if (random.chance(0.5)) slots.back() = random_block(random, random.integer(1, 3));
-        push_back_slot(random, slots.back(), blocks);
-      }
+      for (int i = random.integer(1, 30); i > 0; --i) push_back_random(random, blocks, slots);
   }
 }
 
@@ -642,10 +645,7 @@ TEST(EmptySlots, blocks_of_different_rows_are_appended_one_after_the_other) {
       append_matches(random, blocks, slots);
       expect_holds(blocks, slots);
       if (HasFailure()) return;
-      if (!random.chance(0.5)) continue;
-      slots.emplace_back();
-      if (random.chance(0.5)) slots.back() = random_block(random, random.integer(1, 3));
-      push_back_slot(random, slots.back(), blocks);
+      if (random.chance(0.5)) push_back_random(random, blocks, slots);
     }
   }
 }
