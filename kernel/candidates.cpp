@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -12,22 +10,9 @@ namespace {
 // A copy takes about as long as looking once at the same number of candidates; a search looks at each several times.
 constexpr std::size_t least_share = 8;  // one in so many is excluded
 
-// The largest |value|, none of which is NaN. Without its sign a float is ordered as its bits are, and of integers a
-// compiler finds the largest several at a time.
-double largest_magnitude(const float* values, std::size_t count) noexcept {
-  std::int32_t largest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::int32_t bits = 0;
-    std::memcpy(&bits, values + i, sizeof bits);
-    largest = std::max(largest, bits & std::numeric_limits<std::int32_t>::max());
-  }
-  float magnitude = 0;
-  std::memcpy(&magnitude, &largest, sizeof magnitude);
-  return static_cast<double>(magnitude);
-}
-
 // Makes of all candidates those that the first `count` of memory.places list, copied together.
-void copy_listed(std::size_t count, Candidates& candidates, CandidatesMemory& memory) noexcept {
+void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& candidates,
+                 CandidatesMemory& memory) noexcept {
   std::fill_n(memory.column_max, simd::dimension, 0.0);
   const std::size_t entries = std::size_t{simd::dimension} * static_cast<std::size_t>(candidates.row_count);
   for (std::size_t plane = 0; plane < simd::planes_of_store; ++plane) {
@@ -37,7 +22,7 @@ void copy_listed(std::size_t count, Candidates& candidates, CandidatesMemory& me
     float* const to = memory.planes + plane * memory.stride;
     for (std::size_t i = 0; i < count; ++i) to[i] = from[memory.places[i]];
     double& largest = memory.column_max[plane % simd::dimension];
-    if (!is_point) largest = std::max(largest, largest_magnitude(to, count));
+    if (!is_point) largest = std::max(largest, static_cast<double>(kernel.largest_magnitude(to, count)));
   }
   for (std::size_t i = 0; i < count; ++i) memory.indices[i] = candidates.indices[memory.places[i]];
   candidates.planes = {memory.planes, memory.stride};
@@ -77,7 +62,7 @@ Candidates without_excluded(const BlockStore& blocks, const Options& options, co
   }
   if (candidates.count - kept < candidates.count / least_share + 1) return candidates;
 
-  copy_listed(kept, candidates, memory);
+  copy_listed(kept, kernel, candidates, memory);
   if (candidates.form == simd::factored) {
     kernel.factored_max(candidates.planes, kept, memory.factored_max);
     candidates.largest_of_form = memory.factored_max;

@@ -11,6 +11,8 @@ namespace maxlogdet {
 namespace {
 
 using simd::any_candidate;
+using simd::rounded_down;
+using simd::rounded_up;
 using simd::tile_size;
 
 constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
@@ -28,10 +30,6 @@ constexpr std::size_t many_survivors = 24;
 constexpr double far_from_tangent = 4;
 // Bounds of the error are taken anew when no growth is above this share of the highest one then.
 constexpr float outdated = 0.75F;
-
-// The next float32 at or beyond a bound, with room for the few roundings that lead to it.
-float rounded_down(double value) noexcept { return static_cast<float>(value - std::abs(value) * simd::bound_room); }
-float rounded_up(double value) noexcept { return static_cast<float>(value + std::abs(value) * simd::bound_room); }
 
 // Room for whole tiles, and for whole vectors of values per tile.
 std::size_t lanes_for(std::size_t count) noexcept { return tile_size * (tiles_of(count) + 1); }

@@ -33,24 +33,18 @@ template <int Rows>
 inline void store(const Doubles (&h)[Rows][dimension], float* entries, std::size_t stride) {
   for (int row = 0; row < Rows; ++row) {
     for (int column = 0; column < dimension; ++column) {
-      const Doubles::register_type exact = h[row][column];
-      const Narrow rounded = __builtin_convertvector(exact, Narrow);
-      std::memcpy(entries + static_cast<std::size_t>(dimension * row + column) * stride, &rounded, sizeof rounded);
+      store_narrow(h[row][column], entries + static_cast<std::size_t>(dimension * row + column) * stride);
     }
   }
 }
 
 inline void store_point(const Point& p, float* to, std::size_t stride) {
-  const Doubles* const coordinates[3] = {&p.x, &p.y, &p.z};
-  for (std::size_t d = 0; d < 3; ++d) {
-    const Doubles::register_type exact = *coordinates[d];
-    const Narrow rounded = __builtin_convertvector(exact, Narrow);
-    std::memcpy(to + d * stride, &rounded, sizeof rounded);
-  }
+  store_narrow(p.x, to);
+  store_narrow(p.y, to + stride);
+  store_narrow(p.z, to + 2 * stride);
 }
 
-// The largest |value|, none of which is NaN.
-inline float largest_magnitude(const float* values, std::size_t count) {
+float largest_magnitude(const float* values, std::size_t count) {
   Floats most(0.0F);
   std::size_t i = 0;
   for (; i + float_lanes <= count; i += float_lanes) {

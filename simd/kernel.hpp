@@ -105,9 +105,15 @@ struct PromisingRound {
 };
 using ScreenPromising = void (*)(const Tiles& tiles, const float* inverse_factor, PromisingRound& round);
 
-/// Bounds are kept as float32, rounded up, and thresholds are rounded down, with room for the roundings that lead
-/// there.
+/// Bounds are kept as float32, rounded up, and thresholds are rounded down: the next float32 at or beyond a value, with
+/// room for the few roundings that lead to it. Always inlined, so that no unit of wide instructions exports them.
 constexpr double bound_room = 5e-7;
+[[gnu::always_inline]] inline float rounded_down(double value) noexcept {
+  return static_cast<float>(value - (value < 0 ? -value : value) * bound_room);
+}
+[[gnu::always_inline]] inline float rounded_up(double value) noexcept {
+  return static_cast<float>(value + (value < 0 ? -value : value) * bound_room);
+}
 /// A threshold that lets every lane with a candidate through, and none without (growth -1).
 constexpr float any_candidate = -0.5F;
 
@@ -164,6 +170,9 @@ using ListBetween = std::size_t (*)(const float* values, std::size_t count, std:
 /// The largest of values[0 .. count), -1 if there is none above; read up to the next multiple of 16.
 using Largest = float (*)(const float* values, std::size_t count);
 
+/// The largest |value| of values[0 .. count), none of which is NaN; 0 if there is none.
+using LargestMagnitude = float (*)(const float* values, std::size_t count);
+
 /// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W
 /// is 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative growth of
 /// det M. In float64, the same bits on every instruction set.
@@ -214,6 +223,7 @@ struct Kernel {
   SumInformation sum_information[3];  ///< [rows - 1]
   ListBetween list_between;
   Largest largest;
+  LargestMagnitude largest_magnitude;
   Draw draw;
   BuildBlocks build_blocks;  ///< see simd/blocks.hpp
 };

@@ -22,6 +22,8 @@ using maxlogdet::simd::plane_of;
 using maxlogdet::simd::Planes;
 using maxlogdet::simd::point_plane;
 using maxlogdet::simd::PromisingRound;
+using maxlogdet::simd::rounded_down;
+using maxlogdet::simd::rounded_up;
 using maxlogdet::simd::rows_of;
 using maxlogdet::simd::ScreenedTiles;
 using maxlogdet::simd::three_rows;
@@ -34,6 +36,12 @@ constexpr std::size_t double_lanes = Doubles::size;
 constexpr std::size_t float_lanes = Floats::size;
 // What float64 of a pack is rounded to; xsimd has no float32 batch of as many double_lanes.
 typedef float Narrow __attribute__((vector_size(double_lanes * sizeof(float))));  // NOLINT(modernize-use-using)
+
+inline void store_narrow(const Doubles& values, float* to) {
+  const Doubles::register_type exact = values;
+  const Narrow rounded = __builtin_convertvector(exact, Narrow);
+  std::memcpy(to, &rounded, sizeof rounded);
+}
 
 }  // namespace
 
@@ -80,6 +88,7 @@ const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  {sum_information<1>, sum_information<2>, sum_information<3>},
                                  list_between,
                                  largest,
+                                 largest_magnitude,
                                  draw,
                                  build_blocks};
 #undef MAXLOGDET_FORMS

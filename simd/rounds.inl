@@ -72,13 +72,6 @@ inline float next_below(float value) {
   return value;
 }
 
-inline float rounded_down(double value) {
-  return static_cast<float>(value - (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
-}
-inline float rounded_up(double value) {
-  return static_cast<float>(value + (value < 0 ? -value : value) * maxlogdet::simd::bound_room);
-}
-
 // The proofs are in docs/numerics.md.
 template <Form form>
 void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {

@@ -67,9 +67,7 @@ double add_rows(double* w, const double* rows, int count, float* narrow) {
     growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
   }
   for (std::size_t i = 0; i < std::size_t{dimension} * padded_dimension; i += double_lanes) {
-    const Doubles::register_type exact = Doubles::load_unaligned(w + i);
-    const Narrow rounded = __builtin_convertvector(exact, Narrow);
-    std::memcpy(narrow + i, &rounded, sizeof rounded);
+    store_narrow(Doubles::load_unaligned(w + i), narrow + i);
   }
   return growth;
 }
