@@ -32,7 +32,7 @@ struct SelectArguments {
   BlockOptions block_options;
   std::int64_t budget = 100;
   std::string strategy = "lazy_greedy";
-  std::string weighting = "map_bias";
+  std::string weighting = "measurement";
   std::string seed = "0";
   bool stereo = false;
   std::int64_t repeat = 100;

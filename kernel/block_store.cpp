@@ -172,7 +172,7 @@ simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t 
   };
   simd::BlockInput part = input;
   part.size = size;
-  part.points = advanced(input.points, 3);
+  part.points = advanced(input.points, input.point_stride);
   part.sigmas = advanced(input.sigmas, 1);
   part.weights = advanced(input.weights, 1);
   part.has_third = advanced(input.has_third, 1);
@@ -217,7 +217,9 @@ simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::
     close_up(part, blocks_.stored() + output.stored);
     output.rows = std::max(output.rows, part.rows);
     output.stored += part.stored;
+    output.unusable += part.unusable;
     output.behind_camera += part.behind_camera;
+    output.too_near += part.too_near;
     output.singular_rays += part.singular_rays;
     for (int column = 0; column < state_dimension; ++column) {
       output.column_max[column] = std::max(output.column_max[column], part.column_max[column]);

@@ -30,7 +30,7 @@ maxlogdet_matches default_matches() noexcept {
   maxlogdet_matches to{};
   to.struct_size = sizeof to;
   to.size = from.size;
-  to.points = from.points;
+  to.points = nullptr;
   to.sigmas = from.sigmas;
   to.has_third = from.has_third;
   to.usable = from.usable;

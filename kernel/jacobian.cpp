@@ -15,8 +15,8 @@ constexpr double rotation_tolerance = 1e-3;  // of R R^T - I: poses kept in floa
 
 bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
 
-bool is_pose(const double* T_cw) noexcept {
-  if (T_cw == nullptr) return false;
+bool is_rigid(const RigidTransform& transform) noexcept {
+  const double* const T_cw = transform.data();
   for (int i = 0; i < 12; ++i) {
     if (!std::isfinite(T_cw[i])) return false;
   }
@@ -50,12 +50,22 @@ static_assert(is_same(simd::ThirdRow::none, ThirdMeasurement::none) &&
                   is_same(simd::ThirdRow::depth, ThirdMeasurement::depth),
               "simd/blocks.hpp lists the third measurements in this order");
 
+// Where points are, as far as it can be told without reading them.
+BlockStatus check(const Points& points, std::size_t size) noexcept {
+  if (size == 0) return BlockStatus::ok;
+  if (points.data() == nullptr) return BlockStatus::missing_points;
+  const std::size_t entry = points.are_float() ? sizeof(float) : sizeof(double);
+  const bool is_stride = points.stride() >= 3 * entry && points.stride() % entry == 0;
+  return is_stride ? BlockStatus::ok : BlockStatus::invalid_stride;
+}
+
 BlockStatus check(const PinholeCamera& camera, const Matches& matches, const BlockOptions& options) noexcept {
-  if (matches.size > 0 && matches.points == nullptr) return BlockStatus::missing_points;
+  const BlockStatus of_points = check(matches.points, matches.size);
+  if (of_points != BlockStatus::ok) return of_points;
   if (!is_positive(camera.fx) || !is_positive(camera.fy)) return BlockStatus::invalid_camera;
   if (options.third == ThirdMeasurement::stereo && !is_positive(camera.bf)) return BlockStatus::invalid_camera;
   if (options.threads < 0 || !is_positive(options.depth_sigma) || !(options.map_sigma >= 0) ||
-      !std::isfinite(options.map_sigma)) {
+      !std::isfinite(options.map_sigma) || !(options.min_depth >= 0) || !std::isfinite(options.min_depth)) {
     return BlockStatus::invalid_options;
   }
   if (options.weighting < Weighting::map_bias || options.weighting > Weighting::measurement_and_map ||
@@ -67,11 +77,12 @@ BlockStatus check(const PinholeCamera& camera, const Matches& matches, const Blo
 
 }  // namespace
 
-BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
+BlockReport append_blocks(const Camera& given, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  const PinholeCamera& camera = given.pinhole;
   BlockReport report;
   report.status = check(camera, matches, options);
-  if (report.status == BlockStatus::ok && !is_pose(T_cw)) report.status = BlockStatus::invalid_pose;
+  if (report.status == BlockStatus::ok && !is_rigid(T_cw)) report.status = BlockStatus::invalid_pose;
   if (report.status != BlockStatus::ok) return report;
 
   simd::BlockInput input{};
@@ -80,11 +91,14 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
   input.fx = camera.fx;
   input.fy = camera.fy;
   input.bf = camera.bf;
-  input.T_cw = T_cw;
+  input.T_cw = T_cw.data();
   input.map_sigma = options.map_sigma;
   input.depth_sigma = options.depth_sigma;
+  input.min_depth = options.min_depth;
   input.size = matches.size;
-  input.points = matches.points;
+  input.points = static_cast<const unsigned char*>(matches.points.data());
+  input.point_stride = matches.points.stride();
+  input.are_points_float = matches.points.are_float();
   input.sigmas = matches.sigmas;
   input.weights = matches.weights;
   input.has_third = matches.has_third;
@@ -98,7 +112,9 @@ BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const
 
   report.appended = matches.size;
   report.invalid = matches.size - output.stored;
+  report.unusable = output.unusable;
   report.behind_camera = output.behind_camera;
+  report.too_near = output.too_near;
   report.singular_rays = output.singular_rays;
   if (report.singular_rays > 0) report.status = BlockStatus::singular_rays;
   return report;
@@ -122,6 +138,10 @@ const char* to_string(BlockStatus status) noexcept {
     case BlockStatus::invalid_pose: return "invalid_pose";
     case BlockStatus::invalid_options: return "invalid_options";
     case BlockStatus::missing_points: return "missing_points";
+    case BlockStatus::invalid_stride: return "invalid_stride";
+    case BlockStatus::unknown_camera_model: return "unknown_camera_model";
+    case BlockStatus::invalid_camera_id: return "invalid_camera_id";
+    case BlockStatus::invalid_jacobians: return "invalid_jacobians";
   }
   return "unknown";
 }

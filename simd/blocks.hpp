@@ -21,8 +21,11 @@ struct BlockInput {
   const double* T_cw;  ///< 3 x 4 row-major
   double map_sigma;
   double depth_sigma;
+  double min_depth;
   std::size_t size;
-  const double* points;            ///< size x 3
+  const unsigned char* points;  ///< size x 3, float64 or float32, point_stride bytes from one to the next
+  std::size_t point_stride;
+  bool are_points_float;
   const double* sigmas;            ///< this and the following: size entries each, or null
   const double* weights;           ///< 1 each by default
   const unsigned char* has_third;  ///< nonzero each by default
@@ -44,7 +47,9 @@ struct BlockOutput {
   int rows;            ///< of the tallest valid block, 0 if none is valid
   bool is_factored;    ///< whether the blocks are A [ I | -[p]x ] with an upper triangular A
   std::size_t stored;  ///< valid ones
+  std::size_t unusable;
   std::size_t behind_camera;
+  std::size_t too_near;
   std::size_t singular_rays;
   double column_max[6];  ///< largest |entry| written, by column
 

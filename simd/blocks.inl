@@ -71,11 +71,11 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   input.T_cw = pose;
   Tile tile;
   bool is_any_tall = is_world;
-  output.stored = output.behind_camera = output.singular_rays = 0;
+  output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
   std::memset(output.validity, 0, input.size);
 
   for (std::size_t next = 0; next < input.size;) {
-    next = list_usable(input, next, tile);
+    next = list_usable(input, next, tile, output);
     if (tile.count == 0) break;
     fill<weighting, third>(input, tile);
     transform_and_sift(input, tile, output);

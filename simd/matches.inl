@@ -41,8 +41,9 @@ inline void repeat_last(double (&values)[tile_matches], std::size_t count) {
 }
 
 // Lists usable matches from `next` on, as many as there is room for; returns where to go on.
-inline std::size_t list_usable(const BlockInput& input, std::size_t next, Tile& tile) {
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Tile& tile, BlockOutput& output) {
   tile.count = 0;
+  const std::size_t first = next;
   if (input.usable == nullptr) {
     for (; next < input.size && tile.count < tile_matches; ++next) {
       tile.number[tile.count++] = static_cast<std::uint32_t>(next);
@@ -53,6 +54,7 @@ inline std::size_t list_usable(const BlockInput& input, std::size_t next, Tile& 
     tile.number[tile.count] = static_cast<std::uint32_t>(next);
     tile.count += input.usable[next] != 0 ? 1 : 0;
   }
+  output.unusable += next - first - tile.count;
   return next;
 }
 
@@ -63,13 +65,19 @@ inline void fill(double (&values)[tile_matches], const T* source, std::size_t en
   repeat_last(values, tile.count);
 }
 
-template <BlockWeighting weighting, ThirdRow third>
-inline void fill(const BlockInput& input, Tile& tile) {
+template <class Scalar>
+inline void fill_points(const BlockInput& input, Tile& tile) {
   for (std::size_t i = 0; i < tile.count; ++i) {
-    const double* const point = input.points + std::size_t{3} * tile.number[i];
-    for (std::size_t d = 0; d < 3; ++d) tile.point[d][i] = point[d];
+    Scalar point[3];
+    std::memcpy(point, input.points + input.point_stride * tile.number[i], sizeof point);
+    for (std::size_t d = 0; d < 3; ++d) tile.point[d][i] = static_cast<double>(point[d]);
   }
   for (auto& coordinate : tile.point) repeat_last(coordinate, tile.count);
+}
+
+template <BlockWeighting weighting, ThirdRow third>
+inline void fill(const BlockInput& input, Tile& tile) {
+  input.are_points_float ? fill_points<float>(input, tile) : fill_points<double>(input, tile);
   if (input.sigmas != nullptr) fill<1>(tile.sigma, input.sigmas, 0, tile);
   if (input.weights != nullptr) fill<1>(tile.weight, input.weights, 0, tile);
   if (third != ThirdRow::none && input.has_third != nullptr) fill<1>(tile.has_third, input.has_third, 0, tile);
@@ -123,7 +131,7 @@ inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput&
     p.x.store_aligned(tile.point[0] + i);
     p.y.store_aligned(tile.point[1] + i);
     p.z.store_aligned(tile.point[2] + i);
-    Mask valid = is_positive(p.z) & is_finite(p.x) & is_finite(p.y);
+    Mask valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
     if (input.sigmas != nullptr) valid = valid & is_positive(load(tile.sigma, i));
     if (input.weights != nullptr) valid = valid & (load(tile.weight, i) >= Doubles(0.0));
     if (xsimd::all(valid)) {
@@ -132,10 +140,12 @@ inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput&
     }
     const std::uint32_t valid_lanes = lanes_of(valid);
     const std::uint32_t behind = lanes_of(p.z <= Doubles(0.0));
+    const std::uint32_t too_near = lanes_of((p.z > Doubles(0.0)) & (p.z < Doubles(input.min_depth)));
     for (std::uint32_t lane = 0; lane < used; ++lane) {
       kept[count] = static_cast<std::uint32_t>(i) + lane;
       count += valid_lanes >> lane & 1U;
       output.behind_camera += behind >> lane & 1U;
+      output.too_near += too_near >> lane & 1U;
     }
   }
   if (count == tile.count) return;

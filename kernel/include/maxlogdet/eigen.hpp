@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 namespace maxlogdet {
 
@@ -51,24 +52,48 @@ class EigenPrior {
   double entries_[state_dimension * state_dimension];
 };
 
-/// As append_blocks in jacobian.hpp, with T_cw as a 3 x 4 or 4 x 4 matrix of any scalar type (of an Isometry3d its
-/// matrix()), and the points as the columns of a 3 x n matrix of double, which take the place of matches.points and
-/// matches.size. A T_cw of another size is BlockStatus::invalid_pose.
-template <class PoseDerived>
-BlockReport append_blocks(const PinholeCamera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw,
-                          const Eigen::Matrix3Xd& points, Matches matches, const BlockOptions& options,
-                          BlockStore& blocks) {
-  if (T_cw.cols() != 4 || T_cw.rows() < 3 || T_cw.rows() > 4) {
-    BlockReport report;
-    report.status = BlockStatus::invalid_pose;
-    return report;
-  }
-  double pose[12];
-  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(pose);
-  rows = T_cw.template topRows<3>().template cast<double>();
-  matches.points = points.data();
-  matches.size = static_cast<std::size_t>(points.cols());
-  return append_blocks(camera, pose, matches, options, blocks);
+/// From a 3 x 4 or 4 x 4 matrix or expression of any scalar type and storage order; of an Isometry3d, an SE3d of Sophus
+/// its matrix(). One of another size is refused as BlockStatus::invalid_pose.
+template <class Derived>
+RigidTransform rigid_transform(const Eigen::MatrixBase<Derived>& T) {
+  if (T.cols() != 4 || T.rows() < 3 || T.rows() > 4) return nullptr;
+  double entries[12];
+  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(entries);
+  rows = T.template topRows<3>().template cast<double>();
+  return RigidTransform(entries);
+}
+
+/// The columns of a 3 x n matrix of float or double, where they are.
+template <class Scalar, int Options, int MaxRows, int MaxColumns>
+Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
+  static_assert((Options & Eigen::RowMajor) == 0, "the entries of a column have to be side by side: column-major");
+  return Points(points.data());
+}
+/// Eigen's vectors of float or double, where they are.
+template <class Scalar, class Allocator>
+Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
+  return points.empty() ? Points() : Points(points.front().data(), sizeof points.front());
+}
+
+/// How many these are.
+template <class Scalar, int Options, int MaxRows, int MaxColumns>
+std::size_t count_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
+  return static_cast<std::size_t>(points.cols());
+}
+/// How many these are.
+template <class Scalar, class Allocator>
+std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
+  return points.size();
+}
+
+/// As append_blocks in jacobian.hpp, with T_cw as rigid_transform() takes it, and the points as points_of() does, which
+/// take the place of matches.points and matches.size.
+template <class PoseDerived, class EigenPoints>
+BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
+                          Matches matches, const BlockOptions& options, BlockStore& blocks) {
+  matches.points = points_of(points);
+  matches.size = count_of(points);
+  return append_blocks(camera, rigid_transform(T_cw), matches, options, blocks);
 }
 
 }  // namespace maxlogdet

@@ -2,20 +2,24 @@
 #pragma once
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
+#include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
 
 // From matches to blocks. World points p_w, pose T_cw = [R | t] (world to camera), p_c = R p_w + t = (X, Y, Z), camera
-// frame x right, y down, z forward, m. Pinhole projection, px:
+// frame x right, y down, z forward, m. The measurement z is (u, v), px, as the camera projects p_c (camera.hpp), and
+// optionally one row more:
 //
-//   u = fx X / Z + cx,   v = fy Y / Z + cy,   and optionally one row more:
-//   u_right = u - bf / Z  (stereo)   or   depth = Z  (m).
+//   u_right = u - bf / Z  (stereo, of a pinhole)   or   depth = Z  (m).
 //
 // The pose is perturbed on the left, T_cw <- exp(xi^) T_cw, xi = (translation, rotation) in m and rad, so that
 //
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
+//
+// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ].
 //
 // With both measurements, or whitened by both noises, the rows of a block are those of the measurements but for a
 // rotation Q among them, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a
@@ -25,22 +29,13 @@
 // with `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` it is
 // one only up to the variance of the map error.
 //
-// Which weighting? `map_bias` is the paper's: it assumes that errors of the map dominate, and looks at geometry alone,
-// not at octaves. It takes all points to be equally wrong, in metres; of a stereo or triangulated map, where far points
-// are far more wrong, it selects the farthest (docs/tracker.md). `measurement` assumes that pixel noise dominates, and
-// makes the information that of the tracker's own optimiser. `measurement_and_map` weighs the two when both are known,
-// best with the covariance of each point.
+// Which weighting? `measurement`, the default, assumes that pixel noise dominates, and makes the information that of
+// the tracker's own optimiser. `measurement_and_map` weighs noise and map errors when both are known, with the
+// covariance of each point. `map_bias` is the paper's: it assumes that errors of the map dominate, and looks at
+// geometry alone, not at octaves. It takes all points to be equally wrong, in metres; of a stereo or triangulated map,
+// where far points are far more wrong, it selects the farthest (docs/tracker.md).
 
 namespace maxlogdet {
-
-/// A rectified pinhole camera.
-struct PinholeCamera {
-  double fx = 0;  ///< focal length, px
-  double fy = 0;  ///< focal length, px
-  double cx = 0;  ///< principal point, px (no Jacobian depends on it)
-  double cy = 0;  ///< principal point, px
-  double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
-};
 
 /// Which linearised problem a block describes. sigma is the match's measurement deviation.
 enum class Weighting {
@@ -68,7 +63,7 @@ enum class ThirdMeasurement {
 /// n matches as the caller's own arrays; nothing is copied or kept. A null optional array means its default for all.
 struct Matches {
   std::size_t size = 0;                      ///< n
-  const double* points = nullptr;            ///< n x 3 row-major: p_w, m
+  Points points;                             ///< n: p_w, m, float or double, with any stride
   const double* sigmas = nullptr;            ///< n: sigma, px: scale_factor^octave times the base deviation; default 1
   const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
   const unsigned char* usable = nullptr;     ///< n: zero keeps a match as an invalid candidate (an empty slot, an
@@ -77,15 +72,21 @@ struct Matches {
   const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
                                             ///< (the upper triangle is read, row-major); default
                                             ///< BlockOptions::map_sigma^2 I (measurement_and_map only)
+  const double* jacobians = nullptr;  ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m, of a camera model of the
+                                      ///< caller's own; default: the camera's. map_bias needs none, and takes its rays
+                                      ///< to meet in one point
+  const unsigned char* camera_ids = nullptr;  ///< n: which camera of the rig, below its size; default 0
 };
 
 /// How blocks are made of matches.
 struct BlockOptions {
-  Weighting weighting = Weighting::map_bias;        ///< which block
+  Weighting weighting = Weighting::measurement;     ///< which block
   ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
   double map_sigma = 0.05;                          ///< m, deviation of a map point (measurement_and_map)
   double depth_sigma = 0.05;                        ///< m, deviation of a depth measurement
-  int threads = 0;                                  ///< as Options::threads; the blocks do not depend on it
+  double min_depth = 0.01;  ///< m: a match nearer than this is no candidate. Z for models that end in front of the
+                            ///< camera (pinhole, radial_tangential, the caller's Jacobians), else |p_c|; at least 0
+  int threads = 0;          ///< as Options::threads; the blocks do not depend on it
 };
 
 /// How append_blocks ended.
@@ -93,11 +94,18 @@ enum class BlockStatus {
   ok,               ///< n blocks appended; those that have no Jacobian as invalid candidates
   singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
                     ///< invalid
-  invalid_camera,   ///< fx, fy not positive and finite, or stereo rows without bf > 0; nothing appended
+  invalid_camera,   ///< fx, fy not positive and finite, distortion not finite, or stereo rows without a pinhole's
+                    ///< bf > 0; nothing appended
   invalid_pose,     ///< T_cw null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
-  invalid_options,  ///< map_sigma negative, depth_sigma not positive, either not finite, threads negative, or an
-                    ///< unknown enumerator; nothing appended
+  invalid_options,  ///< map_sigma or min_depth negative, depth_sigma not positive, any not finite, threads negative, or
+                    ///< an unknown enumerator; nothing appended
   missing_points,   ///< size > 0 without points; nothing appended
+  invalid_stride,  ///< of points: less than 3 entries, not a whole number of them, or x, y, z not side by side; nothing
+                   ///< appended
+  unknown_camera_model,  ///< Camera::model is not one of the enumerators; nothing appended
+  invalid_camera_id,     ///< not below the size of the rig, ids beside a single camera, or a rig without cameras or of
+                         ///< more than 256; nothing appended
+  invalid_jacobians,     ///< as ok, but some of the caller's Jacobians are not finite: their blocks are invalid
 };
 
 /// What append_blocks has done.
@@ -105,8 +113,19 @@ struct BlockReport {
   BlockStatus status = BlockStatus::ok;  ///< ok or singular_rays: done; else why not
   std::size_t appended = 0;              ///< n, or 0 on an error
   std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for whatever reason
-  std::size_t behind_camera = 0;         ///< Z <= 0
+  std::size_t unusable = 0;              ///< Matches::usable is 0
+  std::size_t behind_camera = 0;         ///< Z <= 0, or where else the camera's model has no image
+  std::size_t too_near = 0;              ///< in front of it, nearer than min_depth
   std::size_t singular_rays = 0;         ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
+  std::size_t unsound_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
+                                        ///< keeps no digits across it (docs/numerics.md)
+  std::size_t invalid_jacobians = 0;    ///< of the caller, not finite
+
+  /// Whether blocks were appended: ok, or only some of them are invalid.
+  bool is_done() const noexcept {
+    return status == BlockStatus::ok || status == BlockStatus::singular_rays ||
+           status == BlockStatus::invalid_jacobians;
+  }
 };
 
 /// Name of the enumerator; "unknown" for any other value.
@@ -115,11 +134,16 @@ const char* to_string(Weighting weighting) noexcept;
 const char* to_string(BlockStatus status) noexcept;
 
 /// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
-/// match behind the camera or at zero depth, or not usable, with a value that is not finite, a sigma that is not
-/// positive, a negative weight, or a covariance with which Sigma is not positive definite becomes an invalid candidate.
-/// `T_cw` is 3 x 4 row-major. Allocates only when the blocks' capacity does not suffice. `executor`: where helpers come
-/// from; nullptr: the calling thread alone.
-BlockReport append_blocks(const PinholeCamera& camera, const double* T_cw, const Matches& matches,
+/// match that is behind the camera, nearer than min_depth or not usable, with a value that is not finite, a sigma that
+/// is not positive, a negative weight, or a covariance with which Sigma is not positive definite becomes an invalid
+/// candidate. Allocates only when the blocks' capacity does not suffice. `executor`: where helpers come from; nullptr:
+/// the calling thread alone.
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
+
+/// The same for a rig, whose blocks are about the pose of its body, T_bw: Matches::camera_ids says which camera has
+/// seen what, and Options::groups gives each of them its share, if asked to.
+BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
 }  // namespace maxlogdet

@@ -68,10 +68,10 @@ enum {
 /// Which linearised problem a block describes (maxlogdet/jacobian.hpp has the equations).
 typedef int32_t maxlogdet_weighting;
 enum {
-  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the default, the paper's H_c, with points in the camera frame
+  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the paper's H_c, with points in the camera frame
   MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,      ///< the same with points in the world frame
-  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< H_x / sigma, but for a rotation among its rows
-  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< H_x whitened by the noise of measurement and map
+  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< the default: H_x / sigma, but for a rotation among its rows
+  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< H_x whitened by the noise of measurement and map: with map_covariances
 };
 
 /// What a third row measures, for the matches that have one.
@@ -202,7 +202,7 @@ maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struc
 /// How blocks are made of matches.
 typedef struct maxlogdet_block_options {
   size_t struct_size;                 ///< set by init
-  maxlogdet_weighting weighting;      ///< default map_bias
+  maxlogdet_weighting weighting;      ///< default measurement
   maxlogdet_third_measurement third;  ///< default none
   double map_sigma;                   ///< m, deviation of a map point (measurement_and_map); default 0.05
   double depth_sigma;                 ///< m, deviation of a depth measurement; default 0.05

@@ -10,7 +10,9 @@
 
 #include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
+#include <maxlogdet/inputs.hpp>
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/inputs.hpp>
+
+#include <cstddef>
+
+// Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
+// image as the model has it: distorted, unless the tracker has rectified it.
+
+namespace maxlogdet {
+
+/// A rectified pinhole camera: u = fx X / Z + cx, v = fy Y / Z + cy.
+struct PinholeCamera {
+  double fx = 0;  ///< focal length, px
+  double fy = 0;  ///< focal length, px
+  double cx = 0;  ///< principal point, px (no Jacobian depends on it)
+  double cy = 0;  ///< principal point, px
+  double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
+};
+
+/// What takes (X, Y, Z) to (m_x, m_y), where u = fx m_x + cx, v = fy m_y + cy.
+enum class CameraModel {
+  pinhole,            ///< (X / Z, Y / Z)
+  radial_tangential,  ///< (x r + 2 p1 x y + p2 (rho + 2 x^2), y r + p1 (rho + 2 y^2) + 2 p2 x y), x = X / Z, y = Y / Z,
+                      ///< rho = x^2 + y^2, r = 1 + k1 rho + k2 rho^2 + k3 rho^3: OpenCV's
+  kannala_brandt,     ///< (X, Y) d / sqrt(X^2 + Y^2), theta = atan2(sqrt(X^2 + Y^2), Z), d = theta + k1 theta^3 + k2
+                      ///< theta^5 + k3 theta^7 + k4 theta^9: OpenCV's fisheye, OpenVINS's equidistant, ORB-SLAM3's and
+                      ///< Basalt's KannalaBrandt8
+  double_sphere,      ///< (X, Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)), d1 = |p_c|, d2 = |(X, Y, xi d1 + Z)|: Usenko,
+                      ///< Demmel, Cremers, 3DV 2018
+};
+
+/// All of them, in their order.
+constexpr CameraModel camera_models[] = {CameraModel::pinhole, CameraModel::radial_tangential,
+                                         CameraModel::kannala_brandt, CameraModel::double_sphere};
+
+/// A camera of any of these models.
+struct Camera {
+  CameraModel model = CameraModel::pinhole;  ///< which
+  PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf: of pinholes only
+  double parameters[5] = {};                 ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
+
+  Camera() = default;
+  /// A pinhole.
+  Camera(const PinholeCamera& rectified) noexcept : pinhole(rectified) {}  // NOLINT(google-explicit-constructor)
+  /// A pinhole from fx, fy, cx, cy and, with stereo rows, bf.
+  Camera(double fx, double fy, double cx, double cy, double bf = 0) noexcept : pinhole{fx, fy, cx, cy, bf} {}
+
+  /// Parameters as OpenCV orders them; pinhole.bf is not used.
+  static Camera radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
+                                  double k3 = 0) noexcept;
+  /// Parameters as OpenCV's fisheye model orders them.
+  static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
+  /// -1 < xi < 1 (above 1 in rare cameras), 0 <= alpha <= 1.
+  static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
+};
+
+/// Projects p_c, 3 entries, m, to u, v, px. False, and uv is as it was, where the model has no image of it: behind the
+/// camera (Z <= 0; a double sphere's is a cone behind it; of kannala_brandt the axis behind it alone), where distortion
+/// folds the image back (the Jacobian of (m_x, m_y) with respect to (X / Z, Y / Z), or of d with respect to theta, is
+/// not positive), or where something is not finite.
+bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
+
+/// One camera of a rig: T_cb takes points of the body frame to that of the camera.
+struct RigCamera {
+  Camera camera;                                     ///< its model
+  RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
+};
+
+/// Cameras on one body, the caller's array.
+struct Rig {
+  const RigCamera* cameras = nullptr;  ///< `size` of them
+  std::size_t size = 0;                ///< 1 to 256
+};
+
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(CameraModel model) noexcept;
+
+}  // namespace maxlogdet
