@@ -228,7 +228,7 @@ Status ActiveSelection::answer(const unsigned char* matched, std::size_t count) 
   });
 }
 
-Selection ActiveSelection::selection() const noexcept {
+Selection ActiveSelection::selection() const& noexcept {
   Selection selection = empty_selection(Status::capacity_exceeded);
   if (!state_) return selection;
   selection.status = state_->error;

@@ -31,7 +31,7 @@ double reconciled(const Selection& selection, double relative_error) noexcept {
 
 }  // namespace
 
-Selection Selector::select(const BlockStore& candidates, const Options& options) noexcept {
+Selection Selector::select(const BlockStore& candidates, const Options& options) & noexcept {
   Selection selection = empty_selection(Status::capacity_exceeded);
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;

@@ -91,7 +91,9 @@ class ActiveSelection {
   /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
   /// before start(), `ok` also while there is more to propose; that the time limit has passed is known when next() is
   /// asked.
-  Selection selection() const noexcept;
+  Selection selection() const& noexcept;
+  /// What it points to would end with this.
+  Selection selection() const&& = delete;
 
  private:
   struct State;

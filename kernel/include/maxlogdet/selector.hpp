@@ -35,7 +35,9 @@ class Selector {
   /// own affair (docs/threading.md). Indices are the same on every processor, compiler, instruction set and number of
   /// threads; ties (equal computed gains, as of identical blocks) go to the lowest index. Errors are named by
   /// Selection::status.
-  Selection select(const BlockStore& candidates, const Options& options) noexcept;
+  Selection select(const BlockStore& candidates, const Options& options) & noexcept;
+  /// What a selection points to would end with the selector: give it a name, or see maxlogdet/select.hpp.
+  Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:
   std::unique_ptr<SearchMemory> memory_;

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/good_features.hpp>
+
+#include <maxlogdet/selector.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace maxlogdet {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double quantile_of_two = 5.991;  // 95 % of chi-squared with two degrees of freedom
+constexpr double quantile_of_three = 7.815;
+
+struct Point {
+  double x[3];
+};
+
+Point transformed(const RigidTransform& transform, const double* p) noexcept {
+  const double* const T = transform.data();
+  Point to{};
+  for (int row = 0; row < 3; ++row) {
+    to.x[row] = T[4 * row] * p[0] + T[4 * row + 1] * p[1] + T[4 * row + 2] * p[2] + T[4 * row + 3];
+  }
+  return to;
+}
+
+}  // namespace
+
+struct GoodFeatures::State {
+  State(std::size_t capacity, Executor* executor) : store(capacity), selector(capacity, executor), most(capacity) {
+    ids.reserve(capacity);
+    points.reserve(3 * capacity);
+    measured.reserve(3 * capacity);
+    sigmas.reserve(capacity);
+    covariances.reserve(9 * capacity);
+    jacobians.reserve(6 * capacity);
+    camera_ids.reserve(capacity);
+    has_third.reserve(capacity);
+    is_required.reserve(capacity);
+    is_selected.reserve(capacity);
+    chi2.reserve(capacity);
+  }
+
+  void start(const RigidTransform& pose, ThirdMeasurement measurement) noexcept {
+    T = pose;
+    third = measurement;
+    for (auto* array : {&points, &measured, &sigmas, &covariances, &jacobians, &chi2}) array->clear();
+    for (auto* array : {&camera_ids, &has_third, &is_required, &is_selected}) array->clear();
+    ids.clear();
+    has_covariances = has_jacobians = has_required = is_full = false;
+    select_all(Status::all_selected);
+    report = BlockReport();
+  }
+
+  void add(const FeatureMatch& match) noexcept {
+    if (ids.size() == most) {
+      is_full = true;
+      return;
+    }
+    ids.push_back(match.id);
+    points.insert(points.end(), match.point, match.point + 3);
+    measured.insert(measured.end(), match.measured, match.measured + 2);
+    measured.push_back(match.third);
+    sigmas.push_back(match.sigma);
+    camera_ids.push_back(match.camera_id);
+    has_third.push_back(third != ThirdMeasurement::none && !std::isnan(match.third) ? 1 : 0);
+    is_required.push_back(match.is_required ? 1 : 0);
+    is_selected.push_back(1);
+    chi2.push_back(not_a_number);
+    has_required = has_required || match.is_required;
+    append(match.covariance, 9, covariances, has_covariances);
+    append(match.jacobian, 6, jacobians, has_jacobians);
+  }
+
+  // What some matches have and others do not; nothing is written before the first one that has it.
+  void append(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) noexcept {
+    if (entries == nullptr && !is_any) return;
+    if (!is_any) all.assign(count * (ids.size() - 1), not_a_number);
+    is_any = true;
+    if (entries == nullptr) {
+      all.insert(all.end(), count, not_a_number);
+    } else {
+      all.insert(all.end(), entries, entries + count);
+    }
+  }
+
+  void select_all(Status why) noexcept {
+    status = why;
+    selected = ids.size();
+    std::fill(is_selected.begin(), is_selected.end(), static_cast<unsigned char>(1));
+  }
+
+  bool build(BlockOptions options) noexcept;
+  Status select(Options options) noexcept;
+  void judge(const RigidTransform& pose) noexcept;
+  double chi2_of(const RigidTransform& T_cw, std::size_t i) const noexcept;
+
+  BlockStore store;
+  Selector selector;
+  std::size_t most;
+  Camera camera;
+  Rig rig;  // no cameras: `camera` alone
+  RigidTransform T = RigidTransform::identity();
+  ThirdMeasurement third = ThirdMeasurement::none;
+  double depth_sigma = 1;
+  std::vector<std::uint32_t> ids;
+  std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
+  std::vector<unsigned char> camera_ids, has_third, is_required, is_selected;
+  bool has_covariances = false, has_jacobians = false, has_required = false, is_full = false;
+  BlockReport report;
+  Status status = Status::all_selected;
+  std::size_t selected = 0;
+  double log_det = not_a_number;
+  bool has_prior = false;
+  double prior[state_dimension * state_dimension] = {};
+};
+
+bool GoodFeatures::State::build(BlockOptions options) noexcept {
+  Matches matches;
+  matches.size = ids.size();
+  matches.points = points.data();
+  matches.sigmas = sigmas.data();
+  matches.has_third = has_third.data();
+  if (has_jacobians) matches.jacobians = jacobians.data();
+  if (rig.size > 0) matches.camera_ids = camera_ids.data();
+  if (has_covariances) {
+    for (std::size_t e = 0; e < covariances.size(); ++e) {
+      const bool is_diagonal = e % 9 % 4 == 0;
+      if (std::isnan(covariances[e])) covariances[e] = is_diagonal ? options.map_sigma * options.map_sigma : 0;
+    }
+    matches.map_covariances = covariances.data();
+    if (options.weighting == Weighting::measurement) options.weighting = Weighting::measurement_and_map;
+  }
+  options.third = third;
+  depth_sigma = options.depth_sigma;
+  store.clear();
+  report =
+      rig.size > 0 ? append_blocks(rig, T, matches, options, store) : append_blocks(camera, T, matches, options, store);
+  return report.is_done();
+}
+
+Status GoodFeatures::State::select(Options options) noexcept {
+  log_det = not_a_number;
+  std::fill(is_selected.begin(), is_selected.end(), static_cast<unsigned char>(0));
+  if (has_required || options.required != nullptr) {
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const bool is_wanted = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
+      is_selected[i] = is_wanted ? 1 : 0;  // also without a block, in which case it is no candidate
+      is_required[i] = is_wanted && store.is_valid(i) ? 1 : 0;
+    }
+    options.required = is_required.data();
+  }
+  has_prior = options.prior != nullptr;
+  if (has_prior) std::copy_n(options.prior, state_dimension * state_dimension, prior);
+  const Selection selection = selector.select(store, options);
+  if (selection.status != Status::ok) return selection.status;
+  for (const std::uint32_t i : selection) is_selected[i] = 1;
+  log_det = selection.log_det;
+  selected = static_cast<std::size_t>(std::count(is_selected.begin(), is_selected.end(), 1));
+  return selected < ids.size() ? Status::ok : Status::all_selected;
+}
+
+// Squared error of match i in deviations; T_cw is that of the body on a rig.
+double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i) const noexcept {
+  if (has_jacobians) return not_a_number;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  Point p = transformed(T_cw, &points[3 * i]);
+  const RigCamera* const on_rig = rig.size > 0 ? &rig.cameras[camera_ids[i]] : nullptr;
+  if (on_rig != nullptr) p = transformed(on_rig->T_cb, p.x);
+  const Camera& seen_by = on_rig != nullptr ? on_rig->camera : camera;
+  double uv[2];
+  if (!project(seen_by, p.x, uv)) return infinite;
+  const double* const z = &measured[3 * i];
+  double sum = 0;
+  for (int axis = 0; axis < 2; ++axis) sum += (z[axis] - uv[axis]) * (z[axis] - uv[axis]);
+  sum /= sigmas[i] * sigmas[i];
+  if (has_third[i] == 0) return sum;
+  const bool is_depth = third == ThirdMeasurement::depth;
+  const double error =
+      (z[2] - (is_depth ? p.x[2] : uv[0] - seen_by.pinhole.bf / p.x[2])) / (is_depth ? depth_sigma : sigmas[i]);
+  return sum + error * error;
+}
+
+void GoodFeatures::State::judge(const RigidTransform& pose) noexcept {
+  for (std::size_t i = 0; i < ids.size(); ++i) chi2[i] = is_selected[i] != 0 ? not_a_number : chi2_of(pose, i);
+}
+
+GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
+GoodFeatures::~GoodFeatures() = default;
+GoodFeatures::GoodFeatures(GoodFeatures&&) noexcept = default;
+GoodFeatures& GoodFeatures::operator=(GoodFeatures&&) noexcept = default;
+
+void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw, ThirdMeasurement third) noexcept {
+  state_->camera = camera;
+  state_->rig = Rig();
+  state_->start(T_cw, third);
+}
+
+void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasurement third) noexcept {
+  state_->rig = rig;
+  state_->start(T_bw, third);
+}
+
+void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->add(match); }
+std::size_t GoodFeatures::size() const noexcept { return state_->ids.size(); }
+std::uint32_t GoodFeatures::id(std::size_t i) const noexcept { return state_->ids[i]; }
+
+bool GoodFeatures::build() noexcept { return !state_->is_full && state_->build(block_options); }
+
+Status GoodFeatures::select(const Options& options) noexcept {
+  State& s = *state_;
+  Status status = s.is_full ? Status::capacity_exceeded : Status::invalid_block;
+  if (build()) status = s.select(options);
+  s.status = status;
+  if (status != Status::ok) s.select_all(status);
+  return status;
+}
+
+Status GoodFeatures::status() const noexcept { return state_->status; }
+const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
+bool GoodFeatures::is_selected(std::size_t i) const noexcept { return state_->is_selected[i] != 0; }
+std::size_t GoodFeatures::selected_count() const noexcept { return state_->selected; }
+
+void GoodFeatures::judge(const RigidTransform& T_cw) noexcept { state_->judge(T_cw); }
+double GoodFeatures::chi2(std::size_t i) const noexcept { return state_->chi2[i]; }
+bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
+  return state_->chi2[i] > (state_->has_third[i] != 0 ? quantile_of_three : quantile_of_two);
+}
+
+double GoodFeatures::share_of_all() noexcept {
+  State& s = *state_;
+  if (s.status == Status::all_selected) return 1;
+  if (s.status != Status::ok) return not_a_number;
+  Options all;
+  all.budget = s.selector.capacity();
+  if (s.has_prior) all.prior = s.prior;
+  all.strategy = Strategy::backward_greedy;  // begins with all of them, and is at its end
+  const Selection selection = s.selector.select(s.store, all);
+  return std::exp((s.log_det - selection.log_det) / state_dimension);
+}
+
+const BlockStore& GoodFeatures::blocks() const noexcept { return state_->store; }
+
+}  // namespace maxlogdet

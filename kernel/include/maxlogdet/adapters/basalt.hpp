@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/adapters/left_out.hpp>
+#include <maxlogdet/eigen.hpp>
+
+#include <Eigen/Core>
+#include <algorithm>
+
+// Basalt. In include/basalt/vi_estimator/sqrt_keypoint_vio.h this header and a member of the class
+//
+//   maxlogdet::Basalt good_features{100};
+//
+// in SqrtKeypointVioEstimator::measure, before the observations of the optical flow enter lmdb,
+//
+//   good_features.ask(lmdb, opt_flow_meas->observations[0], this->calib,
+//                     frame_states.at(last_state_t_ns).getState().T_w_i,
+//                     [this](int64_t frame) { return this->getPoseStateWithLin(frame).getPose(); });
+//
+// and in the place of lmdb.addObservation(tcid_target, kobs)
+//
+//   if (!good_features.leaves_out(kpt_id)) lmdb.addObservation(tcid_target, kobs);
+//
+// Leave the counting (connected0, num_points_connected) as it is: keyframes and marginalisation go by it.
+
+namespace maxlogdet {
+
+/// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match.
+/// Landmarks with two observations or fewer are selected in any case: with fewer than two, Basalt deletes them.
+class Basalt : public LeftOutHook {
+ public:
+  /// Deviation of a measurement in normalised image coordinates: its own vio_obs_std_dev of 0.5 px over a focal length.
+  double sigma = 0.5 / 460;
+
+  /// `budget`: how many landmarks to observe. `capacity`: most that a frame sees.
+  explicit Basalt(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
+
+  /// Which landmarks not to enter an observation of: see leaves_out(). None whenever something is wrong; cost().status
+  /// says why. `seen`: the observations of camera 0, whose keys are landmark ids; T_w_i: the pose of the body as the
+  /// IMU predicts it; pose_of(frame_id): T_w_i of a frame of the window.
+  template <class Landmarks, class Observations, class Calibration, class SE3, class PoseOf>
+  void ask(const Landmarks& lmdb, const Observations& seen, const Calibration& calib, const SE3& T_w_i,
+           const PoseOf& pose_of) {
+    ask_about([&] {
+      features.start(Camera(1, 1, 0, 0), rigid_transform((T_w_i * calib.T_i_c[0]).inverse().matrix3x4()),
+                     ThirdMeasurement::none);
+      for (const auto& observation : seen) {
+        if (!lmdb.landmarkExists(static_cast<int>(observation.first))) continue;
+        const auto& landmark = lmdb.getLandmark(observation.first);
+        FeatureMatch match;
+        set_point(landmark, calib, pose_of, match);
+        match.sigma = sigma;
+        match.is_required = landmark.obs.size() <= 2;
+        add(match, static_cast<std::uint64_t>(observation.first));
+      }
+    });
+  }
+
+ private:
+  // A landmark is a direction, by stereographic projection, and an inverse distance in its host camera. One at infinity
+  // has no position, but tells the rotation: 10 km is as good.
+  template <class Landmark, class Calibration, class PoseOf>
+  static void set_point(const Landmark& landmark, const Calibration& calib, const PoseOf& pose_of,
+                        FeatureMatch& match) {
+    using Scalar = typename std::decay<decltype(landmark.inv_dist)>::type;
+    using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
+    const Scalar two_over = 2 / (1 + landmark.direction.squaredNorm());
+    const Vector3 ray(landmark.direction.x() * two_over, landmark.direction.y() * two_over, two_over - 1);
+    const Vector3 p_host = ray / std::max(landmark.inv_dist, static_cast<Scalar>(1e-4));
+    const Vector3 p_w = pose_of(landmark.host_kf_id.frame_id) * (calib.T_i_c[landmark.host_kf_id.cam_id] * p_host);
+    for (int d = 0; d < 3; ++d) match.point[d] = static_cast<double>(p_w(d));
+  }
+};
+
+}  // namespace maxlogdet

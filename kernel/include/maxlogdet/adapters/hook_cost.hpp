@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+
+// What selection has cost a tracker in a frame, and a log of that. Shared by the adapters.
+
+namespace maxlogdet {
+
+/// One frame's use of an adapter. All but optimize_us is the hook's own time.
+struct HookCost {
+  const char* status = "none";  ///< to_string() of how the selection ended
+  std::size_t candidates = 0;   ///< what there was to select from
+  std::size_t selected = 0;     ///< what the tracker has gone on with
+  double gather_us = 0;         ///< reading the tracker's matches, us
+  double select_us = 0;         ///< blocks and selection, us
+  double optimize_us = 0;       ///< the tracker's own optimisation, where the adapter calls it, us
+  double restore_us = 0;        ///< giving back what was not selected, with its outlier flags, us
+
+  /// What the hook costs.
+  double hook_us() const noexcept { return gather_us + select_us + restore_us; }
+};
+
+/// Writes a line a frame, CSV, once it is open.
+class HookLog {
+ public:
+  /// Begins a file, with a header. False if it cannot be written; there is no log then.
+  bool open(const char* path) {
+    file_.reset(std::fopen(path, "w"));
+    frame_ = 0;
+    return file_ && std::fputs("frame,status,candidates,selected,gather_us,select_us,optimize_us,restore_us\n",
+                               file_.get()) >= 0;
+  }
+  /// One line, if it is open.
+  void write(const HookCost& cost) {
+    if (!file_) return;
+    std::fprintf(file_.get(), "%zu,%s,%zu,%zu,%.2f,%.2f,%.2f,%.2f\n", frame_++, cost.status, cost.candidates,
+                 cost.selected, cost.gather_us, cost.select_us, cost.optimize_us, cost.restore_us);
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
+  std::size_t frame_ = 0;
+};
+
+/// Microseconds since the last lap.
+class HookTimer {
+ public:
+  /// Starts the next lap.
+  double lap() noexcept {
+    const auto now = std::chrono::steady_clock::now();
+    const double us = std::chrono::duration<double, std::micro>(now - last_).count();
+    last_ = now;
+    return us;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace maxlogdet

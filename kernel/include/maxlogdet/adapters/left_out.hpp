@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/adapters/hook_cost.hpp>
+#include <maxlogdet/good_features.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+// What the adapters of VINS-Fusion and Basalt share.
+
+namespace maxlogdet {
+
+/// Asks which features of a window not to optimise with.
+class LeftOutHook {
+ public:
+  GoodFeatures features;  ///< of the newest frame; its block_options may be changed
+  Options options;        ///< of the selection
+  HookLog log;            ///< open() it for a line a frame
+
+  /// Whether the feature of that number is one of those not to optimise with, by the last question.
+  bool leaves_out(std::uint64_t id) const noexcept {
+    return std::binary_search(left_out_.begin(), left_out_.end(), id);
+  }
+  /// How many these are.
+  std::size_t left_out_count() const noexcept { return left_out_.size(); }
+  /// What the last question has cost.
+  const HookCost& cost() const noexcept { return cost_; }
+
+ protected:
+  LeftOutHook(std::size_t budget, std::size_t capacity) : features(capacity) {
+    options.budget = budget;
+    ids_.reserve(capacity);
+    left_out_.reserve(capacity);
+  }
+
+  // One more candidate, of the tracker's own number.
+  void add(FeatureMatch match, std::uint64_t id) {
+    match.id = static_cast<std::uint32_t>(ids_.size());
+    features.add(match);
+    ids_.push_back(id);
+  }
+
+  // `gather` starts the features and adds candidates. A match without a block is not left out.
+  template <class Gather>
+  void ask_about(const Gather& gather) {
+    HookTimer timer;
+    cost_ = HookCost();
+    ids_.clear();
+    left_out_.clear();
+    gather();
+    cost_.gather_us = timer.lap();
+    cost_.status = to_string(features.select(options));
+    cost_.candidates = features.size();
+    cost_.select_us = timer.lap();
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      if (!features.is_selected(i) && features.blocks().is_valid(i)) left_out_.push_back(ids_[i]);
+    }
+    std::sort(left_out_.begin(), left_out_.end());
+    cost_.selected = features.size() - left_out_.size();
+    cost_.restore_us = timer.lap();
+    log.write(cost_);
+  }
+
+ private:
+  std::vector<std::uint64_t> ids_;
+  std::vector<std::uint64_t> left_out_;
+  HookCost cost_;
+};
+
+}  // namespace maxlogdet

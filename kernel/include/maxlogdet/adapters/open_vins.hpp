@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/adapters/hook_cost.hpp>
+#include <maxlogdet/eigen.hpp>
+#include <maxlogdet/good_features.hpp>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+// OpenVINS. In ov_msckf/src/update/UpdaterMSCKF.h this header and a member of the class
+//
+//   maxlogdet::OpenVins good_features{40};
+//
+// in UpdaterMSCKF::update between its steps 3, which triangulates, and 4, which makes a Jacobian of each feature,
+//
+//   good_features.keep_selected(*state, feature_vec);
+//
+// and in step 3 without `(*it1)->to_delete = true;` where triangulation has failed: with all features offered, which is
+// max_msckf_in_update of thousands, that line would throw away those that a later image could have triangulated.
+
+namespace maxlogdet {
+
+/// Selection among OpenVINS's triangulated MSCKF features, by the block that each would have as a match of camera 0 at
+/// the newest clone. Measured, it does not pay in OpenVINS as it is (docs/integration.md): triangulating all features
+/// costs more than the update saves.
+class OpenVins {
+ public:
+  GoodFeatures features;    ///< of the last image; its block_options may be changed
+  Options options;          ///< of the selection
+  double sigma_pixels = 1;  ///< deviation of a measurement, px
+  HookLog log;              ///< open() it for a line an image
+
+  /// `budget`: how many features to update with. `capacity`: most features that are offered at once.
+  explicit OpenVins(std::size_t budget = 40, std::size_t capacity = 5000) : features(capacity) {
+    options.budget = budget;
+  }
+
+  /// Erases from `offered` (std::vector<std::shared_ptr<ov_core::Feature>>, triangulated) what is not selected, without
+  /// marking it to_delete, so that it is offered again while clones that saw it exist. What is behind camera 0 stays.
+  /// Whenever something is wrong all stay; cost().status says why.
+  template <class State, class Feature>
+  void keep_selected(const State& state, std::vector<std::shared_ptr<Feature>>& offered) {
+    HookTimer timer;
+    cost_ = HookCost();
+    const bool is_gathered = offered.size() > options.budget && gather(state, offered);
+    cost_.gather_us = timer.lap();
+    cost_.candidates = cost_.selected = offered.size();
+    cost_.status = to_string(offered.size() > options.budget ? Status::invalid_block : Status::all_selected);
+    if (is_gathered) {
+      cost_.status = to_string(features.select(options));
+      cost_.select_us = timer.lap();
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < offered.size(); ++i) {
+        const bool has_block = features.status() != Status::ok || features.blocks().is_valid(i);
+        if (features.is_selected(i) || !has_block) std::swap(offered[kept++], offered[i]);
+      }
+      offered.resize(kept);
+      cost_.selected = kept;
+      cost_.restore_us = timer.lap();
+    }
+    log.write(cost_);
+  }
+
+  /// What the last keep_selected() has cost.
+  const HookCost& cost() const noexcept { return cost_; }
+
+  /// T_cw of a camera at the newest clone. OpenVINS keeps R_GtoI and p_IinG of a clone (JPL quaternions, whose Rot() is
+  /// R_GtoI), and R_ItoC, p_IinC of a camera.
+  template <class State>
+  static Eigen::Matrix<double, 3, 4> newest_camera(const State& state, std::size_t camera_id) {
+    const auto& clone = state._clones_IMU.rbegin()->second;
+    const auto& extrinsics = state._calib_IMUtoCAM.at(camera_id);
+    const Eigen::Matrix3d R = extrinsics->Rot() * clone->Rot();
+    Eigen::Matrix<double, 3, 4> T_cw;
+    T_cw << R, extrinsics->pos() - R * clone->pos();
+    return T_cw;
+  }
+
+ private:
+  template <class State, class Feature>
+  bool gather(const State& state, const std::vector<std::shared_ptr<Feature>>& offered) {
+    if (state._clones_IMU.empty()) return false;
+    const Eigen::Matrix<double, 3, 4> T_cw = newest_camera(state, 0);
+    const auto& camera = state._cam_intrinsics_cameras.at(0);
+    features.start(Camera(1, 1, 0, 0), rigid_transform(T_cw), ThirdMeasurement::none);
+    Eigen::MatrixXd of_distortion, of_intrinsics;
+    for (std::size_t i = 0; i < offered.size(); ++i) {
+      const Eigen::Vector3d& p_w = offered[i]->p_FinG;
+      const Eigen::Vector3d p = T_cw.leftCols<3>() * p_w + T_cw.col(3);
+      // d (u, v) / d p by the camera's own model, whichever it is.
+      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>::Zero();
+      if (p.z() > 0) {
+        Eigen::Matrix<double, 2, 3> of_normalised;
+        of_normalised << 1, 0, -p.x() / p.z(), 0, 1, -p.y() / p.z();
+        camera->compute_distort_jacobian(p.head<2>() / p.z(), of_distortion, of_intrinsics);
+        J = of_distortion * of_normalised / p.z();
+      }
+      FeatureMatch match;
+      match.id = static_cast<std::uint32_t>(i);
+      for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
+      match.sigma = sigma_pixels;
+      match.jacobian = J.data();
+      features.add(match);
+    }
+    return true;
+  }
+
+  HookCost cost_;
+};
+
+/// The exact block of a feature for the newest clone, the others held fixed: the six columns of the clone, from
+/// `first_column` on, of OpenVINS's H_x after nullspace_project_inplace, in deviations of `sigma_pixels`. They have
+/// rank 3 at most, and are appended without loss, in OpenVINS's own order (rotation, position); a prior for them is the
+/// inverse of StateHelper::get_marginal_covariance(state, {clone}) as it is. Do not mix them with blocks of
+/// append_blocks.
+inline std::size_t push_back_projected(const Eigen::MatrixXd& H_x, Eigen::Index first_column, double sigma_pixels,
+                                       BlockStore& blocks) {
+  const Eigen::MatrixXd H = H_x.middleCols(first_column, state_dimension) / sigma_pixels;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(H);  // pivoted: the columns of the rotation alone have rank 2
+  const Eigen::Index rows = std::min<Eigen::Index>(max_block_rows, H.rows());
+  const Eigen::MatrixXd R = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd block = R * qr.colsPermutation().transpose();
+  return push_back(blocks, block);
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/active_selection.hpp>
+#include <maxlogdet/adapters/hook_cost.hpp>
+#include <maxlogdet/good_features.hpp>
+#include <maxlogdet/point_covariance.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <unordered_map>
+#include <vector>
+
+// What the adapters of ORB-SLAM2 and ORB-SLAM3 share.
+
+namespace maxlogdet {
+
+/// Pose optimisation with the selected matches alone, in trackers whose optimiser uses every map point of
+/// frame.mvpMapPoints that is not null, and says in frame.mvbOutlier which were outliers. All matches are in the frame
+/// again afterwards, because the inlier count, keyframes, new map points and the next motion model live on them; those
+/// that were not selected are judged at the new pose.
+class OrbSlamHook {
+ public:
+  GoodFeatures features;         ///< of the last frame; its block_options may be changed
+  Options options;               ///< of the selection: budget, time_limit, ...
+  bool use_covariances = false;  ///< measurement_and_map, from the observations of each map point
+  std::size_t most_new = 100;    ///< match(): most local map points to find
+  HookLog log;                   ///< open() it for a line a frame
+
+  /// What the last optimize() has cost.
+  const HookCost& cost() const noexcept { return cost_; }
+
+ protected:
+  OrbSlamHook(std::size_t budget, std::size_t capacity) : features(capacity), active_(capacity) {
+    options.budget = budget;
+    stash_.reserve(capacity);
+  }
+
+  // `gather` fills the features with the matches of the frame, with their slots as ids, and tells whether it could.
+  template <class Frame, class Optimize, class Gather, class PoseOf>
+  int optimize_selected(Frame& frame, const Optimize& optimize, const Gather& gather, const PoseOf& pose_of) {
+    HookTimer timer;
+    cost_ = HookCost();
+    const bool is_gathered = gather();
+    cost_.gather_us = timer.lap();
+    const Status status = is_gathered ? features.select(options) : Status::invalid_block;
+    cost_.status = to_string(status);
+    cost_.candidates = features.size();
+    cost_.selected = features.selected_count();
+    cost_.select_us = timer.lap();
+    int inliers = 0;
+    if (status != Status::ok) {
+      inliers = optimize(&frame);
+      cost_.optimize_us = timer.lap();
+    } else {
+      {
+        const Stash<Frame> stash(frame, features, stash_);
+        cost_.restore_us = timer.lap();
+        inliers = optimize(&frame);
+        cost_.optimize_us = timer.lap();
+      }
+      features.judge(pose_of(frame));
+      for (std::size_t i = 0; i < features.size(); ++i) {
+        if (features.is_selected(i)) continue;
+        frame.mvbOutlier[features.id(i)] = features.is_outlier(i);
+        if (!features.is_outlier(i)) ++inliers;
+      }
+      cost_.restore_us += timer.lap();
+    }
+    log.write(cost_);
+    return inliers;
+  }
+
+  // Proposes points of `local`, which gather has added behind `matched` matches of the frame, and searches them one by
+  // one. `ids` are places in `local`.
+  template <class Frame, class MapPoint, class Search>
+  int match_selected(Frame& frame, const std::vector<MapPoint*>& local, std::size_t matched, const Search& search) {
+    required_.assign(features.size(), 0);
+    std::fill_n(required_.begin(), matched, static_cast<unsigned char>(1));
+    Options of_matching = options;
+    of_matching.budget = most_new;
+    for (std::size_t i = 0; i < matched; ++i) {
+      required_[i] = features.blocks().is_valid(i) ? 1 : 0;
+      of_matching.budget += required_[i];
+    }
+    of_matching.required = required_.data();
+    if (active_.start(features.blocks(), of_matching) != Status::ok) return search(local);
+    int found = 0;
+    was_tried_.assign(local.size(), 0);
+    std::vector<MapPoint*> one(1);
+    for (std::uint32_t i = active_.next(); i != ActiveSelection::none; i = active_.next()) {
+      const std::uint32_t place = features.id(i);
+      one[0] = local[place];
+      was_tried_[place] = 1;
+      if (search(one) > 0) {
+        active_.accept();
+        ++found;
+      } else {
+        active_.reject();
+      }
+    }
+    // SearchLocalPoints has counted every point in view as visible. One that was never tried would lose its found
+    // ratio.
+    for (std::size_t place = 0; place < local.size(); ++place) {
+      if (local[place]->mbTrackInView && was_tried_[place] == 0) local[place]->IncreaseVisible(-1);
+    }
+    static_cast<void>(frame);
+    return found;
+  }
+
+  // The covariance of a map point, kept until the number of its observations changes. `observe` adds them.
+  template <class MapPoint, class Scalar, class Observe>
+  const double* covariance_of(MapPoint& point, const Scalar* p_w, const Observe& observe) {
+    Covariance& kept = covariances_[point.mnId];
+    kept.last_frame = frame_;
+    const int observations = point.Observations();
+    if (kept.observations != observations) {
+      kept.observations = observations;
+      PointCovariance of_point(p_w);
+      observe(of_point);
+      kept.is_known = of_point.covariance(kept.entries);
+    }
+    return kept.is_known ? kept.entries : nullptr;
+  }
+
+  // Forgets the covariances of points that have not been seen for some frames. Once a frame.
+  void forget_old_covariances() {
+    constexpr std::uint64_t kept_for = 100;
+    if (++frame_ % kept_for != 0) return;
+    for (auto entry = covariances_.begin(); entry != covariances_.end();) {
+      entry = entry->second.last_frame + kept_for < frame_ ? covariances_.erase(entry) : std::next(entry);
+    }
+  }
+
+ private:
+  // Takes the matches that are not selected out of the frame, and puts them back at its end, also if the optimiser
+  // throws.
+  template <class Frame>
+  class Stash {
+   public:
+    using Point = typename std::decay<decltype(std::declval<Frame&>().mvpMapPoints[0])>::type;
+    Stash(Frame& frame, const GoodFeatures& features, std::vector<void*>& memory)
+        : frame_(frame), features_(features), memory_(memory) {
+      memory_.clear();
+      for (std::size_t i = 0; i < features_.size(); ++i) {
+        if (features_.is_selected(i)) continue;
+        Point& slot = frame_.mvpMapPoints[features_.id(i)];
+        memory_.push_back(slot);
+        slot = nullptr;
+      }
+    }
+    ~Stash() {
+      auto next = memory_.begin();
+      for (std::size_t i = 0; i < features_.size(); ++i) {
+        if (!features_.is_selected(i)) frame_.mvpMapPoints[features_.id(i)] = static_cast<Point>(*next++);
+      }
+    }
+    Stash(const Stash&) = delete;
+    Stash& operator=(const Stash&) = delete;
+
+   private:
+    Frame& frame_;
+    const GoodFeatures& features_;
+    std::vector<void*>& memory_;
+  };
+
+  struct Covariance {
+    int observations = -1;
+    bool is_known = false;
+    std::uint64_t last_frame = 0;
+    double entries[9] = {};
+  };
+
+  HookCost cost_;
+  ActiveSelection active_;
+  std::vector<void*> stash_;
+  std::vector<unsigned char> required_, was_tried_;
+  std::unordered_map<std::uint64_t, Covariance> covariances_;
+  std::uint64_t frame_ = 0;
+};
+
+}  // namespace maxlogdet

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/adapters/orb_slam.hpp>
+
+#include <cmath>
+
+// ORB-SLAM2. In its CMakeLists.txt
+//
+//   find_package(maxlogdet REQUIRED)
+//   target_link_libraries(${PROJECT_NAME} maxlogdet::maxlogdet)
+//
+// in include/Tracking.h this header and a member of the class Tracking
+//
+//   maxlogdet::OrbSlam2 mGoodFeatures{100};
+//
+// and in Tracking::TrackLocalMap, in the place of Optimizer::PoseOptimization(&mCurrentFrame),
+//
+//   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
+//
+// The other two calls of PoseOptimization stay as they are: they reject outliers among few matches.
+
+namespace maxlogdet {
+
+/// Selection in ORB-SLAM2's tracking thread, monocular, stereo and RGB-D (whose depth is a virtual right column there).
+class OrbSlam2 : public OrbSlamHook {
+ public:
+  /// `budget`: how many matches to optimise with. `capacity`: most matches of a frame, and with match() most matches
+  /// and local map points together; a frame with more is optimised with all.
+  explicit OrbSlam2(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
+
+  /// pose_optimization(&frame) with the selected matches alone; returns the number of inliers among all. With few
+  /// matches, and whenever something is wrong, it is called as before; cost().status says why.
+  template <class Frame, class Optimize>
+  int optimize(Frame& frame, const Optimize& pose_optimization) {
+    return optimize_selected(
+        frame, pose_optimization, [&] { return gather(frame); },
+        [](const Frame& optimized) { return pose_of(optimized); });
+  }
+
+  /// Active matching, in Tracking::SearchLocalPoints in the place of matcher.SearchByProjection(frame, local, th):
+  /// looks for those local map points in view that add most to the matches that there are, until most_new of them are
+  /// found. Returns how many were. Local mapping and NeedNewKeyFrame count matches: lower their ratios with it.
+  template <class Frame, class MapPoint, class Matcher>
+  int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, float th) {
+    const auto search = [&](const std::vector<MapPoint*>& points) {
+      return matcher.SearchByProjection(frame, points, th);
+    };
+    if (!gather(frame)) return search(local);
+    const std::size_t matched = features.size();
+    for (std::size_t place = 0; place < local.size(); ++place) {
+      if (local[place]->mbTrackInView) add_candidate(frame, *local[place], place);
+    }
+    return features.build() ? match_selected(frame, local, matched, search) : search(local);
+  }
+
+ private:
+  template <class Frame>
+  bool gather(const Frame& frame) {
+    if (frame.mTcw.empty()) return false;
+    forget_old_covariances();
+    features.start(Camera(frame.fx, frame.fy, frame.cx, frame.cy, frame.mbf), pose_of(frame),
+                   frame.mbf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none);
+    for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
+      if (frame.mvpMapPoints[i] != nullptr) add_match(frame, *frame.mvpMapPoints[i], i);
+    }
+    return true;
+  }
+
+  template <class Frame, class MapPoint>
+  void add_match(const Frame& frame, MapPoint& point, std::size_t slot) {
+    FeatureMatch match;
+    set_point(point, match);
+    const auto& key = frame.mvKeysUn[slot];
+    match.id = static_cast<std::uint32_t>(slot);
+    match.measured[0] = key.pt.x;
+    match.measured[1] = key.pt.y;
+    if (frame.mvuRight[slot] >= 0) match.third = frame.mvuRight[slot];
+    match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(key.octave)];
+    features.add(match);
+  }
+
+  // A map point that is not matched yet, at the scale that isInFrustum has predicted.
+  template <class Frame, class MapPoint>
+  void add_candidate(const Frame& frame, MapPoint& point, std::size_t place) {
+    FeatureMatch match;
+    set_point(point, match);
+    match.id = static_cast<std::uint32_t>(place);
+    match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(point.mnTrackScaleLevel)];
+    features.add(match);
+  }
+
+  template <class MapPoint>
+  void set_point(MapPoint& point, FeatureMatch& match) {
+    const auto p_w = point.GetWorldPos();  // cv::Mat, 3 x 1, CV_32F
+    for (int i = 0; i < 3; ++i) match.point[i] = p_w.template at<float>(i);
+    if (!use_covariances) return;
+    match.covariance = covariance_of(point, match.point, [&](PointCovariance& of_point) {
+      for (const auto& observation : point.GetObservations()) {
+        auto& keyframe = *observation.first;
+        const std::size_t i = observation.second;
+        if (keyframe.isBad()) continue;
+        const auto T_cw = keyframe.GetPose();
+        const auto octave = static_cast<std::size_t>(keyframe.mvKeysUn[i].octave);
+        of_point.observe({keyframe.fx, keyframe.fy, keyframe.cx, keyframe.cy, keyframe.mbf},
+                         RigidTransform(T_cw.template ptr<float>()), keyframe.mvScaleFactors[octave],
+                         keyframe.mvuRight[i] >= 0);
+      }
+    });
+  }
+
+  template <class Frame>
+  static RigidTransform pose_of(const Frame& frame) {
+    return RigidTransform(frame.mTcw.template ptr<float>());  // 4 x 4, CV_32F, continuous
+  }
+};
+
+}  // namespace maxlogdet

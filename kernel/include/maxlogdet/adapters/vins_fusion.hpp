@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/adapters/left_out.hpp>
+#include <maxlogdet/eigen.hpp>
+
+#include <Eigen/Core>
+
+// VINS-Fusion. In vins_estimator/src/estimator/estimator.h this header and a member of the class Estimator
+//
+//   maxlogdet::VinsFusion good_features{100};
+//
+// at the top of Estimator::optimization
+//
+//   good_features.ask(*this);
+//
+// and in its loop over f_manager.feature, in that of MARGIN_OLD and in that of outliersRejection, after ++feature_index
+// where there is one (para_Feature counts all features),
+//
+//   if (good_features.leaves_out(it_per_id.feature_id)) continue;
+//
+// What was not optimised should not be marginalised into the prior either, nor removed for the reprojection error that
+// the depth makes which was not refined.
+
+namespace maxlogdet {
+
+/// Selection among the features of VINS-Fusion's window that the newest frame sees, by the block that each would have
+/// as a match of the left camera there. Those whose track has ended stay in: they hold the older frames.
+class VinsFusion : public LeftOutHook {
+ public:
+  /// Deviation of a measurement in normalised image coordinates: its own 1.5 px over FOCAL_LENGTH.
+  double sigma = 1.5 / 460;
+
+  /// `budget`: how many of the features that the newest frame sees to optimise with. `capacity`: most features of the
+  /// window.
+  explicit VinsFusion(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
+
+  /// Which features to leave out: see leaves_out(). None whenever something is wrong; cost().status says why. Features
+  /// whose depth has never been optimised (solve_flag 0) are selected in any case.
+  template <class Estimator>
+  void ask(const Estimator& window) {
+    ask_about([&] { gather(window); });
+  }
+
+ private:
+  template <class Estimator>
+  void gather(const Estimator& window) {
+    const int newest = window.frame_count;
+    const Eigen::Matrix3d R_wc = window.Rs[newest] * window.ric[0];
+    const Eigen::Vector3d p_wc = window.Ps[newest] + window.Rs[newest] * window.tic[0];
+    Eigen::Matrix<double, 3, 4> T_cw;
+    T_cw << R_wc.transpose(), -R_wc.transpose() * p_wc;
+    features.start(Camera(1, 1, 0, 0), rigid_transform(T_cw), ThirdMeasurement::none);
+    for (const auto& feature : window.f_manager.feature) {
+      const int observations = static_cast<int>(feature.feature_per_frame.size());
+      const int first = feature.start_frame;
+      if (observations < 4 || first + observations - 1 < newest || !(feature.estimated_depth > 0)) continue;
+      const Eigen::Vector3d p_c = feature.feature_per_frame[0].point * feature.estimated_depth;
+      const Eigen::Vector3d p_w = window.Rs[first] * (window.ric[0] * p_c + window.tic[0]) + window.Ps[first];
+      FeatureMatch match;
+      for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
+      match.sigma = sigma;
+      match.is_required = feature.solve_flag == 0;
+      add(match, static_cast<std::uint64_t>(feature.feature_id));
+    }
+  }
+};
+
+}  // namespace maxlogdet

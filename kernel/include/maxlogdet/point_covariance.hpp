@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/camera.hpp>
+#include <maxlogdet/inputs.hpp>
+
+namespace maxlogdet {
+
+/// The covariance of a map point, from the cameras that have observed it: the inverse of what the observations tell of
+/// it, sum of H_p^T H_p / sigma^2 with H_p = J R_cw, with the poses of the cameras held fixed. One stereo observation
+/// is enough; what one camera has seen once has no depth, but a covariance (a kilometre along the ray).
+///
+///   PointCovariance point(p_w);
+///   for (observation) point.observe(camera, T_cw, sigma, is_stereo);
+///   if (point.covariance(covariance)) match.covariance = covariance;
+class PointCovariance {
+ public:
+  /// p_w: 3 entries, m.
+  template <class Scalar>
+  explicit PointCovariance(const Scalar* p_w) noexcept : p_w_{double(p_w[0]), double(p_w[1]), double(p_w[2])} {}
+
+  /// Adds what a rectified pinhole at T_cw (world to camera) has seen of it, with deviation sigma, px, and as a stereo
+  /// observation if it has a bf and `is_stereo`. Nothing for a point that is not in front of it (Z <= 0).
+  void observe(const PinholeCamera& camera, const RigidTransform& T_cw, double sigma, bool is_stereo) noexcept {
+    const double* const T = T_cw.data();
+    double p[3];
+    for (int row = 0; row < 3; ++row) {
+      p[row] = T[4 * row] * p_w_[0] + T[4 * row + 1] * p_w_[1] + T[4 * row + 2] * p_w_[2] + T[4 * row + 3];
+    }
+    if (!(p[2] > 0)) return;
+    const double x = p[0] / p[2];
+    const double y = p[1] / p[2];
+    const double weight = 1 / (p[2] * sigma);
+    add_row(T, camera.fx * weight, 0, -camera.fx * x * weight);
+    add_row(T, 0, camera.fy * weight, -camera.fy * y * weight);
+    if (is_stereo && camera.bf > 0) add_row(T, camera.fx * weight, 0, (camera.bf / p[2] - camera.fx * x) * weight);
+    ++observations_;
+  }
+
+  /// How many observations have been added.
+  int observations() const noexcept { return observations_; }
+
+  /// Writes it, 3 x 3, world frame, m^2. False, and nothing written, without an observation, or where it is not finite.
+  bool covariance(double* entries) const noexcept {
+    const double(&a)[3][3] = information_;
+    const double cofactors[3] = {a[1][1] * a[2][2] - a[1][2] * a[2][1], a[1][2] * a[2][0] - a[1][0] * a[2][2],
+                                 a[1][0] * a[2][1] - a[1][1] * a[2][0]};
+    const double determinant = a[0][0] * cofactors[0] + a[0][1] * cofactors[1] + a[0][2] * cofactors[2];
+    if (observations_ == 0 || !(determinant > 0) || !(determinant < 1e300)) return false;
+    const double inverse = 1 / determinant;
+    entries[0] = cofactors[0] * inverse;
+    entries[1] = entries[3] = cofactors[1] * inverse;
+    entries[2] = entries[6] = cofactors[2] * inverse;
+    entries[4] = (a[0][0] * a[2][2] - a[0][2] * a[2][0]) * inverse;
+    entries[5] = entries[7] = (a[0][2] * a[1][0] - a[0][0] * a[1][2]) * inverse;
+    entries[8] = (a[0][0] * a[1][1] - a[0][1] * a[1][0]) * inverse;
+    return true;
+  }
+
+ private:
+  // A row of J R_cw, given that of J.
+  void add_row(const double* T, double x, double y, double z) noexcept {
+    double row[3];
+    for (int i = 0; i < 3; ++i) row[i] = x * T[i] + y * T[4 + i] + z * T[8 + i];
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) information_[i][j] += row[i] * row[j];
+    }
+  }
+
+  double p_w_[3];
+  double information_[3][3] = {{1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0, 1e-6}};  // before any: known to a kilometre
+  int observations_ = 0;
+};
+
+}  // namespace maxlogdet

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/block_store.hpp>
+#include <maxlogdet/camera.hpp>
+#include <maxlogdet/inputs.hpp>
+#include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/options.hpp>
+#include <maxlogdet/selection.hpp>
+#include <maxlogdet/selector.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+// One call, for scripts and tests. It allocates: a tracker keeps a GoodFeatures, or a BlockStore and a Selector.
+
+namespace maxlogdet {
+
+/// A selection that owns its indices.
+struct SelectedMatches {
+  Status status = Status::ok;                  ///< how the selection ended
+  BlockStatus block_status = BlockStatus::ok;  ///< how append_blocks ended; nothing is selected after an error
+  std::vector<std::uint32_t> indices;          ///< of the matches, in order of selection; none after an error
+  double log_det = std::numeric_limits<double>::quiet_NaN();  ///< log det(prior + sum of selected H^T H), nats; NaN
+                                                              ///< after an error
+  std::size_t invalid = 0;                                    ///< matches that were no candidates
+  bool has_answer = false;                                    ///< whether this is one, not an error
+};
+
+/// Selects options.budget of the blocks. Throws std::bad_alloc.
+inline SelectedMatches select(const BlockStore& blocks, const Options& options = Options()) {
+  Selector selector(std::max(blocks.size(), options.budget));
+  const Selection selection = selector.select(blocks, options);
+  SelectedMatches selected;
+  selected.status = selection.status;
+  selected.indices.assign(selection.begin(), selection.end());
+  selected.log_det = selection.log_det;
+  selected.invalid = selection.invalid_candidates;
+  selected.has_answer = selection.has_answer();
+  return selected;
+}
+
+/// The same from matches and a pose; `camera` is a Camera or, with T_bw, a Rig. With covariances of the points
+/// `measurement` becomes `measurement_and_map`. Throws std::bad_alloc.
+template <class CameraOrRig>
+SelectedMatches select(const CameraOrRig& camera, const RigidTransform& T_cw, const Matches& matches,
+                       const Options& options = Options(), BlockOptions block_options = BlockOptions()) {
+  if (matches.map_covariances != nullptr && block_options.weighting == Weighting::measurement) {
+    block_options.weighting = Weighting::measurement_and_map;
+  }
+  BlockStore blocks(matches.size);
+  const BlockReport report = append_blocks(camera, T_cw, matches, block_options, blocks);
+  SelectedMatches selected;
+  if (report.is_done()) selected = select(blocks, options);
+  selected.block_status = report.status;
+  return selected;
+}
+
+}  // namespace maxlogdet
