@@ -56,6 +56,7 @@ void add_append_cases() {
   for (const auto& [third, name] : thirds) {
     if (third == ThirdMeasurement::depth) continue;
     BlockOptions options;
+    options.weighting = Weighting::map_bias;
     options.third = third;
     add_case(std::string("points_to_indices/lazy_greedy/weighting:map_bias/third:") + name + "/n:2000/k:100",
              [options = options] { return points_to_indices_work(options, k); });

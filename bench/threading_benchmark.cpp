@@ -114,6 +114,7 @@ Work append_work(std::size_t n, int threads) {
     BlockOptions options;
   };
   const auto state = std::make_shared<Appended>(n);
+  state->options.weighting = Weighting::map_bias;
   state->options.threads = threads;
   const auto run = [state](std::size_t /*call*/) {
     state->blocks.clear();

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the table of all cases; rewrites the benchmark tables of README.md and docs/.
+"""Prints the table of all cases; rewrites the benchmark tables of docs/.
 
 Usage: write_tables.py BENCH.json [--threads]    --threads: those of docs/threading.md alone
 Those of what a tracker pays are write_tracker_tables.py's.
@@ -66,7 +66,7 @@ def number(text):
     return int(text) if text and text.isdigit() else 0
 
 
-# README: the main cases.
+# The main cases.
 
 
 def readme_rows(results):
@@ -84,7 +84,7 @@ def readme_rows(results):
                    f"{row['evaluations']:.0f}", times(exact), times(lazy), times(stochastic), times(log_det)]  # fmt: skip
 
 
-def readme_table(results):
+def latency_table(results):
     header = ["strategy", "blocks", "median µs", "p99 µs", "max µs", "Δ log det (nats)", "gains evaluated",
               "× exact", "× lazy", "× stochastic", "× log det"]  # fmt: skip
     return [
@@ -357,7 +357,7 @@ def main():
     replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
     if sys.argv[2:]:
         return
-    replace_between(ROOT / "README.md", "latency", readme_table(results))
+    replace_between(ROOT / "docs/performance.md", "latency", latency_table(results))
     replace_between(ROOT / "docs/performance.md", "targets", targets(results))
     replace_between(ROOT / "docs/performance.md", "grid", grid(results))
 

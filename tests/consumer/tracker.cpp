@@ -10,9 +10,10 @@
 #include "tracker.hpp"
 
 std::vector<std::uint32_t> select_matches(const std::vector<double>& points) {
-  const maxlogdet::PinholeCamera camera{458.654, 457.296, 367.215, 248.375, 0};
-  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  const std::vector<unsigned> selected = select_good_features(camera, T_cw, points);
+  const std::vector<float> narrow(points.begin(), points.end());
+  const maxlogdet::Camera camera(458.654, 457.296, 367.215, 248.375);
+  const float T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const std::vector<unsigned> selected = select_good_features(camera, T_cw, narrow);
   return std::vector<std::uint32_t>(selected.begin(), selected.end());
 }
 
