@@ -4,6 +4,7 @@
 #include <maxlogdet/selector.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -30,28 +31,31 @@ Point transformed(const RigidTransform& transform, const double* p) noexcept {
 }  // namespace
 
 struct GoodFeatures::State {
-  State(std::size_t capacity, Executor* executor) : store(capacity), selector(capacity, executor), most(capacity) {
+  State(std::size_t capacity, Executor* helpers)
+      : store(capacity), selector(capacity, helpers), executor(helpers), most(capacity) {
     ids.reserve(capacity);
     points.reserve(3 * capacity);
     measured.reserve(3 * capacity);
     sigmas.reserve(capacity);
     covariances.reserve(9 * capacity);
     jacobians.reserve(6 * capacity);
-    camera_ids.reserve(capacity);
-    has_third.reserve(capacity);
-    is_required.reserve(capacity);
-    is_selected.reserve(capacity);
     chi2.reserve(capacity);
+    for (auto* array : bytes()) array->reserve(capacity);
+  }
+
+  std::array<std::vector<unsigned char>*, 6> bytes() noexcept {
+    return {{&camera_ids, &has_third, &has_covariance, &is_required, &is_required_candidate, &is_selected}};
   }
 
   void start(const RigidTransform& pose, ThirdMeasurement measurement) noexcept {
     T = pose;
     third = measurement;
     for (auto* array : {&points, &measured, &sigmas, &covariances, &jacobians, &chi2}) array->clear();
-    for (auto* array : {&camera_ids, &has_third, &is_required, &is_selected}) array->clear();
+    for (auto* array : bytes()) array->clear();
     ids.clear();
-    has_covariances = has_jacobians = has_required = is_full = false;
-    select_all(Status::all_selected);
+    store.clear();
+    has_covariances = has_jacobians = is_full = false;
+    status = Status::all_selected;
     report = BlockReport();
   }
 
@@ -67,10 +71,11 @@ struct GoodFeatures::State {
     sigmas.push_back(match.sigma);
     camera_ids.push_back(match.camera_id);
     has_third.push_back(third != ThirdMeasurement::none && !std::isnan(match.third) ? 1 : 0);
+    has_covariance.push_back(match.covariance != nullptr ? 1 : 0);
     is_required.push_back(match.is_required ? 1 : 0);
+    is_required_candidate.push_back(0);
     is_selected.push_back(1);
     chi2.push_back(not_a_number);
-    has_required = has_required || match.is_required;
     append(match.covariance, 9, covariances, has_covariances);
     append(match.jacobian, 6, jacobians, has_jacobians);
   }
@@ -89,7 +94,6 @@ struct GoodFeatures::State {
 
   void select_all(Status why) noexcept {
     status = why;
-    selected = ids.size();
     std::fill(is_selected.begin(), is_selected.end(), static_cast<unsigned char>(1));
   }
 
@@ -100,19 +104,20 @@ struct GoodFeatures::State {
 
   BlockStore store;
   Selector selector;
+  Executor* executor;
   std::size_t most;
   Camera camera;
-  Rig rig;  // no cameras: `camera` alone
+  Rig rig;  // instead of `camera`, if there is one
+  bool has_rig = false;
   RigidTransform T = RigidTransform::identity();
   ThirdMeasurement third = ThirdMeasurement::none;
   double depth_sigma = 1;
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
-  std::vector<unsigned char> camera_ids, has_third, is_required, is_selected;
-  bool has_covariances = false, has_jacobians = false, has_required = false, is_full = false;
+  std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
+  bool has_covariances = false, has_jacobians = false, is_full = false;
   BlockReport report;
   Status status = Status::all_selected;
-  std::size_t selected = 0;
   double log_det = not_a_number;
   bool has_prior = false;
   double prior[state_dimension * state_dimension] = {};
@@ -125,11 +130,12 @@ bool GoodFeatures::State::build(BlockOptions options) noexcept {
   matches.sigmas = sigmas.data();
   matches.has_third = has_third.data();
   if (has_jacobians) matches.jacobians = jacobians.data();
-  if (rig.size > 0) matches.camera_ids = camera_ids.data();
+  if (has_rig) matches.camera_ids = camera_ids.data();
   if (has_covariances) {
-    for (std::size_t e = 0; e < covariances.size(); ++e) {
-      const bool is_diagonal = e % 9 % 4 == 0;
-      if (std::isnan(covariances[e])) covariances[e] = is_diagonal ? options.map_sigma * options.map_sigma : 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      for (std::size_t e = 0; e < 9 && has_covariance[i] == 0; ++e) {
+        covariances[9 * i + e] = e % 4 == 0 ? options.map_sigma * options.map_sigma : 0;
+      }
     }
     matches.map_covariances = covariances.data();
     if (options.weighting == Weighting::measurement) options.weighting = Weighting::measurement_and_map;
@@ -137,30 +143,29 @@ bool GoodFeatures::State::build(BlockOptions options) noexcept {
   options.third = third;
   depth_sigma = options.depth_sigma;
   store.clear();
-  report =
-      rig.size > 0 ? append_blocks(rig, T, matches, options, store) : append_blocks(camera, T, matches, options, store);
+  report = has_rig ? append_blocks(rig, T, matches, options, store, executor)
+                   : append_blocks(camera, T, matches, options, store, executor);
   return report.is_done();
 }
 
 Status GoodFeatures::State::select(Options options) noexcept {
   log_det = not_a_number;
-  std::fill(is_selected.begin(), is_selected.end(), static_cast<unsigned char>(0));
-  if (has_required || options.required != nullptr) {
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      const bool is_wanted = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
-      is_selected[i] = is_wanted ? 1 : 0;  // also without a block, in which case it is no candidate
-      is_required[i] = is_wanted && store.is_valid(i) ? 1 : 0;
-    }
-    options.required = is_required.data();
+  bool is_any_required = false;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const bool is_wanted = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
+    is_selected[i] = is_wanted ? 1 : 0;  // also without a block, in which case it is no candidate
+    is_required_candidate[i] = is_wanted && store.is_valid(i) ? 1 : 0;
+    is_any_required = is_any_required || is_wanted;
   }
+  options.required = is_any_required ? is_required_candidate.data() : nullptr;
   has_prior = options.prior != nullptr;
   if (has_prior) std::copy_n(options.prior, state_dimension * state_dimension, prior);
   const Selection selection = selector.select(store, options);
   if (selection.status != Status::ok) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
-  selected = static_cast<std::size_t>(std::count(is_selected.begin(), is_selected.end(), 1));
-  return selected < ids.size() ? Status::ok : Status::all_selected;
+  const bool are_all = std::find(is_selected.begin(), is_selected.end(), 0) == is_selected.end();
+  return are_all ? Status::all_selected : Status::ok;
 }
 
 // Squared error of match i in deviations; T_cw is that of the body on a rig.
@@ -168,7 +173,7 @@ double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i) c
   if (has_jacobians) return not_a_number;
   constexpr double infinite = std::numeric_limits<double>::infinity();
   Point p = transformed(T_cw, &points[3 * i]);
-  const RigCamera* const on_rig = rig.size > 0 ? &rig.cameras[camera_ids[i]] : nullptr;
+  const RigCamera* const on_rig = has_rig ? &rig.cameras[camera_ids[i]] : nullptr;
   if (on_rig != nullptr) p = transformed(on_rig->T_cb, p.x);
   const Camera& seen_by = on_rig != nullptr ? on_rig->camera : camera;
   double uv[2];
@@ -195,12 +200,13 @@ GoodFeatures& GoodFeatures::operator=(GoodFeatures&&) noexcept = default;
 
 void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw, ThirdMeasurement third) noexcept {
   state_->camera = camera;
-  state_->rig = Rig();
+  state_->has_rig = false;
   state_->start(T_cw, third);
 }
 
 void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasurement third) noexcept {
   state_->rig = rig;
+  state_->has_rig = true;
   state_->start(T_bw, third);
 }
 
@@ -220,9 +226,15 @@ Status GoodFeatures::select(const Options& options) noexcept {
 }
 
 Status GoodFeatures::status() const noexcept { return state_->status; }
+const char* GoodFeatures::reason() const noexcept {
+  return state_->status == Status::invalid_block ? to_string(state_->report.status) : to_string(state_->status);
+}
 const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
 bool GoodFeatures::is_selected(std::size_t i) const noexcept { return state_->is_selected[i] != 0; }
-std::size_t GoodFeatures::selected_count() const noexcept { return state_->selected; }
+std::size_t GoodFeatures::selected_count() const noexcept {
+  const std::vector<unsigned char>& is_selected = state_->is_selected;
+  return static_cast<std::size_t>(std::count(is_selected.begin(), is_selected.end(), 1));
+}
 
 void GoodFeatures::judge(const RigidTransform& T_cw) noexcept { state_->judge(T_cw); }
 double GoodFeatures::chi2(std::size_t i) const noexcept { return state_->chi2[i]; }
@@ -239,7 +251,7 @@ double GoodFeatures::share_of_all() noexcept {
   if (s.has_prior) all.prior = s.prior;
   all.strategy = Strategy::backward_greedy;  // begins with all of them, and is at its end
   const Selection selection = s.selector.select(s.store, all);
-  return std::exp((s.log_det - selection.log_det) / state_dimension);
+  return std::min(std::exp((s.log_det - selection.log_det) / state_dimension), 1.0);
 }
 
 const BlockStore& GoodFeatures::blocks() const noexcept { return state_->store; }

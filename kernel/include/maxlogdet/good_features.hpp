@@ -24,9 +24,10 @@ struct FeatureMatch {
   double third = std::numeric_limits<double>::quiet_NaN();  ///< u_right, px, or depth, m; NaN: not measured
   double sigma = 1;                                         ///< deviation of u, v and u_right, px
   const double* covariance = nullptr;  ///< of the point, 3 x 3, world frame, m^2; it is copied. nullptr: not known
-  const double* jacobian = nullptr;    ///< 2 x 3 row-major, d (u, v) / d p_c; it is copied. nullptr: the camera's
-  std::uint8_t camera_id = 0;          ///< which camera of a rig
-  bool is_required = false;            ///< selected in any case, and counted in the budget
+  const double* jacobian = nullptr;  ///< 2 x 3 row-major, d (u, v) / d p_c; it is copied. nullptr: the camera's; beside
+                                     ///< matches that have one, a match without one is no candidate
+  std::uint8_t camera_id = 0;        ///< which camera of a rig
+  bool is_required = false;          ///< selected in any case, and counted in the budget
 };
 
 /// All that a tracker does with selection in a frame, in the order in which it does it:
@@ -39,11 +40,11 @@ struct FeatureMatch {
 ///   every other match i is an outlier if good.is_outlier(i).
 ///
 /// Whatever goes wrong, and whenever nothing is gained by selecting, all matches are selected: a tracker need not ask
-/// why, and may log to_string(status()). Owns its memory: nothing but the constructor allocates. One a thread.
+/// why, and may log reason(). Owns its memory: nothing but the constructor allocates. One a thread.
 class GoodFeatures {
  public:
-  /// Room for `capacity` matches a frame, at most 2^32 - 1; a frame with more is optimised with all. `executor`:
-  /// see Selector. Throws std::bad_alloc.
+  /// Room for `capacity` matches a frame, at most 2^32 - 1; a frame with more is optimised with all. `executor`: see
+  /// Selector and append_blocks. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
   ~GoodFeatures();
   /// Takes over the memory; the other may then only be assigned to or destroyed.
@@ -75,10 +76,12 @@ class GoodFeatures {
   /// numbers of the matches, and FeatureMatch::is_required is added to them. A required match that can be no candidate
   /// is selected beside the budget. Returns status().
   Status select(const Options& options) noexcept;
-  /// ok: there are matches that are not selected. Every other status: all are, because the budget suffices
-  /// (all_selected), time has run out (deadline_reached), or something is wrong: its name says what, and of
-  /// invalid_block the name of block_report().status.
+  /// ok: there are matches that are not selected. Every other status: all are, those that the options exclude too,
+  /// because the budget suffices (all_selected), time has run out (deadline_reached), or something is wrong
+  /// (invalid_block: there are no blocks).
   Status status() const noexcept;
+  /// Its name, for a log; in the place of invalid_block the name of what block_report() says.
+  const char* reason() const noexcept;
   /// How append_blocks ended for the blocks of this frame.
   const BlockReport& block_report() const noexcept;
   /// Whether match i < size() is to be optimised with.
@@ -89,7 +92,8 @@ class GoodFeatures {
   /// Computes the squared errors of the matches that are not selected, at the pose as optimised.
   void judge(const RigidTransform& T_cw) noexcept;
   /// Squared error of match i in deviations, of two or three measurements (a depth by block_options.depth_sigma), after
-  /// judge(): infinite where the point has no image; NaN for a selected match.
+  /// judge(): infinite where the point has no image; NaN for a selected match, and in a frame with Jacobians of the
+  /// caller, who alone can project its points.
   double chi2(std::size_t i) const noexcept;
   /// Whether that is above the 95 % quantile of its distribution, 5.991 for two measurements and 7.815 for three.
   bool is_outlier(std::size_t i) const noexcept;

@@ -12,7 +12,7 @@ namespace maxlogdet {
 
 /// One frame's use of an adapter. All but optimize_us is the hook's own time.
 struct HookCost {
-  const char* status = "none";  ///< to_string() of how the selection ended
+  const char* status = "none";  ///< GoodFeatures::reason(), or that no frame has come yet
   std::size_t candidates = 0;   ///< what there was to select from
   std::size_t selected = 0;     ///< what the tracker has gone on with
   double gather_us = 0;         ///< reading the tracker's matches, us

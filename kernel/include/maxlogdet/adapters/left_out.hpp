@@ -52,7 +52,8 @@ class LeftOutHook {
     left_out_.clear();
     gather();
     cost_.gather_us = timer.lap();
-    cost_.status = to_string(features.select(options));
+    features.select(options);
+    cost_.status = features.reason();
     cost_.candidates = features.size();
     cost_.select_us = timer.lap();
     for (std::size_t i = 0; i < features.size(); ++i) {

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 // OpenVINS. In ov_msckf/src/update/UpdaterMSCKF.h this header and a member of the class
@@ -47,22 +48,21 @@ class OpenVins {
   void keep_selected(const State& state, std::vector<std::shared_ptr<Feature>>& offered) {
     HookTimer timer;
     cost_ = HookCost();
-    const bool is_gathered = offered.size() > options.budget && gather(state, offered);
+    gather(state, offered);
     cost_.gather_us = timer.lap();
-    cost_.candidates = cost_.selected = offered.size();
-    cost_.status = to_string(offered.size() > options.budget ? Status::invalid_block : Status::all_selected);
-    if (is_gathered) {
-      cost_.status = to_string(features.select(options));
-      cost_.select_us = timer.lap();
+    cost_.candidates = offered.size();
+    const Status status = features.select(options);
+    cost_.status = features.reason();
+    cost_.select_us = timer.lap();
+    if (status == Status::ok) {
       std::size_t kept = 0;
-      for (std::size_t i = 0; i < offered.size(); ++i) {
-        const bool has_block = features.status() != Status::ok || features.blocks().is_valid(i);
-        if (features.is_selected(i) || !has_block) std::swap(offered[kept++], offered[i]);
+      for (std::size_t i = 0; i < features.size(); ++i) {
+        if (features.is_selected(i) || !features.blocks().is_valid(i)) std::swap(offered[kept++], offered[i]);
       }
       offered.resize(kept);
-      cost_.selected = kept;
-      cost_.restore_us = timer.lap();
     }
+    cost_.selected = offered.size();
+    cost_.restore_us = timer.lap();
     log.write(cost_);
   }
 
@@ -83,11 +83,12 @@ class OpenVins {
 
  private:
   template <class State, class Feature>
-  bool gather(const State& state, const std::vector<std::shared_ptr<Feature>>& offered) {
-    if (state._clones_IMU.empty()) return false;
+  void gather(const State& state, const std::vector<std::shared_ptr<Feature>>& offered) {
+    const Camera normalised(1, 1, 0, 0);
+    if (state._clones_IMU.empty()) return features.start(normalised, nullptr, ThirdMeasurement::none);
     const Eigen::Matrix<double, 3, 4> T_cw = newest_camera(state, 0);
     const auto& camera = state._cam_intrinsics_cameras.at(0);
-    features.start(Camera(1, 1, 0, 0), rigid_transform(T_cw), ThirdMeasurement::none);
+    features.start(normalised, rigid_transform(T_cw), ThirdMeasurement::none);
     Eigen::MatrixXd of_distortion, of_intrinsics;
     for (std::size_t i = 0; i < offered.size(); ++i) {
       const Eigen::Vector3d& p_w = offered[i]->p_FinG;
@@ -107,7 +108,6 @@ class OpenVins {
       match.jacobian = J.data();
       features.add(match);
     }
-    return true;
   }
 
   HookCost cost_;

@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <type_traits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 // What the adapters of ORB-SLAM2 and ORB-SLAM3 share.
@@ -24,7 +26,7 @@ namespace maxlogdet {
 class OrbSlamHook {
  public:
   GoodFeatures features;         ///< of the last frame; its block_options may be changed
-  Options options;               ///< of the selection: budget, time_limit, ...
+  Options options;               ///< of the selection: budget, prior, time_limit, ...
   bool use_covariances = false;  ///< measurement_and_map, from the observations of each map point
   std::size_t most_new = 100;    ///< match(): most local map points to find
   HookLog log;                   ///< open() it for a line a frame
@@ -38,15 +40,15 @@ class OrbSlamHook {
     stash_.reserve(capacity);
   }
 
-  // `gather` fills the features with the matches of the frame, with their slots as ids, and tells whether it could.
+  // `gather` starts the features and adds the matches of the frame, with their slots as ids.
   template <class Frame, class Optimize, class Gather, class PoseOf>
   int optimize_selected(Frame& frame, const Optimize& optimize, const Gather& gather, const PoseOf& pose_of) {
     HookTimer timer;
     cost_ = HookCost();
-    const bool is_gathered = gather();
+    gather();
     cost_.gather_us = timer.lap();
-    const Status status = is_gathered ? features.select(options) : Status::invalid_block;
-    cost_.status = to_string(status);
+    const Status status = features.select(options);
+    cost_.status = features.reason();
     cost_.candidates = features.size();
     cost_.selected = features.selected_count();
     cost_.select_us = timer.lap();
@@ -73,14 +75,15 @@ class OrbSlamHook {
     return inliers;
   }
 
-  // Proposes points of `local`, which gather has added behind `matched` matches of the frame, and searches them one by
-  // one. `ids` are places in `local`.
-  template <class Frame, class MapPoint, class Search>
-  int match_selected(Frame& frame, const std::vector<MapPoint*>& local, std::size_t matched, const Search& search) {
-    required_.assign(features.size(), 0);
-    std::fill_n(required_.begin(), matched, static_cast<unsigned char>(1));
-    Options of_matching = options;
+  // Proposes points of `local`, which gather has added behind `matched` matches of the frame with their places as ids,
+  // and searches them one by one. Of the options it takes the prior.
+  template <class MapPoint, class Search>
+  int match_selected(const std::vector<MapPoint*>& local, std::size_t matched, const Search& search) {
+    if (!features.build()) return search(local);
+    Options of_matching;
+    of_matching.prior = options.prior;
     of_matching.budget = most_new;
+    required_.assign(features.size(), 0);
     for (std::size_t i = 0; i < matched; ++i) {
       required_[i] = features.blocks().is_valid(i) ? 1 : 0;
       of_matching.budget += required_[i];
@@ -88,25 +91,20 @@ class OrbSlamHook {
     of_matching.required = required_.data();
     if (active_.start(features.blocks(), of_matching) != Status::ok) return search(local);
     int found = 0;
-    was_tried_.assign(local.size(), 0);
+    was_tried_.assign(features.size(), 0);
     std::vector<MapPoint*> one(1);
     for (std::uint32_t i = active_.next(); i != ActiveSelection::none; i = active_.next()) {
-      const std::uint32_t place = features.id(i);
-      one[0] = local[place];
-      was_tried_[place] = 1;
-      if (search(one) > 0) {
-        active_.accept();
-        ++found;
-      } else {
-        active_.reject();
-      }
+      was_tried_[i] = 1;
+      one[0] = local[features.id(i)];
+      const bool is_found = search(one) > 0;
+      is_found ? active_.accept() : active_.reject();
+      if (is_found) ++found;
     }
     // SearchLocalPoints has counted every point in view as visible. One that was never tried would lose its found
     // ratio.
-    for (std::size_t place = 0; place < local.size(); ++place) {
-      if (local[place]->mbTrackInView && was_tried_[place] == 0) local[place]->IncreaseVisible(-1);
+    for (std::size_t i = matched; i < features.size(); ++i) {
+      if (was_tried_[i] == 0) local[features.id(i)]->IncreaseVisible(-1);
     }
-    static_cast<void>(frame);
     return found;
   }
 

@@ -34,8 +34,7 @@ class OrbSlam2 : public OrbSlamHook {
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     return optimize_selected(
-        frame, pose_optimization, [&] { return gather(frame); },
-        [](const Frame& optimized) { return pose_of(optimized); });
+        frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
   }
 
   /// Active matching, in Tracking::SearchLocalPoints in the place of matcher.SearchByProjection(frame, local, th):
@@ -46,25 +45,23 @@ class OrbSlam2 : public OrbSlamHook {
     const auto search = [&](const std::vector<MapPoint*>& points) {
       return matcher.SearchByProjection(frame, points, th);
     };
-    if (!gather(frame)) return search(local);
+    gather(frame);
     const std::size_t matched = features.size();
     for (std::size_t place = 0; place < local.size(); ++place) {
-      if (local[place]->mbTrackInView) add_candidate(frame, *local[place], place);
+      if (local[place]->mbTrackInView && !local[place]->isBad()) add_candidate(frame, *local[place], place);
     }
-    return features.build() ? match_selected(frame, local, matched, search) : search(local);
+    return match_selected(local, matched, search);
   }
 
  private:
   template <class Frame>
-  bool gather(const Frame& frame) {
-    if (frame.mTcw.empty()) return false;
+  void gather(const Frame& frame) {
     forget_old_covariances();
     features.start(Camera(frame.fx, frame.fy, frame.cx, frame.cy, frame.mbf), pose_of(frame),
                    frame.mbf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none);
     for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
       if (frame.mvpMapPoints[i] != nullptr) add_match(frame, *frame.mvpMapPoints[i], i);
     }
-    return true;
   }
 
   template <class Frame, class MapPoint>
@@ -111,7 +108,7 @@ class OrbSlam2 : public OrbSlamHook {
 
   template <class Frame>
   static RigidTransform pose_of(const Frame& frame) {
-    return RigidTransform(frame.mTcw.template ptr<float>());  // 4 x 4, CV_32F, continuous
+    return RigidTransform(frame.mTcw.template ptr<float>());  // 4 x 4, CV_32F; null before the first pose
   }
 };
 

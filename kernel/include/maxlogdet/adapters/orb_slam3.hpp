@@ -38,8 +38,7 @@ class OrbSlam3 : public OrbSlamHook {
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     return optimize_selected(
-        frame, pose_optimization, [&] { return gather(frame); },
-        [](const Frame& optimized) { return rigid_transform(optimized.GetPose().matrix3x4()); });
+        frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
   }
 
   /// As OrbSlam2::match; `arguments` are those of SearchByProjection behind the points. On a rig of two cameras all are
@@ -49,15 +48,21 @@ class OrbSlam3 : public OrbSlamHook {
     const auto search = [&](const std::vector<MapPoint*>& points) {
       return matcher.SearchByProjection(frame, points, arguments...);
     };
-    if (frame.mpCamera2 != nullptr || !gather(frame)) return search(local);
+    if (frame.mpCamera2 != nullptr) return search(local);
+    gather(frame);
     const std::size_t matched = features.size();
     for (std::size_t place = 0; place < local.size(); ++place) {
-      if (local[place]->mbTrackInView) add_candidate(frame, *local[place], place);
+      if (local[place]->mbTrackInView && !local[place]->isBad()) add_candidate(frame, *local[place], place);
     }
-    return features.build() ? match_selected(frame, local, matched, search) : search(local);
+    return match_selected(local, matched, search);
   }
 
  private:
+  template <class Frame>
+  static RigidTransform pose_of(const Frame& frame) {
+    return rigid_transform(frame.GetPose().matrix3x4());
+  }
+
   // As GeometricCamera has it: 0 pinhole, 1 Kannala-Brandt (fx, fy, cx, cy, k1, k2, k3, k4).
   template <class GeometricCamera>
   static Camera camera_of(GeometricCamera& camera, double bf) {
@@ -68,10 +73,9 @@ class OrbSlam3 : public OrbSlamHook {
   }
 
   template <class Frame>
-  bool gather(const Frame& frame) {
-    if (!frame.isSet()) return false;
+  void gather(Frame& frame) {  // not const, because GetRelativePoseTrl is not
     forget_old_covariances();
-    const RigidTransform T_cw = rigid_transform(frame.GetPose().matrix3x4());
+    const RigidTransform T_cw = frame.isSet() ? pose_of(frame) : RigidTransform(nullptr);
     is_rig_ = frame.mpCamera2 != nullptr;
     const Camera left = camera_of(*frame.mpCamera, is_rig_ ? 0 : static_cast<double>(frame.mbf));
     const bool is_rectified = left.model == CameraModel::pinhole && left.pinhole.bf > 0;
@@ -86,7 +90,6 @@ class OrbSlam3 : public OrbSlamHook {
     for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
       if (frame.mvpMapPoints[i] != nullptr) add_match(frame, *frame.mvpMapPoints[i], i);
     }
-    return true;
   }
 
   template <class Frame, class MapPoint>
