@@ -106,7 +106,6 @@ class Judge {
     switch (status) {
       case Status::infeasible: return request.options.required != nullptr;
       case Status::unsupported_groups: return request.options.groups != nullptr;
-      case Status::invalid_groups: return request.options.groups != nullptr && request.options.group_count > capacity;
       case Status::capacity_exceeded: return request.store->size() > capacity;
       case Status::invalid_budget: return request.options.budget > capacity;
       default: return false;

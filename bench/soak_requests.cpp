@@ -213,7 +213,7 @@ void SoakRequests::spoil(Options& options) {
       break;
     default:
       options.groups = groups_.data();
-      options.group_count = capacity + 1;
+      options.group_count = 0;
       break;
   }
 }

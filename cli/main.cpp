@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
 #include "cli/simulation.hpp"
+#include "sim/command_line.hpp"
 #include "sim/text.hpp"
 
 #include <maxlogdet/version.hpp>
 
+#include <csignal>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -19,9 +21,12 @@ int fail(const std::string& message) {
   return exit_bad_input;
 }
 
+int flush() { return std::cout.flush() ? 0 : fail("standard output could not be written"); }
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size writing fails, as on a full disk
   try {
     CLI::App program("Picks the feature matches that keep a camera-pose least-squares problem best conditioned.");
     program.name("maxlogdet");
@@ -30,16 +35,20 @@ int main(int argc, char** argv) {
     maxlogdet::cli::add_select_command(program);
     maxlogdet::cli::add_simulate_command(program);
     maxlogdet::cli::add_info_command(program);
+    maxlogdet::sim::refuse_empty_values(program);
     try {
       program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
+      if (error.get_exit_code() == 0) {  // --help, --version
+        program.exit(error);
+        return flush();
+      }
       return fail(std::string(error.what()) +
                   " (see maxlogdet --help, maxlogdet select --help, maxlogdet simulate --help)");
     }
     if (program.get_subcommands().empty())
       return fail("a command is missing: select, simulate or info (maxlogdet --help)");
-    return std::cout.flush() ? 0 : fail("standard output could not be written");
+    return flush();
   } catch (const maxlogdet::cli::Interrupted& error) {
     fail(error.what());
     return exit_interrupted;

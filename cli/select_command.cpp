@@ -2,6 +2,7 @@
 #include "cli/commands.hpp"
 #include "cli/plot.hpp"
 #include "cli/simulation.hpp"
+#include "sim/command_line.hpp"
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/gnuplot.hpp"
@@ -216,7 +217,7 @@ void run(const SelectArguments& arguments) {
   for (const auto& frame : frames) largest = std::max(largest, frame.matches.size());
   std::optional<sim::ImageGrid> grid;
   if (!arguments.grid.empty()) grid = grid_of(arguments.grid);
-  Selector selector(std::max(largest, grid ? grid->cells() : 0), sim::executor());
+  Selector selector(largest, sim::executor());
   BlockStore blocks(largest);
   Options options = arguments.options;  // a budget above every frame's size selects everything
   options.budget = std::min(static_cast<std::size_t>(arguments.budget), largest);
@@ -232,6 +233,7 @@ void run(const SelectArguments& arguments) {
   const auto repeat = static_cast<std::size_t>(arguments.repeat);
 
   for (const auto& frame : frames) {  // nothing is printed unless every frame can be
+    if (!arguments.plot.empty()) sim::check_plot_file(plot_file_of(frame, arguments.plot, frames.size() == 1));
     warn(frame, arguments);
     check(frame, build_blocks(frame, arguments.block_options, blocks));
     use_cells_of(frame);
@@ -242,7 +244,6 @@ void run(const SelectArguments& arguments) {
   }
 
   std::vector<std::string> pictures;
-  if (!arguments.as_json) print_table_header(arguments);
   for (const auto& frame : frames) {
     use_cells_of(frame);
     const sim::MatchArrays matches(frame);
@@ -252,20 +253,32 @@ void run(const SelectArguments& arguments) {
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector.select(blocks, options); });
+    if (!arguments.plot.empty()) {  // first: where it fails nothing is printed of the frame
+      pictures.push_back(plot_file_of(frame, arguments.plot, frames.size() == 1));
+      plot_selection(frame, {selection.begin(), selection.end()}, pictures.back());
+    }
     if (arguments.as_json) {
       print_json(frame, arguments, selection, timing);
-    } else {
-      print_table_row(frame, selection, timing);
-      if (frames.size() == 1) print_selected(frame, selection);
+      continue;
     }
-    if (arguments.plot.empty()) continue;
-    const std::string file = plot_file_of(frame, arguments.plot, frames.size() == 1);
-    plot_selection(frame, {selection.begin(), selection.end()}, file);
-    pictures.push_back(file);
+    if (&frame == &frames.front()) print_table_header(arguments);
+    print_table_row(frame, selection, timing);
+    if (frames.size() == 1) print_selected(frame, selection);
   }
   if (arguments.as_json) return;
   for (std::size_t i = 0; i < pictures.size(); ++i)
     std::cout << (i == 0 ? "\n" : "") << "picture: " << pictures[i] << '\n';
+}
+
+// Options that would change nothing are mistakes.
+void check_used(const CLI::App& command, const SelectArguments& arguments) {
+  const bool is_stochastic = arguments.strategy == to_string(Strategy::stochastic_greedy);
+  const bool has_map_sigma = arguments.weighting == to_string(Weighting::measurement_and_map);
+  sim::refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
+  sim::refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
+  sim::refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
+  sim::refuse_idle(command, "--certificate-passes", arguments.options.certify, "--certify");
+  sim::refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
 }
 
 }  // namespace
@@ -274,11 +287,8 @@ void add_select_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("select", "Select matches of frames, and time it");
   const auto arguments = std::make_shared<SelectArguments>();
   Options& options = arguments->options;
-  const CLI::Validator is_given([](const std::string& text) { return text.empty() ? "a value is missing" : ""; }, "");
-  command
-      ->add_option("--input", arguments->input,
-                   "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame")
-      ->check(is_given);
+  command->add_option("--input", arguments->input,
+                      "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame");
   constexpr std::int64_t most = 1'000'000'000;
   command->add_option("--budget", arguments->budget, "k, how many matches to select")
       ->check(CLI::Range(std::int64_t{0}, most))
@@ -287,7 +297,6 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
   command->add_option("--epsilon", options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
-      ->check(is_given)
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which noise the blocks assume (docs/frame_format.md)")
@@ -305,7 +314,6 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command->add_option("--time-limit-ms", arguments->time_limit_ms, "Ends a search with what it has by then; 0: none")
-      ->check(is_given)
       ->capture_default_str();
   command->add_flag("--certify", options.certify, "Prove how far from optimal the answer can be");
   command
@@ -317,17 +325,15 @@ void add_select_command(CLI::App& program) {
                    "Sweeps that swap selected matches for better ones; pays for budgets of 20 or less")
       ->check(CLI::Range(std::int64_t{0}, most))
       ->capture_default_str();
-  command->add_option("--grid", arguments->grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each")
-      ->check(is_given);
+  command->add_option("--grid", arguments->grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each");
   command->add_option("--max-per-cell", arguments->max_per_cell, "Matches of a cell of --grid")
       ->check(CLI::Range(std::int64_t{0}, most))
       ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
-  command
-      ->add_option("--plot", arguments->plot,
-                   "Draw map view and camera view into this .svg or .png file; of a folder, one a frame")
-      ->check(is_given);
-  command->callback([arguments] {
+  command->add_option("--plot", arguments->plot,
+                      "Draw map view and camera view into this .svg or .png file; of a folder, one a frame");
+  command->callback([command, arguments] {
+    check_used(*command, *arguments);
     arguments->options.seed = seed_of(arguments->seed);
     arguments->options.strategy = sim::find_named(sim::strategies, arguments->strategy).value();
     arguments->block_options.weighting = sim::find_named(sim::weightings, arguments->weighting).value();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cli/simulation.hpp"
+#include "sim/command_line.hpp"
 #include "sim/data_folder.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/hash.hpp"
@@ -273,6 +274,27 @@ void complete(Arguments& arguments) {
 
 constexpr std::size_t least_budget = 20;
 
+bool has(const Arguments& arguments, sim::SelectorKind kind) {
+  return std::count(arguments.selectors.begin(), arguments.selectors.end(), to_string(kind)) > 0;
+}
+
+// Options of `euroc` that would change nothing are mistakes. In `budget` all of them count.
+void check_used(const CLI::App& command, const Arguments& arguments, bool has_pool) {
+  bool has_budget = false;
+  for (const sim::SelectorKind kind : sim::selector_kinds) {
+    has_budget = has_budget || (sim::has_budget(kind) && has(arguments, kind));
+  }
+  const bool has_blocks = has_pool || has(arguments, sim::SelectorKind::md);
+  const bool has_map_sigma = has(arguments, sim::SelectorKind::all_weighted) ||
+                             (has_blocks && arguments.weighting == to_string(Weighting::measurement_and_map));
+  sim::refuse_idle(command, "--budget", has_budget, "a selector that has one");
+  sim::refuse_idle(command, "--pool", has_pool, "--selectors quality_md");
+  sim::refuse_idle(command, "--strategy", has_blocks, "--selectors md or quality_md");
+  sim::refuse_idle(command, "--weighting", has_blocks, "--selectors md or quality_md");
+  sim::refuse_idle(command, "--map-sigma", has_map_sigma,
+                   "--selectors all_weighted, or --weighting measurement_and_map of md or quality_md");
+}
+
 }  // namespace
 
 void add_euroc_experiment(CLI::App& simulate) {
@@ -291,10 +313,10 @@ void add_euroc_experiment(CLI::App& simulate) {
   command->add_option("--pool", arguments->selection.pool, "quality_md: candidates by quality")
       ->check(CLI::Range(least_budget, std::size_t{100'000}))
       ->capture_default_str();
-  command->callback([arguments] {
+  command->callback([command, arguments] {
     complete(*arguments);
-    const auto& names = arguments->selectors;
-    const bool has_pool = std::count(names.begin(), names.end(), to_string(sim::SelectorKind::quality_md)) > 0;
+    const bool has_pool = has(*arguments, sim::SelectorKind::quality_md);
+    check_used(*command, *arguments, has_pool);
     if (has_pool && arguments->selection.pool < arguments->selection.budget) {
       throw sim::InputError("--pool " + std::to_string(arguments->selection.pool) + "; expected at least the budget, " +
                             std::to_string(arguments->selection.budget));

@@ -2,7 +2,6 @@
 #include "cli/simulation.hpp"
 
 #include "sim/frame_reader.hpp"
-#include "sim/gnuplot.hpp"
 #include "sim/names.hpp"
 
 #include <maxlogdet/isa.hpp>

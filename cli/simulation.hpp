@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/frame_reader.hpp"
+#include "sim/gnuplot.hpp"
 #include "sim/runs.hpp"
 #include "sim/table.hpp"
 
@@ -70,13 +71,13 @@ class Simulation {
   /// are missing.
   void finish(const sim::Table& table);
 
-  /// A failed picture is no reason to lose the numbers.
+  /// A picture that gnuplot does not draw is no reason to lose the numbers; one that cannot be written throws.
   template <class Draw>
   void try_to_draw(const Draw& draw) {
     if (cannot_draw_) return;
     try {
       draw();
-    } catch (const std::exception& error) {
+    } catch (const sim::DrawError& error) {
       warn(error.what());
     }
   }

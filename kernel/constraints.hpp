@@ -13,13 +13,19 @@
 
 namespace maxlogdet {
 
-/// Memory of Constraints for up to `capacity` candidates and as many groups.
+/// Memory of Constraints for up to `capacity` candidates, and so for any number of groups: no more have a candidate.
 struct ConstraintsMemory {
   explicit ConstraintsMemory(std::size_t capacity)
-      : free(capacity), required(capacity), members(capacity), first_member(capacity + 1), places(capacity) {}
+      : free(capacity),
+        required(capacity),
+        group(capacity),
+        members(capacity),
+        first_member(capacity + 1),
+        places(capacity) {}
 
   std::vector<unsigned char> free;          ///< per candidate: whether a search may select it
   std::vector<std::uint32_t> required;      ///< those that are selected in any case
+  std::vector<std::uint32_t> group;         ///< per candidate: the number of its group
   std::vector<std::uint32_t> members;       ///< candidates group by group
   std::vector<std::uint32_t> first_member;  ///< per group, and one more: where its members begin
   std::vector<std::size_t> places;          ///< per group: how many more may be selected
@@ -31,8 +37,8 @@ class Constraints {
  public:
   explicit Constraints(ConstraintsMemory& memory) noexcept : memory_(memory) {}
 
-  /// Takes over what Options ask; at most as many candidates, and groups, as the memory is for. `candidates`: those of
-  /// the store, all that are not excluded at least. ok, invalid_groups or infeasible.
+  /// Takes over what Options ask; at most as many candidates as the memory is for. `candidates`: those of the store,
+  /// all that are not excluded at least. ok, invalid_groups or infeasible.
   Status reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
 
   /// Per candidate: nonzero if a search may select it. Not those required: they are selected before.
@@ -47,30 +53,29 @@ class Constraints {
 
   /// Whether the group of this candidate has a place left.
   bool has_place(std::uint32_t candidate) const noexcept {
-    return groups_ == nullptr || memory_.places[group_of(candidate)] > 0;
+    return groups_ == nullptr || memory_.places[memory_.group[candidate]] > 0;
   }
 
   /// A candidate is selected, or no longer is: its group has a place less, or more.
   void take_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) --memory_.places[group_of(candidate)];
+    if (groups_ != nullptr) --memory_.places[memory_.group[candidate]];
   }
   void give_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) ++memory_.places[group_of(candidate)];
+    if (groups_ != nullptr) ++memory_.places[memory_.group[candidate]];
   }
 
   /// Calls body(i) for every candidate of this one's group, itself included.
   template <class Body>
   void for_group_of(std::uint32_t candidate, const Body& body) const {
-    const std::uint32_t group = group_of(candidate);
+    const std::uint32_t group = memory_.group[candidate];
     for (std::uint32_t j = memory_.first_member[group]; j < memory_.first_member[group + 1]; ++j) {
       body(memory_.members[j]);
     }
   }
 
  private:
+  std::size_t number_groups(const Options& options) noexcept;
   bool list_members(const Options& options, std::size_t n) noexcept;
-
-  std::uint32_t group_of(std::size_t candidate) const noexcept { return groups_[candidates_.indices[candidate]]; }
 
   ConstraintsMemory& memory_;
   Candidates candidates_{};

@@ -5,6 +5,7 @@
 #include "python/errors.hpp"
 #include "python/executor.hpp"
 #include "python/names.hpp"
+#include "python/pickling.hpp"
 
 #include <maxlogdet/jacobian.hpp>
 
@@ -75,9 +76,10 @@ std::string text_of(const BlockReport& report) {
 }  // namespace
 
 void bind_blocks_from_points(py::module_& module, py::class_<Store, std::shared_ptr<Store>>& store) {
-  py::class_<PinholeCamera>(module, "PinholeCamera", R"(PinholeCamera(fx, fy, cx=0.0, cy=0.0, bf=0.0)
+  py::class_<PinholeCamera> pinhole(module, "PinholeCamera", R"(PinholeCamera(fx, fy, cx=0.0, cy=0.0, bf=0.0)
 
-A rectified pinhole camera, px; bf: stereo baseline times fx, px m, 0 if monocular. No Jacobian depends on cx and cy.)")
+A rectified pinhole camera, px; bf: stereo baseline times fx, px m, 0 if monocular. No Jacobian depends on cx and cy.)");
+  pinhole
       .def(py::init([](double fx, double fy, double cx, double cy, double bf) {
              PinholeCamera camera;
              camera.fx = fx;
@@ -94,8 +96,11 @@ A rectified pinhole camera, px; bf: stereo baseline times fx, px m, 0 if monocul
       .def_readwrite("cy", &PinholeCamera::cy)
       .def_readwrite("bf", &PinholeCamera::bf)
       .def("__repr__", py::overload_cast<const PinholeCamera&>(&text_of));
+  def_pickle(pinhole, &PinholeCamera::fx, &PinholeCamera::fy, &PinholeCamera::cx, &PinholeCamera::cy,
+             &PinholeCamera::bf);
 
-  py::class_<BlockReport>(module, "BlockReport", "What BlockStore.append_blocks appended.")
+  py::class_<BlockReport> report(module, "BlockReport", "What BlockStore.append_blocks appended.");
+  report
       .def_property_readonly(
           "status", [](const BlockReport& self) { return to_string(self.status); },
           "'ok', or 'singular_rays' (map_bias_world) if some rays are orthogonal to the world's z axis.")
@@ -104,6 +109,8 @@ A rectified pinhole camera, px; bf: stereo baseline times fx, px m, 0 if monocul
       .def_readonly("behind_camera", &BlockReport::behind_camera, "Of these, how many have Z <= 0.")
       .def_readonly("singular_rays", &BlockReport::singular_rays, "Of these, how many have a singular ray.")
       .def("__repr__", py::overload_cast<const BlockReport&>(&text_of));
+  def_pickle(report, &BlockReport::status, &BlockReport::appended, &BlockReport::invalid, &BlockReport::behind_camera,
+             &BlockReport::singular_rays);
 
   store.def(
       "append_blocks", &append_blocks, py::arg("camera"), py::arg("T_cw"), py::arg("points"), py::kw_only(),

@@ -21,8 +21,7 @@ const char* explain(Status status) noexcept {
     case Status::invalid_strategy: return "this kind of selection does not know the strategy";
     case Status::invalid_time_limit: return "time_limit is negative or NaN";
     case Status::invalid_threads: return "threads is negative";
-    case Status::invalid_groups:
-      return "a group without a maximum, or a number of groups above the selector's capacity";
+    case Status::invalid_groups: return "a group without a maximum";
     case Status::infeasible:
       return "a required candidate is excluded or invalid, or more are required than the budget or a group allows";
     case Status::unsupported_groups: return "the strategy has no way to keep to groups";

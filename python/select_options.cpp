@@ -21,17 +21,6 @@ const T* data_or_null(const std::vector<T>& entries) {
   return entries.empty() ? nullptr : entries.data();
 }
 
-// Groups numbered by rank: without maxima of their own only who is together matters, and ids, as of objects, may be
-// larger than any number of groups.
-void renumber(std::vector<std::uint32_t>& groups) {
-  std::vector<std::uint32_t> ids = groups;
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  for (std::uint32_t& group : groups) {
-    group = static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), group) - ids.begin());
-  }
-}
-
 bool bool_from(const py::object& object, const std::string& name) {
   if (!py::isinstance<py::bool_>(object)) throw py::type_error(name + ": expected True or False");
   return object.cast<bool>();
@@ -98,7 +87,6 @@ SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object
   if (groups_.empty() && !group_maxima_.empty() && n > 0) {
     throw py::value_error("group_maxima: expected groups as well, which say who is in which");
   }
-  if (!has_maxima) renumber(groups_);
   options.prior = data_or_null(prior_);
   options.required = data_or_null(required_);
   options.excluded = data_or_null(excluded_);

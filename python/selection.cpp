@@ -2,6 +2,7 @@
 #include "python/selection.hpp"
 
 #include "python/errors.hpp"
+#include "python/pickling.hpp"
 
 #include <algorithm>
 #include <string>
@@ -13,6 +14,19 @@ std::string text_of(const Answer& answer) {
   return py::str("<maxlogdet.Selection: {}, {} selected by {}, log_det {:.6g}>")
       .format(to_string(answer.selection.status), answer.selection.size, to_string(answer.selection.strategy),
               answer.selection.log_det);
+}
+
+// All but what the arrays tell.
+constexpr PlainMembers numbers(&Selection::status, &Selection::log_det, &Selection::evaluations,
+                               &Selection::float64_decisions, &Selection::invalid_candidates, &Selection::upper_bound,
+                               &Selection::strategy, &Selection::threads);
+
+Answer unpickled(const py::tuple& state) {
+  check_state(state, 3);
+  Answer answer{numbers.object_of(state[0]), state[1].cast<py::array_t<py::ssize_t>>(),
+                state[2].cast<py::array_t<double>>()};
+  answer.selection.size = static_cast<std::size_t>(answer.indices.size());
+  return answer;
 }
 
 }  // namespace
@@ -59,7 +73,10 @@ len() is the number selected; iterating gives their indices.)")
       .def_property_readonly("threads", number(&Selection::threads), "How many threads the work was offered to.")
       .def("__len__", [](const Answer& self) { return self.indices.size(); })
       .def("__iter__", [](const Answer& self) { return py::iter(self.indices.attr("tolist")()); })
-      .def("__repr__", &text_of);
+      .def("__repr__", &text_of)
+      .def(py::pickle(
+          [](const Answer& self) { return py::make_tuple(numbers.state_of(self.selection), self.indices, self.gains); },
+          &unpickled));
 }
 
 }  // namespace maxlogdet::python

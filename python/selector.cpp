@@ -67,7 +67,7 @@ Answer select_once(const py::object& blocks, const py::object& budget, const py:
   const Lease lease(store_of(blocks));
   const std::size_t n = lease.blocks().size();
   SelectOptions asked(SelectionKind::whole, n, budget, keywords);
-  OwnSelector selector(std::max(n, asked.options.group_count), 0);
+  OwnSelector selector(n, 0);
   asked.options.budget = std::min(asked.options.budget, n);
   return run(selector, lease.blocks(), asked.options);
 }

@@ -3,6 +3,7 @@
 
 #include "python/arrays.hpp"
 #include "python/blocks_from_points.hpp"
+#include "python/pickling.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -105,7 +106,19 @@ py::array validity(const std::shared_ptr<Store>& store) {
   return view(store, py::dtype::of<bool>(), {static_cast<py::ssize_t>(blocks.size())}, {1}, blocks.validity());
 }
 
+// An integer, also of NumPy.
+bool is_count(const py::object& object) {
+  return PyIndex_Check(object.ptr()) != 0 && !py::isinstance<py::array>(object);
+}
+
 std::shared_ptr<Store> make(const py::object& blocks, const py::object& capacity) {
+  if (is_count(blocks)) {  // as of a Selector
+    if (count_from(capacity, "capacity") != 0) {
+      throw py::type_error("blocks: expected an array of floats, got the integer " + std::string(py::str(blocks)) +
+                           ", and capacity as well");
+    }
+    return std::make_shared<Store>(count_from(blocks, "capacity"));
+  }
   auto store = std::make_shared<Store>(count_from(capacity, "capacity"));
   if (!blocks.is_none()) extend(*store, blocks);
   return store;
@@ -115,6 +128,33 @@ std::shared_ptr<Store> copy(const Store& store) {
   auto result = std::make_shared<Store>(store.blocks().size());
   result->changeable() = store.blocks();
   return result;
+}
+
+// The blocks, one a stored candidate, and which candidates these are.
+py::tuple state_of(const std::shared_ptr<Store>& store) {
+  return py::make_tuple(planes(store).attr("transpose")(2, 0, 1).attr("copy")(), validity(store).attr("copy")());
+}
+
+std::shared_ptr<Store> unpickled(const py::tuple& state) {
+  check_state(state, 2);
+  const Array<double> blocks = real_array(state[0], "blocks", {any_n, any_r, state_dimension});
+  const auto size = py::len(state[1]);
+  const Array<bool> valid = optional_mask(state[1], "valid", size);
+  const bool* const flags = valid.data();
+  if (std::count(flags, flags + size, true) != blocks.shape(0))
+    throw py::value_error("blocks: expected one a true flag");
+  auto store = std::make_shared<Store>(size);
+  BlockStore& to = store->changeable();
+  const double* block = blocks.data();
+  for (std::size_t i = 0; i < size; ++i) {
+    if (!flags[i]) {
+      to.push_back_invalid();
+      continue;
+    }
+    to.push_back(block, static_cast<int>(blocks.shape(1)));
+    block += blocks.shape(1) * state_dimension;
+  }
+  return store;
 }
 
 std::string text_of(const Store& store) {
@@ -159,7 +199,8 @@ void bind_store(py::module_& module) {
 Candidate blocks H_i, r x 6 with r in {1, 2, 3}, columns (translation, rotation), rounded to float32. `blocks` is an
 (n, r, 6) array of floats, or a list of (r, 6) arrays of any mix of r; shorter blocks are filled up with zero rows. A
 None in the list, and a block that float32 cannot hold (NaN, infinity, overflow), is kept as an invalid candidate: it
-takes an index and is never selected. `capacity` candidates fit in without allocating.
+takes an index and is never selected. `capacity` candidates fit in without allocating; BlockStore(1000) is empty and has
+a capacity of 1000.
 
 While arrays view the store (planes, indices, valid) or a selection uses it, changing it raises BufferError.)");
   store.def(py::init(&make), py::arg("blocks") = py::none(), py::arg("capacity") = 0)
@@ -187,6 +228,9 @@ Makes room for so many candidates; what is stored stays.)")
 --
 
 A store of its own with the same candidates.)")
+      .def("__copy__", &copy)
+      .def("__deepcopy__", [](const Store& self, const py::object&) { return copy(self); })
+      .def(py::pickle(&state_of, &unpickled))
       .def("__len__", [](const Store& self) { return self.blocks().size(); })
       .def("__repr__", &text_of)
       .def_property_readonly(

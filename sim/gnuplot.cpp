@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "sim/gnuplot.hpp"
 
-#include "sim/frame_reader.hpp"
+#include "sim/table.hpp"
 
 #include <unistd.h>
 
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
 namespace maxlogdet::sim {
 namespace {
@@ -18,6 +18,32 @@ std::string terminal_of(const std::string& file, int width, int height) {
   if (ending == ".svg") return "svg size " + size + " dynamic noenhanced font 'sans-serif,14' background 'white'";
   if (ending == ".png") return "pngcairo size " + size + " noenhanced font 'sans-serif,11' background 'white'";
   throw InputError(file + ": expected a plot file that ends in .svg or .png");
+}
+
+// What gnuplot draws, from its standard output. Writing it to a file is not left to gnuplot: it would not tell of a
+// full disk, and draw to standard output where it could not open the file.
+std::string picture_of(const std::string& commands, const std::string& file) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> script(std::tmpfile(), &std::fclose);
+  if (!script || std::fwrite(commands.data(), 1, commands.size(), script.get()) != commands.size() ||
+      std::fflush(script.get()) != 0) {
+    throw InputError(file + ": cannot be drawn; expected room for a temporary file");
+  }
+  std::rewind(script.get());
+  const std::string command = "exec gnuplot 2>/dev/null </dev/fd/" + std::to_string(fileno(script.get()));
+  std::FILE* const gnuplot = popen(command.c_str(), "r");
+  std::string picture;
+  char part[4096];
+  while (gnuplot != nullptr) {
+    const std::size_t size = std::fread(part, 1, sizeof part, gnuplot);
+    if (size == 0) break;
+    picture.append(part, size);
+  }
+  if (gnuplot == nullptr || pclose(gnuplot) != 0 || picture.empty()) {
+    throw DrawError(file +
+                    ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
+                    "gnuplot-nox)");
+  }
+  return picture;
 }
 
 }  // namespace
@@ -31,27 +57,18 @@ std::string quoted(const std::string& text) {
 void check_plot_file(const std::string& file) {
   terminal_of(file, 1, 1);
   std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw InputError(file + ": is a folder; expected a plot file");
+  const std::filesystem::file_status there = std::filesystem::status(file, error);
+  if (std::filesystem::is_directory(there)) throw InputError(file + ": is a folder; expected a plot file");
   const std::string folder = std::filesystem::path(file).parent_path().string();
-  if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0) {
+  const bool is_possible = there.type() != std::filesystem::file_type::none;  // as a name that is too long
+  const std::string& written = std::filesystem::exists(there) ? file : folder.empty() ? "." : folder;
+  if (!is_possible || access(written.c_str(), W_OK) != 0) {
     throw InputError(file + ": cannot be written; expected a folder that exists and can be written to");
   }
 }
 
 void draw(const std::string& script, const std::string& file, int width, int height) {
-  const std::string commands =
-      "set terminal " + terminal_of(file, width, height) + "\nset output " + quoted(file) + '\n' + script;
-  const auto previous = std::signal(SIGPIPE, SIG_IGN);  // a gnuplot that is not there shows in its exit code
-  std::FILE* const gnuplot = popen("gnuplot 2>/dev/null", "w");
-  bool is_drawn = gnuplot != nullptr && std::fwrite(commands.data(), 1, commands.size(), gnuplot) == commands.size();
-  is_drawn = gnuplot != nullptr && pclose(gnuplot) == 0 && is_drawn;
-  std::signal(SIGPIPE, previous);
-  if (!is_drawn) {
-    std::remove(file.c_str());  // half a picture
-    throw InputError(file +
-                     ": gnuplot could not draw it; expected gnuplot to be installed (Debian: apt-get install "
-                     "gnuplot-nox) and the file to be writable");
-  }
+  write_file(file, picture_of("set terminal " + terminal_of(file, width, height) + '\n' + script, file));
 }
 
 }  // namespace maxlogdet::sim

@@ -256,7 +256,7 @@ void check(const PnpOptions& options) {
   require(options.rotation_deg >= 0 && options.rotation_deg <= 20, "a rotation of 0 to 20 degrees about each axis");
   require(options.nearest + options.map_bias > 5 * options.map_deviation,
           "--map-bias, --map-deviation, --nearest: expected a map that stays in front of the camera");
-  require(options.prior > 0 && options.prior <= 1e6, "--prior: expected a number above 0, at most 1e6");
+  require(options.prior >= 1e-20 && options.prior <= 1e6, "--prior: expected a number from 1e-20 to 1e6");
 }
 
 std::vector<PnpCase> pnp_cases(const PnpOptions& options) {

@@ -4,11 +4,13 @@
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
 #include "sim/progress.hpp"
+#include "sim/table.hpp"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <exception>
 #include <filesystem>
@@ -104,21 +106,17 @@ RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_
     }
   }
   old.close();
-  std::ofstream file_now(file_ + ".new", std::ios::trunc);
-  file_now << kept;
-  file_now.close();
-  std::error_code error;
-  if (file_now) std::filesystem::rename(file_ + ".new", file_, error);
-  if (!file_now || error) throw InputError(file_ + ": cannot be written; expected a folder that can be written to");
+  write_file(file_, kept);
 }
 
 void RunLog::add(const std::string& key, nlohmann::json result) {
   const nlohmann::ordered_json line = {{"key", key}, {"result", result}};
   const std::string text = line.dump() + '\n';
   const std::lock_guard<std::mutex> lock(mutex_);
+  errno = 0;
   std::ofstream file(file_, std::ios::app);
   file << text << std::flush;
-  if (!file) throw InputError(file_ + ": cannot be written");
+  if (!file) fail_to_write(file_);
   runs_[key] = std::move(result);
 }
 

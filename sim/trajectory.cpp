@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory.hpp"
 
+#include "sim/table.hpp"
 #include "sim/text.hpp"
 #include "sim/text_file.hpp"
 
@@ -8,9 +9,9 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <locale>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -131,7 +132,7 @@ std::vector<Trajectory> read_trajectories(const std::string& file_or_folder) {
 }
 
 void write_tum(const Trajectory& trajectory, const std::string& file) {
-  std::ofstream stream(file);
+  std::ostringstream stream;
   stream.imbue(std::locale::classic());  // a point in numbers, whatever the program's locale
   stream.precision(17);                  // as many digits as tell any two doubles apart
   stream << "# " << columns << '\n';
@@ -142,8 +143,7 @@ void write_tum(const Trajectory& trajectory, const std::string& file) {
     for (const double value : {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}) stream << ' ' << value;
     stream << '\n';
   }
-  stream.close();
-  if (!stream) throw InputError(file + ": cannot be written; expected a place for a trajectory file");
+  write_file(file, stream.str());
 }
 
 Trajectory analytic_trajectory(double seconds, double rate) {

@@ -279,7 +279,7 @@ struct Request {
     return result;
   }
 
-  std::size_t capacity() const { return std::max({blocks.size(), budget, maxima.size()}); }
+  std::size_t capacity() const { return std::max(blocks.size(), budget); }
 
   bool is_free(std::size_t i) const {
     return blocks.is_valid(i) && (excluded.empty() || excluded[i] == 0) && (required.empty() || required[i] == 0);

@@ -224,7 +224,9 @@ TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
   expect_refused(run("simulate metrics --noise nan"), "--noise");
   expect_refused(run("simulate metrics --points 5"), "--points");
   expect_refused(run("simulate metrics --weightings heavy"), "heavy");
-  expect_refused(run("simulate metrics --prior 0"), "--prior");
+  expect_refused(run("simulate metrics --prior 0"), "--prior: expected a number from 1e-20 to 1e6");
+  expect_refused(run("simulate metrics --prior 1e-21"), "--prior: expected a number from 1e-20 to 1e6");
+  EXPECT_EQ(run(std::string(small_metrics) + " --prior 1e-20").exit_code, 0) << "the smallest that the library takes";
   expect_refused(run("simulate metrics --nearest 30"), "--nearest");
   expect_refused(run("simulate metrics --map-bias nan"), "--map-bias");
   std::ofstream(folder_ + "/file") << "no folder\n";
@@ -245,6 +247,44 @@ TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
   expect_refused(run("simulate euroc --outliers 0.9"), "--outliers");
   expect_refused(run("simulate euroc --budget 300"), "--pool 200; expected at least the budget, 300");
   expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+}
+
+TEST_F(Simulate, refuses_options_that_do_nothing_without_another) {
+  write_trajectory("first");
+  const std::string euroc = small_tracking("euroc") + "--selectors ";
+  expect_refused(run(euroc + "inl,all --budget 50"), "--budget does nothing here; expected with it a selector");
+  expect_refused(run(euroc + "md,inl --pool 150"), "--pool does nothing here; expected with it --selectors quality_md");
+  expect_refused(run(euroc + "random --strategy greedy"), "--strategy does nothing here");
+  expect_refused(run(euroc + "random --weighting measurement"), "--weighting does nothing here");
+  expect_refused(run(euroc + "md --map-sigma 0.1"), "--map-sigma does nothing here");
+  const std::string used = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output ";
+  EXPECT_EQ(
+      run(euroc + "quality_md --pool 30 --strategy greedy --weighting measurement_and_map" + used + "out").exit_code,
+      0);
+  EXPECT_EQ(run(euroc + "random,all_weighted" + used + "other").exit_code, 0);
+}
+
+TEST_F(Simulate, says_that_a_file_cannot_be_written_and_leaves_no_half_of_it) {
+  const Outcome outcome = run_script("ulimit -f 105\n" MAXLOGDET_PROGRAM " " + std::string(small_metrics) +
+                                     " >out.txt 2>err.txt </dev/null");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("(File too large)"), std::string::npos) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ + "/out")) {
+    EXPECT_NE(entry.path().extension(), ".new") << entry.path();
+    const std::string text = contents_of(entry.path().string());
+    if (entry.path().extension() == ".svg") {
+      EXPECT_NE(text.find("</svg>"), std::string::npos) << entry.path();
+    }
+  }
+}
+
+TEST_F(Simulate, without_gnuplot_there_are_numbers_and_a_warning) {
+  const Outcome outcome = run(small_metrics, "PATH=nowhere ");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err.rfind("maxlogdet: no plots: ", 0), 0U) << outcome.err;
+  EXPECT_FALSE(contents("out/metrics.json").empty());
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/out/metrics_scene.svg"));
 }
 
 TEST_F(Simulate, takes_subsets_of_all_points) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/report.hpp"
+#include "sim/command_line.hpp"
 #include "sim/draws.hpp"
 #include "sim/gnuplot.hpp"
 #include "sim/input_error.hpp"
@@ -12,6 +13,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -51,11 +53,7 @@ void Arguments::add_to(CLI::App& program) {
   selectors.emplace_back(active_name);
   std::vector<std::string> names = selectors;
   program.add_option("--dataset", dataset, "Folder in the layout of KITTI odometry or of EuRoC (ASL)")->required();
-  program.add_option("--output", output, "Folder for trajectories, tables and pictures")
-      ->required()
-      ->check([](const std::string& text) {
-        return text.empty() ? std::string("expected the name of a folder") : std::string();
-      });
+  program.add_option("--output", output, "Folder for trajectories, tables and pictures")->required();
   program.add_option("--selectors", selectors, "What is compared; active matches in the order of information")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
@@ -97,6 +95,27 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--pool", options.selection.pool, "quality_md: candidates by quality")
       ->check(count)
       ->capture_default_str();
+}
+
+// Options that would change nothing are mistakes.
+void check_used(const CLI::App& program, const Arguments& arguments) {
+  bool has_budget = false, has_strategy = false, has_blocks = false, has_pool = false, is_active = false;
+  for (const std::string& name : arguments.selectors) {
+    const std::optional<sim::SelectorKind> kind = sim::find_named(sim::selector_kinds, name);
+    const bool is_log_det = kind == sim::SelectorKind::md || kind == sim::SelectorKind::quality_md;
+    is_active = is_active || name == active_name;
+    has_pool = has_pool || kind == sim::SelectorKind::quality_md;
+    has_strategy = has_strategy || is_log_det;
+    has_blocks = has_blocks || is_log_det || name == active_name;
+    has_budget = has_budget || name == active_name || (kind && sim::has_budget(*kind));
+  }
+  const bool is_stochastic = has_strategy && arguments.strategy == "stochastic_greedy";
+  sim::refuse_idle(program, "--budget", has_budget, "a selector that has one");
+  sim::refuse_idle(program, "--strategy", has_strategy, "--selectors md or quality_md");
+  sim::refuse_idle(program, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
+  sim::refuse_idle(program, "--weighting", has_blocks, "--selectors md, quality_md or active");
+  sim::refuse_idle(program, "--batch", is_active, "--selectors active");
+  sim::refuse_idle(program, "--pool", has_pool, "--selectors quality_md");
 }
 
 std::vector<Contestant> contestants_of(const Arguments& arguments) {
@@ -199,7 +218,7 @@ void write(const Arguments& arguments, const StereoDataset& dataset, const std::
     for (const char* const ending : {".svg", ".png"}) {
       sim::draw(script, arguments.output + "/trajectory" + ending, 900, 500);
     }
-  } catch (const sim::InputError& error) {  // no reason to lose the numbers
+  } catch (const sim::DrawError& error) {  // no reason to lose the numbers
     std::cerr << "stereo_odometry: no plot: " << sim::one_line(error.what()) << '\n';
   }
 }
@@ -247,22 +266,30 @@ int fail(const std::string& message) {
   return 2;
 }
 
+int flush() { return std::cout.flush() ? 0 : fail("standard output could not be written"); }
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size writing fails, as on a full disk
   try {
     CLI::App program("Stereo visual odometry that optimises its pose with selected matches, once with every selector.");
     program.name("stereo_odometry");
     Arguments arguments;
     arguments.add_to(program);
+    sim::refuse_empty_values(program);
     try {
       program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      if (error.get_exit_code() == 0) return program.exit(error);  // --help
+      if (error.get_exit_code() == 0) {  // --help
+        program.exit(error);
+        return flush();
+      }
       return fail(std::string(error.what()) + " (see --help)");
     }
+    check_used(program, arguments);
     run(arguments);
-    return std::cout.flush() ? 0 : fail("standard output could not be written");
+    return flush();
   } catch (const std::exception& error) {  // sim::InputError among them
     return fail(error.what());
   }

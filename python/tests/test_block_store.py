@@ -201,6 +201,25 @@ def test_one_row_candidates_are_told_from_one_block():
     assert len(maxlogdet.BlockStore(np.zeros((500, 6))[:, None, :])) == 500
 
 
+def test_a_capacity_is_taken_as_by_a_selector():
+    for number in (1000, np.int64(1000), np.uint16(1000)):
+        for make in (maxlogdet.BlockStore, maxlogdet.Selector, maxlogdet.ActiveSelection):
+            assert make(number).capacity >= 1000
+            assert make(capacity=number).capacity >= 1000
+        assert len(maxlogdet.BlockStore(number)) == 0
+        assert maxlogdet.BlockStore(None, number).capacity >= 1000
+    blocks = np.ones((3, 2, 6))
+    assert len(maxlogdet.BlockStore(blocks, 1000)) == 3 and maxlogdet.BlockStore(blocks, 1000).capacity >= 1000
+    with pytest.raises(TypeError, match="got the integer 5, and capacity as well"):
+        maxlogdet.BlockStore(5, capacity=10)
+    for make in (maxlogdet.BlockStore, maxlogdet.Selector, maxlogdet.ActiveSelection):
+        with pytest.raises(ValueError, match="capacity: expected an integer in "):
+            make(-1)
+    for wrong in (2.5, np.array(3.5), "1000"):
+        with pytest.raises((TypeError, ValueError), match="blocks: expected"):
+            maxlogdet.BlockStore(wrong)
+
+
 def test_repr_says_what_is_in():
     store = maxlogdet.BlockStore([np.ones((3, 6)), None])
     assert repr(store) == "<maxlogdet.BlockStore: 2 candidates, 1 invalid, 3 rows>"

@@ -24,7 +24,6 @@ STATUSES = [
     ("invalid_threads", dict(threads=-(10**30))),
     ("invalid_groups", dict(groups=np.full(20, 2), group_maxima=[1, 1])),
     ("invalid_groups", dict(groups=np.zeros(20, int), group_maxima=[])),
-    ("invalid_groups", dict(groups=np.zeros(20, int), group_maxima=np.ones(41, int))),
     ("infeasible", dict(required=~MASK, budget=19)),
     ("infeasible", dict(required=~MASK, excluded=~MASK)),
     ("infeasible", dict(required=~MASK, groups=np.zeros(20, int))),

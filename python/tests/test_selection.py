@@ -166,8 +166,14 @@ def test_each_group_has_its_own_maximum(rng):
 
 def test_more_maxima_than_candidates(rng):
     blocks = rng.normal(size=(3, 2, 6))
-    selection = maxlogdet.select(blocks, 3, groups=[0, 40, 40], group_maxima=np.ones(50, int))
-    assert len(selection) == 2
+    constraints = dict(groups=[0, 40, 40], group_maxima=np.ones(50, int))
+    assert len(maxlogdet.select(blocks, 3, **constraints)) == 2
+    assert len(maxlogdet.Selector(3).select(blocks, 3, **constraints)) == 2
+    active = maxlogdet.ActiveSelection(3)
+    active.start(blocks, 3, **constraints)
+    for _ in active:
+        active.accept()
+    assert len(active.selection()) == 2
 
 
 def test_a_deadline_gives_a_beginning_of_the_answer(rng):

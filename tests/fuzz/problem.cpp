@@ -208,7 +208,7 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
-  capacity = std::max({size, options.budget, options.group_count});
+  capacity = std::max(size, options.budget);
   if (bytes.chance(8)) capacity = bytes.below(capacity + 1);
 }
 
@@ -314,11 +314,11 @@ std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) 
   prior_is_unclear = verdict == Verdict::unclear;
   add_if(verdict == Verdict::bad, Status::invalid_prior);
 
-  bool has_groups_at_all = true;
+  bool groups_exist = true;
   for (std::size_t i = 0; i < candidates_.size() && has_groups(); ++i) {
-    has_groups_at_all = has_groups_at_all && options_.groups[i] < options_.group_count;
+    groups_exist = groups_exist && options_.groups[i] < options_.group_count;
   }
-  if (!has_groups_at_all || (has_groups() && options_.group_count > capacity)) {
+  if (!groups_exist) {
     errors.push_back(Status::invalid_groups);
     return errors;
   }

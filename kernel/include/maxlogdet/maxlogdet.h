@@ -46,7 +46,7 @@ enum {
   MAXLOGDET_STATUS_INVALID_STRATEGY = 7,     ///< not an enumerator, or not one that an active selection has
   MAXLOGDET_STATUS_INVALID_TIME_LIMIT = 8,   ///< negative or NaN
   MAXLOGDET_STATUS_INVALID_THREADS = 9,      ///< negative
-  MAXLOGDET_STATUS_INVALID_GROUPS = 10,      ///< a group not below group_count, or group_count above the capacity
+  MAXLOGDET_STATUS_INVALID_GROUPS = 10,      ///< a group not below group_count
   MAXLOGDET_STATUS_INFEASIBLE = 11,          ///< what is required is excluded, invalid, or more than is allowed
   MAXLOGDET_STATUS_UNSUPPORTED_GROUPS = 12,  ///< the strategy has no way to keep to groups
   MAXLOGDET_STATUS_NOTHING_PROPOSED = 13,    ///< an answer without a proposal
@@ -247,7 +247,7 @@ typedef struct maxlogdet_options {
   const uint8_t* required;    ///< n: nonzero is selected in any case, first; null: none
   const uint8_t* excluded;    ///< n: nonzero is not selected; null: none
   const uint32_t* groups;     ///< n: group of each candidate, < group_count; null: no groups, whatever the three below
-  size_t group_count;         ///< at most the capacity
+  size_t group_count;         ///< any number: groups without a candidate cost nothing
   size_t max_per_group;       ///< most to select of a group; default 1
   const uint32_t* group_maxima;  ///< group_count: most to select of each; null: max_per_group
 } maxlogdet_options;

@@ -53,7 +53,7 @@ struct Options {
   const unsigned char* excluded = nullptr;  ///< n: nonzero is not selected
   const std::uint32_t* groups = nullptr;    ///< n: group of each candidate, < group_count, of invalid and excluded
                                             ///< ones too; nullptr: no groups, whatever the three below
-  std::size_t group_count = 0;              ///< at most the selector's capacity
+  std::size_t group_count = 0;              ///< any number: groups without a candidate cost nothing
   std::size_t max_per_group = 1;            ///< most to select of a group
   const std::uint32_t* group_maxima = nullptr;  ///< group_count: most to select of each; nullptr: max_per_group
 };

@@ -25,7 +25,7 @@ enum class Status {
   invalid_strategy,    ///< strategy not one of the enumerators
   invalid_time_limit,  ///< time_limit negative or NaN
   invalid_threads,     ///< threads negative
-  invalid_groups,      ///< a group not below group_count, or group_count above the selector's capacity
+  invalid_groups,      ///< a group not below group_count
   infeasible,          ///< a required candidate is excluded or invalid, or more are required than the budget or the
                        ///< maximum of a group allows
   unsupported_groups,  ///< the strategy has no way to keep to groups

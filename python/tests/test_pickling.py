@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""Results, cameras and stores go to other processes, and can be copied."""
+import copy
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import maxlogdet
+
+SELECTION_NUMBERS = ["status", "strategy", "log_det", "upper_bound", "efficiency", "evaluations", "float64_decisions",
+                     "invalid_candidates", "threads"]
+WAYS = [copy.copy, copy.deepcopy] + [
+    lambda it, protocol=protocol: pickle.loads(pickle.dumps(it, protocol)) for protocol in range(2, 6)]
+
+
+def store_of(rng):
+    blocks = [None if rng.random() < 0.1 else rng.normal(size=(rng.integers(1, 4), 6)) for _ in range(50)]
+    return maxlogdet.BlockStore(blocks)
+
+
+def assert_same_selection(one, other):
+    for name in SELECTION_NUMBERS:
+        assert getattr(one, name) == pytest.approx(getattr(other, name), rel=0, abs=0, nan_ok=True), name
+    assert one.indices.dtype == other.indices.dtype and np.array_equal(one.indices, other.indices)
+    assert np.array_equal(one.gains, other.gains)
+    assert len(one) == len(other) and list(one) == list(other) and repr(one) == repr(other)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_selections(rng, way):
+    store = store_of(rng)
+    for options in (dict(), dict(certify=True, strategy="automatic"), dict(budget=0), dict(budget=50)):
+        selection = maxlogdet.select(store, **{"budget": 10, **options})
+        assert_same_selection(way(selection), selection)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_cameras_and_reports(rng, way):
+    camera = maxlogdet.PinholeCamera(400.5, 401.25, 320, 240, bf=47.5)
+    report = maxlogdet.BlockStore().append_blocks(camera, np.eye(4), rng.normal(size=(40, 3)))
+    rays = np.array([[1.0, 0, 0], [0, 0, 5]])
+    turned = np.array([[0, -1.0, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
+    singular = maxlogdet.BlockStore().append_blocks(camera, turned, rays + [5, 0, 0], weighting="map_bias_world")
+    assert singular.status == "singular_rays"
+    for it in (camera, report, singular):
+        same = way(it)
+        assert type(same) is type(it) and same is not it
+        assert repr(same) == repr(it)
+        for name in vars(type(it)):
+            if not name.startswith("_"):
+                assert getattr(same, name) == getattr(it, name), name
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_stores(rng, way):
+    full = store_of(rng)
+    for store in (full, maxlogdet.BlockStore(), maxlogdet.BlockStore([None, None])):
+        same = way(store)
+        assert same is not store and repr(same) == repr(store)
+        for name in ("planes", "indices", "valid"):
+            assert np.array_equal(getattr(same, name), getattr(store, name)), name
+        assert_same_selection(maxlogdet.select(same, 20), maxlogdet.select(store, 20))
+        same.append(None)
+        assert len(same) == len(store) + 1
+
+
+def test_other_processes_take_stores_and_give_selections(rng):
+    store = store_of(rng)
+    program = ("import pickle, sys, maxlogdet; store, budget = pickle.load(sys.stdin.buffer); "
+               "pickle.dump(maxlogdet.select(store, budget), sys.stdout.buffer)")
+    run = subprocess.run([sys.executable, "-B", "-c", program], input=pickle.dumps((store, 10)), check=True,
+                         stdout=subprocess.PIPE)
+    assert_same_selection(pickle.loads(run.stdout), maxlogdet.select(store, 10))
+
+
+def test_what_holds_working_memory_is_not_pickled():
+    for it in (maxlogdet.Selector(10), maxlogdet.ActiveSelection(10)):
+        with pytest.raises(TypeError, match="cannot pickle"):
+            pickle.dumps(it)
+
+
+@pytest.mark.parametrize("kind", [maxlogdet.PinholeCamera, maxlogdet.BlockReport, maxlogdet.Selection,
+                                  maxlogdet.BlockStore])
+def test_pickles_of_another_version_are_refused(kind):
+    with pytest.raises(ValueError, match="another version"):
+        kind.__new__(kind).__setstate__((1,))

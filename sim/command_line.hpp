@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/input_error.hpp"
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+// What the programs ask of every command line. Only they need CLI11.
+
+namespace maxlogdet::sim {
+
+/// An option whose value is empty, as that of a variable that a script did not set, is an error: else it would be read
+/// as 0 or as nothing. For all options of the command and of its subcommands, to be called when they are there.
+inline void refuse_empty_values(CLI::App& command) {
+  for (CLI::Option* const option : command.get_options()) {
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    option->check([](const std::string& text) { return text.empty() ? "a value is missing" : ""; });
+  }
+  for (CLI::App* const each : command.get_subcommands({})) refuse_empty_values(*each);
+}
+
+/// Throws an InputError if an option is given that does nothing without what is `needed`.
+inline void refuse_idle(const CLI::App& command, const std::string& option, bool has_needed,
+                        const std::string& needed) {
+  if (has_needed || command.count(option) == 0) return;
+  throw InputError(option + " does nothing here; expected with it " + needed);
+}
+
+}  // namespace maxlogdet::sim
