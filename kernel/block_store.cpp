@@ -178,6 +178,8 @@ simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t 
   part.has_third = advanced(input.has_third, 1);
   part.usable = advanced(input.usable, 1);
   part.map_covariances = advanced(input.map_covariances, 9);
+  part.jacobians = advanced(input.jacobians, 6);
+  part.camera_ids = advanced(input.camera_ids, 1);
   const std::size_t place = blocks_.stored() + first;
   simd::BlockOutput output{};
   output.planes = blocks_.planes_ + place;
@@ -221,6 +223,8 @@ simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::
     output.behind_camera += part.behind_camera;
     output.too_near += part.too_near;
     output.singular_rays += part.singular_rays;
+    output.unsound_covariances += part.unsound_covariances;
+    output.invalid_jacobians += part.invalid_jacobians;
     for (int column = 0; column < state_dimension; ++column) {
       output.column_max[column] = std::max(output.column_max[column], part.column_max[column]);
       output.factored_max[column] = std::max(output.factored_max[column], part.factored_max[column]);

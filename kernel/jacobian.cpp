@@ -2,6 +2,7 @@
 #include <maxlogdet/jacobian.hpp>
 
 #include "kernel/block_writer.hpp"
+#include "kernel/camera_checks.hpp"
 #include "threading/team.hpp"
 
 #include <cmath>
@@ -50,6 +51,25 @@ static_assert(is_same(simd::ThirdRow::none, ThirdMeasurement::none) &&
                   is_same(simd::ThirdRow::depth, ThirdMeasurement::depth),
               "simd/blocks.hpp lists the third measurements in this order");
 
+static_assert(is_same(simd::Projection::pinhole, CameraModel::pinhole) &&
+                  is_same(simd::Projection::radial_tangential, CameraModel::radial_tangential) &&
+                  is_same(simd::Projection::kannala_brandt, CameraModel::kannala_brandt) &&
+                  is_same(simd::Projection::double_sphere, CameraModel::double_sphere),
+              "simd/blocks.hpp lists the models in this order");
+
+// What sees the matches: the only camera, or a rig's.
+struct Cameras {
+  const RigCamera* all;
+  std::size_t size;
+  bool is_rig;
+};
+
+constexpr std::size_t most_cameras = 256;  // that an id of one byte can tell
+
+BlockStatus first_error(BlockStatus first, BlockStatus second) noexcept {
+  return first == BlockStatus::ok ? second : first;
+}
+
 // Where points are, as far as it can be told without reading them.
 BlockStatus check(const Points& points, std::size_t size) noexcept {
   if (size == 0) return BlockStatus::ok;
@@ -59,39 +79,81 @@ BlockStatus check(const Points& points, std::size_t size) noexcept {
   return is_stride ? BlockStatus::ok : BlockStatus::invalid_stride;
 }
 
-BlockStatus check(const PinholeCamera& camera, const Matches& matches, const BlockOptions& options) noexcept {
-  const BlockStatus of_points = check(matches.points, matches.size);
-  if (of_points != BlockStatus::ok) return of_points;
-  if (!is_positive(camera.fx) || !is_positive(camera.fy)) return BlockStatus::invalid_camera;
-  if (options.third == ThirdMeasurement::stereo && !is_positive(camera.bf)) return BlockStatus::invalid_camera;
-  if (options.threads < 0 || !is_positive(options.depth_sigma) || !(options.map_sigma >= 0) ||
-      !std::isfinite(options.map_sigma) || !(options.min_depth >= 0) || !std::isfinite(options.min_depth)) {
-    return BlockStatus::invalid_options;
+BlockStatus check(const BlockOptions& options) noexcept {
+  const bool are_in_range = options.threads >= 0 && is_positive(options.depth_sigma) && options.map_sigma >= 0 &&
+                            std::isfinite(options.map_sigma) && options.min_depth >= 0 &&
+                            std::isfinite(options.min_depth);
+  const bool are_known = options.weighting >= Weighting::map_bias &&
+                         options.weighting <= Weighting::measurement_and_map &&
+                         options.third >= ThirdMeasurement::none && options.third <= ThirdMeasurement::depth;
+  return are_in_range && are_known ? BlockStatus::ok : BlockStatus::invalid_options;
+}
+
+// Of a camera whose Jacobians the caller gives, only what a stereo row takes is read.
+BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept {
+  if (camera.model < CameraModel::pinhole || camera.model > CameraModel::double_sphere) {
+    return BlockStatus::unknown_camera_model;
   }
-  if (options.weighting < Weighting::map_bias || options.weighting > Weighting::measurement_and_map ||
-      options.third < ThirdMeasurement::none || options.third > ThirdMeasurement::depth) {
-    return BlockStatus::invalid_options;
+  const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
+  if (third == ThirdMeasurement::stereo && !has_stereo) return BlockStatus::invalid_camera;
+  return has_jacobians || has_valid_parameters(camera) ? BlockStatus::ok : BlockStatus::invalid_camera;
+}
+
+// Of matches that are not usable, ids are not read.
+BlockStatus check_ids(const Cameras& cameras, const Matches& matches) noexcept {
+  const unsigned char* const ids = matches.camera_ids;
+  if (cameras.is_rig && (cameras.all == nullptr || cameras.size == 0 || cameras.size > most_cameras)) {
+    return BlockStatus::invalid_camera_id;
+  }
+  if (ids == nullptr) return BlockStatus::ok;
+  if (!cameras.is_rig) return BlockStatus::invalid_camera_id;
+  for (std::size_t i = 0; i < matches.size; ++i) {
+    if (ids[i] >= cameras.size && (matches.usable == nullptr || matches.usable[i] != 0)) {
+      return BlockStatus::invalid_camera_id;
+    }
   }
   return BlockStatus::ok;
 }
 
-}  // namespace
+BlockStatus check(const Cameras& cameras, const RigidTransform& T, const Matches& matches,
+                  const BlockOptions& options) noexcept {
+  BlockStatus status = first_error(check(matches.points, matches.size), check_ids(cameras, matches));
+  if (status != BlockStatus::ok) return status;
+  for (std::size_t i = 0; i < cameras.size; ++i) {
+    status = first_error(status, check(cameras.all[i].camera, matches.jacobians != nullptr, options.third));
+  }
+  status = first_error(status, check(options));
+  bool are_rigid = is_rigid(T);
+  for (std::size_t i = 0; cameras.is_rig && i < cameras.size; ++i) are_rigid &= is_rigid(cameras.all[i].T_cb);
+  return first_error(status, are_rigid ? BlockStatus::ok : BlockStatus::invalid_pose);
+}
 
-BlockReport append_blocks(const Camera& given, const RigidTransform& T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
-  const PinholeCamera& camera = given.pinhole;
-  BlockReport report;
-  report.status = check(camera, matches, options);
-  if (report.status == BlockStatus::ok && !is_rigid(T_cw)) report.status = BlockStatus::invalid_pose;
-  if (report.status != BlockStatus::ok) return report;
+simd::CameraInput input_of(const RigCamera& rig_camera) noexcept {
+  const Camera& camera = rig_camera.camera;
+  simd::CameraInput input{};
+  input.model = static_cast<simd::Projection>(camera.model);
+  input.fx = camera.pinhole.fx;
+  input.fy = camera.pinhole.fy;
+  input.bf = camera.pinhole.bf;
+  input.parameters = camera.parameters;
+  input.least_cosine = camera.model == CameraModel::double_sphere ? least_cosine(camera) : 0;
+  input.T_cb = rig_camera.T_cb.data();
+  return input;
+}
 
+// What has been checked.
+BlockReport append(const simd::CameraInput* cameras, bool is_general, const unsigned char* camera_ids,
+                   const RigidTransform& T, const Matches& matches, const BlockOptions& options, BlockStore& blocks,
+                   Executor* executor) {
   simd::BlockInput input{};
   input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
   input.third = static_cast<simd::ThirdRow>(options.third);
-  input.fx = camera.fx;
-  input.fy = camera.fy;
-  input.bf = camera.bf;
-  input.T_cw = T_cw.data();
+  input.is_general = is_general;
+  input.cameras = cameras;
+  input.fx = cameras->fx;
+  input.fy = cameras->fy;
+  input.bf = cameras->bf;
+  input.T_cw = T.data();
   input.map_sigma = options.map_sigma;
   input.depth_sigma = options.depth_sigma;
   input.min_depth = options.min_depth;
@@ -104,20 +166,52 @@ BlockReport append_blocks(const Camera& given, const RigidTransform& T_cw, const
   input.has_third = matches.has_third;
   input.usable = matches.usable;
   input.map_covariances = matches.map_covariances;
+  input.jacobians = matches.jacobians;
+  input.camera_ids = camera_ids;
   BlockWriter writer(blocks, matches.size);
   simd::BlockOutput output{};
   threading::Team team;
   team.run(executor, threading::workers_for(executor, options.threads, matches.size, crossover),
            [&] { output = writer.append(input, team); });
 
+  BlockReport report;
   report.appended = matches.size;
   report.invalid = matches.size - output.stored;
   report.unusable = output.unusable;
   report.behind_camera = output.behind_camera;
   report.too_near = output.too_near;
   report.singular_rays = output.singular_rays;
+  report.unsound_covariances = output.unsound_covariances;
+  report.invalid_jacobians = output.invalid_jacobians;
+  if (report.invalid_jacobians > 0) report.status = BlockStatus::invalid_jacobians;
   if (report.singular_rays > 0) report.status = BlockStatus::singular_rays;
   return report;
+}
+
+}  // namespace
+
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  RigCamera only;
+  only.camera = camera;
+  BlockReport report;
+  report.status = check({&only, 1, false}, T_cw, matches, options);
+  if (report.status != BlockStatus::ok) return report;
+  const simd::CameraInput input = input_of(only);
+  const bool is_seen_by_model =
+      options.weighting == Weighting::measurement || options.weighting == Weighting::measurement_and_map;
+  const bool is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
+  return append(&input, is_general, nullptr, T_cw, matches, options, blocks, executor);
+}
+
+BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  BlockReport report;
+  report.status = check({rig.cameras, rig.size, true}, T_bw, matches, options);
+  if (report.status != BlockStatus::ok) return report;
+  simd::CameraInput inputs[most_cameras];
+  for (std::size_t i = 0; i < rig.size; ++i) inputs[i] = input_of(rig.cameras[i]);
+  return append(inputs, true, matches.camera_ids, T_bw, matches, options, blocks, executor);
 }
 
 const char* to_string(Weighting weighting) noexcept {

@@ -66,17 +66,18 @@ inline Factor<Rows> map_bias_factor(const Point& p, const Mask& has_third) {
 // H_c in the world frame. H_c = B [I | -[p]x] where the columns of B solve [J R; e_3^T] B = [J; 0]: J (R B - I) = 0, so
 // R B = I - p g^T, since p spans the null space of J; and e_3^T B = 0 gives g = R e_3 / (e_3^T R^T p), the world's z
 // axis seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
-// Returns where it is. With a third measurement g = 0.
+// Returns where it is. With a third measurement g = 0. On a rig all of it is in the body's axes, and the ray, which
+// comes from the camera, is not p.
 template <ThirdRow third>
-inline Mask map_bias_world_block(const double* T_cw, const Point& p, const Mask& has_third,
+inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Point& p, const Mask& has_third,
                                  Doubles (&h)[3][dimension]) {
   const Doubles zero(0.0);
   Doubles r[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) r[i][j] = Doubles(T_cw[4 * i + j]);
   }
-  const Doubles share = r[0][2] * p.x + r[1][2] * p.y + r[2][2] * p.z;
-  const Doubles norm = xsimd::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+  const Doubles share = r[0][2] * ray.x + r[1][2] * ray.y + r[2][2] * ray.z;
+  const Doubles norm = xsimd::sqrt(ray.x * ray.x + ray.y * ray.y + ray.z * ray.z);
   Mask is_singular = xsimd::abs(share) < Doubles(singular_ray_cosine) * norm;
   Doubles g[3] = {r[0][2] / share, r[1][2] / share, r[2][2] / share};
   if constexpr (third != ThirdRow::none) {
@@ -84,7 +85,7 @@ inline Mask map_bias_world_block(const double* T_cw, const Point& p, const Mask&
     for (Doubles& entry : g) entry = xsimd::select(has_third, zero, entry);
   }
   for (int i = 0; i < 3; ++i) {
-    const Doubles projected = r[0][i] * p.x + r[1][i] * p.y + r[2][i] * p.z;  // (R^T p)_i
+    const Doubles projected = r[0][i] * ray.x + r[1][i] * ray.y + r[2][i] * ray.z;  // (R^T p)_i
     Doubles b[3];
     for (int j = 0; j < 3; ++j) b[j] = r[j][i] - projected * g[j];
     for (int j = 0; j < 3; ++j) h[i][j] = b[j];
@@ -110,9 +111,7 @@ inline void add(const Symmetric& from, Symmetric& to) {
 }
 
 // R Sigma_p R^T.
-inline Symmetric in_camera_frame(const double* T_cw, const Tile& tile, std::size_t i) {
-  Doubles s[6];
-  for (int e = 0; e < 6; ++e) s[e] = load(tile.map_covariance[e], i);
+inline Symmetric in_camera_frame(const double* T_cw, const Doubles (&s)[6]) {
   constexpr int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};  // of Sigma_p
   Doubles rows[3][3];                                          // R Sigma_p
   for (int a = 0; a < 3; ++a) {
@@ -133,6 +132,19 @@ inline Symmetric along_ray(const Symmetric& s, const Doubles& x, const Doubles& 
   const Doubles xz = s.xz - x * s.zz;
   const Doubles yz = s.yz - y * s.zz;
   return {s.xx - x * (s.xz + xz), s.xy - y * s.xz - x * yz, xz, s.yy - y * (s.yz + yz), yz, s.zz};
+}
+
+// The square of the Frobenius norm of a symmetric matrix, its upper triangle by rows.
+inline Doubles frobenius_squared(const Doubles (&s)[6]) {
+  return s[0] * s[0] + s[3] * s[3] + s[5] * s[5] + Doubles(2.0) * (s[1] * s[1] + s[2] * s[2] + s[4] * s[4]);
+}
+
+// Rounding moves S = Sigma_z + B Sigma_p B^T by at most 16u |b_i| |b_j| |Sigma_p|, and A S A^T = I by what A makes of
+// that: at most 1e-3 where this is true (docs/numerics.md). `square`: |Sigma_p|^2; `norms`: the sum of the squares of
+// |A| (|b_1|, |b_2|, ...), |b_i| sums of magnitudes.
+inline Mask keeps_digits(const Doubles& square, const Doubles& norms) {
+  constexpr double most = 549755813888.0;  // 2^39
+  return square * (norms * norms) <= Doubles(most * most);
 }
 
 // Where the measurement puts the point, along its ray: dX - x dZ = Z / fx du, dY - y dZ = Z / fy dv, and dZ = -Z^2 / bf
@@ -192,6 +204,20 @@ inline Mask whiten(const Symmetric& s, const Mask& has_third, Factor<Rows>& fact
   return is_definite;
 }
 
+// The norms of keeps_digits for a factor along the ray, whose B is V R.
+template <int Rows>
+inline Doubles norms_along_ray(const Factor<Rows>& factor, const Doubles& x, const Doubles& y) {
+  const Doubles one(1.0);
+  const Doubles of_x = one + xsimd::abs(x);
+  const Doubles of_y = one + xsimd::abs(y);
+  Doubles first = factor.a[0][0] * of_x + xsimd::abs(factor.a[0][1]) * of_y;
+  Doubles second = factor.a[1][1] * of_y;
+  if constexpr (Rows == 2) return first * first + second * second;
+  first += xsimd::abs(factor.a[0][2]);
+  second += xsimd::abs(factor.a[1][2]);
+  return first * first + second * second + factor.a[Rows - 1][2] * factor.a[Rows - 1][2];
+}
+
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
 // which the last sees nothing but the depth. Returns where sigma^2 has underflowed to zero.
 template <ThirdRow third, int Rows>
@@ -236,13 +262,18 @@ inline Mask whitened_factor(const BlockInput& input, const Tile& tile, std::size
   const Doubles y = p.y * inverse_z;
   Symmetric s;
   Mask is_definite = measured_along_ray<third>(input, sigma, p, has_third, s);
+  Doubles square(3 * input.map_sigma * input.map_sigma * input.map_sigma * input.map_sigma);
   if (input.map_covariances == nullptr) {
     const Doubles variance(input.map_sigma * input.map_sigma);
     add(along_ray({variance, zero, zero, variance, zero, variance}, x, y), s);
   } else {
-    add(along_ray(in_camera_frame(input.T_cw, tile, i), x, y), s);
+    Doubles covariance[6];
+    for (int e = 0; e < 6; ++e) covariance[e] = load(tile.map_covariance[e], i);
+    add(along_ray(in_camera_frame(input.T_cw, covariance), x, y), s);
+    square = frobenius_squared(covariance);
   }
   is_definite = is_definite & whiten<third>(s, has_third, factor);
+  is_definite = is_definite & keeps_digits(square, norms_along_ray(factor, x, y));
   from_ray(x, y, factor);
   return is_definite;
 }

@@ -13,12 +13,25 @@ namespace simd {
 // In the order of the public enumerations; kernel/jacobian.cpp asserts it.
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
 enum class ThirdRow { none, stereo, depth };
+enum class Projection { pinhole, radial_tangential, kannala_brandt, double_sphere };
+
+/// A camera on the body that the pose is about, which for one camera alone is itself.
+struct CameraInput {
+  Projection model;
+  double fx, fy, bf;
+  const double* parameters;  ///< in the order of maxlogdet/camera.hpp
+  double least_cosine;       ///< of a double sphere: it has an image where Z / |p_c| is above
+  const double* T_cb;        ///< 3 x 4 row-major
+};
 
 struct BlockInput {
   BlockWeighting weighting;
   ThirdRow third;
-  double fx, fy, bf;
-  const double* T_cw;  ///< 3 x 4 row-major
+  /// Cameras of any kind, or Jacobians of the caller's own; otherwise one pinhole, and both of the latter are null.
+  bool is_general;
+  const CameraInput* cameras;
+  double fx, fy, bf;   ///< of the pinhole
+  const double* T_cw;  ///< 3 x 4 row-major, world to body
   double map_sigma;
   double depth_sigma;
   double min_depth;
@@ -26,11 +39,13 @@ struct BlockInput {
   const unsigned char* points;  ///< size x 3, float64 or float32, point_stride bytes from one to the next
   std::size_t point_stride;
   bool are_points_float;
-  const double* sigmas;            ///< this and the following: size entries each, or null
-  const double* weights;           ///< 1 each by default
-  const unsigned char* has_third;  ///< nonzero each by default
-  const unsigned char* usable;     ///< nonzero each by default
-  const double* map_covariances;   ///< 3 x 3 each; map_sigma^2 I by default
+  const double* sigmas;             ///< this and the following: size entries each, or null
+  const double* weights;            ///< 1 each by default
+  const unsigned char* has_third;   ///< nonzero each by default
+  const unsigned char* usable;      ///< nonzero each by default
+  const double* map_covariances;    ///< 3 x 3 each; map_sigma^2 I by default
+  const double* jacobians;          ///< 2 x 3 each, by p_c; the camera's by default
+  const unsigned char* camera_ids;  ///< which of `cameras`; null: there is one, at T_cb = I
 };
 
 struct BlockOutput {
@@ -51,6 +66,8 @@ struct BlockOutput {
   std::size_t behind_camera;
   std::size_t too_near;
   std::size_t singular_rays;
+  std::size_t unsound_covariances;
+  std::size_t invalid_jacobians;
   double column_max[6];  ///< largest |entry| written, by column
 
   /// Where they are factored p, float32, goes to the 3 planes after the 18 of entries, and this is column_max of

@@ -58,7 +58,8 @@ float largest_magnitude(const float* values, std::size_t count) {
   return largest;
 }
 
-template <BlockWeighting weighting, ThirdRow third>
+// `is_general`: as BlockInput's; p is then the point in the frame of the body.
+template <BlockWeighting weighting, ThirdRow third, bool is_general>
 void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
   constexpr int rows = third == ThirdRow::none && !is_world ? 2 : 3;
@@ -69,16 +70,21 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
   BlockInput input = given;
   input.T_cw = pose;
-  Tile tile;
+  std::conditional_t<is_general, SeenTile, Tile> tile;
   bool is_any_tall = is_world;
   output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
+  output.unsound_covariances = output.invalid_jacobians = 0;
   std::memset(output.validity, 0, input.size);
 
   for (std::size_t next = 0; next < input.size;) {
     next = list_usable(input, next, tile, output);
     if (tile.count == 0) break;
     fill<weighting, third>(input, tile);
-    transform_and_sift(input, tile, output);
+    if constexpr (is_general) {
+      see_and_sift<weighting, third>(input, tile, output);
+    } else {
+      transform_and_sift(input, tile, output);
+    }
 
     for (std::size_t i = 0; i < tile.count; i += double_lanes) {
       const std::size_t used = tile.count - i < double_lanes ? tile.count - i : double_lanes;
@@ -90,11 +96,15 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
       Mask valid(true);
       Mask is_singular(false);
       if constexpr (is_world) {
-        is_singular = map_bias_world_block<third>(input.T_cw, p, has_third, h);
+        Point ray = p;
+        if constexpr (is_general) ray = {load(tile.ray[0], i), load(tile.ray[1], i), load(tile.ray[2], i)};
+        is_singular = map_bias_world_block<third>(input.T_cw, ray, p, has_third, h);
         valid = !is_singular;
       } else {
         Factor<rows> factor;
-        if constexpr (weighting == BlockWeighting::map_bias) {
+        if constexpr (is_general) {
+          valid = seen_factor<weighting, third>(input, tile, i, has_third, factor);
+        } else if constexpr (weighting == BlockWeighting::map_bias) {
           factor = map_bias_factor<third, rows>(p, has_third);
         } else if constexpr (weighting == BlockWeighting::measurement) {
           valid = measurement_factor<third>(input, tile, i, p, has_third, factor);
@@ -131,9 +141,11 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
       const std::uint32_t valid_lanes = lanes_of(valid & are_held(h));
       const std::uint32_t tall_lanes = lanes_of(has_third);
       const std::uint32_t singular_lanes = lanes_of(is_singular);
+      const std::uint32_t unsound_lanes = is_world ? 0U : lanes_of(!valid);
       std::size_t kept = 0;
       for (std::size_t lane = 0; lane < used; ++lane) {
         output.singular_rays += singular_lanes >> lane & 1U;
+        output.unsound_covariances += unsound_lanes >> lane & 1U;
         if ((valid_lanes >> lane & 1U) == 0) continue;
         for (std::size_t e = 0; e < entries; ++e) planes[e * output.stride + kept] = detour[e * double_lanes + lane];
         for (std::size_t d = 0; is_factored && d < 3; ++d) {
@@ -161,26 +173,33 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   output.is_factored = is_factored && factored_max({output.planes, output.stride}, output.stored, output.factored_max);
 }
 
-template <BlockWeighting weighting>
+template <BlockWeighting weighting, bool is_general>
 void build_blocks_weighted(const BlockInput& input, BlockOutput& output) {
   // Both weightings by the map's bias ask only whether a match has a third measurement.
   constexpr bool is_map_bias = weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
+  constexpr ThirdRow depth = is_map_bias ? ThirdRow::stereo : ThirdRow::depth;
   switch (input.third) {
-    case ThirdRow::none: return build_blocks_of<weighting, ThirdRow::none>(input, output);
-    case ThirdRow::stereo: return build_blocks_of<weighting, ThirdRow::stereo>(input, output);
-    case ThirdRow::depth:
-      return build_blocks_of < weighting, is_map_bias ? ThirdRow::stereo : ThirdRow::depth > (input, output);
+    case ThirdRow::none: return build_blocks_of<weighting, ThirdRow::none, is_general>(input, output);
+    case ThirdRow::stereo: return build_blocks_of<weighting, ThirdRow::stereo, is_general>(input, output);
+    case ThirdRow::depth: return build_blocks_of<weighting, depth, is_general>(input, output);
+  }
+}
+
+template <bool is_general>
+void build_blocks_of_cameras(const BlockInput& input, BlockOutput& output) {
+  switch (input.weighting) {
+    case BlockWeighting::map_bias: return build_blocks_weighted<BlockWeighting::map_bias, is_general>(input, output);
+    case BlockWeighting::map_bias_world:
+      return build_blocks_weighted<BlockWeighting::map_bias_world, is_general>(input, output);
+    case BlockWeighting::measurement:
+      return build_blocks_weighted<BlockWeighting::measurement, is_general>(input, output);
+    case BlockWeighting::measurement_and_map:
+      return build_blocks_weighted<BlockWeighting::measurement_and_map, is_general>(input, output);
   }
 }
 
 void build_blocks(const BlockInput& input, BlockOutput& output) {
-  switch (input.weighting) {
-    case BlockWeighting::map_bias: return build_blocks_weighted<BlockWeighting::map_bias>(input, output);
-    case BlockWeighting::map_bias_world: return build_blocks_weighted<BlockWeighting::map_bias_world>(input, output);
-    case BlockWeighting::measurement: return build_blocks_weighted<BlockWeighting::measurement>(input, output);
-    case BlockWeighting::measurement_and_map:
-      return build_blocks_weighted<BlockWeighting::measurement_and_map>(input, output);
-  }
+  input.is_general ? build_blocks_of_cameras<true>(input, output) : build_blocks_of_cameras<false>(input, output);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace {
 
@@ -52,6 +53,7 @@ inline void store_narrow(const Doubles& values, float* to) {
 // These use them.
 #include "simd/block_factors.inl"
 #include "simd/blocks.inl"
+#include "simd/cameras.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
 #include "simd/losses.inl"

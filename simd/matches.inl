@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Matches as packs, one a lane: what is read of them, and their points in the camera frame. This and what makes blocks
-// of them (block_factors.inl, blocks.inl) is float64 by + - * / and sqrt in one fixed order: the same bits on every
-// instruction set.
+// of them (cameras.inl, block_factors.inl, blocks.inl) is float64 by + - * / and sqrt in one fixed order: the same bits
+// on every instruction set.
 
 namespace {
 
@@ -121,6 +121,16 @@ inline void keep(double (&values)[size], const std::uint32_t* kept, std::size_t 
   if (count > 0) repeat_last(values, count);
 }
 
+inline void keep_matches(Tile& tile, const std::uint32_t* kept, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) tile.number[i] = tile.number[kept[i]];
+  for (auto& coordinate : tile.point) keep(coordinate, kept, count);
+  keep(tile.sigma, kept, count);
+  keep(tile.weight, kept, count);
+  keep(tile.has_third, kept, count);
+  for (auto& entry : tile.map_covariance) keep(entry, kept, count);
+  tile.count = count;
+}
+
 // Takes points to the camera frame, and out of the tile the matches that have no Jacobian there, or no weight.
 inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput& output) {
   std::uint32_t kept[tile_matches];
@@ -148,14 +158,7 @@ inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput&
       output.too_near += too_near >> lane & 1U;
     }
   }
-  if (count == tile.count) return;
-  for (std::size_t i = 0; i < count; ++i) tile.number[i] = tile.number[kept[i]];
-  for (auto& coordinate : tile.point) keep(coordinate, kept, count);
-  keep(tile.sigma, kept, count);
-  keep(tile.weight, kept, count);
-  keep(tile.has_third, kept, count);
-  for (auto& entry : tile.map_covariance) keep(entry, kept, count);
-  tile.count = count;
+  if (count < tile.count) keep_matches(tile, kept, count);
 }
 
 }  // namespace

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/camera.hpp>
+
+#include "kernel/camera_checks.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+namespace maxlogdet {
+namespace {
+
+constexpr std::size_t most_parameters = sizeof Camera::parameters / sizeof(double);
+
+std::size_t parameter_count(CameraModel model) noexcept {
+  switch (model) {
+    case CameraModel::pinhole: return 0;
+    case CameraModel::radial_tangential: return 5;
+    case CameraModel::kannala_brandt: return 4;
+    case CameraModel::double_sphere: return 2;
+  }
+  return 0;
+}
+
+Camera distorted(CameraModel model, const PinholeCamera& pinhole,
+                 const double (&parameters)[most_parameters]) noexcept {
+  Camera camera(pinhole);
+  camera.model = model;
+  for (std::size_t i = 0; i < most_parameters; ++i) camera.parameters[i] = parameters[i];
+  return camera;
+}
+
+// Each of these gives (m_x, m_y), and whether there is an image.
+
+bool project_radial_tangential(const double* k, double x, double y, double* m) noexcept {
+  const double rho = x * x + y * y;
+  const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
+  const double slope = 2 * k[0] + rho * (4 * k[1] + rho * 6 * k[4]);
+  const double xx = radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
+  const double xy = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
+  const double yy = radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
+  m[0] = x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x);
+  m[1] = y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y;
+  return xx + yy > 0 && xx * yy - xy * xy > 0;
+}
+
+bool project_kannala_brandt(const double* k, const double* p, double* m) noexcept {
+  const double r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
+  const double theta = std::atan2(r, p[2]);
+  const double q = theta * theta;
+  const double d = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
+  const double slope = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
+  const double scale = r > 0 ? d / r : 1 / p[2];
+  m[0] = scale * p[0];
+  m[1] = scale * p[1];
+  return slope > 0 && ((r > 0 && d > 0) || p[2] > 0);
+}
+
+bool project_double_sphere(const Camera& camera, const double* p, double* m) noexcept {
+  const double xi = camera.parameters[0];
+  const double alpha = camera.parameters[1];
+  const double r_squared = p[0] * p[0] + p[1] * p[1];
+  const double d1 = std::sqrt(r_squared + p[2] * p[2]);
+  const double k = xi * d1 + p[2];
+  const double d2 = std::sqrt(r_squared + k * k);
+  const double divisor = alpha * d2 + (1 - alpha) * k;
+  const double g = alpha / d2 * (1 + k * xi / d1) + (1 - alpha) * xi / d1;
+  const double h = (xi * p[2] / d1 + 1) * (alpha * k / d2 + 1 - alpha);
+  m[0] = p[0] / divisor;
+  m[1] = p[1] / divisor;
+  return divisor > 0 && p[2] > least_cosine(camera) * d1 && (divisor - g * r_squared) * p[2] + h * r_squared > 0;
+}
+
+}  // namespace
+
+Camera Camera::radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
+                                 double k3) noexcept {
+  return distorted(CameraModel::radial_tangential, pinhole, {k1, k2, p1, p2, k3});
+}
+
+Camera Camera::kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept {
+  return distorted(CameraModel::kannala_brandt, pinhole, {k1, k2, k3, k4, 0});
+}
+
+Camera Camera::double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept {
+  return distorted(CameraModel::double_sphere, pinhole, {xi, alpha, 0, 0, 0});
+}
+
+bool has_valid_parameters(const Camera& camera) noexcept {
+  const PinholeCamera& pinhole = camera.pinhole;
+  if (!(pinhole.fx > 0 && std::isfinite(pinhole.fx) && pinhole.fy > 0 && std::isfinite(pinhole.fy))) return false;
+  for (std::size_t i = 0; i < parameter_count(camera.model); ++i) {
+    if (!std::isfinite(camera.parameters[i])) return false;
+  }
+  const double xi = camera.parameters[0];
+  const double alpha = camera.parameters[1];
+  return camera.model != CameraModel::double_sphere || (xi > -1 && alpha >= 0 && alpha <= 1);
+}
+
+double least_cosine(const Camera& camera) noexcept {
+  const double xi = camera.parameters[0];
+  const double alpha = camera.parameters[1];
+  const double w1 = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
+  return -(w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+}
+
+bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
+  if (camera.model < CameraModel::pinhole || camera.model > CameraModel::double_sphere) return false;
+  if (!has_valid_parameters(camera)) return false;
+  double m[2] = {p_c[0] / p_c[2], p_c[1] / p_c[2]};
+  bool has_image = p_c[2] > 0;
+  switch (camera.model) {
+    case CameraModel::pinhole: break;
+    case CameraModel::radial_tangential:
+      has_image = has_image && project_radial_tangential(camera.parameters, m[0], m[1], m);
+      break;
+    case CameraModel::kannala_brandt: has_image = project_kannala_brandt(camera.parameters, p_c, m); break;
+    case CameraModel::double_sphere: has_image = project_double_sphere(camera, p_c, m); break;
+  }
+  const double u = camera.pinhole.fx * m[0] + camera.pinhole.cx;
+  const double v = camera.pinhole.fy * m[1] + camera.pinhole.cy;
+  if (!has_image || !std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
+  uv[0] = u;
+  uv[1] = v;
+  return true;
+}
+
+const char* to_string(CameraModel model) noexcept {
+  switch (model) {
+    case CameraModel::pinhole: return "pinhole";
+    case CameraModel::radial_tangential: return "radial_tangential";
+    case CameraModel::kannala_brandt: return "kannala_brandt";
+    case CameraModel::double_sphere: return "double_sphere";
+  }
+  return "unknown";
+}
+
+}  // namespace maxlogdet
