@@ -52,7 +52,6 @@ inline void store_narrow(const Doubles& values, float* to) {
 
 // These use them.
 #include "simd/block_factors.inl"
-#include "simd/blocks.inl"
 #include "simd/cameras.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
@@ -63,6 +62,9 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/tiles.inl"
 #include "simd/traces.inl"
 #include "simd/update.inl"
+
+// And this uses all about matches.
+#include "simd/blocks.inl"
 
 namespace maxlogdet {
 namespace simd {
