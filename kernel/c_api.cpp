@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 using maxlogdet::c_api::read;
 using maxlogdet::c_api::to_c;
@@ -53,8 +54,8 @@ constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGU
                                                    0,
                                                    1,
                                                    0};
-constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0};
-constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0};
+constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
+constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
 
 }  // namespace
 
@@ -62,6 +63,7 @@ struct maxlogdet_block_store {
   explicit maxlogdet_block_store(size_t capacity) : blocks(capacity) {}
 
   maxlogdet::BlockStore blocks;
+  std::vector<maxlogdet::RigCamera> cameras;  // of the rig that was last appended for
   maxlogdet_block_report report{};
 };
 
@@ -94,6 +96,28 @@ maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answ
   if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
   if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
   return static_cast<maxlogdet_status>(answer(active->active));
+}
+
+constexpr size_t most_cameras = 256;
+
+// Of a camera or a rig.
+template <class Cameras>
+const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cameras& cameras, const double* T,
+                                        const maxlogdet_matches* matches, const maxlogdet_block_options* options,
+                                        const maxlogdet_executor* executor) noexcept {
+  maxlogdet::Matches cpp_matches;
+  maxlogdet::BlockOptions cpp_options;
+  maxlogdet_executor callbacks{};
+  if (blocks == nullptr || !read(matches, cpp_matches) || !read(options, cpp_options) ||
+      (executor != nullptr && !read(executor, callbacks))) {
+    return &refused_report;
+  }
+  CallbackExecutor helpers(callbacks);
+  const maxlogdet_status status = with_memory([&] {
+    blocks->report = to_c(
+        append_blocks(cameras, T, cpp_matches, cpp_options, blocks->blocks, executor == nullptr ? nullptr : &helpers));
+  });
+  return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
 }
 
 }  // namespace
@@ -152,20 +176,28 @@ const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* ca
                                                       const maxlogdet_block_options* options,
                                                       maxlogdet_block_store* blocks,
                                                       const maxlogdet_executor* executor) {
-  maxlogdet::PinholeCamera cpp_camera;
-  maxlogdet::Matches cpp_matches;
-  maxlogdet::BlockOptions cpp_options;
-  maxlogdet_executor callbacks{};
-  if (blocks == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options) ||
-      (executor != nullptr && !read(executor, callbacks))) {
-    return &refused_report;
+  maxlogdet::Camera cpp_camera;
+  if (!read(camera, cpp_camera)) return &refused_report;
+  return append_to(blocks, cpp_camera, T_cw, matches, options, executor);
+}
+
+const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_camera* const* cameras, const double* T_cb,
+                                                             size_t camera_count, const double* T_bw,
+                                                             const maxlogdet_matches* matches,
+                                                             const maxlogdet_block_options* options,
+                                                             maxlogdet_block_store* blocks,
+                                                             const maxlogdet_executor* executor) {
+  if (blocks == nullptr || (camera_count > 0 && (cameras == nullptr || T_cb == nullptr))) return &refused_report;
+  const size_t count = camera_count <= most_cameras ? camera_count : 0;
+  if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_STATUS_OK) return &no_memory_report;
+  for (size_t i = 0; i < count; ++i) {
+    if (!read(cameras[i], blocks->cameras[i].camera)) return &refused_report;
+    blocks->cameras[i].T_cb = T_cb + 12 * i;
   }
-  CallbackExecutor helpers(callbacks);
-  const maxlogdet_status status = with_memory([&] {
-    blocks->report = to_c(append_blocks(cpp_camera, T_cw, cpp_matches, cpp_options, blocks->blocks,
-                                        executor == nullptr ? nullptr : &helpers));
-  });
-  return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
+  maxlogdet::Rig rig;
+  rig.cameras = blocks->cameras.data();
+  rig.size = count;  // 0: refused
+  return append_to(blocks, rig, T_bw, matches, options, executor);
 }
 
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {

@@ -10,6 +10,7 @@
 namespace {
 
 using maxlogdet::BlockStatus;
+using maxlogdet::CameraModel;
 using maxlogdet::Status;
 using maxlogdet::Strategy;
 using maxlogdet::ThirdMeasurement;
@@ -46,12 +47,21 @@ static_assert(is_same(MAXLOGDET_THIRD_MEASUREMENT_NONE, ThirdMeasurement::none) 
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_STEREO, ThirdMeasurement::stereo) &&
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_DEPTH, ThirdMeasurement::depth),
               "values of the C API are for ever: a new ThirdMeasurement goes to the end");
+static_assert(is_same(MAXLOGDET_CAMERA_MODEL_PINHOLE, CameraModel::pinhole) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_RADIAL_TANGENTIAL, CameraModel::radial_tangential) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_KANNALA_BRANDT, CameraModel::kannala_brandt) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_DOUBLE_SPHERE, CameraModel::double_sphere),
+              "values of the C API are for ever: a new CameraModel goes to the end");
 static_assert(is_same(MAXLOGDET_BLOCK_STATUS_OK, BlockStatus::ok) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS, BlockStatus::singular_rays) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA, BlockStatus::invalid_camera) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_POSE, BlockStatus::invalid_pose) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS, BlockStatus::invalid_options) &&
-                  is_same(MAXLOGDET_BLOCK_STATUS_MISSING_POINTS, BlockStatus::missing_points),
+                  is_same(MAXLOGDET_BLOCK_STATUS_MISSING_POINTS, BlockStatus::missing_points) &&
+                  is_same(MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE, BlockStatus::invalid_stride) &&
+                  is_same(MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL, BlockStatus::unknown_camera_model) &&
+                  is_same(MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID, BlockStatus::invalid_camera_id) &&
+                  is_same(MAXLOGDET_BLOCK_STATUS_INVALID_JACOBIANS, BlockStatus::invalid_jacobians),
               "values of the C API are for ever: a new BlockStatus goes to the end");
 static_assert(int{MAXLOGDET_STATUS_INVALID_ARGUMENT} == int{MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT} &&
                   int{MAXLOGDET_STATUS_OUT_OF_MEMORY} == int{MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY},
@@ -77,6 +87,10 @@ const char* maxlogdet_strategy_name(maxlogdet_strategy strategy) { return to_str
 
 const char* maxlogdet_weighting_name(maxlogdet_weighting weighting) {
   return to_string(static_cast<Weighting>(weighting));
+}
+
+const char* maxlogdet_camera_model_name(maxlogdet_camera_model model) {
+  return to_string(static_cast<CameraModel>(model));
 }
 
 const char* maxlogdet_block_status_name(maxlogdet_block_status status) {

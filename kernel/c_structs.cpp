@@ -21,8 +21,17 @@ bool is_size_of(std::size_t size) noexcept {
 // What a caller gets that fills in nothing: the defaults of C++, which so stand in one place.
 
 maxlogdet_camera default_camera() noexcept {
-  const PinholeCamera from;
-  return {sizeof(maxlogdet_camera), from.fx, from.fy, from.cx, from.cy, from.bf};
+  const Camera from;
+  maxlogdet_camera to{};
+  to.struct_size = sizeof to;
+  to.fx = from.pinhole.fx;
+  to.fy = from.pinhole.fy;
+  to.cx = from.pinhole.cx;
+  to.cy = from.pinhole.cy;
+  to.bf = from.pinhole.bf;
+  to.model = static_cast<maxlogdet_camera_model>(from.model);
+  std::memcpy(to.parameters, from.parameters, sizeof to.parameters);
+  return to;
 }
 
 maxlogdet_matches default_matches() noexcept {
@@ -30,12 +39,15 @@ maxlogdet_matches default_matches() noexcept {
   maxlogdet_matches to{};
   to.struct_size = sizeof to;
   to.size = from.size;
-  to.points = nullptr;
+  to.points = from.points.data();
+  to.point_type = MAXLOGDET_POINT_TYPE_FLOAT64;
   to.sigmas = from.sigmas;
   to.has_third = from.has_third;
   to.usable = from.usable;
   to.weights = from.weights;
   to.map_covariances = from.map_covariances;
+  to.jacobians = from.jacobians;
+  to.camera_ids = from.camera_ids;
   return to;
 }
 
@@ -47,6 +59,7 @@ maxlogdet_block_options default_block_options() noexcept {
   to.third = static_cast<maxlogdet_third_measurement>(from.third);
   to.map_sigma = from.map_sigma;
   to.depth_sigma = from.depth_sigma;
+  to.min_depth = from.min_depth;
   to.threads = from.threads;
   return to;
 }
@@ -98,29 +111,40 @@ bool complete(const Struct* given, Struct& full) noexcept {
   return true;
 }
 
+template <class Scalar>
+Points points_of(const maxlogdet_matches& from) noexcept {
+  return {static_cast<const Scalar*>(from.points), from.point_stride == 0 ? 3 * sizeof(Scalar) : from.point_stride};
+}
+
+bool read_points(const maxlogdet_matches& from, Points& points) noexcept {
+  const bool are_float = from.point_type == MAXLOGDET_POINT_TYPE_FLOAT32;
+  if (!are_float && from.point_type != MAXLOGDET_POINT_TYPE_FLOAT64) return false;
+  points = are_float ? points_of<float>(from) : points_of<double>(from);
+  return true;
+}
+
 }  // namespace
 
-bool read(const maxlogdet_camera* given, PinholeCamera& camera) noexcept {
+bool read(const maxlogdet_camera* given, Camera& camera) noexcept {
   maxlogdet_camera from = default_camera();
-  if (!complete(given, from)) return false;
-  camera.fx = from.fx;
-  camera.fy = from.fy;
-  camera.cx = from.cx;
-  camera.cy = from.cy;
-  camera.bf = from.bf;
+  if (!complete(given, from) || from.reserved != 0) return false;
+  camera = Camera(from.fx, from.fy, from.cx, from.cy, from.bf);
+  camera.model = static_cast<CameraModel>(from.model);
+  std::memcpy(camera.parameters, from.parameters, sizeof camera.parameters);
   return true;
 }
 
 bool read(const maxlogdet_matches* given, Matches& matches) noexcept {
   maxlogdet_matches from = default_matches();
-  if (!complete(given, from)) return false;
+  if (!complete(given, from) || from.reserved != 0 || !read_points(from, matches.points)) return false;
   matches.size = from.size;
-  matches.points = from.points;
   matches.sigmas = from.sigmas;
   matches.has_third = from.has_third;
   matches.usable = from.usable;
   matches.weights = from.weights;
   matches.map_covariances = from.map_covariances;
+  matches.jacobians = from.jacobians;
+  matches.camera_ids = from.camera_ids;
   return true;
 }
 
@@ -131,6 +155,7 @@ bool read(const maxlogdet_block_options* given, BlockOptions& options) noexcept 
   options.third = static_cast<ThirdMeasurement>(from.third);
   options.map_sigma = from.map_sigma;
   options.depth_sigma = from.depth_sigma;
+  options.min_depth = from.min_depth;
   options.threads = from.threads;
   return true;
 }
@@ -169,8 +194,12 @@ maxlogdet_block_report to_c(const BlockReport& report) noexcept {
   to.status = static_cast<maxlogdet_block_status>(report.status);
   to.appended = report.appended;
   to.invalid = report.invalid;
+  to.unusable = report.unusable;
   to.behind_camera = report.behind_camera;
+  to.too_near = report.too_near;
   to.singular_rays = report.singular_rays;
+  to.unsound_covariances = report.unsound_covariances;
+  to.invalid_jacobians = report.invalid_jacobians;
   return to;
 }
 

@@ -14,8 +14,9 @@ namespace maxlogdet {
 namespace c_api {
 
 /// Takes what a caller of any version has filled in, over the defaults of this one. False, and without effect, for a
-/// null pointer, a struct_size that is none, or a reserved field in use; an executor needs its functions besides.
-bool read(const maxlogdet_camera* given, PinholeCamera& camera) noexcept;
+/// null pointer, a struct_size that is none, a reserved field in use, or points of no type; an executor needs its
+/// functions besides.
+bool read(const maxlogdet_camera* given, Camera& camera) noexcept;
 bool read(const maxlogdet_matches* given, Matches& matches) noexcept;
 bool read(const maxlogdet_block_options* given, BlockOptions& options) noexcept;
 bool read(const maxlogdet_options* given, Options& options) noexcept;

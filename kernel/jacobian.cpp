@@ -142,13 +142,13 @@ simd::CameraInput input_of(const RigCamera& rig_camera) noexcept {
 }
 
 // What has been checked.
-BlockReport append(const simd::CameraInput* cameras, bool is_general, const unsigned char* camera_ids,
-                   const RigidTransform& T, const Matches& matches, const BlockOptions& options, BlockStore& blocks,
-                   Executor* executor) {
+BlockReport append(const simd::CameraInput* cameras, bool is_general, bool is_rig, const RigidTransform& T,
+                   const Matches& matches, const BlockOptions& options, BlockStore& blocks, Executor* executor) {
   simd::BlockInput input{};
   input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
   input.third = static_cast<simd::ThirdRow>(options.third);
   input.is_general = is_general;
+  input.is_rig = is_rig;
   input.cameras = cameras;
   input.fx = cameras->fx;
   input.fy = cameras->fy;
@@ -167,7 +167,7 @@ BlockReport append(const simd::CameraInput* cameras, bool is_general, const unsi
   input.usable = matches.usable;
   input.map_covariances = matches.map_covariances;
   input.jacobians = matches.jacobians;
-  input.camera_ids = camera_ids;
+  input.camera_ids = matches.camera_ids;
   BlockWriter writer(blocks, matches.size);
   simd::BlockOutput output{};
   threading::Team team;
@@ -201,7 +201,7 @@ BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, cons
   const bool is_seen_by_model =
       options.weighting == Weighting::measurement || options.weighting == Weighting::measurement_and_map;
   const bool is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
-  return append(&input, is_general, nullptr, T_cw, matches, options, blocks, executor);
+  return append(&input, is_general, false, T_cw, matches, options, blocks, executor);
 }
 
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
@@ -211,7 +211,7 @@ BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matc
   if (report.status != BlockStatus::ok) return report;
   simd::CameraInput inputs[most_cameras];
   for (std::size_t i = 0; i < rig.size; ++i) inputs[i] = input_of(rig.cameras[i]);
-  return append(inputs, true, matches.camera_ids, T_bw, matches, options, blocks, executor);
+  return append(inputs, true, true, T_bw, matches, options, blocks, executor);
 }
 
 const char* to_string(Weighting weighting) noexcept {

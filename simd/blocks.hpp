@@ -27,8 +27,9 @@ struct CameraInput {
 struct BlockInput {
   BlockWeighting weighting;
   ThirdRow third;
-  /// Cameras of any kind, or Jacobians of the caller's own; otherwise one pinhole, and both of the latter are null.
+  /// Cameras of any kind, or Jacobians of the caller's own; otherwise the blocks are those of one pinhole.
   bool is_general;
+  bool is_rig;  ///< otherwise there is one camera, and its T_cb is I
   const CameraInput* cameras;
   double fx, fy, bf;   ///< of the pinhole
   const double* T_cw;  ///< 3 x 4 row-major, world to body
@@ -45,7 +46,7 @@ struct BlockInput {
   const unsigned char* usable;      ///< nonzero each by default
   const double* map_covariances;    ///< 3 x 3 each; map_sigma^2 I by default
   const double* jacobians;          ///< 2 x 3 each, by p_c; the camera's by default
-  const unsigned char* camera_ids;  ///< which of `cameras`; null: there is one, at T_cb = I
+  const unsigned char* camera_ids;  ///< which of `cameras`; the first by default
 };
 
 struct BlockOutput {

@@ -225,20 +225,19 @@ template <BlockWeighting weighting, ThirdRow third>
 inline void see_with(const BlockInput& input, std::size_t number, SeenTile& tile) {
   constexpr bool is_by_map = weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
   const CameraInput& camera = input.cameras[number];
-  const bool is_rig = input.camera_ids != nullptr;
   const double* const T = camera.T_cb;
   for (std::size_t i = 0; i < tile.count; i += double_lanes) {
     Mask is_its(true);
-    if (is_rig) is_its = load(tile.camera, i) == Doubles(static_cast<double>(number));
+    if (input.camera_ids != nullptr) is_its = load(tile.camera, i) == Doubles(static_cast<double>(number));
     if (!xsimd::any(is_its)) continue;
     Mask has_third(third != ThirdRow::none);
     if (third != ThirdRow::none && input.has_third != nullptr) has_third = load(tile.has_third, i) > Doubles(0.0);
     Point p = load_point(tile, i);
-    if (is_rig) p = transform(T, p);
+    if (input.is_rig) p = transform(T, p);
     Doubles rows[3][3];
     const Doubles sight = is_by_map ? see_bias(input, p, has_third, rows) : see(input, camera, tile, i, p, rows);
     add_third<weighting, third>(camera, p, has_third, rows);
-    if (is_rig) turn_to_body(T, rows);
+    if (input.is_rig) turn_to_body(T, rows);
     put(sight, is_its, tile.sight + i);
     for (int e = 0; e < 9; ++e) put(rows[e / 3][e % 3], is_its, tile.jacobian[e] + i);
     for (int d = 0; weighting == BlockWeighting::map_bias_world && d < 3; ++d) {

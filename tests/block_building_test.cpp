@@ -51,6 +51,7 @@ Batch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeas
   batch.options.third = third;
   batch.options.map_sigma = random.uniform(0, 0.2);
   batch.options.depth_sigma = random.uniform(0.01, 0.1);
+  if (random.chance(0.5)) batch.options.min_depth = random.uniform(0, 5);
   const double broken = random.chance(0.5) ? 0.1 : 0;  // half of the batches hold whole packs of good matches
   for (std::size_t i = 0; i < n; ++i) {
     const double z = random.uniform(0.5, 50);
@@ -205,6 +206,21 @@ bool whiten(const Symmetric& s, bool has_third, Triangle& a) {
   return (!has_third || is_positive(s.zz)) && is_positive(yy) && is_positive(xx);
 }
 
+// Whether rounding has left digits (docs/numerics.md): A along the ray, x and y its direction.
+bool keeps_digits(const Triangle& a, double x, double y, const BlockOptions& options, const double* covariance) {
+  const double of_x = 1 + std::abs(x);
+  const double of_y = 1 + std::abs(y);
+  const double rows[3] = {a.a00 * of_x + std::abs(a.a01) * of_y + std::abs(a.a02), a.a11 * of_y + std::abs(a.a12),
+                          a.a22};
+  const double norms = rows[0] * rows[0] + rows[1] * rows[1] + rows[2] * rows[2];
+  double square = 3 * options.map_sigma * options.map_sigma * options.map_sigma * options.map_sigma;
+  if (covariance != nullptr) {
+    const double* const s = covariance;
+    square = s[0] * s[0] + s[4] * s[4] + s[8] * s[8] + 2 * (s[1] * s[1] + s[2] * s[2] + s[5] * s[5]);
+  }
+  return square * (norms * norms) <= std::ldexp(1.0, 78);
+}
+
 bool whitened_triangle(const Batch& batch, std::size_t i, const Given& match, Triangle& a) {
   const double inverse_z = 1 / match.p.z;
   const double x = match.p.x * inverse_z;
@@ -218,11 +234,14 @@ bool whitened_triangle(const Batch& batch, std::size_t i, const Given& match, Tr
   const Symmetric s{measured.xx + map.xx, measured.xy + map.xy, measured.xz + map.xz,
                     measured.yy + map.yy, measured.yz + map.yz, measured.zz + map.zz};
   const bool is_definite = whiten(s, match.has_third, a);
+  const bool has_covariance = batch.matches.map_covariances != nullptr;
+  const bool is_sound =
+      keeps_digits(a, x, y, batch.options, has_covariance ? batch.map_covariances[i].data() : nullptr);
   from_ray(x, y, a);
   const bool has_depth = match.has_third && batch.options.third == ThirdMeasurement::depth;
   const bool has_variances =
       match.sigma * match.sigma > 0 && (!has_depth || batch.options.depth_sigma * batch.options.depth_sigma > 0);
-  return is_definite && has_variances;
+  return is_definite && is_sound && has_variances;
 }
 
 using Rows = double[3][6];
@@ -254,7 +273,9 @@ struct Expected {
   int rows = 0;              // 0: invalid
   float entries[3][6] = {};  // as stored; a third row that is not there is one of zeros, of either sign
   bool is_behind = false;
+  bool is_near = false;
   bool is_singular = false;
+  bool is_unsound = false;
 };
 
 // The block itself; false if there is none, or not one that float32 holds.
@@ -277,6 +298,7 @@ bool has_block(const Batch& batch, std::size_t i, const Given& match, double wei
       is_held = is_held && std::isfinite(expected.entries[row][column]);
     }
   }
+  expected.is_unsound = !is_definite;
   return is_definite && is_held && !expected.is_singular;
 }
 
@@ -291,7 +313,8 @@ Expected expected_block(const Batch& batch, std::size_t i) {
   const Given match{in_camera(batch, i), sigma, has_third};
   const Point& p = match.p;
   expected.is_behind = p.z <= 0;
-  if (!is_positive(p.z) || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
+  expected.is_near = p.z > 0 && p.z < batch.options.min_depth;
+  if (!is_positive(p.z) || expected.is_near || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
   if (!is_positive(sigma) || !(weight >= 0) || !has_block(batch, i, match, weight, expected)) return expected;
   expected.rows = has_third || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
   return expected;
@@ -353,13 +376,17 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   int rows = before.rows();
   std::size_t invalid = 0;
   std::size_t behind = 0;
+  std::size_t near = 0;
   std::size_t singular = 0;
+  std::size_t unsound = 0;
   for (std::size_t i = 0; i < n; ++i) {
     SCOPED_TRACE("match " + std::to_string(i));
     const Expected expected = expected_block(batch, i);
     rows = std::max(rows, expected.rows);
     behind += expected.is_behind ? 1 : 0;
+    near += expected.is_near ? 1 : 0;
     singular += expected.is_singular ? 1 : 0;
+    unsound += expected.is_unsound ? 1 : 0;
     invalid += expected.rows == 0 ? 1 : 0;
     ASSERT_EQ(blocks.is_valid(first + i), expected.rows > 0);
     ASSERT_GE(blocks.rows(), expected.rows);
@@ -373,7 +400,10 @@ void expect_built(const BlockStore& before, const Batch& batch, const BlockRepor
   EXPECT_EQ(report.appended, n);
   EXPECT_EQ(report.invalid, invalid);
   EXPECT_EQ(report.behind_camera, behind);
+  EXPECT_EQ(report.too_near, near);
   EXPECT_EQ(report.singular_rays, singular);
+  EXPECT_EQ(report.unsound_covariances, unsound);
+  EXPECT_EQ(report.invalid_jacobians, 0U);
 }
 
 TEST(BlockBuilding, is_the_obvious_computation_and_the_same_bits_on_every_instruction_set) {

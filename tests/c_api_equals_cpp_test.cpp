@@ -303,24 +303,63 @@ maxlogdet_matches in_c(const Matches& matches) {
   maxlogdet_matches made;
   EXPECT_EQ(maxlogdet_matches_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
   made.size = matches.size;
-  made.points = matches.points;
+  made.points = matches.points.data();
+  made.point_stride = matches.points.stride();
+  made.point_type = matches.points.are_float() ? MAXLOGDET_POINT_TYPE_FLOAT32 : MAXLOGDET_POINT_TYPE_FLOAT64;
   made.sigmas = matches.sigmas;
   made.has_third = matches.has_third;
   made.usable = matches.usable;
   made.weights = matches.weights;
   made.map_covariances = matches.map_covariances;
+  made.jacobians = matches.jacobians;
+  made.camera_ids = matches.camera_ids;
   return made;
 }
 
-maxlogdet_camera in_c(const PinholeCamera& camera) {
+maxlogdet_camera in_c(const Camera& camera) {
   maxlogdet_camera made;
   EXPECT_EQ(maxlogdet_camera_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
-  made.fx = camera.fx;
-  made.fy = camera.fy;
-  made.cx = camera.cx;
-  made.cy = camera.cy;
-  made.bf = camera.bf;
+  made.fx = camera.pinhole.fx;
+  made.fy = camera.pinhole.fy;
+  made.cx = camera.pinhole.cx;
+  made.cy = camera.pinhole.cy;
+  made.bf = camera.pinhole.bf;
+  made.model = static_cast<maxlogdet_camera_model>(camera.model);
+  std::copy(std::begin(camera.parameters), std::end(camera.parameters), made.parameters);
   return made;
+}
+
+// One of any model, or a rig of two of them.
+struct Cameras {
+  std::vector<Camera> all;
+  std::vector<double> T_cb;  // of a rig, 3 x 4 each
+};
+
+Cameras random_cameras(Random& random, const PinholeCamera& pinhole) {
+  Cameras cameras;
+  const Camera models[] = {pinhole, pinhole, Camera::radial_tangential(pinhole, -0.28, 0.07, 2e-4, 2e-5),
+                           Camera::kannala_brandt(pinhole, 3e-3, 7e-4, -2e-3, 2e-4),
+                           Camera::double_sphere(pinhole, -0.2, 0.59)};
+  const bool is_rig = random.chance(0.5);
+  for (int i = is_rig ? 2 : 1; i > 0; --i) cameras.all.push_back(models[random.integer(0, 4)]);
+  if (is_rig) cameras.T_cb = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -1, 0.2, 0, 1, 0, 0, 1, 0, 0, -0.1};
+  return cameras;
+}
+
+BlockReport append_in_cpp(const Cameras& cameras, const double* T, const Matches& matches, const BlockOptions& options,
+                          BlockStore& blocks) {
+  if (cameras.T_cb.empty()) return append_blocks(cameras.all[0], T, matches, options, blocks);
+  const RigCamera of_rig[2] = {{cameras.all[0], cameras.T_cb.data()}, {cameras.all[1], &cameras.T_cb[12]}};
+  return append_blocks(Rig{of_rig, 2}, T, matches, options, blocks);
+}
+
+const maxlogdet_block_report& append_in_c(const Cameras& cameras, const double* T, const maxlogdet_matches& matches,
+                                          const maxlogdet_block_options& options, maxlogdet_block_store* blocks) {
+  const maxlogdet_camera first = in_c(cameras.all.front());
+  const maxlogdet_camera last = in_c(cameras.all.back());
+  if (cameras.T_cb.empty()) return *maxlogdet_append_blocks(&first, T, &matches, &options, blocks, nullptr);
+  const maxlogdet_camera* const of_rig[2] = {&first, &last};
+  return *maxlogdet_append_blocks_of_rig(of_rig, cameras.T_cb.data(), 2, T, &matches, &options, blocks, nullptr);
 }
 
 // Stored entries are out of sight in C; what is selected of them, with the bits of its gains, is not.
@@ -335,7 +374,9 @@ TEST(CApi, blocks_equal_those_of_cpp) {
         const sim::MatchArrays arrays(frame);
         Matches matches = arrays.view();
         std::vector<double> sigmas, weights, covariances;
-        std::vector<unsigned char> has_third, usable;
+        std::vector<double> jacobians;
+        std::vector<float> points;
+        std::vector<unsigned char> has_third, usable, camera_ids;
         for (std::size_t i = 0; i < n; ++i) {
           sigmas.push_back(random.uniform(-0.01, 3));
           weights.push_back(random.uniform(-0.01, 2));
@@ -344,15 +385,23 @@ TEST(CApi, blocks_equal_those_of_cpp) {
           const Eigen::Matrix3d root = Eigen::Matrix3d::NullaryExpr([&] { return random.uniform(-0.2, 0.2); });
           const Eigen::Matrix3d covariance = root * root.transpose();
           covariances.insert(covariances.end(), covariance.data(), covariance.data() + 9);
+          for (int e = 0; e < 6; ++e) jacobians.push_back(random.chance(0.001) ? NAN : random.uniform(-100, 100));
+          camera_ids.push_back(static_cast<unsigned char>(random.integer(0, 1)));
+          for (int d = 0; d < 4; ++d) points.push_back(static_cast<float>(random.uniform(0, 10)));
         }
         matches.sigmas = sigmas.data();
         matches.weights = weights.data();
         matches.has_third = has_third.data();
         matches.usable = usable.data();
         if (random.chance(0.5)) matches.map_covariances = covariances.data();
+        if (random.chance(0.3)) matches.jacobians = jacobians.data();
+        if (random.chance(0.3)) matches.points = Points(points.data(), 4 * sizeof(float));
         PinholeCamera camera = frame.camera;
         if (third == ThirdMeasurement::stereo) camera.bf = random.chance(0.9) ? 47.9 : 0;
+        const Cameras cameras = random_cameras(random, camera);
+        if (!cameras.T_cb.empty()) matches.camera_ids = camera_ids.data();
         BlockOptions cpp_options;
+        cpp_options.min_depth = random.uniform(0, 4);
         cpp_options.weighting = weighting;
         cpp_options.third = third;
         cpp_options.map_sigma = random.uniform(0.01, 0.1);
@@ -363,21 +412,24 @@ TEST(CApi, blocks_equal_those_of_cpp) {
         options.third = static_cast<maxlogdet_third_measurement>(third);
         options.map_sigma = cpp_options.map_sigma;
         options.depth_sigma = cpp_options.depth_sigma;
+        options.min_depth = cpp_options.min_depth;
 
         BlockStore expected(n);
         const CBlocks blocks = c_blocks(n);
         const double* const T_cw = frame.T_cw_prior.data();
-        const BlockReport in_cpp = append_blocks(camera, T_cw, matches, cpp_options, expected);
-        const maxlogdet_camera given_camera = in_c(camera);
+        const BlockReport in_cpp = append_in_cpp(cameras, T_cw, matches, cpp_options, expected);
         const maxlogdet_matches given_matches = in_c(matches);
-        const maxlogdet_block_report* const report =
-            maxlogdet_append_blocks(&given_camera, T_cw, &given_matches, &options, blocks.get(), nullptr);
+        const maxlogdet_block_report* const report = &append_in_c(cameras, T_cw, given_matches, options, blocks.get());
         EXPECT_EQ(report->status, static_cast<int>(in_cpp.status));
         EXPECT_STREQ(maxlogdet_block_status_name(report->status), to_string(in_cpp.status));
         EXPECT_EQ(report->appended, in_cpp.appended);
         EXPECT_EQ(report->invalid, in_cpp.invalid);
         EXPECT_EQ(report->behind_camera, in_cpp.behind_camera);
+        EXPECT_EQ(report->unusable, in_cpp.unusable);
+        EXPECT_EQ(report->too_near, in_cpp.too_near);
         EXPECT_EQ(report->singular_rays, in_cpp.singular_rays);
+        EXPECT_EQ(report->unsound_covariances, in_cpp.unsound_covariances);
+        EXPECT_EQ(report->invalid_jacobians, in_cpp.invalid_jacobians);
         expect_same(*blocks, expected);
         const CSelector selector = c_selector(n);
         Selector cpp_selector(n);

@@ -32,10 +32,23 @@ static void names_of_all_enumerators_and_of_no_other_value(void) {
                                            "unknown"};
   for (int32_t i = 0; i < 5; ++i) CHECK(strcmp(maxlogdet_weighting_name(i), weightings[i]) == 0);
 
-  static const char* const block_statuses[] = {"out_of_memory",   "invalid_argument", "ok",
-                                               "singular_rays",   "invalid_camera",   "invalid_pose",
-                                               "invalid_options", "missing_points",   "unknown"};
-  for (int32_t i = 0; i < 9; ++i) CHECK(strcmp(maxlogdet_block_status_name(i - 2), block_statuses[i]) == 0);
+  static const char* const models[] = {"pinhole", "radial_tangential", "kannala_brandt", "double_sphere", "unknown"};
+  for (int32_t i = 0; i < 5; ++i) CHECK(strcmp(maxlogdet_camera_model_name(i), models[i]) == 0);
+
+  static const char* const block_statuses[] = {"out_of_memory",
+                                               "invalid_argument",
+                                               "ok",
+                                               "singular_rays",
+                                               "invalid_camera",
+                                               "invalid_pose",
+                                               "invalid_options",
+                                               "missing_points",
+                                               "invalid_stride",
+                                               "unknown_camera_model",
+                                               "invalid_camera_id",
+                                               "invalid_jacobians",
+                                               "unknown"};
+  for (int32_t i = 0; i < 13; ++i) CHECK(strcmp(maxlogdet_block_status_name(i - 2), block_statuses[i]) == 0);
 }
 
 static void the_library_tells_what_it_is(void) {
@@ -64,21 +77,29 @@ static void the_layout_of_structs_is_that_of_the_first_version(void) {
 
   CHECK(offsetof(maxlogdet_camera, fx) == 8 && offsetof(maxlogdet_camera, fy) == 16);
   CHECK(offsetof(maxlogdet_camera, cx) == 24 && offsetof(maxlogdet_camera, cy) == 32);
-  CHECK(offsetof(maxlogdet_camera, bf) == 40 && sizeof(maxlogdet_camera) >= 48);
+  CHECK(offsetof(maxlogdet_camera, bf) == 40 && offsetof(maxlogdet_camera, model) == 48);
+  CHECK(offsetof(maxlogdet_camera, reserved) == 52 && offsetof(maxlogdet_camera, parameters) == 56);
+  CHECK(sizeof(maxlogdet_camera) >= 96);
 
   CHECK(offsetof(maxlogdet_matches, size) == 8 && offsetof(maxlogdet_matches, points) == 16);
-  CHECK(offsetof(maxlogdet_matches, sigmas) == 24 && offsetof(maxlogdet_matches, has_third) == 32);
-  CHECK(offsetof(maxlogdet_matches, usable) == 40 && offsetof(maxlogdet_matches, weights) == 48);
-  CHECK(offsetof(maxlogdet_matches, map_covariances) == 56 && sizeof(maxlogdet_matches) >= 64);
+  CHECK(offsetof(maxlogdet_matches, point_stride) == 24 && offsetof(maxlogdet_matches, point_type) == 32);
+  CHECK(offsetof(maxlogdet_matches, reserved) == 36 && offsetof(maxlogdet_matches, sigmas) == 40);
+  CHECK(offsetof(maxlogdet_matches, has_third) == 48 && offsetof(maxlogdet_matches, usable) == 56);
+  CHECK(offsetof(maxlogdet_matches, weights) == 64 && offsetof(maxlogdet_matches, map_covariances) == 72);
+  CHECK(offsetof(maxlogdet_matches, jacobians) == 80 && offsetof(maxlogdet_matches, camera_ids) == 88);
+  CHECK(sizeof(maxlogdet_matches) >= 96);
 
   CHECK(offsetof(maxlogdet_block_options, weighting) == 8 && offsetof(maxlogdet_block_options, third) == 12);
   CHECK(offsetof(maxlogdet_block_options, map_sigma) == 16 && offsetof(maxlogdet_block_options, depth_sigma) == 24);
-  CHECK(offsetof(maxlogdet_block_options, threads) == 32 && offsetof(maxlogdet_block_options, reserved) == 36);
-  CHECK(sizeof(maxlogdet_block_options) >= 40);
+  CHECK(offsetof(maxlogdet_block_options, min_depth) == 32 && offsetof(maxlogdet_block_options, threads) == 40);
+  CHECK(offsetof(maxlogdet_block_options, reserved) == 44 && sizeof(maxlogdet_block_options) >= 48);
 
   CHECK(offsetof(maxlogdet_block_report, status) == 0 && offsetof(maxlogdet_block_report, appended) == 8);
-  CHECK(offsetof(maxlogdet_block_report, invalid) == 16 && offsetof(maxlogdet_block_report, behind_camera) == 24);
-  CHECK(offsetof(maxlogdet_block_report, singular_rays) == 32);
+  CHECK(offsetof(maxlogdet_block_report, invalid) == 16 && offsetof(maxlogdet_block_report, unusable) == 24);
+  CHECK(offsetof(maxlogdet_block_report, behind_camera) == 32 && offsetof(maxlogdet_block_report, too_near) == 40);
+  CHECK(offsetof(maxlogdet_block_report, singular_rays) == 48);
+  CHECK(offsetof(maxlogdet_block_report, unsound_covariances) == 56);
+  CHECK(offsetof(maxlogdet_block_report, invalid_jacobians) == 64);
 
   CHECK(offsetof(maxlogdet_options, budget) == 8 && offsetof(maxlogdet_options, strategy) == 16);
   CHECK(offsetof(maxlogdet_options, threads) == 20 && offsetof(maxlogdet_options, epsilon) == 24);
@@ -115,8 +136,9 @@ static void init_sets_the_defaults(void) {
   memset(&block_options, 0xA5, sizeof block_options);
   CHECK(maxlogdet_block_options_init(&block_options, sizeof block_options) == MAXLOGDET_STATUS_OK);
   CHECK(block_options.struct_size == sizeof block_options);
-  CHECK(block_options.weighting == MAXLOGDET_WEIGHTING_MAP_BIAS);
+  CHECK(block_options.weighting == MAXLOGDET_WEIGHTING_MEASUREMENT);
   CHECK(block_options.third == MAXLOGDET_THIRD_MEASUREMENT_NONE && block_options.threads == 0);
+  CHECK(block_options.min_depth == 0.01);
   CHECK(block_options.map_sigma == 0.05 && block_options.depth_sigma == 0.05 && block_options.reserved == 0);
 
   maxlogdet_camera camera;
@@ -124,13 +146,16 @@ static void init_sets_the_defaults(void) {
   CHECK(maxlogdet_camera_init(&camera, sizeof camera) == MAXLOGDET_STATUS_OK);
   CHECK(camera.struct_size == sizeof camera);
   CHECK(camera.fx == 0 && camera.fy == 0 && camera.cx == 0 && camera.cy == 0 && camera.bf == 0);
+  CHECK(camera.model == MAXLOGDET_CAMERA_MODEL_PINHOLE && camera.reserved == 0);
+  for (int i = 0; i < 5; ++i) CHECK(camera.parameters[i] == 0);
 
   maxlogdet_matches matches;
   memset(&matches, 0xA5, sizeof matches);
   CHECK(maxlogdet_matches_init(&matches, sizeof matches) == MAXLOGDET_STATUS_OK);
   CHECK(matches.struct_size == sizeof matches && matches.size == 0 && matches.points == NULL);
   CHECK(matches.sigmas == NULL && matches.has_third == NULL && matches.usable == NULL && matches.weights == NULL);
-  CHECK(matches.map_covariances == NULL);
+  CHECK(matches.map_covariances == NULL && matches.jacobians == NULL && matches.camera_ids == NULL);
+  CHECK(matches.point_stride == 0 && matches.point_type == MAXLOGDET_POINT_TYPE_FLOAT64 && matches.reserved == 0);
 
   maxlogdet_executor executor;
   memset(&executor, 0xA5, sizeof executor);
@@ -344,6 +369,82 @@ static void null_is_refused_everywhere(void) {
   maxlogdet_block_store_destroy(blocks);
 }
 
+static void blocks_are_made_for_any_camera(void) {
+  typedef struct point {
+    float x, y, z, brightness;
+  } point;
+  const point points[3] = {
+      {0, 0, 5, 1}, {3, -1, 0.5F, 1}, {3, 1, -2, 1}};  // the last one is behind all but the fisheye
+  const double jacobians[18] = {90, 0, 0, 0, 90, 0, 10, 0, 5, 0, 0, 5, 90, 0, 1, 0, 90, 1};
+  const uint8_t ids[3] = {0, 1, 1};
+  const double T_cb[24] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0.1, 0, 1, 0, 0, 0, 0, 1, 0};
+  maxlogdet_camera fisheye, pinhole;
+  maxlogdet_matches matches;
+  maxlogdet_block_options options;
+  maxlogdet_camera_init(&fisheye, sizeof fisheye);
+  maxlogdet_camera_init(&pinhole, sizeof pinhole);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&options, sizeof options);
+  fisheye.fx = fisheye.fy = pinhole.fx = pinhole.fy = 190;
+  fisheye.model = MAXLOGDET_CAMERA_MODEL_KANNALA_BRANDT;
+  fisheye.parameters[0] = 0.003;
+  matches.size = 3;
+  matches.points = points;
+  matches.point_type = MAXLOGDET_POINT_TYPE_FLOAT32;
+  matches.point_stride = sizeof *points;
+  maxlogdet_block_store* blocks = NULL;
+  CHECK(maxlogdet_block_store_create(3, &blocks) == MAXLOGDET_STATUS_OK);
+  const maxlogdet_block_report* report =
+      maxlogdet_append_blocks(&fisheye, identity_pose, &matches, &options, blocks, NULL);
+  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 3 && report->invalid == 0);
+  options.min_depth = 5.1;  // |p_c| of a fisheye
+  report = maxlogdet_append_blocks(&fisheye, identity_pose, &matches, &options, blocks, NULL);
+  CHECK(report->too_near == 3 && report->invalid == 3);
+  options.min_depth = 0.01;
+
+  matches.camera_ids = ids;
+  const maxlogdet_camera* cameras[2] = {&pinhole, &fisheye};
+  report = maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &matches, &options, blocks, NULL);
+  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 3 && report->invalid == 0);
+  cameras[1] = &pinhole;
+  report = maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &matches, &options, blocks, NULL);
+  CHECK(report->invalid == 1 && report->behind_camera == 1);
+  matches.jacobians = jacobians;
+  report = maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &matches, &options, blocks, NULL);
+  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->invalid == 1 && report->invalid_jacobians == 0);
+
+  CHECK(maxlogdet_append_blocks(&pinhole, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID);
+  CHECK(maxlogdet_append_blocks_of_rig(cameras, T_cb, 1, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID);
+  CHECK(maxlogdet_append_blocks_of_rig(cameras, T_cb, 257, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID);
+  CHECK(maxlogdet_append_blocks_of_rig(NULL, NULL, 0, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID);
+  const maxlogdet_block_status refused = MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT;
+  CHECK(maxlogdet_append_blocks_of_rig(NULL, T_cb, 2, identity_pose, &matches, &options, blocks, NULL)->status ==
+        refused);
+  CHECK(maxlogdet_append_blocks_of_rig(cameras, NULL, 2, identity_pose, &matches, &options, blocks, NULL)->status ==
+        refused);
+  CHECK(maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &matches, &options, NULL, NULL)->status ==
+        refused);
+  cameras[1] = NULL;
+  CHECK(maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &matches, &options, blocks, NULL)->status ==
+        refused);
+  matches.camera_ids = NULL;
+  matches.jacobians = NULL;
+  fisheye.model = 4;
+  CHECK(maxlogdet_append_blocks(&fisheye, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL);
+  matches.point_stride = 10;
+  CHECK(maxlogdet_append_blocks(&pinhole, identity_pose, &matches, &options, blocks, NULL)->status ==
+        MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE);
+  matches.point_type = 2;
+  CHECK(maxlogdet_append_blocks(&pinhole, identity_pose, &matches, &options, blocks, NULL)->status == refused);
+  CHECK(maxlogdet_block_store_size(blocks) == 15);
+  maxlogdet_block_store_destroy(blocks);
+}
+
 static void blocks_are_made_of_matches(void) {
   const double points[12] = {0, 0, 5, 1, -1, 4, 2, 1, -3, 0.5, 1, 8};  // the third is behind the camera
   const uint8_t usable[4] = {1, 0, 1, 1};
@@ -362,7 +463,7 @@ static void blocks_are_made_of_matches(void) {
   const maxlogdet_block_report* report =
       maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks, NULL);
   CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 4 && report->invalid == 2);
-  CHECK(report->behind_camera == 1 && report->singular_rays == 0);
+  CHECK(report->behind_camera == 1 && report->unusable == 1 && report->too_near == 0 && report->singular_rays == 0);
   CHECK(maxlogdet_block_store_size(blocks) == 4 && maxlogdet_block_store_rows(blocks) == 2);
   CHECK(maxlogdet_block_store_is_valid(blocks, 0) == 1 && maxlogdet_block_store_is_valid(blocks, 1) == 0);
 
@@ -416,7 +517,7 @@ static void blocks_are_made_of_matches(void) {
   // Older structs: a camera without its principal point, matches without the arrays after their points.
   camera.struct_size = offsetof(maxlogdet_camera, cx);
   matches.size = 4;
-  matches.struct_size = offsetof(maxlogdet_matches, sigmas);
+  matches.struct_size = offsetof(maxlogdet_matches, point_stride);
   options.struct_size = offsetof(maxlogdet_block_options, map_sigma);
   report = maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks, NULL);
   CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 4 && report->invalid == 1);
@@ -622,6 +723,7 @@ int main(void) {
   what_cannot_be_created_is_told_and_null();
   null_is_refused_everywhere();
   blocks_are_made_of_matches();
+  blocks_are_made_for_any_camera();
   selections_answer_and_name_errors();
   active_selection_proposes_and_takes_answers();
   active_selection_proposes_batches();

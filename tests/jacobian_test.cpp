@@ -551,6 +551,7 @@ TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidate
   for (const Weighting weighting : weightings) {
     BlockOptions options;
     options.weighting = weighting;
+    options.min_depth = 0;
     BlockStore blocks;
     const BlockReport report =
         append_blocks(camera, Eigen::Matrix<double, 3, 4>::Identity(), points, matches, options, blocks);

@@ -312,6 +312,8 @@ class Machine {
     camera.fy = bytes_.chance(16) ? bytes_.number() : 400 + bytes_.byte();
     camera.cx = bytes_.chance(16) ? bytes_.number() : 320;
     camera.bf = bytes_.chance(64) ? bytes_.number() : 40;
+    camera.model = bytes_.chance(8) ? bytes_.raw<std::int32_t>() : static_cast<int>(bytes_.below(4));
+    for (double& parameter : camera.parameters) parameter = bytes_.chance(16) ? bytes_.number() : 0.01;
     std::vector<double> T_cw = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     if (bytes_.chance(64)) T_cw[bytes_.below(12)] = bytes_.number();
     const std::size_t count = expected_store_.size() > 300 ? 0 : bytes_.below(40);
@@ -329,6 +331,7 @@ class Machine {
     const std::vector<double> sigmas = numbers(count, 1);
     const std::vector<double> weights = numbers(count, 0.5);
     const std::vector<double> covariances = numbers(9 * count, 0);
+    const std::vector<double> jacobians = numbers(6 * count, 3);
     const std::vector<std::uint8_t> has_third = bits();
     const std::vector<std::uint8_t> usable = bits();
     auto matches = defaults_of(maxlogdet_matches_init);
@@ -339,11 +342,20 @@ class Machine {
     if (bytes_.chance(64)) matches.has_third = has_third.data();
     if (bytes_.chance(64)) matches.usable = usable.data();
     if (bytes_.chance(64)) matches.map_covariances = covariances.data();
+    if (bytes_.chance(64)) matches.jacobians = jacobians.data();
+    const std::vector<std::uint8_t> camera_ids = bits();
+    if (bytes_.chance(64)) matches.camera_ids = camera_ids.data();
+    if (bytes_.chance(64)) {
+      matches.point_type = MAXLOGDET_POINT_TYPE_FLOAT32;  // what the same bytes are then
+      matches.point_stride = 3 * sizeof(double);
+    }
+    if (bytes_.chance(8)) matches.point_stride = bytes_.below(24);
     auto options = defaults_of(maxlogdet_block_options_init);
     options.weighting = bytes_.chance(8) ? bytes_.raw<std::int32_t>() : static_cast<int>(bytes_.below(4));
     options.third = bytes_.chance(8) ? bytes_.raw<std::int32_t>() : static_cast<int>(bytes_.below(3));
     options.map_sigma = bytes_.chance(16) ? bytes_.number() : 0.1;
     options.depth_sigma = bytes_.chance(16) ? bytes_.number() : 0.1;
+    options.min_depth = bytes_.chance(16) ? bytes_.number() : 0.1;
     options.threads = bytes_.raw<std::int8_t>();
     if (!bytes_.chance(16)) options.threads = std::max(0, options.threads);
     if (bytes_.chance(8)) options.reserved = bytes_.byte();
@@ -352,43 +364,70 @@ class Machine {
     const Given<maxlogdet_matches> given_matches(bytes_, matches, defaults_of(maxlogdet_matches_init));
     const Given<maxlogdet_block_options> given_options(bytes_, options, defaults_of(maxlogdet_block_options_init));
     const double* const pose = bytes_.chance(8) ? nullptr : T_cw.data();
-    const maxlogdet_block_report* const report = maxlogdet_append_blocks(given_camera.get(), pose, given_matches.get(),
-                                                                         given_options.get(), store_.get(), nullptr);
+    // A rig of three, the same camera looking three ways; ids are 0 and 2.
+    const bool is_rig = bytes_.chance(64);
+    const maxlogdet_camera* const cameras[3] = {given_camera.get(), given_camera.get(), given_camera.get()};
+    const std::vector<double> T_cb = {1, 0, 0,  0, 0, 1, 0, 0, 0, 0,   1, 0,  0, 0, 1, 0, 0,  1,
+                                      0, 0, -1, 0, 0, 0, 1, 0, 0, 0.1, 0, -1, 0, 0, 0, 0, -1, 0};
+    const maxlogdet_block_report* const report =
+        is_rig ? maxlogdet_append_blocks_of_rig(cameras, T_cb.data(), 3, pose, given_matches.get(), given_options.get(),
+                                                store_.get(), nullptr)
+               : maxlogdet_append_blocks(given_camera.get(), pose, given_matches.get(), given_options.get(),
+                                         store_.get(), nullptr);
     require(report != nullptr, "a report is never null");
     if (!given_camera.is_good() || !given_matches.is_good() || !given_options.is_good() ||
-        given_options.seen().reserved != 0) {
+        given_options.seen().reserved != 0 || given_camera.seen().reserved != 0 || given_matches.seen().reserved != 0) {
       require_status(report->status, MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, "what is not understood is refused");
       require(report->appended == 0, "what is refused appends nothing");
       return;
     }
-    check_report(*report, append_in_cpp(given_camera.seen(), pose, given_matches.seen(), given_options.seen()));
+    check_report(*report, append_in_cpp(given_camera.seen(), is_rig ? T_cb.data() : nullptr, pose, given_matches.seen(),
+                                        given_options.seen()));
   }
 
-  BlockReport append_in_cpp(const maxlogdet_camera& camera, const double* T_cw, const maxlogdet_matches& matches,
-                            const maxlogdet_block_options& options) {
+  // `T_cb`: of the three cameras of a rig, or nullptr.
+  BlockReport append_in_cpp(const maxlogdet_camera& camera, const double* T_cb, const double* T_cw,
+                            const maxlogdet_matches& matches, const maxlogdet_block_options& options) {
     Matches of_cpp;
     of_cpp.size = matches.size;
-    of_cpp.points = matches.points;
+    of_cpp.points = points_in_cpp(matches);
     of_cpp.sigmas = matches.sigmas;
     of_cpp.has_third = matches.has_third;
     of_cpp.usable = matches.usable;
     of_cpp.weights = matches.weights;
     of_cpp.map_covariances = matches.map_covariances;
+    of_cpp.jacobians = matches.jacobians;
+    of_cpp.camera_ids = matches.camera_ids;
     BlockOptions block_options;
     block_options.weighting = static_cast<Weighting>(options.weighting);
     block_options.third = static_cast<ThirdMeasurement>(options.third);
     block_options.map_sigma = options.map_sigma;
     block_options.depth_sigma = options.depth_sigma;
+    block_options.min_depth = options.min_depth;
     block_options.threads = options.threads;
-    return append_blocks({camera.fx, camera.fy, camera.cx, camera.cy, camera.bf}, T_cw, of_cpp, block_options,
-                         expected_store_);
+    Camera of_any_model(camera.fx, camera.fy, camera.cx, camera.cy, camera.bf);
+    of_any_model.model = static_cast<CameraModel>(camera.model);
+    std::copy(std::begin(camera.parameters), std::end(camera.parameters), of_any_model.parameters);
+    if (T_cb == nullptr) return append_blocks(of_any_model, T_cw, of_cpp, block_options, expected_store_);
+    const RigCamera cameras[3] = {{of_any_model, T_cb}, {of_any_model, T_cb + 12}, {of_any_model, T_cb + 24}};
+    return append_blocks(Rig{cameras, 3}, T_cw, of_cpp, block_options, expected_store_);
+  }
+
+  static Points points_in_cpp(const maxlogdet_matches& matches) {
+    const std::size_t stride = matches.point_stride;
+    if (matches.point_type == MAXLOGDET_POINT_TYPE_FLOAT32) {
+      return {static_cast<const float*>(matches.points), stride == 0 ? 3 * sizeof(float) : stride};
+    }
+    return {static_cast<const double*>(matches.points), stride == 0 ? 3 * sizeof(double) : stride};
   }
 
   static void check_report(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
     require(in_c.status == static_cast<int>(in_cpp.status), "block statuses are those of C++", in_c.status,
             to_string(in_cpp.status));
-    require(in_c.appended == in_cpp.appended && in_c.invalid == in_cpp.invalid &&
-                in_c.behind_camera == in_cpp.behind_camera && in_c.singular_rays == in_cpp.singular_rays,
+    require(in_c.appended == in_cpp.appended && in_c.invalid == in_cpp.invalid && in_c.unusable == in_cpp.unusable &&
+                in_c.behind_camera == in_cpp.behind_camera && in_c.too_near == in_cpp.too_near &&
+                in_c.singular_rays == in_cpp.singular_rays && in_c.unsound_covariances == in_cpp.unsound_covariances &&
+                in_c.invalid_jacobians == in_cpp.invalid_jacobians,
             "block reports are those of C++", in_c.appended, in_c.invalid);
   }
 

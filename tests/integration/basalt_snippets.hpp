@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code for Basalt where it belongs.
+// The guide's lines for Basalt where they belong.
 
-#include "good_features.inc"
+#include <maxlogdet/adapters/basalt.hpp>
 
 #include "tests/integration/basalt_stand_in.hpp"
-
-#include "basalt_blocks.inc"
 
 namespace basalt {
 

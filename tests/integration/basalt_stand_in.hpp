@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the guide's code sees of Basalt, under its names (since its square-root estimators, 2021).
+// What the adapter sees of Basalt, under its names (since its square-root estimators, 2021).
 
 #include "tests/integration/sophus_stand_in.hpp"
 
@@ -104,7 +104,7 @@ class SqrtKeypointVioEstimator {
   using SE3 = Sophus::SE3<Scalar>;
 
   void measure(const std::shared_ptr<OpticalFlowResult>& opt_flow_meas);
-  const PoseStateWithLin<Scalar>& getPoseStateWithLin(FrameId t_ns) const { return frame_states.at(t_ns); }
+  PoseStateWithLin<Scalar> getPoseStateWithLin(FrameId t_ns) const { return frame_states.at(t_ns); }
 
   std::map<FrameId, PoseStateWithLin<Scalar>> frame_states;
   FrameId last_state_t_ns = 0;
@@ -112,7 +112,6 @@ class SqrtKeypointVioEstimator {
   Calibration<Scalar> calib;
   std::size_t connected0 = 0;
 
- private:
 #include "basalt_member.inc"
 };
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The guide's code for Basalt, run: landmarks by direction and inverse distance in their host camera, and what is
-// entered into the data base.
+// The adapter of Basalt and the guide's lines for it: landmarks by direction and inverse distance in their host camera,
+// and what is entered into the data base.
 #include "tests/integration/basalt_snippets.hpp"
 
 #include "tests/integration/oracle.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 namespace maxlogdet::test {
 namespace {
@@ -50,10 +52,15 @@ struct World {
     return estimator.getPoseStateWithLin(frame).getPose() * estimator.calib.T_i_c[index];
   }
 
-  std::set<KeypointId> left_out(std::size_t budget, GoodFeatures& good) const {
+  std::set<KeypointId> left_out(Basalt& good) const {
     const auto pose_of = [this](basalt::FrameId frame) { return estimator.getPoseStateWithLin(frame).getPose(); };
-    return left_out_landmarks(estimator.lmdb, flow->observations[0], estimator.calib, pose_of(3), pose_of, budget,
-                              good);
+    good.ask(estimator.lmdb, flow->observations[0], estimator.calib, pose_of(3), pose_of);
+    std::set<KeypointId> ids;
+    for (const auto& observation : flow->observations[0]) {
+      if (good.leaves_out(observation.first)) ids.insert(observation.first);
+    }
+    EXPECT_EQ(ids.size(), good.left_out_count());
+    return ids;
   }
 
   basalt::SqrtKeypointVioEstimator<double> estimator;
@@ -61,21 +68,34 @@ struct World {
   std::vector<SeenPoint> seen;
 };
 
-TEST(BasaltGuide, blocks_are_derivatives_at_the_newest_camera_and_a_camera_in_world_is_not) {
+TEST(BasaltAdapter, blocks_are_derivatives_at_the_newest_camera) {
   Random random;
   SCOPED_TRACE(random.name());
   const World world(random, 300);
-  GoodFeatures good(1000);
-  world.left_out(100, good);
+  Basalt good(100);
+  world.left_out(good);
   EXPECT_EQ(world.seen.size(), 150U);
-  EXPECT_LT(largest_difference(good.blocks, world.seen), 1e-5);
-
-  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> inverse = world.camera(3, 0).matrix3x4();
-  ASSERT_TRUE(good.build({1, 1, 0, 0, 0}, inverse.data()));
-  EXPECT_GT(largest_difference(good.blocks, world.seen), 0.1);
+  ASSERT_EQ(good.features.blocks().size(), 150U);
+  EXPECT_LT(largest_difference(good.features.blocks(), world.seen), 1e-5);
 }
 
-TEST(BasaltGuide, a_landmark_at_infinity_is_a_candidate) {
+TEST(BasaltAdapter, left_out_is_what_was_not_selected) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 300);
+  Basalt good(100);
+  const std::set<KeypointId> left_out = world.left_out(good);
+  std::set<KeypointId> expected;
+  for (KeypointId id = 0; id < 300; id += 2) expected.insert(id);
+  for (const std::uint32_t i : select_indices(good.features.blocks(), good.options)) expected.erase(2 * i);
+  EXPECT_EQ(left_out, expected);
+  EXPECT_EQ(left_out.size(), 50U);
+  EXPECT_STREQ(good.cost().status, "ok");
+  EXPECT_EQ(good.cost().candidates, 150U);
+  EXPECT_EQ(good.cost().selected, 100U);
+}
+
+TEST(BasaltAdapter, a_landmark_at_infinity_is_a_candidate) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 20);
@@ -84,62 +104,71 @@ TEST(BasaltGuide, a_landmark_at_infinity_is_a_candidate) {
   landmark.host_kf_id = {3, 0};
   landmark.direction = Eigen::Vector2d(0.1, 0.1);
   world.estimator.lmdb.addLandmark(0, landmark);
-  GoodFeatures good(1000);
-  world.left_out(5, good);
-  ASSERT_TRUE(good.blocks.is_valid(0));
+  Basalt good(5);
+  world.left_out(good);
+  ASSERT_TRUE(good.features.blocks().is_valid(0));
   // It measures the rotation as a point nearby does, and no translation.
-  const Block H = stored_block(good.blocks, 0);
+  const Block H = stored_block(good.features.blocks(), 0);
   EXPECT_LT(H.leftCols<3>().norm(), 1e-3 * H.rightCols<3>().norm());
-  EXPECT_LT(H.norm(), 2 * stored_block(good.blocks, 1).norm());
+  EXPECT_LT(H.norm(), 2 * stored_block(good.features.blocks(), 1).norm());
 }
 
-TEST(BasaltGuide, landmarks_at_infinity_do_not_displace_those_that_measure_translation) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 200);  // 100 landmarks; half of them at infinity
-  std::set<KeypointId> infinite;
+// Of 100 landmarks, half of them at infinity, how many of these are among the 30 selected ones.
+std::size_t selected_at_infinity(Random& random, Weighting weighting) {
+  World world(random, 200);
+  std::vector<KeypointId> infinite;
   for (KeypointId id = 0; id < 200; id += 4) {
     basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(id);
     landmark.inv_dist = 0;
     landmark.host_kf_id = {3, 0};
     landmark.direction = Eigen::Vector2d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3));
     world.estimator.lmdb.addLandmark(id, landmark);
-    infinite.insert(id);
+    infinite.push_back(id);
   }
-  const auto selected_at_infinity = [&](Weighting weighting) {
-    GoodFeatures good(1000);
-    good.without_covariances = weighting;
-    const std::set<KeypointId> left_out = world.left_out(30, good);
-    EXPECT_EQ(left_out.size(), 70U);
-    return std::count_if(infinite.begin(), infinite.end(), [&](KeypointId id) { return left_out.count(id) == 0; });
-  };
-  // Half of all are at infinity: of 30 drawn at random 15 would be.
-  EXPECT_LT(selected_at_infinity(Weighting::measurement), 15);
-  EXPECT_GT(selected_at_infinity(Weighting::map_bias), 15);
+  Basalt good(30);
+  good.features.block_options.weighting = weighting;
+  const std::set<KeypointId> left_out = world.left_out(good);
+  EXPECT_EQ(left_out.size(), 70U);
+  std::size_t selected = 0;
+  for (const KeypointId id : infinite) selected += 1 - left_out.count(id);
+  return selected;
 }
 
-TEST(BasaltGuide, a_landmark_with_two_observations_is_not_left_out) {
+TEST(BasaltAdapter, landmarks_at_infinity_do_not_displace_those_that_measure_translation) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  std::size_t by_measurement = 0, by_map_bias = 0;
+  for (int world = 0; world < 20; ++world) {
+    by_measurement += selected_at_infinity(random, Weighting::measurement);
+    by_map_bias += selected_at_infinity(random, Weighting::map_bias);
+  }
+  // Drawn at random there would be 15 of 30 in each world.
+  EXPECT_LT(by_measurement, 20U * 15);
+  EXPECT_GT(by_map_bias, 20U * 15);
+}
+
+TEST(BasaltAdapter, a_landmark_with_two_observations_is_not_left_out) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures good(1000);
-  const std::set<KeypointId> before = world.left_out(100, good);
+  Basalt good(100);
+  const std::set<KeypointId> before = world.left_out(good);
   ASSERT_EQ(before.size(), 50U);
   const KeypointId id = *before.begin();
   basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(id);
   landmark.obs.erase(landmark.obs.begin());
   world.estimator.lmdb.addLandmark(id, landmark);
-  const std::set<KeypointId> after = world.left_out(100, good);
+  const std::set<KeypointId> after = world.left_out(good);
   EXPECT_EQ(after.count(id), 0U);
   EXPECT_EQ(after.size(), 50U) << "it counts as budget";
 }
 
-TEST(BasaltGuide, observations_of_what_is_left_out_are_not_entered_but_counted) {
+TEST(BasaltAdapter, observations_of_what_is_left_out_are_not_entered_but_counted) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures good(1000);
-  const std::set<KeypointId> left_out = world.left_out(100, good);
+  Basalt good(100);
+  const std::set<KeypointId> left_out = world.left_out(good);
   EXPECT_EQ(left_out.size(), 50U);
   world.estimator.measure(world.flow);
   std::vector<KeypointId> expected;
@@ -152,14 +181,20 @@ TEST(BasaltGuide, observations_of_what_is_left_out_are_not_entered_but_counted) 
   EXPECT_EQ(world.estimator.connected0, 150U);
 }
 
-TEST(BasaltGuide, nothing_is_left_out_when_there_is_no_selection) {
+TEST(BasaltAdapter, nothing_is_left_out_when_there_is_no_selection) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures small(50);
-  EXPECT_TRUE(world.left_out(40, small).empty()) << "no room";
-  GoodFeatures good(1000);
-  EXPECT_TRUE(world.left_out(150, good).empty()) << "no more than the budget";
+  const auto expect_all = [&](Basalt good, const std::string& why) {
+    EXPECT_TRUE(world.left_out(good).empty()) << why;
+    EXPECT_EQ(good.cost().status, why);
+  };
+  expect_all(Basalt(40, 50), "capacity_exceeded");
+  expect_all(Basalt(150), "all_selected");
+  Basalt good(100);
+  EXPECT_FALSE(world.left_out(good).empty());
+  world.estimator.calib.T_i_c[0] = Sophus::SE3d(2 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+  expect_all(std::move(good), "invalid_pose");
 }
 
 }  // namespace

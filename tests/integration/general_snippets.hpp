@@ -3,12 +3,14 @@
 
 // The guide's code that belongs to no tracker.
 
-#include "good_features.inc"
+#include <maxlogdet/active_selection.hpp>
+#include <maxlogdet/good_features.hpp>
 
-#include "active_features.inc"
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
-#include "budget.inc"
 #include "match_in_batches.inc"
+#include "own_tracker.inc"
 #include "per_thread.inc"
-#include "point_covariance.inc"
 #include "priors.inc"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The guide's code that belongs to no tracker, run: weightings, covariances, priors, budgets, one memory a thread.
-#include "tests/decompositions.hpp"
+// The guide's code that belongs to no tracker, run: a tracker of one's own, priors, batches, one memory a thread; and
+// what it says of budgets and weightings.
 #include "tests/integration/general_snippets.hpp"
 
 #include "sim/scene.hpp"
@@ -9,7 +9,10 @@
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <set>
 #include <thread>
 #include <vector>
@@ -90,81 +93,77 @@ TEST(PriorGuide, body_poses_of_vins_fusion_openvins_and_basalt) {
   }
 }
 
-double log_det_of_all(const BlockStore& blocks) {
-  Matrix6 information = 1e-5 * Matrix6::Identity();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Block H = stored_block(blocks, i);
-    information += gram(H);
+// As the guide's reader has it: matches of whom every seventh is wrong, a third with a right column.
+struct OwnTracker {
+  OwnTracker(Random& random, std::size_t n) : T_cw(test::random_pose(random)) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d p_c = random_point_in_camera(random);
+      const Eigen::Vector3d p_w = T_cw.inverse() * p_c;
+      TrackedMatch match{};
+      for (int d = 0; d < 3; ++d) match.point[d] = static_cast<float>(p_w(d));
+      match.sigma = static_cast<float>(1 + i % 3);
+      const double u = camera.fx * p_c.x() / p_c.z() + camera.cx;
+      match.u = static_cast<float>(u + (i % 7 == 0 ? 10 * match.sigma : 0));
+      match.v = static_cast<float>(camera.fy * p_c.y() / p_c.z() + camera.cy);
+      match.u_right = i % 3 == 0 ? static_cast<float>(u - camera.bf / p_c.z()) : -1;
+      match.is_outlier = random.chance(0.5);
+      matches.push_back(match);
+    }
   }
-  return log_det(information);
-}
+  PinholeCamera camera = {458, 457, 367, 248, 50};
+  Pose T_cw;
+  std::vector<TrackedMatch> matches;
+};
 
-TEST(BudgetGuide, the_share_compares_the_selection_with_all_matches) {
-  GoodFeatures good(2000);
-  BlockOptions options;
-  options.weighting = Weighting::measurement;
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  ASSERT_EQ(build_blocks(frame, options, good.blocks).status, BlockStatus::ok);
-  const double log_det = good.selector.select(good.blocks, Options()).log_det;
-  const double share = share_of_all(good, log_det);
-  EXPECT_NEAR(share, std::exp((log_det - log_det_of_all(good.blocks)) / 6), 1e-6);
-  // What the guide says of 100 of 1000: a fifth to a third, and a random one would have a tenth.
-  EXPECT_GT(share, 0.2);
-  EXPECT_LT(share, 0.34);
-}
-
-// Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
-// the inverse of its information says.
-TEST(PointCovarianceGuide, is_the_scatter_of_triangulated_points) {
+TEST(OwnTrackerGuide, the_selected_are_optimised_with_and_the_others_judged_at_the_new_pose) {
   Random random;
   SCOPED_TRACE(random.name());
-  const Eigen::Vector3d p_w(0.7, -0.4, 8);
-  const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
-  for (const double bf : {0.0, 50.0}) {
-    std::vector<Pose> poses;
-    Eigen::Matrix3d information = information_of_new_point();
-    for (int k = 0; k < (bf > 0 ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
-      sim::Vector6 xi;
-      xi << random_vector(random, 0.6), random_vector(random, 0.1);
-      poses.push_back(sim::exp_se3(xi));
-      information += information_of_point({458, 457, 367, 248, bf}, poses.back().matrix().topRows<3>(), p_w, sigma);
-    }
-    const Eigen::Index rows = bf > 0 ? 3 : 2;
-    const auto measure = [&](const Eigen::Vector3d& p) {
-      Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
-      for (std::size_t k = 0; k < poses.size(); ++k) {
-        const Eigen::Vector3d p_c = poses[k] * p;
-        const double u = 458 * p_c.x() / p_c.z();
-        const Eigen::Vector3d all(u, 457 * p_c.y() / p_c.z(), u - bf / p_c.z());
-        z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.head(rows);
-      }
-      return z;
-    };
-    const Eigen::VectorXd exact = measure(p_w);
-    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    constexpr int draws = 3000;
-    for (int draw = 0; draw < draws; ++draw) {
-      Eigen::VectorXd z = exact;
-      for (double& value : z) value += std::sqrt(3.0) * sigma * random.uniform(-1, 1);
-      Eigen::Vector3d p = p_w;
-      for (int iteration = 0; iteration < 4; ++iteration) {
-        Eigen::MatrixXd H(z.size(), 3);
-        for (int i = 0; i < 3; ++i) {
-          const Eigen::Vector3d d = 1e-6 * Eigen::Vector3d::Unit(i);
-          H.col(i) = (measure(p + d) - measure(p - d)) / 2e-6;
-        }
-        p += least_squares(H, z - measure(p));
-      }
-      scatter += (p - p_w) * (p - p_w).transpose() / draws;
-    }
-    const Eigen::Matrix3d L = cholesky(information);
-    EXPECT_LT((L.transpose() * scatter * L - Eigen::Matrix3d::Identity()).norm(), 0.2) << "bf " << bf;
+  OwnTracker tracker(random, 400);
+  const std::vector<TrackedMatch> before = tracker.matches;
+  const auto guess = sim::to_rows(Pose(sim::exp_se3((Vector6() << 0.2, 0.2, 0, 0, 0.1, 0).finished()) * tracker.T_cw));
+  std::vector<std::size_t> optimised;
+  GoodFeatures good(1000);
+  const auto optimize = [&](const std::vector<std::size_t>& selected) {
+    optimised = selected;
+    return RigidTransform(sim::to_rows(tracker.T_cw).data());
+  };
+  track(good, tracker.camera, guess.data(), tracker.matches, optimize);
+  EXPECT_EQ(optimised.size(), 100U);
+  const std::set<std::size_t> selected(optimised.begin(), optimised.end());
+  for (std::size_t i = 0; i < 400; ++i) {
+    EXPECT_EQ(tracker.matches[i].is_outlier, selected.count(i) > 0 ? before[i].is_outlier : i % 7 == 0) << i;
   }
 }
 
-TEST(PointCovarianceGuide, a_point_behind_the_camera_adds_nothing) {
-  const Eigen::Matrix<double, 3, 4> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
-  EXPECT_EQ(information_of_point({458, 457, 367, 248, 50}, T_cw, {0, 0, -3}, 1).norm(), 0);
+TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  OwnTracker tracker(random, 400);
+  const double no_pose[12] = {};
+  std::size_t optimised = 0;
+  GoodFeatures good(1000);
+  track(good, tracker.camera, no_pose, tracker.matches, [&](const std::vector<std::size_t>& selected) {
+    optimised = selected.size();
+    return RigidTransform(no_pose);
+  });
+  EXPECT_EQ(optimised, 400U);
+  EXPECT_STREQ(good.reason(), "invalid_pose");
+}
+
+TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  good.start(frame.camera, frame.T_cw_prior.data(), ThirdMeasurement::stereo);
+  for (const sim::Match& m : frame.matches) {
+    FeatureMatch match;
+    std::copy(std::begin(m.point), std::end(m.point), match.point);
+    if (m.is_stereo()) match.third = m.u_right;
+    match.sigma = 1 / std::sqrt(m.inv_sigma2);
+    good.add(match);
+  }
+  ASSERT_EQ(good.select(Options()), Status::ok);
+  EXPECT_GT(good.share_of_all(), 0.2);
+  EXPECT_LT(good.share_of_all(), 0.34);
 }
 
 // 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
@@ -172,56 +171,42 @@ TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_mor
   Random random;
   SCOPED_TRACE(random.name());
   const PinholeCamera camera = {718, 718, 607, 185, 386};
-  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
   for (int world = 0; world < 40; ++world) {
     std::vector<Eigen::Vector3d> points;
-    for (int i = 0; i < 300; ++i) {
+    std::vector<Eigen::Matrix3d> covariances(300);
+    for (std::size_t i = 0; i < 300; ++i) {
       const double z = camera.bf / random.uniform(1, 60);
       const double x = random.uniform(-0.8, 0.8) * z;
       const double y = random.uniform(-0.2, 0.2) * z;
       points.emplace_back(x, y, z);
+      PointCovariance point(points.back().data());
+      point.observe(camera, RigidTransform::identity(), 1, true);
+      ASSERT_TRUE(point.covariance(covariances[i].data()));
     }
     // What 50 selected ones tell, errors of the map and of measurements counted, nats.
     const auto log_det = [&](bool with_covariances) {
       GoodFeatures good(300);
-      good.without_covariances = Weighting::map_bias;
-      good.start(points.size());
+      good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
+      good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
       for (std::size_t i = 0; i < points.size(); ++i) {
-        const Eigen::Vector3d& p = points[i];
-        const Eigen::Matrix3d information = information_of_new_point() + information_of_point(camera, T_cw, p, 1);
-        const Eigen::Matrix3d covariance = information.inverse();
-        good.set(i, p.x(), p.y(), p.z(), 1, true, with_covariances ? covariance.data() : nullptr);
+        FeatureMatch match;
+        std::copy_n(points[i].data(), 3, match.point);
+        match.third = 0;  // which rows there are; their values change no block
+        if (with_covariances) match.covariance = covariances[i].data();
+        good.add(match);
       }
-      EXPECT_TRUE(good.build(camera, T_cw.data()));
       Options options;
       options.budget = 50;
+      EXPECT_EQ(good.select(options), Status::ok);
       Matrix6 information = Matrix6::Zero();
-      for (const auto i : good.selector.select(good.blocks, options)) {
-        const Eigen::Matrix3d known = information_of_new_point() + information_of_point(camera, T_cw, points[i], 1);
-        information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, known.inverse()});
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (!good.is_selected(i)) continue;
+        information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, covariances[i]});
       }
       return test::log_det(information);
     };
     EXPECT_GT(log_det(true), log_det(false)) << "world " << world;
   }
-}
-
-TEST(WeightingGuide, beside_matches_with_a_covariance_one_without_is_no_candidate) {
-  const double covariance[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
-  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  GoodFeatures good(2);
-  good.start(2);
-  good.set(0, 0, 0, 5, 1, false, covariance);
-  good.set(1, 1, 0, 5, 1, false);
-  good.required = {1, 1};
-  ASSERT_TRUE(good.build({458, 457, 367, 248, 0}, T_cw));
-  EXPECT_TRUE(good.blocks.is_valid(0));
-  EXPECT_FALSE(good.blocks.is_valid(1));
-  EXPECT_EQ(good.required, (std::vector<unsigned char>{1, 0})) << "what is required has to be valid";
-  good.start(2);  // nothing is left of it
-  good.set(1, 1, 0, 5, 1, false);
-  ASSERT_TRUE(good.build({458, 457, 367, 248, 0}, T_cw));
-  EXPECT_TRUE(good.blocks.is_valid(1));
 }
 
 TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {

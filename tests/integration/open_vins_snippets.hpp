@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code for OpenVINS where it belongs.
+// The guide's lines for OpenVINS where they belong.
 
-#include "good_features.inc"
+#include <maxlogdet/adapters/open_vins.hpp>
 
 #include "tests/integration/open_vins_stand_in.hpp"
 
-#include "open_vins_blocks.inc"
-
 namespace ov_msckf {
 
-inline void UpdaterMSCKF::update(const std::shared_ptr<State>& state,
+inline void UpdaterMSCKF::update(std::shared_ptr<State> state,
                                  std::vector<std::shared_ptr<ov_core::Feature>>& feature_vec) {
 #include "open_vins_hook.inc"
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the guide's code sees of OpenVINS, under its names (2.7, 2023).
+// What the adapter sees of OpenVINS, under its names and with its const and missing const (2.7, 2023).
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -36,6 +36,17 @@ class PoseJPL {
 
 namespace ov_core {
 
+class CamBase {
+ public:
+  CamBase() = default;
+  CamBase(const CamBase&) = delete;
+  CamBase& operator=(const CamBase&) = delete;
+  virtual ~CamBase() = default;
+  /// d (u, v) / d (x, y), and / d intrinsics.
+  virtual void compute_distort_jacobian(const Eigen::Vector2d& uv_norm, Eigen::MatrixXd& H_dz_dzn,
+                                        Eigen::MatrixXd& H_dz_dzeta) = 0;
+};
+
 class Feature {
  public:
   std::size_t featid = 0;
@@ -51,13 +62,13 @@ class State {
  public:
   std::map<double, std::shared_ptr<ov_type::PoseJPL>> _clones_IMU;
   std::unordered_map<std::size_t, std::shared_ptr<ov_type::PoseJPL>> _calib_IMUtoCAM;
+  std::unordered_map<std::size_t, std::shared_ptr<ov_core::CamBase>> _cam_intrinsics_cameras;
 };
 
 class UpdaterMSCKF {
  public:
-  void update(const std::shared_ptr<State>& state, std::vector<std::shared_ptr<ov_core::Feature>>& feature_vec);
+  void update(std::shared_ptr<State> state, std::vector<std::shared_ptr<ov_core::Feature>>& feature_vec);
 
- private:
 #include "open_vins_member.inc"
 };
 

@@ -48,6 +48,16 @@ class Mat {
     return entry<T>(i);
   }
 
+  /// The first row; null of an empty one.
+  template <class T>
+  const T* ptr(int row = 0) const {
+    return empty() ? nullptr : &entry<T>(row * cols);
+  }
+  template <class T>
+  T* ptr(int row = 0) {
+    return empty() ? nullptr : &entry<T>(row * cols);
+  }
+
   Mat clone() const {
     Mat copy = *this;
     if (!empty()) copy.entries_ = std::make_shared<std::vector<float>>(*entries_);

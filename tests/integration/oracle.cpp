@@ -9,16 +9,23 @@
 
 namespace maxlogdet::test {
 
+Eigen::MatrixXd derivative_under_left_perturbation(const Measure& measure, const Eigen::Vector3d& p) {
+  constexpr double step = 1e-6;
+  Eigen::MatrixXd H_x(measure(p).size(), 6);
+  for (int i = 0; i < 6; ++i) {
+    const sim::Vector6 xi = step * sim::Vector6::Unit(i);
+    H_x.col(i) = (measure(sim::exp_se3(xi) * p) - measure(sim::exp_se3(-xi) * p)) / (2 * step);
+  }
+  return H_x;
+}
+
 Derivatives::Derivatives(const SeenPoint& point) {
   const auto measure = [&](const Eigen::Vector3d& p) {
     const double u = point.fx * p.x() / p.z();
     return Eigen::Vector3d(u, point.fy * p.y() / p.z(), point.bf > 0 ? u - point.bf / p.z() : p.z());
   };
+  H_x = derivative_under_left_perturbation(measure, point.p_c);
   constexpr double step = 1e-6;
-  for (int i = 0; i < 6; ++i) {
-    const sim::Vector6 xi = step * sim::Vector6::Unit(i);
-    H_x.col(i) = (measure(sim::exp_se3(xi) * point.p_c) - measure(sim::exp_se3(-xi) * point.p_c)) / (2 * step);
-  }
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(i);
     H_p.col(i) = (measure(point.p_c + d) - measure(point.p_c - d)) / (2 * step);

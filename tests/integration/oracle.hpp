@@ -8,6 +8,7 @@
 #include "tests/support.hpp"
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -30,6 +31,11 @@ struct Derivatives {
   Eigen::Matrix<double, 3, 6> H_x;
   Eigen::Matrix3d H_p;
 };
+
+/// What a camera of any kind measures of a point, and the derivative of that under exp(xi^) on the left of the pose, by
+/// central differences at p, the point in the frame that the pose leads to.
+using Measure = std::function<Eigen::VectorXd(const Eigen::Vector3d& p)>;
+Eigen::MatrixXd derivative_under_left_perturbation(const Measure& measure, const Eigen::Vector3d& p);
 
 /// The map_bias block.
 Block map_bias_block(const SeenPoint& point);

@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code for ORB-SLAM2 where it belongs.
+// The guide's lines for ORB-SLAM2 where they belong.
 
-#include "good_features.inc"
-
+#include "orb_slam2_include.inc"
 #include "tests/integration/orb_slam2_stand_in.hpp"
-
-#include "optimize_with_selected.inc"
-#include "point_covariance.inc"
-
-#include "orb_slam2_blocks.inc"
-
-#include "active_features.inc"
-#include "orb_slam2_active.inc"
 
 namespace ORB_SLAM2 {
 
@@ -27,6 +18,16 @@ inline bool Tracking::TrackLocalMap() {
     ++mnMatchesInliers;
   }
   return mnMatchesInliers >= 30;
+}
+
+/// In small: mbTrackInView is set; counts what is in view as visible, and searches.
+inline void Tracking::SearchLocalPoints() {
+  for (MapPoint* const point : mvpLocalMapPoints) {
+    if (point->mbTrackInView && !point->isBad()) point->IncreaseVisible();
+  }
+  ORBmatcher matcher(0.8F);
+  const int th = 1;
+#include "orb_slam2_match.inc"
 }
 
 }  // namespace ORB_SLAM2

@@ -1,24 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the guide's code sees of ORB-SLAM2, under its names (master, 2017). What the functions do is for a test to
-// define.
+// What the adapter sees of ORB-SLAM2, under its names and with its const and missing const (master, 2017). What the
+// functions do is for a test to define.
 
 #include "tests/integration/opencv_stand_in.hpp"
 
-#include <Eigen/Core>
 #include <cstddef>
-#include <limits>
 #include <map>
-#include <mutex>
 #include <vector>
 
 namespace ORB_SLAM2 {
 
 class KeyFrame {
  public:
-  cv::Mat GetPose() const { return Tcw.clone(); }
-  bool isBad() const { return mbBad; }
+  cv::Mat GetPose() { return Tcw.clone(); }
+  bool isBad() { return mbBad; }
 
   float fx = 458;
   float fy = 457;
@@ -27,7 +24,7 @@ class KeyFrame {
   float mbf = 0;
   std::vector<cv::KeyPoint> mvKeysUn;
   std::vector<float> mvuRight;
-  std::vector<float> mvInvLevelSigma2;
+  std::vector<float> mvScaleFactors;
 
   // Hidden in the real one.
   cv::Mat Tcw;
@@ -36,23 +33,19 @@ class KeyFrame {
 
 class MapPoint {
  public:
-  std::map<KeyFrame*, std::size_t> GetObservations() const { return mObservations; }
-  cv::Mat GetWorldPos() const { return mWorldPos.clone(); }
-  bool isBad() const { return mbBad; }
-  int Observations() const { return nObs; }
+  cv::Mat GetWorldPos() { return mWorldPos.clone(); }
+  std::map<KeyFrame*, std::size_t> GetObservations() { return mObservations; }
+  int Observations() { return nObs; }
+  bool isBad() { return mbBad; }
   void IncreaseVisible(int n = 1) { mnVisible += n; }
   void IncreaseFound(int n = 1) { mnFound += n; }
 
+  long unsigned int mnId = 0;
+  int nObs = 0;
   bool mbTrackInView = false;
   int mnTrackScaleLevel = 0;
-  int nObs = 2;
-
-  // clang-format off
-#include "orb_slam2_map_point.inc"
-  // clang-format on
 
   // Hidden in the real one.
-  std::mutex mMutexPos;
   std::map<KeyFrame*, std::size_t> mObservations;
   cv::Mat mWorldPos;
   bool mbBad = false;
@@ -62,7 +55,7 @@ class MapPoint {
 
 class Frame {
  public:
-  void SetPose(const cv::Mat& Tcw) { mTcw = Tcw.clone(); }
+  void SetPose(cv::Mat Tcw) { mTcw = Tcw.clone(); }
 
   static float fx;
   static float fy;
@@ -76,27 +69,32 @@ class Frame {
   std::vector<bool> mvbOutlier;
   cv::Mat mTcw;
   std::vector<float> mvScaleFactors;
-  std::vector<float> mvInvLevelSigma2;
 };
 
 class Optimizer {
  public:
-  static int PoseOptimization(Frame* pFrame);
+  int static PoseOptimization(Frame* pFrame);
 };
 
 class ORBmatcher {
  public:
-  int SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMapPoints, float th);
+  explicit ORBmatcher(float nnratio = 0.6F) : mfNNratio(nnratio) {}
+  int SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMapPoints, const float th = 3);
+  int SearchByProjection(Frame& CurrentFrame, const Frame& LastFrame, const float th, const bool bMono);
+
+ private:
+  float mfNNratio;
 };
 
 class Tracking {
  public:
   bool TrackLocalMap();
+  void SearchLocalPoints();
 
   Frame mCurrentFrame;
+  std::vector<MapPoint*> mvpLocalMapPoints;
   int mnMatchesInliers = 0;
 
- private:
 #include "orb_slam2_member.inc"
 };
 

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code for ORB-SLAM3 where it belongs.
+// The guide's lines for ORB-SLAM3 where they belong.
 
-#include "good_features.inc"
+#include <maxlogdet/adapters/orb_slam3.hpp>
 
 #include "tests/integration/orb_slam3_stand_in.hpp"
 
-#include "optimize_with_selected.inc"
-#include "orb_slam3_blocks.inc"
-
 namespace ORB_SLAM3 {
 
-inline void Tracking::TrackLocalMap() {
+inline void Tracking::TrackLocalMap(bool is_inertial) {
+  if (!is_inertial) {
 #include "orb_slam3_hook.inc"
+  } else {
+#include "orb_slam3_inertial_hook.inc"
+  }
 }
 
 }  // namespace ORB_SLAM3

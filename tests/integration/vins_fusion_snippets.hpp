@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code for VINS-Fusion where it belongs.
+// The guide's lines for VINS-Fusion where they belong.
 
-#include "good_features.inc"
+#include <maxlogdet/adapters/vins_fusion.hpp>
 
 #include "tests/integration/vins_fusion_stand_in.hpp"
-
-#include "vins_fusion_blocks.inc"
 
 /// In small: which features get factors, and which place each of them has.
 inline void Estimator::optimization() {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the guide's code sees of VINS-Fusion, under its names (master, 2019 and later).
+// What the adapter sees of VINS-Fusion, under its names (master, 2019 and later).
 
 #include <Eigen/Core>
 #include <list>
 #include <set>
+#include <utility>
 #include <vector>
 
 constexpr int WINDOW_SIZE = 10;
@@ -17,8 +18,10 @@ class FeaturePerFrame {
 
 class FeaturePerId {
  public:
-  int feature_id = 0;
-  int start_frame = 0;
+  FeaturePerId(int _feature_id, int _start_frame) : feature_id(_feature_id), start_frame(_start_frame) {}
+
+  const int feature_id;
+  int start_frame;
   std::vector<FeaturePerFrame> feature_per_frame;
   int used_num = 0;
   double estimated_depth = -1;

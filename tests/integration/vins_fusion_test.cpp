@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The guide's code for VINS-Fusion, run: body poses, depths in the first frame of a track, places in para_Feature.
+// The adapter of VINS-Fusion and the guide's lines for it: body poses, depths in the first frame of a track, places in
+// para_Feature.
 #include "tests/integration/vins_fusion_snippets.hpp"
 
 #include "tests/integration/oracle.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <set>
+#include <string>
 
 namespace maxlogdet::test {
 namespace {
@@ -27,9 +30,7 @@ struct World {
     }
     for (int id = 0; id < n; ++id) {
       const bool ended = id % 7 == 0;
-      FeaturePerId feature;
-      feature.feature_id = id;
-      feature.start_frame = WINDOW_SIZE - 7 + (id % 5 == 0 ? 5 : random.integer(0, 4));
+      FeaturePerId feature(id, WINDOW_SIZE - 7 + (id % 5 == 0 ? 5 : random.integer(0, 4)));
       const int last = ended ? WINDOW_SIZE - 1 : WINDOW_SIZE;
       for (int frame = feature.start_frame; frame <= last; ++frame) feature.feature_per_frame.emplace_back();
       // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
@@ -72,43 +73,55 @@ struct World {
     return points;
   }
 
+  // What is left out, of all features.
+  std::set<int> left_out(const VinsFusion& good) const {
+    std::set<int> ids;
+    for (const FeaturePerId& feature : estimator.f_manager.feature) {
+      if (good.leaves_out(static_cast<std::uint64_t>(feature.feature_id))) ids.insert(feature.feature_id);
+    }
+    EXPECT_EQ(ids.size(), good.left_out_count());
+    return ids;
+  }
+
   Estimator estimator;
 };
 
-TEST(VinsFusionGuide, blocks_are_derivatives_at_the_newest_camera_and_a_body_pose_is_not) {
+TEST(VinsFusionAdapter, blocks_are_derivatives_at_the_newest_camera) {
   Random random;
   SCOPED_TRACE(random.name());
   const World world(random, 300);
-  GoodFeatures good(1000);
-  left_out_features(world.estimator, 100, good);
+  VinsFusion good(100);
+  good.ask(world.estimator);
   const std::vector<SeenPoint> seen = world.seen();
   ASSERT_GT(seen.size(), 150U);
-  EXPECT_LT(largest_difference(good.blocks, seen), 1e-5);
-
-  const Eigen::Matrix3d R = world.estimator.Rs[WINDOW_SIZE].transpose();
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> body;
-  body << R, -R * world.estimator.Ps[WINDOW_SIZE];
-  ASSERT_TRUE(good.build({1, 1, 0, 0, 0}, body.data()));
-  EXPECT_GT(largest_difference(good.blocks, seen), 0.1);
+  ASSERT_EQ(good.features.blocks().size(), seen.size());
+  EXPECT_LT(largest_difference(good.features.blocks(), seen), 1e-5);
 }
 
-TEST(VinsFusionGuide, left_out_is_what_the_newest_frame_sees_and_was_not_selected) {
+TEST(VinsFusionAdapter, left_out_is_what_the_newest_frame_sees_and_was_not_selected) {
   Random random;
   SCOPED_TRACE(random.name());
   const World world(random, 300);
-  GoodFeatures good(1000);
-  const std::set<int> left_out = left_out_features(world.estimator, 100, good);
+  VinsFusion good(100);
+  good.ask(world.estimator);
   const std::vector<int> candidates = world.candidates();
-  EXPECT_EQ(left_out.size(), candidates.size() - 100);
-  for (const int id : left_out) EXPECT_EQ(std::count(candidates.begin(), candidates.end(), id), 1) << id;
+  const auto selected = select_indices(good.features.blocks(), good.options);
+  std::set<int> expected(candidates.begin(), candidates.end());
+  for (const std::uint32_t i : selected) expected.erase(candidates[i]);
+  EXPECT_EQ(world.left_out(good), expected);
+  EXPECT_EQ(expected.size(), candidates.size() - 100);
+  EXPECT_STREQ(good.cost().status, "ok");
+  EXPECT_EQ(good.cost().candidates, candidates.size());
+  EXPECT_EQ(good.cost().selected, 100U);
 }
 
-TEST(VinsFusionGuide, a_depth_that_was_never_optimised_is_not_left_out) {
+TEST(VinsFusionAdapter, a_depth_that_was_never_optimised_is_not_left_out) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures good(1000);
-  const std::set<int> before = left_out_features(world.estimator, 100, good);
+  VinsFusion good(100);
+  good.ask(world.estimator);
+  const std::set<int> before = world.left_out(good);
   std::set<int> fresh;
   for (FeaturePerId& feature : world.estimator.f_manager.feature) {
     if (before.count(feature.feature_id) == 0 || fresh.size() == 30) continue;
@@ -116,29 +129,52 @@ TEST(VinsFusionGuide, a_depth_that_was_never_optimised_is_not_left_out) {
     fresh.insert(feature.feature_id);
   }
   ASSERT_EQ(fresh.size(), 30U);
-  const std::set<int> after = left_out_features(world.estimator, 100, good);
+  good.ask(world.estimator);
+  const std::set<int> after = world.left_out(good);
   EXPECT_EQ(after.size(), before.size()) << "they count as budget";
   for (const int id : fresh) EXPECT_EQ(after.count(id), 0U) << id;
 }
 
-TEST(VinsFusionGuide, what_is_left_out_is_not_removed_for_its_reprojection_error) {
+TEST(VinsFusionAdapter, features_without_a_depth_and_behind_the_camera_stay_in) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  std::set<int> odd;
+  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
+    if (feature.feature_id % 11 == 3) feature.estimated_depth = -1;
+    if (feature.feature_id % 11 == 4) {
+      feature.feature_per_frame[0].point = world.in_camera(feature.start_frame, world.in_world({0.1, 0, -5}));
+      feature.estimated_depth = 1;
+    }
+    if (feature.feature_id % 11 == 3 || feature.feature_id % 11 == 4) odd.insert(feature.feature_id);
+  }
+  VinsFusion good(50);
+  good.ask(world.estimator);
+  const std::set<int> left_out = world.left_out(good);
+  EXPECT_GT(left_out.size(), 50U);
+  for (const int id : odd) EXPECT_EQ(left_out.count(id), 0U) << id;
+}
+
+TEST(VinsFusionAdapter, what_is_left_out_is_not_removed_for_its_reprojection_error) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
   world.estimator.optimization();
   std::set<int> removed;
   world.estimator.outliersRejection(removed);
-  ASSERT_FALSE(world.estimator.left_out.empty());
+  const std::set<int> left_out = world.left_out(world.estimator.good_features);
+  ASSERT_FALSE(left_out.empty());
   EXPECT_EQ(removed.size(), world.estimator.added.size());
-  for (const int id : world.estimator.left_out) EXPECT_EQ(removed.count(id), 0U) << id;
+  for (const int id : left_out) EXPECT_EQ(removed.count(id), 0U) << id;
 }
 
-TEST(VinsFusionGuide, features_keep_their_places_in_para_feature) {
+TEST(VinsFusionAdapter, features_keep_their_places_in_para_feature) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures good(1000);
-  const std::set<int> left_out = left_out_features(world.estimator, 100, good);
+  VinsFusion good(100);
+  good.ask(world.estimator);
+  const std::set<int> left_out = world.left_out(good);
   world.estimator.optimization();
   std::vector<std::pair<int, int>> expected;
   int place = -1;
@@ -150,16 +186,22 @@ TEST(VinsFusionGuide, features_keep_their_places_in_para_feature) {
   EXPECT_EQ(world.estimator.added, expected);
 }
 
-TEST(VinsFusionGuide, nothing_is_left_out_when_there_is_no_selection) {
+TEST(VinsFusionAdapter, nothing_is_left_out_when_there_is_no_selection) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
-  GoodFeatures small(50);
-  EXPECT_TRUE(left_out_features(world.estimator, 100, small).empty()) << "no room";
-  GoodFeatures good(1000);
-  EXPECT_TRUE(left_out_features(world.estimator, 400, good).empty()) << "no more than the budget";
-  world.estimator.Rs[WINDOW_SIZE] *= 2;
-  EXPECT_TRUE(left_out_features(world.estimator, 100, good).empty()) << "no rotation";
+  const auto expect_all = [&](VinsFusion good, const std::string& why) {
+    good.ask(world.estimator);
+    EXPECT_TRUE(world.left_out(good).empty()) << why;
+    EXPECT_EQ(good.cost().status, why);
+  };
+  expect_all(VinsFusion(40, 50), "capacity_exceeded");
+  expect_all(VinsFusion(400), "all_selected");
+  VinsFusion good(100);
+  good.ask(world.estimator);
+  EXPECT_FALSE(world.left_out(good).empty());
+  world.estimator.Rs[WINDOW_SIZE] *= 2;  // no rotation
+  expect_all(std::move(good), "invalid_pose");
 }
 
 }  // namespace

@@ -68,10 +68,11 @@ enum {
 /// Which linearised problem a block describes (maxlogdet/jacobian.hpp has the equations).
 typedef int32_t maxlogdet_weighting;
 enum {
-  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the paper's H_c, with points in the camera frame
-  MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,      ///< the same with points in the world frame
-  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< the default: H_x / sigma, but for a rotation among its rows
-  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< H_x whitened by the noise of measurement and map: with map_covariances
+  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,        ///< the paper's H_c, with points in the camera frame
+  MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,  ///< the same with points in the world frame
+  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,     ///< the default: H_x / sigma, but for a rotation among its rows
+  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP =
+      3  ///< H_x whitened by the noise of measurement and map: with map_covariances
 };
 
 /// What a third row measures, for the matches that have one.
@@ -82,7 +83,23 @@ enum {
   MAXLOGDET_THIRD_MEASUREMENT_DEPTH = 2    ///< depth, m
 };
 
-/// How append_blocks ended. Nothing is appended unless it is ok or singular_rays.
+/// What a camera makes of a point (maxlogdet/camera.hpp has the equations).
+typedef int32_t maxlogdet_camera_model;
+enum {
+  MAXLOGDET_CAMERA_MODEL_PINHOLE = 0,            ///< the default
+  MAXLOGDET_CAMERA_MODEL_RADIAL_TANGENTIAL = 1,  ///< OpenCV's: k1, k2, p1, p2, k3
+  MAXLOGDET_CAMERA_MODEL_KANNALA_BRANDT = 2,     ///< OpenCV's fisheye: k1, k2, k3, k4
+  MAXLOGDET_CAMERA_MODEL_DOUBLE_SPHERE = 3       ///< Basalt's: xi, alpha
+};
+
+/// What coordinates of points are.
+typedef int32_t maxlogdet_point_type;
+enum {
+  MAXLOGDET_POINT_TYPE_FLOAT64 = 0,  ///< the default: double
+  MAXLOGDET_POINT_TYPE_FLOAT32 = 1   ///< float
+};
+
+/// How append_blocks ended. Nothing is appended unless it is ok, singular_rays or invalid_jacobians.
 typedef int32_t maxlogdet_block_status;
 enum {
   MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY = -2,
@@ -90,10 +107,15 @@ enum {
   MAXLOGDET_BLOCK_STATUS_OK = 0,                 ///< n blocks; those without a Jacobian as invalid candidates
   MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS = 1,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z
                                                ///< axis: their blocks are invalid
-  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA = 2,   ///< fx, fy not positive and finite, or stereo rows without bf > 0
-  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw null, not finite or not a rotation
-  MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS = 4,  ///< a sigma, threads or an enumerator out of its range
-  MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5    ///< size > 0 without points
+  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA = 2,   ///< a parameter out of its range, or stereo rows without bf > 0
+  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw, T_bw or T_cb null, not finite or not a rotation
+  MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS = 4,  ///< a sigma, min_depth, threads or an enumerator out of its range
+  MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5,   ///< size > 0 without points
+  MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE = 6,   ///< less than three coordinates, or not a whole number of them
+  MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL = 7,  ///< not an enumerator
+  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID = 8,     ///< no such camera, ids without a rig, no camera or more than 256
+  MAXLOGDET_BLOCK_STATUS_INVALID_JACOBIANS = 9  ///< as ok, but some of the caller's are not finite: their blocks are
+                                                ///< invalid
 };
 
 /// Name of the enumerator, in small letters ("all_selected"); "unknown" for any other value. A constant.
@@ -102,6 +124,8 @@ const char* maxlogdet_status_name(maxlogdet_status status);
 const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
 /// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
+/// Name of the enumerator; "unknown" for any other value.
+const char* maxlogdet_camera_model_name(maxlogdet_camera_model model);
 /// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_block_status_name(maxlogdet_block_status status);
 
@@ -172,29 +196,38 @@ maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, 
 /// Appends an invalid candidate: a match that has no block.
 maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
 
-/// A rectified pinhole camera: x right, y down, z forward.
+/// A camera: x right, y down, z forward. Without a model it is a rectified pinhole.
 typedef struct maxlogdet_camera {
-  size_t struct_size;  ///< set by init
-  double fx;           ///< focal length, px; has no default
-  double fy;           ///< focal length, px; has no default
-  double cx;           ///< principal point, px (no Jacobian depends on it)
-  double cy;           ///< principal point, px
-  double bf;           ///< stereo baseline times fx, px m; 0: monocular
+  size_t struct_size;            ///< set by init
+  double fx;                     ///< focal length, px; has no default
+  double fy;                     ///< focal length, px; has no default
+  double cx;                     ///< principal point, px (no Jacobian depends on it)
+  double cy;                     ///< principal point, px
+  double bf;                     ///< of a pinhole: stereo baseline times fx, px m; 0: monocular
+  maxlogdet_camera_model model;  ///< default pinhole
+  int32_t reserved;              ///< 0, else invalid_argument
+  double parameters[5];          ///< of the model, in its order; default 0
 } maxlogdet_camera;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size);
 
 /// n matches as the caller's own arrays; nothing is kept. A null optional array means its default for all.
 typedef struct maxlogdet_matches {
-  size_t struct_size;             ///< set by init
-  size_t size;                    ///< n
-  const double* points;           ///< n x 3 row-major: points in the world frame, m
-  const double* sigmas;           ///< n: measurement deviation, px; default 1
-  const uint8_t* has_third;       ///< n: nonzero where the third measurement exists; default: all have it
-  const uint8_t* usable;          ///< n: zero keeps a match as an invalid candidate; default: all are usable
-  const double* weights;          ///< n: w >= 0 multiplies H^T H; default 1
-  const double* map_covariances;  ///< n x 3 x 3: of the points, world frame, m^2, the upper triangle is read;
-                                  ///< default map_sigma^2 I
+  size_t struct_size;               ///< set by init
+  size_t size;                      ///< n
+  const void* points;               ///< n: x, y, z in the world frame, m
+  size_t point_stride;              ///< bytes from one point to the next; 0, the default: n x 3 row-major
+  maxlogdet_point_type point_type;  ///< default float64
+  int32_t reserved;                 ///< 0, else invalid_argument
+  const double* sigmas;             ///< n: measurement deviation, px; default 1
+  const uint8_t* has_third;         ///< n: nonzero where the third measurement exists; default: all have it
+  const uint8_t* usable;            ///< n: zero keeps a match as an invalid candidate; default: all are usable
+  const double* weights;            ///< n: w >= 0 multiplies H^T H; default 1
+  const double* map_covariances;    ///< n x 3 x 3: of the points, world frame, m^2, the upper triangle is read;
+                                    ///< default map_sigma^2 I
+  const double* jacobians;          ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m, of a model of the caller's
+                                    ///< own; default: the camera's
+  const uint8_t* camera_ids;        ///< n: which camera of the rig; default 0
 } maxlogdet_matches;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
@@ -206,6 +239,7 @@ typedef struct maxlogdet_block_options {
   maxlogdet_third_measurement third;  ///< default none
   double map_sigma;                   ///< m, deviation of a map point (measurement_and_map); default 0.05
   double depth_sigma;                 ///< m, deviation of a depth measurement; default 0.05
+  double min_depth;                   ///< m: a match nearer than this is no candidate; default 0.01
   int32_t threads;                    ///< as that of maxlogdet_options; the blocks do not depend on it
   int32_t reserved;                   ///< 0, else invalid_argument
 } maxlogdet_block_options;
@@ -214,11 +248,15 @@ maxlogdet_status maxlogdet_block_options_init(maxlogdet_block_options* options, 
 
 /// What append_blocks has done.
 typedef struct maxlogdet_block_report {
-  maxlogdet_block_status status;  ///< ok or singular_rays: done; else why not
+  maxlogdet_block_status status;  ///< ok, singular_rays or invalid_jacobians: done; else why not
   size_t appended;                ///< n, or 0 on an error
   size_t invalid;                 ///< of these, kept as invalid candidates, for whatever reason
-  size_t behind_camera;           ///< depth <= 0
+  size_t unusable;                ///< as `usable` says
+  size_t behind_camera;           ///< depth <= 0, or where else the camera's model has no image
+  size_t too_near;                ///< in front of it, nearer than min_depth
   size_t singular_rays;           ///< rays orthogonal to the world's z axis (map_bias_world)
+  size_t unsound_covariances;     ///< not positive definite, or so large that no digits are left (docs/numerics.md)
+  size_t invalid_jacobians;       ///< of the caller, not finite
 } maxlogdet_block_report;
 
 /// Appends one block a match, in their order. `T_cw`: 3 x 4 row-major, world to camera. `executor` may be null: the
@@ -228,6 +266,16 @@ const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* ca
                                                       const maxlogdet_block_options* options,
                                                       maxlogdet_block_store* blocks,
                                                       const maxlogdet_executor* executor);
+
+/// The same for a rig of `camera_count` cameras, 1 to 256, whose blocks are about the pose of its body, `T_bw`.
+/// `cameras`: a pointer to each; `T_cb`: camera_count x 3 x 4 row-major, body to camera. camera_ids of the matches says
+/// which camera has seen what.
+const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_camera* const* cameras, const double* T_cb,
+                                                             size_t camera_count, const double* T_bw,
+                                                             const maxlogdet_matches* matches,
+                                                             const maxlogdet_block_options* options,
+                                                             maxlogdet_block_store* blocks,
+                                                             const maxlogdet_executor* executor);
 
 /// What to select and how; n is the number of candidates. Arrays belong to the caller.
 typedef struct maxlogdet_options {
