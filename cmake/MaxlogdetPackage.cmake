@@ -15,7 +15,8 @@ if(NOT MAXLOGDET_IS_TOP_LEVEL OR NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR MAX
 endif()
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME libmaxlogdet-dev)
-set(CPACK_PACKAGE_CONTACT "The maxlogdet authors <maxlogdet@example.org>")
+# The format wants an address, and there is none: RFC 2606 keeps `.invalid` for that. As in package.xml.
+set(CPACK_PACKAGE_CONTACT "The maxlogdet authors <nobody@maxlogdet.invalid>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "feature selection for camera-pose least squares (development files)")
 set(CPACK_PACKAGE_DESCRIPTION

@@ -17,6 +17,11 @@ struct PinholeCamera {
   double cx = 0;  ///< principal point, px (no Jacobian depends on it)
   double cy = 0;  ///< principal point, px
   double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
+
+  constexpr PinholeCamera() noexcept = default;
+  /// In this order.
+  constexpr PinholeCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0) noexcept
+      : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
 };
 
 /// What takes (X, Y, Z) to (m_x, m_y), where u = fx m_x + cx, v = fy m_y + cy.
@@ -66,12 +71,20 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
 struct RigCamera {
   Camera camera;                                     ///< its model
   RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
+
+  RigCamera() = default;
+  /// Both.
+  RigCamera(const Camera& camera_, const RigidTransform& T_cb_) noexcept : camera(camera_), T_cb(T_cb_) {}
 };
 
 /// Cameras on one body, the caller's array.
 struct Rig {
   const RigCamera* cameras = nullptr;  ///< `size` of them
   std::size_t size = 0;                ///< 1 to 256
+
+  constexpr Rig() noexcept = default;
+  /// These.
+  constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
 };
 
 /// Name of the enumerator; "unknown" for any other value.
