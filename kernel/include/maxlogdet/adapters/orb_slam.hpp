@@ -108,6 +108,19 @@ class OrbSlamHook {
     return found;
   }
 
+  // Calls add(slot) for every slot with a map point. These lie scattered in memory, and are cold in the cache when a
+  // frame is gathered: those of the next slots are prefetched.
+  template <class MapPoint, class Add>
+  static void for_each_match(const std::vector<MapPoint*>& points, const Add& add) {
+    constexpr std::size_t ahead = 64;
+    const std::size_t size = points.size();
+    for (std::size_t slot = 0; slot < size && slot < ahead; ++slot) prefetch(points[slot]);
+    for (std::size_t slot = 0; slot < size; ++slot) {
+      if (slot + ahead < size) prefetch(points[slot + ahead]);
+      if (points[slot] != nullptr) add(slot);
+    }
+  }
+
   // The covariance of a map point, kept until the number of its observations changes. `observe` adds them.
   template <class MapPoint, class Scalar, class Observe>
   const double* covariance_of(MapPoint& point, const Scalar* p_w, const Observe& observe) {
@@ -133,6 +146,17 @@ class OrbSlamHook {
   }
 
  private:
+  template <class MapPoint>
+  static void prefetch(const MapPoint* point) {
+#if defined(__GNUC__)
+    constexpr std::size_t cache_line = 64;
+    const char* const begin = reinterpret_cast<const char*>(point);
+    for (std::size_t i = 0; point != nullptr && i < sizeof(MapPoint); i += cache_line) __builtin_prefetch(begin + i);
+#else
+    static_cast<void>(point);
+#endif
+  }
+
   // Takes the matches that are not selected out of the frame, and puts them back at its end, also if the optimiser
   // throws.
   template <class Frame>

@@ -59,9 +59,7 @@ class OrbSlam2 : public OrbSlamHook {
     forget_old_covariances();
     features.start(Camera(frame.fx, frame.fy, frame.cx, frame.cy, frame.mbf), pose_of(frame),
                    frame.mbf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none);
-    for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
-      if (frame.mvpMapPoints[i] != nullptr) add_match(frame, *frame.mvpMapPoints[i], i);
-    }
+    for_each_match(frame.mvpMapPoints, [&](std::size_t slot) { add_match(frame, *frame.mvpMapPoints[slot], slot); });
   }
 
   template <class Frame, class MapPoint>

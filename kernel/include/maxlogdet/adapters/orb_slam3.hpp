@@ -87,9 +87,7 @@ class OrbSlam3 : public OrbSlamHook {
     } else {
       features.start(left, T_cw, is_rectified ? ThirdMeasurement::stereo : ThirdMeasurement::none);
     }
-    for (std::size_t i = 0; i < frame.mvpMapPoints.size(); ++i) {
-      if (frame.mvpMapPoints[i] != nullptr) add_match(frame, *frame.mvpMapPoints[i], i);
-    }
+    for_each_match(frame.mvpMapPoints, [&](std::size_t slot) { add_match(frame, *frame.mvpMapPoints[slot], slot); });
   }
 
   template <class Frame, class MapPoint>
