@@ -55,6 +55,18 @@ def test_cameras_and_reports(rng, way):
 
 
 @pytest.mark.parametrize("way", WAYS)
+def test_cameras_of_other_models(rng, way):
+    pinhole = maxlogdet.PinholeCamera(400.5, 401.25, 320, 240, bf=47.5)
+    points = rng.uniform([-1, -1, 1], [1, 1, 5], size=(20, 3))
+    for camera in (maxlogdet.Camera(pinhole), maxlogdet.Camera.double_sphere(pinhole, -0.2, 0.6),
+                   maxlogdet.Camera.kannala_brandt(pinhole, 0.01, -0.02, 0.003, -0.0004),
+                   maxlogdet.Camera.radial_tangential(pinhole, -0.28, 0.07, 2e-4, 2e-5, 0.01)):
+        same = way(camera)
+        assert same is not camera and repr(same) == repr(camera)
+        assert np.array_equal(same.project(points), camera.project(points))
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_stores(rng, way):
     full = store_of(rng)
     for store in (full, maxlogdet.BlockStore(), maxlogdet.BlockStore([None, None])):
