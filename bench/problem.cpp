@@ -23,7 +23,7 @@ using Key = std::tuple<std::string, std::size_t, Blocks>;
 BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
   BlockOptions options;
   const bool is_measurement = kind == Blocks::two_rows_measurement || kind == Blocks::three_rows_measurement;
-  if (is_measurement) options.weighting = Weighting::measurement;
+  options.weighting = is_measurement ? Weighting::measurement : Weighting::map_bias;
   if (kind == Blocks::three_rows || kind == Blocks::three_rows_measurement) options.third = ThirdMeasurement::stereo;
   BlockStore blocks(frame.matches.size());
   build_blocks(frame, options, blocks);
