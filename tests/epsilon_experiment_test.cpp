@@ -73,7 +73,9 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   sim::Draws seeds(3, 7);
   const sim::Frame frame = make_scene(options.scene, 150, seeds.bits());
   BlockStore blocks;
-  build_blocks(frame, BlockOptions(), blocks);
+  BlockOptions block_options;
+  block_options.weighting = options.weighting;
+  build_blocks(frame, block_options, blocks);
   Selector selector(150);
   const auto outcomes = run_epsilon(options, 150, 7);
   ASSERT_EQ(outcomes.size(), 4U);

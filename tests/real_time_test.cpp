@@ -147,6 +147,47 @@ TEST(RealTime, active_selection_allocates_nothing) {
   EXPECT_EQ(selected, 100U);
 }
 
+// Frames of all kinds and sizes, more than there is room for among them.
+TEST(RealTime, good_features_allocates_nothing) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
+  const double covariance[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+  const double jacobian[6] = {400, 0, 10, 0, 400, 10};
+  const RigidTransform T_cw = frame.T_cw_prior.data();
+  const RigCamera rig[2] = {{frame.camera}, {Camera::double_sphere(frame.camera, 0.1, 0.5)}};
+  GoodFeatures good(400);
+  std::size_t ok = 0, outliers = 0;
+  const auto use = [&](std::size_t size, int kind) {
+    const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+    if (kind == 3) {
+      good.start(Rig{rig, 2}, T_cw, third);
+    } else {
+      good.start(frame.camera, kind == 5 ? RigidTransform(nullptr) : T_cw, third);
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      FeatureMatch match;
+      std::copy_n(frame.matches[i].point, 3, match.point);
+      if (frame.matches[i].is_stereo()) match.third = frame.matches[i].u_right;
+      if (kind == 1 && i % 2 == 1) match.covariance = covariance;
+      if (kind == 4) match.jacobian = jacobian;
+      match.camera_id = kind == 3 ? i % 2 : 0;
+      match.is_required = i == 7;
+      good.add(match);
+    }
+    if (good.select(Options()) == Status::ok) ++ok;
+    good.judge(T_cw);
+    good.share_of_all();
+    for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
+  };
+  EXPECT_EQ(allocations_in([&] {
+              for (const std::size_t size : {400, 50, 500, 300}) {
+                for (int kind = 0; kind < 6; ++kind) use(size, kind);
+              }
+            }),
+            0);
+  EXPECT_EQ(ok, 10U);  // five kinds of two sizes
+  EXPECT_GT(outliers, 0U);
+}
+
 TEST(RealTime, batches_of_active_selection_allocate_nothing) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -29,6 +29,7 @@ namespace maxlogdet {
 
 /// Selection in ORB-SLAM3's tracking thread: pinhole and Kannala-Brandt cameras; monocular, stereo, RGB-D, and rigs of
 /// two fisheyes (mpCamera2), whose blocks are about the left one.
+/// use_covariances takes every keyframe for a rectified pinhole, and leaves out those of rigs.
 class OrbSlam3 : public OrbSlamHook {
  public:
   /// As OrbSlam2.
