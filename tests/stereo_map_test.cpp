@@ -330,8 +330,8 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
     EXPECT_LT((point.direction * point.distance - ray).norm(), 1e-9);
     EXPECT_TRUE(point.observations.back().match.is_stereo());
 
-    EXPECT_TRUE(std::equal(arrays.points + 3 * p, arrays.points + 3 * p + 3, position.data()))
-        << "as the library reads";
+    const double* const read = static_cast<const double*>(arrays.points.data()) + 3 * p;
+    EXPECT_TRUE(std::equal(read, read + 3, position.data())) << "as the library reads";
     EXPECT_TRUE(std::equal(arrays.map_covariances + 9 * p, arrays.map_covariances + 9 * p + 9, covariance.data()));
     EXPECT_EQ(arrays.sigmas[p], 0.5);
     EXPECT_EQ(arrays.has_third[p], 1);
