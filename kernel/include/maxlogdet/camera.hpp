@@ -77,8 +77,10 @@ struct RigCamera {
   RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
 
   RigCamera() = default;
-  /// Both.
-  RigCamera(const Camera& camera_, const RigidTransform& T_cb_) noexcept : camera(camera_), T_cb(T_cb_) {}
+  /// By default in the place of the body.
+  RigCamera(const Camera& camera_,  // NOLINT(google-explicit-constructor)
+            const RigidTransform& T_cb_ = RigidTransform::identity()) noexcept
+      : camera(camera_), T_cb(T_cb_) {}
 };
 
 /// Cameras on one body, the caller's array.
