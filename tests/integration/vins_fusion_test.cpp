@@ -38,7 +38,7 @@ struct World {
       feature.estimated_depth = std::abs(p_c.z());
       feature.solve_flag = 1;
       feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
-      estimator.f_manager.feature.push_back(feature);
+      estimator.f_manager.feature.push_front(feature);  // in no order that anything may rely on
     }
   }
 
@@ -139,6 +139,8 @@ TEST(VinsFusionAdapter, features_without_a_depth_and_behind_the_camera_stay_in) 
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
+  const std::vector<int> candidates = world.candidates();
+  std::size_t without_depth = 0;
   std::set<int> odd;
   for (FeaturePerId& feature : world.estimator.f_manager.feature) {
     if (feature.feature_id % 11 == 3) feature.estimated_depth = -1;
@@ -147,11 +149,15 @@ TEST(VinsFusionAdapter, features_without_a_depth_and_behind_the_camera_stay_in) 
       feature.estimated_depth = 1;
     }
     if (feature.feature_id % 11 == 3 || feature.feature_id % 11 == 4) odd.insert(feature.feature_id);
+    if (feature.estimated_depth < 0) {
+      without_depth += static_cast<std::size_t>(std::count(candidates.begin(), candidates.end(), feature.feature_id));
+    }
   }
   VinsFusion good(50);
   good.ask(world.estimator);
   const std::set<int> left_out = world.left_out(good);
   EXPECT_GT(left_out.size(), 50U);
+  EXPECT_EQ(good.cost().candidates, candidates.size() - without_depth);
   for (const int id : odd) EXPECT_EQ(left_out.count(id), 0U) << id;
 }
 
