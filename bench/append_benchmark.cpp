@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace maxlogdet::bench {
 namespace {
@@ -27,6 +28,32 @@ constexpr std::pair<ThirdMeasurement, const char*> thirds[] = {
 Work append_work(const BlockOptions& options) {
   const auto tracker = std::make_shared<Tracker>();
   return {[=](std::size_t) { build_blocks(tracker->frame, tracker->matches, options, tracker->blocks); }, {}};
+}
+
+// What a camera of another kind, or two of them, take more: the same points, seen by a fisheye, or by a rig of two
+// pinholes that see every other one.
+enum class Seen { by_fisheye, by_rig };
+constexpr std::pair<Seen, const char*> kinds_of_cameras[] = {{Seen::by_fisheye, "fisheye"},
+                                                             {Seen::by_rig, "rig_of_two"}};
+
+Work append_work(const BlockOptions& options, Seen seen) {
+  const auto tracker = std::make_shared<Tracker>();
+  std::vector<unsigned char> ids;
+  for (std::size_t i = 0; i < n; ++i) ids.push_back(i % 2);
+  const std::vector<RigCamera> rig(2, RigCamera{tracker->frame.camera, RigidTransform::identity()});
+  const Camera fisheye = Camera::kannala_brandt(tracker->frame.camera, 3e-3, 7e-4, -2e-3, 2e-4);
+  const auto run = [=](std::size_t) {
+    tracker->blocks.clear();
+    Matches matches = tracker->matches.view();
+    const double* const T = tracker->frame.T_cw_prior.data();
+    if (seen == Seen::by_fisheye) {
+      append_blocks(fisheye, T, matches, options, tracker->blocks);
+    } else {
+      matches.camera_ids = ids.data();
+      append_blocks(Rig{rig.data(), rig.size()}, T, matches, options, tracker->blocks);
+    }
+  };
+  return {run, {}};
 }
 
 Work points_to_indices_work(const BlockOptions& options, std::size_t k) {
@@ -50,6 +77,14 @@ void add_append_cases() {
       options.third = third;
       add_case(std::string("append_blocks/weighting:") + to_string(weighting) + "/third:" + name + "/n:2000",
                [options = options] { return append_work(options); });
+    }
+  }
+  for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+    for (const auto& [seen, name] : kinds_of_cameras) {
+      BlockOptions options;
+      options.weighting = weighting;
+      add_case(std::string("append_blocks_seen/camera:") + name + "/weighting:" + to_string(weighting) + "/n:2000",
+               [options = options, seen = seen] { return append_work(options, seen); });
     }
   }
   constexpr std::size_t k = 100;

@@ -35,6 +35,7 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   if (state_->kernel == nullptr) throw std::invalid_argument(isa + " is not supported here");
 
   BlockOptions options;
+  options.weighting = Weighting::map_bias;
   if (rows == 3) options.third = ThirdMeasurement::stereo;
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
   state_->factor.reset(nullptr);

@@ -65,6 +65,32 @@ Array<double> optional_real_array(const py::handle& object, const char* name, co
   return object.is_none() ? Array<double>() : real_array(object, name, shape);
 }
 
+namespace {
+
+// Whether rows can be read where they are.
+template <class Scalar>
+bool has_rows_of(const py::array& points) {
+  constexpr auto entry = static_cast<py::ssize_t>(sizeof(Scalar));
+  const bool is_aligned = (points.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+  return points.dtype().is(py::dtype::of<Scalar>()) && is_aligned && points.strides(1) == entry &&
+         points.strides(0) >= 3 * entry && points.strides(0) % entry == 0;
+}
+
+}  // namespace
+
+py::array point_array(const py::handle& object, const char* name) {
+  py::array points = array_of(object, name, "fiu", "floats", {any_n, 3});
+  if (has_rows_of<float>(points) || has_rows_of<double>(points)) return points;
+  return converted<double>(points, name);
+}
+
+Points points_of(const py::array& points) {
+  if (points.size() == 0) return {};
+  const auto stride = static_cast<std::size_t>(points.strides(0));
+  if (points.itemsize() == sizeof(float)) return {static_cast<const float*>(points.data()), stride};
+  return {static_cast<const double*>(points.data()), stride};
+}
+
 Array<bool> optional_mask(const py::handle& object, const char* name, std::size_t n) {
   if (object.is_none()) return {};
   const char* const entries = "bools (mask = numpy.zeros(n, bool); mask[indices] = True makes one of indices)";

@@ -3,6 +3,8 @@
 
 #include "python/bindings.hpp"
 
+#include <maxlogdet/inputs.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -28,6 +30,11 @@ constexpr py::ssize_t any_r = -2;
 Array<double> real_array(const py::handle& object, const char* name, const Shape& shape);
 /// As above; an array of no entries for None.
 Array<double> optional_real_array(const py::handle& object, const char* name, const Shape& shape);
+/// (n, 3): float32 and float64 with the three entries of a row side by side stay where they are, all else becomes
+/// float64.
+py::array point_array(const py::handle& object, const char* name);
+/// The rows of a point_array.
+Points points_of(const py::array& points);
 /// n bools as bytes; none for None. Not integers: those would be indices to NumPy, and flags to the library.
 Array<bool> optional_mask(const py::handle& object, const char* name, std::size_t n);
 /// Integers in [0, 2^32).

@@ -35,12 +35,19 @@ const char* explain(Status status) noexcept {
 const char* explain(BlockStatus status) noexcept {
   switch (status) {
     case BlockStatus::ok:
-    case BlockStatus::singular_rays: return "not an error";
-    case BlockStatus::invalid_camera: return "fx and fy must be positive and finite, and bf too for stereo rows";
-    case BlockStatus::invalid_pose: return "T_cw is not finite, or its left 3 x 3 part is not a rotation";
+    case BlockStatus::singular_rays:
+    case BlockStatus::invalid_jacobians: return "not an error";
+    case BlockStatus::invalid_camera:
+      return "fx, fy, and for stereo rows bf of a pinhole, must be positive and finite, and distortion in its range";
+    case BlockStatus::invalid_pose: return "T_cw or a T_cb is not finite, or its left 3 x 3 part is not a rotation";
     case BlockStatus::invalid_options:
-      return "map_sigma must not be negative, depth_sigma must be positive, both finite; threads must not be negative";
+      return "map_sigma and min_depth must not be negative, depth_sigma must be positive, all finite; threads must not "
+             "be negative";
     case BlockStatus::missing_points: return "no points";
+    case BlockStatus::invalid_stride: return "points are not rows of three";
+    case BlockStatus::unknown_camera_model: return "there is no such model";
+    case BlockStatus::invalid_camera_id:
+      return "a rig has 1 to 256 cameras, camera_ids are below their number, and a camera alone has none";
   }
   return "unknown";
 }

@@ -388,8 +388,8 @@ TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
     std::vector<unsigned char> required(n);
     required[n / 2] = 1;
     request.required = required;
-    EXPECT_EQ(selector_for(blocks, request).select(blocks, request.options(Strategy::greedy)).status,
-              Status::infeasible);
+    Selector selector = selector_for(blocks, request);
+    EXPECT_EQ(selector.select(blocks, request.options(Strategy::greedy)).status, Status::infeasible);
   }
 }
 

@@ -62,11 +62,11 @@ def assert_close(actual, expected):
 
 def test_map_bias_is_the_papers_block(rng):
     T_cw, points, p_c = random_scene(rng)
-    blocks, report = appended(T_cw, points)
+    blocks, report = appended(T_cw, points, weighting="map_bias")
     assert report.status == "ok" and report.appended == 60
     to_plane = np.eye(3) - p_c[:, :, None] * np.array([0, 0, 1]) / p_c[:, 2, None, None]
     assert_close(blocks, (to_plane @ of_pose(p_c))[:, :2])
-    with_depth, _ = appended(T_cw, points, third="depth")
+    with_depth, _ = appended(T_cw, points, weighting="map_bias", third="depth")
     assert_close(with_depth, of_pose(p_c))
 
 
@@ -166,6 +166,103 @@ def test_contiguous_float64_is_read_where_it_is_and_all_else_is_converted(rng):
     assert np.abs(planes - expected).max() < 1e-3 * np.abs(expected).max()
 
 
+def test_float32_points_and_rows_with_more_are_read_where_they_are(rng):
+    n = 100000
+    T_cw, points, _ = random_scene(rng, n)
+    cloud = np.ones((n, 4), np.float32)
+    cloud[:, :3] = points
+    expected, _ = appended(T_cw, cloud[:, :3].astype(np.float64))
+    wide = np.ones((n, 5))
+    wide[:, :3] = cloud[:, :3]
+    for given in (cloud[:, :3], np.array(cloud[:, :3]), wide[:, :3]):
+        store = maxlogdet.BlockStore(capacity=n)
+        tracemalloc.start()
+        store.append_blocks(CAMERA, T_cw, given)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 10000
+        assert np.array_equal(store.planes.transpose(2, 0, 1), expected)
+    backwards, _ = appended(T_cw, cloud[::-1, :3])
+    assert np.array_equal(backwards, expected[::-1])
+
+
+def test_covariances_make_the_default_weigh_them(rng):
+    T_cw, points, _ = random_scene(rng)
+    covariances = np.broadcast_to(0.01 * np.eye(3), (60, 3, 3))
+    plain, _ = appended(T_cw, points)
+    measured, _ = appended(T_cw, points, weighting="measurement")
+    assert np.array_equal(plain, measured)
+    weighed, _ = appended(T_cw, points, map_covariances=covariances)
+    both, _ = appended(T_cw, points, map_covariances=covariances, weighting="measurement_and_map")
+    assert np.array_equal(weighed, both) and not np.array_equal(weighed, plain)
+
+
+MODELS = [
+    maxlogdet.Camera(CAMERA),
+    maxlogdet.Camera.radial_tangential(CAMERA, -0.28, 0.07, 2e-4, 2e-5),
+    maxlogdet.Camera.kannala_brandt(CAMERA, 3e-3, 7e-4, -2e-3, 2e-4),
+    maxlogdet.Camera.double_sphere(CAMERA, xi=-0.2, alpha=0.59),
+]
+
+
+def differences(camera, p_c, h=1e-6):
+    steps = h * np.eye(3)
+    return np.stack([(camera.project(p_c + s) - camera.project(p_c - s)) / (2 * h) for s in steps], axis=-1)
+
+
+@pytest.mark.parametrize("camera", MODELS, ids=lambda camera: camera.model)
+def test_any_camera_alone_on_a_rig_or_by_its_jacobians(rng, camera):
+    T_cw, points, p_c = random_scene(rng)
+    p_c[:, :2] *= 0.3
+    points = (p_c - T_cw[:3, 3]) @ T_cw[:3, :3]
+    J = differences(camera, p_c)
+    expected = informations(J @ of_pose(p_c))
+
+    def made(camera, *arguments, **options):
+        store = maxlogdet.BlockStore()
+        assert store.append_blocks(camera, *arguments, **options).invalid == 0
+        return informations(store.planes.transpose(2, 0, 1).astype(np.float64))
+
+    def assert_near(actual, expected):
+        scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
+        np.testing.assert_allclose(actual / scale, expected / scale, atol=1e-5)  # differences
+
+    assert_near(made(camera, T_cw, points), expected)
+    assert_near(made(CAMERA, T_cw, points, jacobians=J), expected)
+    T_cb = np.eye(4)
+    T_cb[:3, :3], T_cb[:3, 3] = rotation(rng), rng.normal(size=3)
+    ids = rng.integers(0, 2, 60)
+    other = (MODELS[1], np.eye(4)[:3])
+    on_rig = made([other, (camera, T_cb)], np.linalg.inv(T_cb) @ T_cw, points, camera_ids=np.ones(60, int))
+    p_b = (np.c_[p_c, np.ones(60)] @ np.linalg.inv(T_cb).T)[:, :3]
+    by_body = informations(J @ T_cb[:3, :3] @ of_pose(p_b))
+    assert_near(on_rig, by_body)
+    assert_near(made([(camera, T_cb), (camera, T_cb)], np.linalg.inv(T_cb) @ T_cw, points, camera_ids=ids), by_body)
+
+
+def test_why_matches_have_no_block_is_counted():
+    points = np.array([[0, 0, 1.0], [0, 0, -1], [0, 0, 1e-9], [0, 0, 2], [0, 0, 3]])
+    covariances = np.broadcast_to(1e-4 * np.eye(3), (5, 3, 3)).copy()
+    covariances[3, 2, 2] = 1e14
+    jacobians = np.ones((5, 2, 3))
+    jacobians[0, 0, 0] = np.nan
+    usable = np.array([True] * 4 + [False])
+    _, report = appended(np.eye(4), points, map_covariances=covariances, jacobians=jacobians, usable=usable)
+    assert (report.status, report.invalid) == ("invalid_jacobians", 5)
+    assert (report.unusable, report.behind_camera, report.too_near) == (1, 1, 1)
+    assert (report.unsound_covariances, report.invalid_jacobians) == (1, 1)
+    _, report = appended(np.eye(4), points, min_depth=2.5)
+    assert (report.behind_camera, report.too_near) == (1, 3)
+
+
+def test_cameras_project_and_say_what_they_are():
+    fisheye = maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, 0)
+    assert (fisheye.model, fisheye.parameters, fisheye.pinhole.fx) == ("kannala_brandt", (0, 0, 0, 0), 458.0)
+    images = fisheye.project([[0, 0, 1], [1, 0, 0], [0, 0, -1]])
+    np.testing.assert_allclose(images, [[367, 248], [367 + 458 * np.pi / 2, 248], [np.nan, np.nan]])
+    assert repr(fisheye).startswith("<maxlogdet.Camera: kannala_brandt, PinholeCamera(fx=458.0")
+
+
 def test_threads_make_the_same_blocks(rng):
     T_cw, points, _ = random_scene(rng, 50000)
     one, _ = appended(T_cw, points, threads=1)
@@ -191,6 +288,14 @@ REFUSED = [
     ("invalid_options", dict(map_sigma=-1.0)),
     ("invalid_options", dict(depth_sigma=0.0)),
     ("invalid_options", dict(threads=-1)),
+    ("invalid_options", dict(min_depth=-1.0)),
+    ("invalid_camera", dict(camera=maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, np.nan))),
+    ("invalid_camera", dict(camera=maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, 0), third="stereo")),
+    ("invalid_camera_id", dict(camera_ids=[0, 0, 0])),
+    ("invalid_camera_id", dict(camera=[])),
+    ("invalid_camera_id", dict(camera=[(CAMERA, np.eye(4))], camera_ids=[0, 0, 1])),
+    ("invalid_camera_id", dict(camera=[(CAMERA, np.eye(4))], camera_ids=[0, 0, 256])),
+    ("invalid_pose", dict(camera=[(CAMERA, 2 * np.eye(4)[:3])])),
 ]
 
 
@@ -213,6 +318,11 @@ def test_what_the_library_refuses_appends_nothing(status, wrong):
     (TypeError, "points: expected an array of floats, got complex128", dict(points=np.ones((5, 3), complex))),
     (TypeError, "weights: expected an array of floats, got <U1", dict(weights=list("abcde"))),
     (ValueError, "weighting: expected one of 'map_bias'", dict(weighting="none")),
+    (ValueError, r"jacobians: expected shape \(5, 2, 3\)", dict(jacobians=np.ones((5, 6)))),
+    (ValueError, r"camera_ids: expected shape \(5,\)", dict(camera_ids=np.zeros(4, int))),
+    (ValueError, r"T_cb: expected shape \(3, 4\)", dict(camera=[(CAMERA, np.eye(3))])),
+    (TypeError, r"camera: expected a PinholeCamera, a Camera, or a list of \(camera, T_cb\)", dict(camera=[CAMERA])),
+    (TypeError, "camera: expected a PinholeCamera", dict(camera=None)),
     (ValueError, "third: expected one of 'none', 'stereo', 'depth'", dict(third="rgbd")),
 ])
 def test_wrong_arguments_are_named(error, text, wrong):

@@ -57,14 +57,18 @@ struct Camera {
                                   double k3 = 0) noexcept;
   /// Parameters as OpenCV's fisheye model orders them.
   static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
-  /// -1 < xi < 1 (above 1 in rare cameras), 0 <= alpha <= 1.
+  /// -1 < xi (rarely above 1), 0 <= alpha <= 1; otherwise BlockStatus::invalid_camera.
   static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
 };
 
-/// Projects p_c, 3 entries, m, to u, v, px. False, and uv is as it was, where the model has no image of it: behind the
-/// camera (Z <= 0; a double sphere's is a cone behind it; of kannala_brandt the axis behind it alone), where distortion
-/// folds the image back (the Jacobian of (m_x, m_y) with respect to (X / Z, Y / Z), or of d with respect to theta, is
-/// not positive), or where something is not finite.
+/// Projects p_c, 3 entries, m, to u, v, px. False, and uv is as it was, for a camera that append_blocks refuses as
+/// unknown_camera_model or invalid_camera, where something is not finite, and where the model has no image of the
+/// point:
+///   - behind the camera: Z <= 0; of kannala_brandt the axis behind it alone; of double_sphere the cone Z <= -w_2 |p_c|
+///     (its paper has w_2);
+///   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
+///     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
+///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis.
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
 
 /// One camera of a rig: T_cb takes points of the body frame to that of the camera.

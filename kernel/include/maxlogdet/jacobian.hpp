@@ -19,7 +19,8 @@
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
 //
-// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ].
+// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ]. Then
+// read p_b for the p_c of a block's form, and for map_bias the camera's own p_c all the same.
 //
 // With both measurements, or whitened by both noises, the rows of a block are those of the measurements but for a
 // rotation Q among them, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a
@@ -37,7 +38,8 @@
 
 namespace maxlogdet {
 
-/// Which linearised problem a block describes. sigma is the match's measurement deviation.
+/// Which linearised problem a block describes. sigma is the match's measurement deviation. map_bias and map_bias_world
+/// do not depend on the camera's model, and ask for Z > 0 and Z >= min_depth of every one.
 enum class Weighting {
   map_bias,  ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
              ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi.
@@ -56,7 +58,8 @@ constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_wor
 /// What a third row measures, for the matches that have one.
 enum class ThirdMeasurement {
   none,    ///< all matches are monocular, whatever has_third says
-  stereo,  ///< u_right, px; needs camera.bf > 0; its deviation is the match's sigma
+  stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with Jacobians of the caller's; its deviation is the
+           ///< match's sigma
   depth,   ///< depth, m; its deviation is BlockOptions::depth_sigma
 };
 
@@ -91,26 +94,29 @@ struct BlockOptions {
 
 /// How append_blocks ended.
 enum class BlockStatus {
-  ok,               ///< n blocks appended; those that have no Jacobian as invalid candidates
-  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
-                    ///< invalid
-  invalid_camera,   ///< fx, fy not positive and finite, distortion not finite, or stereo rows without a pinhole's
-                    ///< bf > 0; nothing appended
-  invalid_pose,     ///< T_cw null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0); nothing appended
+  ok,              ///< n blocks appended; those that have no Jacobian as invalid candidates
+  singular_rays,   ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
+                   ///< invalid
+  invalid_camera,  ///< fx, fy not positive and finite, distortion not finite or out of its range (neither is read with
+                   ///< Jacobians of the caller's), or stereo rows without a pinhole's bf > 0, of every camera of a rig;
+                   ///< nothing appended
+  invalid_pose,    ///< T_cw, T_bw or a T_cb null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0);
+                   ///< nothing appended
   invalid_options,  ///< map_sigma or min_depth negative, depth_sigma not positive, any not finite, threads negative, or
                     ///< an unknown enumerator; nothing appended
   missing_points,   ///< size > 0 without points; nothing appended
   invalid_stride,  ///< of points: less than 3 entries, not a whole number of them, or x, y, z not side by side; nothing
                    ///< appended
   unknown_camera_model,  ///< Camera::model is not one of the enumerators; nothing appended
-  invalid_camera_id,     ///< not below the size of the rig, ids beside a single camera, or a rig without cameras or of
-                         ///< more than 256; nothing appended
-  invalid_jacobians,     ///< as ok, but some of the caller's Jacobians are not finite: their blocks are invalid
+  invalid_camera_id,  ///< of a usable match not below the size of the rig, ids beside a single camera, or a rig without
+                      ///< cameras or of more than 256; nothing appended
+  invalid_jacobians,  ///< as ok, but some of the caller's Jacobians are not finite: their blocks are invalid
 };
 
 /// What append_blocks has done.
 struct BlockReport {
-  BlockStatus status = BlockStatus::ok;  ///< ok or singular_rays: done; else why not
+  BlockStatus status = BlockStatus::ok;  ///< ok, singular_rays or (if there are none of these) invalid_jacobians: done;
+                                         ///< else why not
   std::size_t appended = 0;              ///< n, or 0 on an error
   std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for whatever reason
   std::size_t unusable = 0;              ///< Matches::usable is 0
@@ -135,9 +141,9 @@ const char* to_string(BlockStatus status) noexcept;
 
 /// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
 /// match that is behind the camera, nearer than min_depth or not usable, with a value that is not finite, a sigma that
-/// is not positive, a negative weight, or a covariance with which Sigma is not positive definite becomes an invalid
-/// candidate. Allocates only when the blocks' capacity does not suffice. `executor`: where helpers come from; nullptr:
-/// the calling thread alone.
+/// is not positive, a negative weight, or a covariance with which Sigma is not positive definite, or has no digits
+/// left, becomes an invalid candidate. Allocates only when the blocks' capacity does not suffice. `executor`: where
+/// helpers come from; nullptr: the calling thread alone.
 BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
