@@ -197,6 +197,17 @@ TEST_F(StereoProgram, refuses_arguments_that_make_no_sense) {
   expect_refused(track("--weighting none"), "--weighting");
   expect_refused(track("--residuals both"), "--residuals");
   expect_refused(track("--bogus"), "--bogus");
+  for (const char* const option : {"--seed", "--pool", "--budget", "--weighting", "--epsilon", "--frames"}) {
+    expect_refused(track(std::string(option) + " ''"), option);
+  }
+  const char* const idle[] = {"--selectors inl --budget 50",
+                              "--selectors random --strategy greedy",
+                              "--selectors md --epsilon 0.2",
+                              "--selectors random --weighting measurement",
+                              "--selectors md --batch 4",
+                              "--selectors md --pool 150",
+                              "--selectors inl,md --strategy greedy --epsilon 0.2"};
+  for (const char* const options : idle) expect_refused(track(options), " does nothing here; expected with it ");
   const Outcome help = run("--help");
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_NE(help.out.find("--dataset"), std::string::npos);

@@ -45,6 +45,12 @@ def test_cameras_and_reports(rng, way):
     turned = np.array([[0, -1.0, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
     singular = maxlogdet.BlockStore().append_blocks(camera, turned, rays + [5, 0, 0], weighting="map_bias_world")
     assert singular.status == "singular_rays"
+    others = [maxlogdet.Camera(camera), maxlogdet.Camera.radial_tangential(camera, 0.1, 0.02, 1e-3, 2e-3, 0.3),
+              maxlogdet.Camera.kannala_brandt(camera, 0.1, 0.02, 0.003, 0.0004),
+              maxlogdet.Camera.double_sphere(camera, -0.2, 0.6)]
+    for it in others:
+        assert np.array_equal(way(it).project([[0.1, 0.2, 1]]), it.project([[0.1, 0.2, 1]]))
+        assert repr(way(it)) == repr(it) and way(it).pinhole.bf == it.pinhole.bf
     for it in (camera, report, singular):
         same = way(it)
         assert type(same) is type(it) and same is not it
