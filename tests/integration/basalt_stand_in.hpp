@@ -72,8 +72,22 @@ class LandmarkDatabase {
 };
 
 template <class Scalar>
+struct GenericCamera {
+  /// A pinhole of 460 px; the real one is a variant of several models.
+  bool project(const Eigen::Matrix<Scalar, 4, 1>& p3d, Eigen::Matrix<Scalar, 2, 1>& proj,
+               Eigen::Matrix<Scalar, 2, 4>* d_proj_d_p3d) const {
+    if (!(p3d.z() > 0)) return false;
+    const Scalar scale = 460 / p3d.z();
+    proj = scale * p3d.template head<2>();
+    *d_proj_d_p3d << scale, 0, -proj.x() / p3d.z(), 0, 0, scale, -proj.y() / p3d.z(), 0;
+    return true;
+  }
+};
+
+template <class Scalar>
 struct Calibration {
   std::vector<Sophus::SE3<Scalar>> T_i_c;
+  std::vector<GenericCamera<Scalar>> intrinsics{2};
 };
 
 template <class Scalar>

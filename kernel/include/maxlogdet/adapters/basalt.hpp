@@ -6,6 +6,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <limits>
+#include <type_traits>
+#include <utility>
 
 // Basalt. In include/basalt/vi_estimator/sqrt_keypoint_vio.h this header and a member of the class
 //
@@ -29,8 +32,8 @@ namespace maxlogdet {
 /// Landmarks with two observations or fewer are selected in any case: with fewer than two, Basalt deletes them.
 class Basalt : public LeftOutHook {
  public:
-  /// Deviation of a measurement in normalised image coordinates: its own vio_obs_std_dev of 0.5 px over a focal length.
-  double sigma = 0.5 / 460;
+  /// Deviation of a measurement, px: its own vio_obs_std_dev.
+  double sigma_pixels = 0.5;
 
   /// `budget`: how many landmarks to observe. `capacity`: most that a frame sees.
   explicit Basalt(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
@@ -42,14 +45,17 @@ class Basalt : public LeftOutHook {
   void ask(const Landmarks& lmdb, const Observations& seen, const Calibration& calib, const SE3& T_w_i,
            const PoseOf& pose_of) {
     ask_about([&] {
-      features.start(Camera(1, 1, 0, 0), rigid_transform((T_w_i * calib.T_i_c[0]).inverse().matrix3x4()),
-                     ThirdMeasurement::none);
+      const SE3 T_c_w = (T_w_i * calib.T_i_c[0]).inverse();
+      features.start(Camera(1, 1, 0, 0), rigid_transform(T_c_w.matrix3x4()), ThirdMeasurement::none);
       for (const auto& observation : seen) {
         if (!lmdb.landmarkExists(static_cast<int>(observation.first))) continue;
         const auto& landmark = lmdb.getLandmark(observation.first);
+        const auto p_w = position_of(landmark, calib, pose_of);
+        const auto J = jacobian_of(calib.intrinsics[0], (T_c_w * p_w).eval());
         FeatureMatch match;
-        set_point(landmark, calib, pose_of, match);
-        match.sigma = sigma;
+        for (int d = 0; d < 3; ++d) match.point[d] = static_cast<double>(p_w(d));
+        match.jacobian = J.data();
+        match.sigma = sigma_pixels;
         match.is_required = landmark.obs.size() <= 2;
         add(match, static_cast<std::uint64_t>(observation.first));
       }
@@ -59,16 +65,27 @@ class Basalt : public LeftOutHook {
  private:
   // A landmark is a direction, by stereographic projection, and an inverse distance in its host camera. One at infinity
   // has no position, but tells the rotation: 10 km is as good.
-  template <class Landmark, class Calibration, class PoseOf>
-  static void set_point(const Landmark& landmark, const Calibration& calib, const PoseOf& pose_of,
-                        FeatureMatch& match) {
-    using Scalar = typename std::decay<decltype(landmark.inv_dist)>::type;
+  template <class Landmark, class Calibration, class PoseOf,
+            class Scalar = typename std::decay<decltype(std::declval<const Landmark&>().inv_dist)>::type>
+  static Eigen::Matrix<Scalar, 3, 1> position_of(const Landmark& landmark, const Calibration& calib,
+                                                 const PoseOf& pose_of) {
     using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
     const Scalar two_over = 2 / (1 + landmark.direction.squaredNorm());
     const Vector3 ray(landmark.direction.x() * two_over, landmark.direction.y() * two_over, two_over - 1);
     const Vector3 p_host = ray / std::max(landmark.inv_dist, static_cast<Scalar>(1e-4));
-    const Vector3 p_w = pose_of(landmark.host_kf_id.frame_id) * (calib.T_i_c[landmark.host_kf_id.cam_id] * p_host);
-    for (int d = 0; d < 3; ++d) match.point[d] = static_cast<double>(p_w(d));
+    return pose_of(landmark.host_kf_id.frame_id) * (calib.T_i_c[landmark.host_kf_id.cam_id] * p_host);
+  }
+
+  // d (u, v) / d p_c by Basalt's own camera, whichever it is; NaN, and so no candidate, where it has no image of the
+  // point.
+  template <class GenericCamera, class Scalar>
+  static Eigen::Matrix<double, 2, 3, Eigen::RowMajor> jacobian_of(const GenericCamera& camera,
+                                                                  const Eigen::Matrix<Scalar, 3, 1>& p_c) {
+    Eigen::Matrix<Scalar, 2, 1> uv;
+    Eigen::Matrix<Scalar, 2, 4> J;
+    const Eigen::Matrix<Scalar, 4, 1> homogeneous(p_c.x(), p_c.y(), p_c.z(), 1);
+    if (!camera.project(homogeneous, uv, &J)) J.setConstant(std::numeric_limits<Scalar>::quiet_NaN());
+    return J.template leftCols<3>().template cast<double>();
   }
 };
 

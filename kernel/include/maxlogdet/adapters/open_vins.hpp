@@ -21,8 +21,9 @@
 //
 //   good_features.keep_selected(*state, feature_vec);
 //
-// and in step 3 without `(*it1)->to_delete = true;` where triangulation has failed: with all features offered, which is
-// max_msckf_in_update of thousands, that line would throw away those that a later image could have triangulated.
+// and max_msckf_in_update at some four times the budget. In step 3 take out `(*it1)->to_delete = true;` where
+// triangulation has failed if many more are offered: it throws away features that a later image could have
+// triangulated.
 
 namespace maxlogdet {
 
