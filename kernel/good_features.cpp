@@ -22,7 +22,7 @@ struct Point {
 Point transformed(const RigidTransform& transform, const double* p) noexcept {
   const double* const T = transform.data();
   Point to{};
-  for (int row = 0; row < 3; ++row) {
+  for (std::size_t row = 0; row < 3; ++row) {
     to.x[row] = T[4 * row] * p[0] + T[4 * row + 1] * p[1] + T[4 * row + 2] * p[2] + T[4 * row + 3];
   }
   return to;
@@ -81,7 +81,7 @@ struct GoodFeatures::State {
   }
 
   // What some matches have and others do not; nothing is written before the first one that has it.
-  void append(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) noexcept {
+  void append(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) const noexcept {
     if (entries == nullptr && !is_any) return;
     if (!is_any) all.assign(count * (ids.size() - 1), not_a_number);
     is_any = true;

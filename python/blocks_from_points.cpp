@@ -53,7 +53,7 @@ Cameras cameras_of(const py::object& camera) {
     if (!is_pair || !(py::isinstance<PinholeCamera>(pair[0]) || py::isinstance<Camera>(pair[0]))) {
       throw py::type_error(expected);
     }
-    cameras.all.push_back({pair[0].cast<Camera>(), pose_of(pair[1], "T_cb")});
+    cameras.all.emplace_back(pair[0].cast<Camera>(), pose_of(pair[1], "T_cb"));
   }
   return cameras;
 }

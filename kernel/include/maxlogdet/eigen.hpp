@@ -60,7 +60,7 @@ RigidTransform rigid_transform(const Eigen::MatrixBase<Derived>& T) {
   double entries[12];
   Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(entries);
   rows = T.template topRows<3>().template cast<double>();
-  return RigidTransform(entries);
+  return entries;
 }
 
 /// The columns of a 3 x n matrix of float or double, where they are.

@@ -24,7 +24,7 @@ class PointCovariance {
   void observe(const PinholeCamera& camera, const RigidTransform& T_cw, double sigma, bool is_stereo) noexcept {
     const double* const T = T_cw.data();
     double p[3];
-    for (int row = 0; row < 3; ++row) {
+    for (std::size_t row = 0; row < 3; ++row) {
       p[row] = T[4 * row] * p_w_[0] + T[4 * row + 1] * p_w_[1] + T[4 * row + 2] * p_w_[2] + T[4 * row + 3];
     }
     if (!(p[2] > 0)) return;
