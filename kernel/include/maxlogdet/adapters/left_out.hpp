@@ -30,20 +30,21 @@ class LeftOutHook {
   const HookCost& cost() const noexcept { return cost_; }
 
  protected:
+  /// See VinsFusion.
   LeftOutHook(std::size_t budget, std::size_t capacity) : features(capacity) {
     options.budget = budget;
     ids_.reserve(capacity);
     left_out_.reserve(capacity);
   }
 
-  // One more candidate, of the tracker's own number.
+  /// One more candidate, of the tracker's own number.
   void add(FeatureMatch match, std::uint64_t id) {
     match.id = static_cast<std::uint32_t>(ids_.size());
     features.add(match);
     ids_.push_back(id);
   }
 
-  // `gather` starts the features and adds candidates. A match without a block is not left out.
+  /// `gather` starts the features and adds candidates. A match without a block is not left out.
   template <class Gather>
   void ask_about(const Gather& gather) {
     HookTimer timer;

@@ -35,12 +35,13 @@ class OrbSlamHook {
   const HookCost& cost() const noexcept { return cost_; }
 
  protected:
+  /// See OrbSlam2.
   OrbSlamHook(std::size_t budget, std::size_t capacity) : features(capacity), active_(capacity) {
     options.budget = budget;
     stash_.reserve(capacity);
   }
 
-  // `gather` starts the features and adds the matches of the frame, with their slots as ids.
+  /// `gather` starts the features and adds the matches of the frame, with their slots as ids.
   template <class Frame, class Optimize, class Gather, class PoseOf>
   int optimize_selected(Frame& frame, const Optimize& optimize, const Gather& gather, const PoseOf& pose_of) {
     HookTimer timer;
@@ -75,8 +76,8 @@ class OrbSlamHook {
     return inliers;
   }
 
-  // Proposes points of `local`, which gather has added behind `matched` matches of the frame with their places as ids,
-  // and searches them one by one. Of the options it takes the prior.
+  /// Proposes points of `local`, which gather has added behind `matched` matches of the frame with their places as ids,
+  /// and searches them one by one. Of the options it takes the prior.
   template <class MapPoint, class Search>
   int match_selected(const std::vector<MapPoint*>& local, std::size_t matched, const Search& search) {
     if (!features.build()) return search(local);
@@ -108,8 +109,8 @@ class OrbSlamHook {
     return found;
   }
 
-  // Calls add(slot) for every slot with a map point. These lie scattered in memory, and are cold in the cache when a
-  // frame is gathered: those of the next slots are prefetched.
+  /// Calls add(slot) for every slot with a map point. These lie scattered in memory, and are cold in the cache when a
+  /// frame is gathered: those of the next slots are prefetched.
   template <class MapPoint, class Add>
   static void for_each_match(const std::vector<MapPoint*>& points, const Add& add) {
     constexpr std::size_t ahead = 64;
@@ -121,7 +122,7 @@ class OrbSlamHook {
     }
   }
 
-  // The covariance of a map point, kept until the number of its observations changes. `observe` adds them.
+  /// The covariance of a map point, kept until the number of its observations changes. `observe` adds them.
   template <class MapPoint, class Scalar, class Observe>
   const double* covariance_of(MapPoint& point, const Scalar* p_w, const Observe& observe) {
     Covariance& kept = covariances_[point.mnId];
@@ -136,7 +137,7 @@ class OrbSlamHook {
     return kept.is_known ? kept.entries : nullptr;
   }
 
-  // Forgets the covariances of points that have not been seen for some frames. Once a frame.
+  /// Forgets the covariances of points that have not been seen for some frames. Once a frame.
   void forget_old_covariances() {
     constexpr std::uint64_t kept_for = 100;
     if (++frame_ % kept_for != 0) return;
