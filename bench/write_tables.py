@@ -90,7 +90,7 @@ def latency_table(results):
     return [
         "100 of 2000 matches, EuRoC-like frame. The last columns: how many times faster than a search written with Eigen in "
         "float64 and",
-        "compiled with `-O3 -march=native`, in the same run ([bench/eigen_baselines.cpp](bench/eigen_baselines.cpp)): exact and "
+        "compiled with `-O3 -march=native`, in the same run ([bench/eigen_baselines.cpp](../bench/eigen_baselines.cpp)): exact and "
         "lazy greedy, the",
         "faster of two variants each; stochastic greedy with the same ε, or 0.1; and the method's own way, a 6 x 6 "
         "log det a candidate.",

@@ -52,7 +52,7 @@ bool project_kannala_brandt(const double* k, const double* p, double* m) noexcep
   const double scale = r > 0 ? d / r : 1 / p[2];
   m[0] = scale * p[0];
   m[1] = scale * p[1];
-  return slope > 0 && ((r > 0 && d > 0) || p[2] > 0);
+  return std::isfinite(r) && slope > 0 && ((r > 0 && d > 0) || p[2] > 0);
 }
 
 bool project_double_sphere(const Camera& camera, const double* p, double* m) noexcept {

@@ -54,16 +54,15 @@ struct GoodFeatures::State {
     for (auto* array : bytes()) array->clear();
     ids.clear();
     store.clear();
-    has_covariances = has_jacobians = is_full = false;
+    has_covariances = has_jacobians = false;
+    added = 0;
     status = Status::all_selected;
     report = BlockReport();
   }
 
   void add(const FeatureMatch& match) noexcept {
-    if (ids.size() == most) {
-      is_full = true;
-      return;
-    }
+    ++added;
+    if (ids.size() == most) return;
     ids.push_back(match.id);
     points.insert(points.end(), match.point, match.point + 3);
     measured.insert(measured.end(), match.measured, match.measured + 2);
@@ -112,10 +111,14 @@ struct GoodFeatures::State {
   RigidTransform T = RigidTransform::identity();
   ThirdMeasurement third = ThirdMeasurement::none;
   double depth_sigma = 1;
+  bool is_overfull() const noexcept { return added > ids.size(); }
+  bool is_kept(std::size_t i) const noexcept { return i < ids.size(); }
+
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
   std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
-  bool has_covariances = false, has_jacobians = false, is_full = false;
+  bool has_covariances = false, has_jacobians = false;
+  std::size_t added = 0;  // of which those beyond the capacity are counted, and no more
   BlockReport report;
   Status status = Status::all_selected;
   double log_det = not_a_number;
@@ -161,7 +164,9 @@ Status GoodFeatures::State::select(Options options) noexcept {
   has_prior = options.prior != nullptr;
   if (has_prior) std::copy_n(options.prior, state_dimension * state_dimension, prior);
   const Selection selection = selector.select(store, options);
-  if (selection.status != Status::ok) return selection.status;
+  const bool are_all_allowed =
+      selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
+  if (selection.status != Status::ok && !are_all_allowed) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
   const bool are_all = std::find(is_selected.begin(), is_selected.end(), 0) == is_selected.end();
@@ -211,14 +216,14 @@ void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasur
 }
 
 void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->add(match); }
-std::size_t GoodFeatures::size() const noexcept { return state_->ids.size(); }
-std::uint32_t GoodFeatures::id(std::size_t i) const noexcept { return state_->ids[i]; }
+std::size_t GoodFeatures::size() const noexcept { return state_->added; }
+std::uint32_t GoodFeatures::id(std::size_t i) const noexcept { return state_->is_kept(i) ? state_->ids[i] : no_id; }
 
-bool GoodFeatures::build() noexcept { return !state_->is_full && state_->build(block_options); }
+bool GoodFeatures::build() noexcept { return !state_->is_overfull() && state_->build(block_options); }
 
 Status GoodFeatures::select(const Options& options) noexcept {
   State& s = *state_;
-  Status status = s.is_full ? Status::capacity_exceeded : Status::invalid_block;
+  Status status = s.is_overfull() ? Status::capacity_exceeded : Status::invalid_block;
   if (build()) status = s.select(options);
   s.status = status;
   if (status != Status::ok) s.select_all(status);
@@ -230,16 +235,19 @@ const char* GoodFeatures::reason() const noexcept {
   return state_->status == Status::invalid_block ? to_string(state_->report.status) : to_string(state_->status);
 }
 const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
-bool GoodFeatures::is_selected(std::size_t i) const noexcept { return state_->is_selected[i] != 0; }
+bool GoodFeatures::is_selected(std::size_t i) const noexcept {
+  return !state_->is_kept(i) || state_->is_selected[i] != 0;
+}
 std::size_t GoodFeatures::selected_count() const noexcept {
   const std::vector<unsigned char>& is_selected = state_->is_selected;
-  return static_cast<std::size_t>(std::count(is_selected.begin(), is_selected.end(), 1));
+  const auto left_out = std::count(is_selected.begin(), is_selected.end(), 0);
+  return state_->added - static_cast<std::size_t>(left_out);
 }
 
 void GoodFeatures::judge(const RigidTransform& T_cw) noexcept { state_->judge(T_cw); }
-double GoodFeatures::chi2(std::size_t i) const noexcept { return state_->chi2[i]; }
+double GoodFeatures::chi2(std::size_t i) const noexcept { return state_->is_kept(i) ? state_->chi2[i] : not_a_number; }
 bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
-  return state_->chi2[i] > (state_->has_third[i] != 0 ? quantile_of_three : quantile_of_two);
+  return chi2(i) > (state_->is_kept(i) && state_->has_third[i] != 0 ? quantile_of_three : quantile_of_two);
 }
 
 double GoodFeatures::share_of_all() noexcept {

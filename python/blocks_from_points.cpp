@@ -156,7 +156,10 @@ Camera camera_of_state(const py::tuple& state) {
   check_state(numbers, numbers_of_camera);
   const auto number = [&](std::size_t i) { return numbers[i].cast<double>(); };
   Camera camera(number(0), number(1), number(2), number(3), number(4));
-  camera.model = static_cast<CameraModel>(state[0].cast<int>());
+  const int model = state[0].cast<int>();
+  const int models = static_cast<int>(std::size(camera_models));
+  if (model < 0 || model >= models) throw py::value_error("this was pickled by another version of maxlogdet");
+  camera.model = static_cast<CameraModel>(model);
   for (std::size_t i = 0; i < 5; ++i) camera.parameters[i] = number(5 + i);
   return camera;
 }

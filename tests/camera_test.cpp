@@ -553,7 +553,7 @@ TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
     }
   };
   expect(by_rows.data());
-  expect(RigidTransform::column_major(T.data()));
+  expect(RigidTransform::column_major(T.data(), 4));
   expect(RigidTransform::column_major(top.data(), 3));
   expect(RigidTransform::from(R.data(), t.data()));
   expect(rigid_transform(T));

@@ -396,7 +396,11 @@ TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
   EXPECT_FALSE(good.build());
   EXPECT_EQ(good.select(budget_of(10)), Status::capacity_exceeded);
   EXPECT_STREQ(good.reason(), "capacity_exceeded");
-  expect_all_selected(good, 100);
+  expect_all_selected(good, 101);
+  EXPECT_EQ(good.id(100), GoodFeatures::no_id);
+  good.judge(rows_of(frame.T_cw));
+  EXPECT_TRUE(std::isnan(good.chi2(100)));
+  EXPECT_FALSE(good.is_outlier(100));
   frame.start(good);
   for (std::size_t i = 0; i < 100; ++i) good.add(frame.matches[i]);
   EXPECT_EQ(good.select(budget_of(10)), Status::ok) << "the next frame has room";
@@ -404,7 +408,7 @@ TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
   none.start(camera_of(CameraModel::pinhole), rows_of(frame.T_cw), ThirdMeasurement::none);
   none.add(FeatureMatch());
   EXPECT_EQ(none.select(budget_of(0)), Status::capacity_exceeded);
-  EXPECT_EQ(none.size(), 0U);
+  expect_all_selected(none, 1);
 }
 
 // By the match, by the options, or both; again and again for one frame.

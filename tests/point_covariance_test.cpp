@@ -4,9 +4,11 @@
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
+#include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/point_covariance.hpp>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -57,7 +59,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
     const double z = random.uniform(1, 60);
     const Eigen::Vector3d p_w(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
     PointCovariance point(p_w.data());
-    WideMatrix information = 1e-6L * WideMatrix::Identity(3, 3);
+    WideMatrix information = WideMatrix::Zero(3, 3);
     const int observations = random.integer(1, 12);
     for (int k = 0; k < observations; ++k) {
       const Pose T_cw = random_pose(random, 0.5, 0.2);
@@ -69,6 +71,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
       point.observe(camera, rigid_transform(T_cw.matrix()), sigma, is_stereo);
       information += information_of(camera, T_cw, p_w, sigma, is_stereo && has_right);
     }
+    information += 1e-8L * information.trace() * WideMatrix::Identity(3, 3);
     EXPECT_EQ(point.observations(), observations);
     Eigen::Matrix3d covariance;
     ASSERT_TRUE(point.covariance(covariance.data()));
@@ -91,15 +94,43 @@ TEST(PointCovariance, takes_points_of_float) {
   for (int e = 0; e < 9; ++e) EXPECT_EQ(covariance[0][e], covariance[1][e]);
 }
 
-// The ray of one camera, a kilometre of it.
+// The ray of one camera: 10^4 times as long as wide, and short enough for the block of a near match.
 TEST(PointCovariance, of_one_camera_alone_has_no_depth_but_is_one) {
   const Eigen::Vector3d p_w(0, 0, 5);
   PointCovariance point(p_w.data());
   point.observe(stereo_camera, RigidTransform::identity(), 1, false);
   Eigen::Matrix3d covariance;
   ASSERT_TRUE(point.covariance(covariance.data()));
-  EXPECT_NEAR(std::sqrt(covariance(2, 2)), 1000, 1);
+  EXPECT_NEAR(std::sqrt(covariance(2, 2)), 1e4 / std::sqrt(2) * 5 / 457.5, 0.1);
   EXPECT_NEAR(std::sqrt(covariance(0, 0)), 5.0 / 458, 1e-5);
+}
+
+TEST(PointCovariance, of_one_camera_alone_leaves_a_near_match_its_block) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (int i = 0; i < 200; ++i) {
+    const double f = random.uniform(200, 2000);
+    const double z = random.uniform(0.1, 3);
+    const double p_w[3] = {random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z};
+    const PinholeCamera camera = {f, f, 0, 0};
+    const double sigma = random.uniform(0.3, 3);
+    PointCovariance point(p_w);
+    point.observe(camera, RigidTransform::identity(), sigma, false);
+    double covariance[9];
+    ASSERT_TRUE(point.covariance(covariance));
+    Matches matches;
+    matches.size = 1;
+    matches.points = p_w;
+    matches.sigmas = &sigma;
+    matches.map_covariances = covariance;
+    BlockOptions options;
+    options.weighting = Weighting::measurement_and_map;
+    BlockStore blocks(1);
+    const RigidTransform moved = RigidTransform(std::array<double, 12>{1, 0, 0, 0.02, 0, 1, 0, 0, 0, 0, 1, 0}.data());
+    for (const RigidTransform& T_cw : {RigidTransform::identity(), moved}) {
+      EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).unsound_covariances, 0U) << f << ' ' << z;
+    }
+  }
 }
 
 TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finite) {

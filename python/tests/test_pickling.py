@@ -72,6 +72,12 @@ def test_cameras_of_other_models(rng, way):
         assert np.array_equal(same.project(points), camera.project(points))
 
 
+def test_cameras_of_models_that_there_are_not():
+    for model in (-1, 4):
+        with pytest.raises(ValueError, match="another version"):
+            maxlogdet.Camera.__new__(maxlogdet.Camera).__setstate__((model, (1.0,) * 10))
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_stores(rng, way):
     full = store_of(rng)

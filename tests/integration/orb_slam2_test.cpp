@@ -212,7 +212,7 @@ Eigen::Vector3d position_of(MapPoint& point) {
 // Against derivatives by differences, summed over the keyframes that are not bad.
 Eigen::Matrix3d covariance_of(MapPoint& point) {
   const Eigen::Vector3d p_w = position_of(point);
-  Eigen::Matrix3d information = 1e-6 * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (const auto& observation : point.GetObservations()) {
     ORB_SLAM2::KeyFrame& keyframe = *observation.first;
     if (keyframe.isBad()) continue;
@@ -225,7 +225,7 @@ Eigen::Matrix3d covariance_of(MapPoint& point) {
     const Eigen::MatrixXd H_p = derivatives.H_p.topRows(stereo ? 3 : 2) * T_cw.linear();
     information += std::pow(1.2, -2 * keyframe.mvKeysUn[observation.second].octave) * gram(H_p);
   }
-  return inverse(information);
+  return inverse(information + 1e-8 * information.trace() * Eigen::Matrix3d::Identity());
 }
 
 SeenPoint seen_point(const Frame& frame, const Eigen::Vector3d& p, double bf, double sigma,
@@ -492,7 +492,7 @@ TEST(OrbSlam2Adapter, the_log_has_a_line_a_frame_of_what_cost_says) {
   ASSERT_GE(file, 0);
   ::close(file);
   ASSERT_TRUE(good.log.open(name));
-  std::string expected = "frame,status,candidates,selected,gather_us,select_us,optimize_us,restore_us\n";
+  std::string expected = "frame,status,candidates,selected,gather_ns,select_ns,optimize_ns,restore_ns\n";
   int frame = 0;
   for (const std::size_t n : {400, 90}) {
     World world(random, n, true);
@@ -504,8 +504,9 @@ TEST(OrbSlam2Adapter, the_log_has_a_line_a_frame_of_what_cost_says) {
     for (const double us : {cost.gather_us, cost.select_us, cost.optimize_us, cost.restore_us}) EXPECT_GE(us, 0);
     EXPECT_EQ(cost.hook_us(), cost.gather_us + cost.select_us + cost.restore_us);
     char line[200];
-    std::snprintf(line, sizeof line, "%d,%s,%zu,%zu,%.2f,%.2f,%.2f,%.2f\n", frame++, cost.status, cost.candidates,
-                  cost.selected, cost.gather_us, cost.select_us, cost.optimize_us, cost.restore_us);
+    const auto ns = [](double us) { return static_cast<long long>(1000 * us); };
+    std::snprintf(line, sizeof line, "%d,%s,%zu,%zu,%lld,%lld,%lld,%lld\n", frame++, cost.status, cost.candidates,
+                  cost.selected, ns(cost.gather_us), ns(cost.select_us), ns(cost.optimize_us), ns(cost.restore_us));
     expected += line;
   }
   good.log = HookLog();  // closes the file

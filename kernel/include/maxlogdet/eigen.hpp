@@ -75,6 +75,13 @@ Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& poin
   return points.empty() ? Points() : Points(points.front().data(), sizeof points.front());
 }
 
+/// A view of a temporary would dangle.
+template <class Scalar, int Options, int MaxRows, int MaxColumns>
+Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>&&) = delete;
+/// A view of a temporary would dangle.
+template <class Scalar, class Allocator>
+Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>&&) = delete;
+
 /// How many these are.
 template <class Scalar, int Options, int MaxRows, int MaxColumns>
 std::size_t count_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
@@ -88,12 +95,14 @@ std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& 
 
 /// As append_blocks in jacobian.hpp, with T_cw as rigid_transform() takes it, and the points as points_of() does, which
 /// take the place of matches.points and matches.size.
-template <class PoseDerived, class EigenPoints>
-BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
-                          Matches matches, const BlockOptions& options, BlockStore& blocks) {
+/// `camera` is a Camera or, with T_bw, a Rig.
+template <class CameraOrRig, class PoseDerived, class EigenPoints>
+BlockReport append_blocks(const CameraOrRig& camera, const Eigen::MatrixBase<PoseDerived>& T_cw,
+                          const EigenPoints& points, Matches matches, const BlockOptions& options, BlockStore& blocks,
+                          Executor* executor = nullptr) {
   matches.points = points_of(points);
   matches.size = count_of(points);
-  return append_blocks(camera, rigid_transform(T_cw), matches, options, blocks);
+  return append_blocks(camera, rigid_transform(T_cw), matches, options, blocks, executor);
 }
 
 }  // namespace maxlogdet

@@ -62,10 +62,13 @@ class GoodFeatures {
   /// The same on a rig, whose cameras (the caller's array) stay as they are until the next start(). T_bw: world to
   /// body.
   void start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasurement third) noexcept;
-  /// One more match, the size()-th; it is copied. One beyond the capacity is left out, and none is selected from.
+  /// One more match, the size()-th; it is copied. One beyond the capacity is counted and no more: then all
+  /// are selected, it among them.
   void add(const FeatureMatch& match) noexcept;
   /// How many there are.
   std::size_t size() const noexcept;
+  /// What id() says of a match beyond the capacity.
+  static constexpr std::uint32_t no_id = 0xFFFFFFFFU;
   /// The id of match i < size().
   std::uint32_t id(std::size_t i) const noexcept;
 
@@ -76,9 +79,9 @@ class GoodFeatures {
   /// numbers of the matches, and FeatureMatch::is_required is added to them. A required match that can be no candidate
   /// is selected beside the budget. Returns status().
   Status select(const Options& options) noexcept;
-  /// ok: there are matches that are not selected. Every other status: all are, those that the options exclude too,
-  /// because the budget suffices (all_selected), time has run out (deadline_reached), or something is wrong
-  /// (invalid_block: there are no blocks).
+  /// ok: there are matches that are not selected, because of the budget or of groups and exclusions. Every other
+  /// status: all are, because the budget suffices (all_selected), time has run out (deadline_reached), or something is
+  /// wrong (invalid_block: there are no blocks); those that the options exclude, too.
   Status status() const noexcept;
   /// Its name, for a log; in the place of invalid_block the name of what block_report() says.
   const char* reason() const noexcept;

@@ -57,16 +57,22 @@ class RigidTransform {
   RigidTransform(const float* row_major) noexcept { read(row_major, 4, 1); }  // NOLINT(google-explicit-constructor)
   /// The same of neither: refused.
   RigidTransform(std::nullptr_t) noexcept { read<double>(nullptr, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// Column-major: `rows` is 4 for a 4 x 4 matrix (OpenGL's order, Eigen's default) and 3 for a 3 x 4 one.
+  /// A rotation alone is none.
+  RigidTransform(const double (&)[9]) = delete;
+  /// A rotation alone is none.
+  RigidTransform(const float (&)[9]) = delete;
+  /// Column-major: `rows` is 4 for a 4 x 4 matrix (OpenGL's order, Eigen's default) and 3 for a 3 x 4 one. Read as
+  /// row-major a 4 x 4 one would be a rotation, too, the transposed one: nothing could tell.
   template <class Scalar>
-  static RigidTransform column_major(const Scalar* entries, int rows = 4) noexcept {
+  static RigidTransform column_major(const Scalar* entries, int rows) noexcept {
     RigidTransform transform;
     transform.read(entries, 1, rows);
     return transform;
   }
-  /// R 3 x 3 row-major and t apart, as OpenCV has them.
+  /// R 3 x 3 row-major and t apart, as OpenCV has them; neither may be null, or it is refused.
   template <class Scalar>
   static RigidTransform from(const Scalar* R, const Scalar* t) noexcept {
+    if (R == nullptr || t == nullptr) return nullptr;
     RigidTransform transform;
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = 0; column < 3; ++column) transform.entries_[4 * row + column] = R[3 * row + column];

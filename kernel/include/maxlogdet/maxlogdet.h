@@ -108,7 +108,7 @@ enum {
   MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS = 1,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z
                                                ///< axis: their blocks are invalid
   MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA = 2,   ///< a parameter out of its range, or stereo rows without bf > 0
-  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw, T_bw or T_cb null, not finite or not a rotation
+  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw or T_bw null; these or T_cb not finite or not a rotation
   MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS = 4,  ///< a sigma, min_depth, threads or an enumerator out of its range
   MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5,   ///< size > 0 without points
   MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE = 6,   ///< less than three coordinates, or not a whole number of them

@@ -8,7 +8,8 @@ namespace maxlogdet {
 
 /// The covariance of a map point, from the cameras that have observed it: the inverse of what the observations tell of
 /// it, sum of H_p^T H_p / sigma^2 with H_p = J R_cw, with the poses of the cameras held fixed. One stereo observation
-/// is enough; what one camera has seen once has no depth, but a covariance (a kilometre along the ray).
+/// is enough; what one camera has seen once has no depth, but a covariance: along the ray some ten thousand times as
+/// much as across it.
 ///
 ///   PointCovariance point(p_w);
 ///   for (observation) point.observe(camera, T_cw, sigma, is_stereo);
@@ -42,7 +43,11 @@ class PointCovariance {
 
   /// Writes it, 3 x 3, world frame, m^2. False, and nothing written, without an observation, or where it is not finite.
   bool covariance(double* entries) const noexcept {
-    const double(&a)[3][3] = information_;
+    double a[3][3];
+    const double trace = information_[0][0] + information_[1][1] + information_[2][2];
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) a[i][j] = information_[i][j] + (i == j ? unknown_share * trace : 0);
+    }
     const double cofactors[3] = {a[1][1] * a[2][2] - a[1][2] * a[2][1], a[1][2] * a[2][0] - a[1][0] * a[2][2],
                                  a[1][0] * a[2][1] - a[1][1] * a[2][0]};
     const double determinant = a[0][0] * cofactors[0] + a[0][1] * cofactors[1] + a[0][2] * cofactors[2];
@@ -67,8 +72,12 @@ class PointCovariance {
     }
   }
 
+  // What is taken to be known of every direction, as a share of all that is: a depth that no observation has told
+  // leaves whitening its digits (docs/numerics.md).
+  static constexpr double unknown_share = 1e-8;
+
   double p_w_[3];
-  double information_[3][3] = {{1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0, 1e-6}};  // before any: known to a kilometre
+  double information_[3][3] = {};
   int observations_ = 0;
 };
 

@@ -21,7 +21,7 @@ namespace maxlogdet {
 
 /// A selection that owns its indices.
 struct SelectedMatches {
-  Status status = Status::ok;                  ///< how the selection ended
+  Status status = Status::invalid_block;       ///< how the selection ended; invalid_block where block_status says why
   BlockStatus block_status = BlockStatus::ok;  ///< how append_blocks ended; nothing is selected after an error
   std::vector<std::uint32_t> indices;          ///< of the matches, in order of selection; none after an error
   double log_det = std::numeric_limits<double>::quiet_NaN();  ///< log det(prior + sum of selected H^T H), nats; NaN
@@ -32,8 +32,10 @@ struct SelectedMatches {
 
 /// Selects options.budget of the blocks. Throws std::bad_alloc.
 inline SelectedMatches select(const BlockStore& blocks, const Options& options = Options()) {
-  Selector selector(std::max(blocks.size(), options.budget));
-  const Selection selection = selector.select(blocks, options);
+  Options limited = options;
+  limited.budget = std::min(options.budget, blocks.size());
+  Selector selector(blocks.size());
+  const Selection selection = selector.select(blocks, limited);
   SelectedMatches selected;
   selected.status = selection.status;
   selected.indices.assign(selection.begin(), selection.end());

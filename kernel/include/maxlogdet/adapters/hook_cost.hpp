@@ -31,17 +31,21 @@ class HookLog {
   bool open(const char* path) {
     file_.reset(std::fopen(path, "w"));
     frame_ = 0;
-    return file_ && std::fputs("frame,status,candidates,selected,gather_us,select_us,optimize_us,restore_us\n",
-                               file_.get()) >= 0;
+    const char* const header = "frame,status,candidates,selected,gather_ns,select_ns,optimize_ns,restore_ns\n";
+    if (file_ && std::fputs(header, file_.get()) < 0) file_.reset();
+    return file_ != nullptr;
   }
   /// One line, if it is open.
   void write(const HookCost& cost) {
     if (!file_) return;
-    std::fprintf(file_.get(), "%zu,%s,%zu,%zu,%.2f,%.2f,%.2f,%.2f\n", frame_++, cost.status, cost.candidates,
-                 cost.selected, cost.gather_us, cost.select_us, cost.optimize_us, cost.restore_us);
+    std::fprintf(file_.get(), "%zu,%s,%zu,%zu,%lld,%lld,%lld,%lld\n", frame_++, cost.status, cost.candidates,
+                 cost.selected, ns(cost.gather_us), ns(cost.select_us), ns(cost.optimize_us), ns(cost.restore_us));
   }
 
  private:
+  // Whole numbers: a locale may have a comma for the decimal point.
+  static long long ns(double us) noexcept { return static_cast<long long>(1000 * us); }
+
   struct Close {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };

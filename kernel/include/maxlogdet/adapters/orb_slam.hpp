@@ -122,14 +122,19 @@ class OrbSlamHook {
     }
   }
 
-  /// The covariance of a map point, kept until the number of its observations changes. `observe` adds them.
+  /// The covariance of a map point, kept until the number of its observations changes, or it has moved by half a
+  /// deviation: when the whole map is turned or scaled, say. `observe` adds the observations.
   template <class MapPoint, class Scalar, class Observe>
   const double* covariance_of(MapPoint& point, const Scalar* p_w, const Observe& observe) {
     Covariance& kept = covariances_[point.mnId];
     kept.last_frame = frame_;
     const int observations = point.Observations();
-    if (kept.observations != observations) {
+    double moved = 0;
+    for (int d = 0; d < 3; ++d) moved += (p_w[d] - kept.p_w[d]) * (p_w[d] - kept.p_w[d]);
+    const double variance = kept.entries[0] + kept.entries[4] + kept.entries[8];
+    if (kept.observations != observations || moved > 0.25 * variance) {
       kept.observations = observations;
+      std::copy_n(p_w, 3, kept.p_w);
       PointCovariance of_point(p_w);
       observe(of_point);
       kept.is_known = of_point.covariance(kept.entries);
@@ -193,6 +198,7 @@ class OrbSlamHook {
     int observations = -1;
     bool is_known = false;
     std::uint64_t last_frame = 0;
+    double p_w[3] = {};
     double entries[9] = {};
   };
 
