@@ -12,7 +12,8 @@
 std::vector<std::uint32_t> select_matches(const std::vector<double>& points) {
   std::vector<Point> narrow;
   for (std::size_t i = 0; i + 2 < points.size(); i += 3) {
-    narrow.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]), static_cast<float>(points[i + 2])});
+    narrow.push_back(
+        {static_cast<float>(points[i]), static_cast<float>(points[i + 1]), static_cast<float>(points[i + 2])});
   }
   const maxlogdet::Camera camera(458.654, 457.296, 367.215, 248.375);
   const float T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};

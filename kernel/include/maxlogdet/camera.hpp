@@ -68,8 +68,8 @@ struct Camera {
 ///     (its paper has w_2);
 ///   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
 ///     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
-///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two look at the point alone:
-///     far outside the image, beyond a second fold, a polynomial may rise again, and points pass there.
+///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two look at the point
+///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass there.
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
 
 /// One camera of a rig: T_cb takes points of the body frame to that of the camera.
