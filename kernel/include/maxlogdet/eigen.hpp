@@ -95,14 +95,22 @@ std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& 
 
 /// As append_blocks in jacobian.hpp, with T_cw as rigid_transform() takes it, and the points as points_of() does, which
 /// take the place of matches.points and matches.size.
-/// `camera` is a Camera or, with T_bw, a Rig.
-template <class CameraOrRig, class PoseDerived, class EigenPoints>
-BlockReport append_blocks(const CameraOrRig& camera, const Eigen::MatrixBase<PoseDerived>& T_cw,
-                          const EigenPoints& points, Matches matches, const BlockOptions& options, BlockStore& blocks,
+template <class PoseDerived, class EigenPoints>
+BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
+                          Matches matches, const BlockOptions& options, BlockStore& blocks,
                           Executor* executor = nullptr) {
   matches.points = points_of(points);
   matches.size = count_of(points);
   return append_blocks(camera, rigid_transform(T_cw), matches, options, blocks, executor);
+}
+/// The same for a rig, with T_bw.
+template <class PoseDerived, class EigenPoints>
+BlockReport append_blocks(const Rig& rig, const Eigen::MatrixBase<PoseDerived>& T_bw, const EigenPoints& points,
+                          Matches matches, const BlockOptions& options, BlockStore& blocks,
+                          Executor* executor = nullptr) {
+  matches.points = points_of(points);
+  matches.size = count_of(points);
+  return append_blocks(rig, rigid_transform(T_bw), matches, options, blocks, executor);
 }
 
 }  // namespace maxlogdet
