@@ -179,7 +179,7 @@ TEST(RealTime, good_features_allocates_nothing) {
     for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
   };
   EXPECT_EQ(allocations_in([&] {
-              for (const std::size_t size : {400, 50, 500, 300}) {
+              for (const std::size_t size : {400U, 50U, 500U, 300U}) {
                 for (int kind = 0; kind < 6; ++kind) use(size, kind);
               }
             }),

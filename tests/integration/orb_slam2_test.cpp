@@ -494,7 +494,7 @@ TEST(OrbSlam2Adapter, the_log_has_a_line_a_frame_of_what_cost_says) {
   ASSERT_TRUE(good.log.open(name));
   std::string expected = "frame,status,candidates,selected,gather_ns,select_ns,optimize_ns,restore_ns\n";
   int frame = 0;
-  for (const std::size_t n : {400, 90}) {
+  for (const std::size_t n : {400U, 90U}) {
     World world(random, n, true);
     good.optimize(world.frame, ORB_SLAM2::Optimizer::PoseOptimization);
     const HookCost& cost = good.cost();

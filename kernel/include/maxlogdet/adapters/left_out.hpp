@@ -21,8 +21,9 @@ class LeftOutHook {
   HookLog log;            ///< open() it for a line a frame
 
   /// Whether the feature of that number is one of those not to optimise with, by the last question.
-  bool leaves_out(std::uint64_t id) const noexcept {
-    return std::binary_search(left_out_.begin(), left_out_.end(), id);
+  template <class Id>
+  bool leaves_out(Id id) const noexcept {
+    return std::binary_search(left_out_.begin(), left_out_.end(), static_cast<std::uint64_t>(id));
   }
   /// How many these are.
   std::size_t left_out_count() const noexcept { return left_out_.size(); }
