@@ -76,10 +76,21 @@ class OrbSlamHook {
     return inliers;
   }
 
-  /// Proposes points of `local`, which gather has added behind `matched` matches of the frame with their places as ids,
-  /// and searches them one by one. Of the options it takes the prior.
-  template <class MapPoint, class Search>
-  int match_selected(const std::vector<MapPoint*>& local, std::size_t matched, const Search& search) {
+  /// Proposes the points of `local` that are in view, beside the matches that gather() has added, and searches them one
+  /// by one. set_point(point, match) reads a map point. Of the options it takes the prior.
+  template <class Frame, class MapPoint, class SetPoint, class Search>
+  int match_selected(const Frame& frame, const std::vector<MapPoint*>& local, const SetPoint& set_point,
+                     const Search& search) {
+    const std::size_t matched = features.size();
+    for (std::size_t place = 0; place < local.size(); ++place) {
+      MapPoint& point = *local[place];
+      if (!point.mbTrackInView || point.isBad()) continue;
+      FeatureMatch match;
+      set_point(point, match);
+      match.id = static_cast<std::uint32_t>(place);
+      match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(point.mnTrackScaleLevel)];  // as isInFrustum predicts
+      features.add(match);
+    }
     if (!features.build()) return search(local);
     Options of_matching;
     of_matching.prior = options.prior;

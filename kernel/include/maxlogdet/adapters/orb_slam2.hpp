@@ -3,8 +3,6 @@
 
 #include <maxlogdet/adapters/orb_slam.hpp>
 
-#include <cmath>
-
 // ORB-SLAM2. In its CMakeLists.txt
 //
 //   find_package(maxlogdet REQUIRED)
@@ -18,7 +16,7 @@
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
-// The other two calls of PoseOptimization stay as they are: they reject outliers among few matches.
+// All other calls of PoseOptimization stay as they are: they reject outliers among few matches.
 
 namespace maxlogdet {
 
@@ -46,11 +44,8 @@ class OrbSlam2 : public OrbSlamHook {
       return matcher.SearchByProjection(frame, points, th);
     };
     gather(frame);
-    const std::size_t matched = features.size();
-    for (std::size_t place = 0; place < local.size(); ++place) {
-      if (local[place]->mbTrackInView && !local[place]->isBad()) add_candidate(frame, *local[place], place);
-    }
-    return match_selected(local, matched, search);
+    const auto read = [&](MapPoint& point, FeatureMatch& match) { set_point(point, match); };
+    return match_selected(frame, local, read, search);
   }
 
  private:
@@ -72,16 +67,6 @@ class OrbSlam2 : public OrbSlamHook {
     match.measured[1] = key.pt.y;
     if (frame.mvuRight[slot] >= 0) match.third = frame.mvuRight[slot];
     match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(key.octave)];
-    features.add(match);
-  }
-
-  // A map point that is not matched yet, at the scale that isInFrustum has predicted.
-  template <class Frame, class MapPoint>
-  void add_candidate(const Frame& frame, MapPoint& point, std::size_t place) {
-    FeatureMatch match;
-    set_point(point, match);
-    match.id = static_cast<std::uint32_t>(place);
-    match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(point.mnTrackScaleLevel)];
     features.add(match);
   }
 

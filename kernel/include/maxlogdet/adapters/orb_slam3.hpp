@@ -51,11 +51,8 @@ class OrbSlam3 : public OrbSlamHook {
     };
     if (frame.mpCamera2 != nullptr) return search(local);
     gather(frame);
-    const std::size_t matched = features.size();
-    for (std::size_t place = 0; place < local.size(); ++place) {
-      if (local[place]->mbTrackInView && !local[place]->isBad()) add_candidate(frame, *local[place], place);
-    }
-    return match_selected(local, matched, search);
+    const auto read = [&](MapPoint& point, FeatureMatch& match) { set_point(point, match); };
+    return match_selected(frame, local, read, search);
   }
 
  private:
@@ -105,16 +102,6 @@ class OrbSlam3 : public OrbSlamHook {
     match.measured[1] = key.pt.y;
     if (!is_rig_ && frame.mvuRight[slot] >= 0) match.third = frame.mvuRight[slot];
     match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(key.octave)];
-    features.add(match);
-  }
-
-  // A map point that is not matched yet, at the scale that isInFrustum has predicted.
-  template <class Frame, class MapPoint>
-  void add_candidate(const Frame& frame, MapPoint& point, std::size_t place) {
-    FeatureMatch match;
-    set_point(point, match);
-    match.id = static_cast<std::uint32_t>(place);
-    match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(point.mnTrackScaleLevel)];
     features.add(match);
   }
 
