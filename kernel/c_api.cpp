@@ -4,6 +4,7 @@
 #include <maxlogdet/maxlogdet.hpp>
 
 #include "kernel/c_structs.hpp"
+#include "kernel/camera_checks.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -98,8 +99,6 @@ maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answ
   return static_cast<maxlogdet_status>(answer(active->active));
 }
 
-constexpr size_t most_cameras = 256;
-
 // Of a camera or a rig.
 template <class Cameras>
 const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cameras& cameras, const double* T,
@@ -188,7 +187,7 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              maxlogdet_block_store* blocks,
                                                              const maxlogdet_executor* executor) {
   if (blocks == nullptr || (camera_count > 0 && (cameras == nullptr || T_cb == nullptr))) return &refused_report;
-  const size_t count = camera_count <= most_cameras ? camera_count : 0;
+  const size_t count = camera_count <= maxlogdet::most_cameras ? camera_count : 0;
   if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_STATUS_OK) return &no_memory_report;
   for (size_t i = 0; i < count; ++i) {
     if (!read(cameras[i], blocks->cameras[i].camera)) return &refused_report;

@@ -11,16 +11,6 @@ namespace {
 
 constexpr std::size_t most_parameters = sizeof Camera::parameters / sizeof(double);
 
-std::size_t parameter_count(CameraModel model) noexcept {
-  switch (model) {
-    case CameraModel::pinhole: return 0;
-    case CameraModel::radial_tangential: return 5;
-    case CameraModel::kannala_brandt: return 4;
-    case CameraModel::double_sphere: return 2;
-  }
-  return 0;
-}
-
 Camera distorted(CameraModel model, const PinholeCamera& pinhole,
                  const double (&parameters)[most_parameters]) noexcept {
   Camera camera(pinhole);
@@ -71,6 +61,16 @@ bool project_double_sphere(const Camera& camera, const double* p, double* m) noe
 }
 
 }  // namespace
+
+std::size_t parameter_count(CameraModel model) noexcept {
+  switch (model) {
+    case CameraModel::pinhole: return 0;
+    case CameraModel::radial_tangential: return 5;
+    case CameraModel::kannala_brandt: return 4;
+    case CameraModel::double_sphere: return 2;
+  }
+  return 0;
+}
 
 Camera Camera::radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
                                  double k3) noexcept {

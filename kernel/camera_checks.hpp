@@ -3,7 +3,12 @@
 
 #include <maxlogdet/camera.hpp>
 
+#include <cstddef>
+
 namespace maxlogdet {
+
+/// Of a rig: as many as an id of one byte can tell.
+constexpr std::size_t most_cameras = 256;
 
 /// Whether fx and fy are positive and finite, the model's parameters finite, and those of a double sphere in their
 /// ranges. The model is one of the enumerators.

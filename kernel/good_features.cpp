@@ -15,19 +15,6 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double quantile_of_two = 5.991;  // 95 % of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
 
-struct Point {
-  double x[3];
-};
-
-Point transformed(const RigidTransform& transform, const double* p) noexcept {
-  const double* const T = transform.data();
-  Point to{};
-  for (std::size_t row = 0; row < 3; ++row) {
-    to.x[row] = T[4 * row] * p[0] + T[4 * row + 1] * p[1] + T[4 * row + 2] * p[2] + T[4 * row + 3];
-  }
-  return to;
-}
-
 }  // namespace
 
 struct GoodFeatures::State {
@@ -105,8 +92,8 @@ struct GoodFeatures::State {
   Selector selector;
   Executor* executor;
   std::size_t most;
-  Camera camera;
-  Rig rig;  // instead of `camera`, if there is one
+  RigCamera only;  // the camera, in the place of the body
+  Rig rig;         // instead of it, if there is one
   bool has_rig = false;
   RigidTransform T = RigidTransform::identity();
   ThirdMeasurement third = ThirdMeasurement::none;
@@ -141,13 +128,13 @@ bool GoodFeatures::State::build(BlockOptions options) noexcept {
       }
     }
     matches.map_covariances = covariances.data();
-    if (options.weighting == Weighting::measurement) options.weighting = Weighting::measurement_and_map;
+    options.weighting = with_covariances(options.weighting);
   }
   options.third = third;
   depth_sigma = options.depth_sigma;
   store.clear();
   report = has_rig ? append_blocks(rig, T, matches, options, store, executor)
-                   : append_blocks(camera, T, matches, options, store, executor);
+                   : append_blocks(only.camera, T, matches, options, store, executor);
   return report.is_done();
 }
 
@@ -177,12 +164,12 @@ Status GoodFeatures::State::select(Options options) noexcept {
 double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i) const noexcept {
   if (has_jacobians) return not_a_number;
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  Point p = transformed(T_cw, &points[3 * i]);
-  const RigCamera* const on_rig = has_rig ? &rig.cameras[camera_ids[i]] : nullptr;
-  if (on_rig != nullptr) p = transformed(on_rig->T_cb, p.x);
-  const Camera& seen_by = on_rig != nullptr ? on_rig->camera : camera;
+  double p_b[3], p_c[3];
+  T_cw.transform(&points[3 * i], p_b);
+  const RigCamera& seen_by = has_rig ? rig.cameras[camera_ids[i]] : only;
+  seen_by.T_cb.transform(p_b, p_c);
   double uv[2];
-  if (!project(seen_by, p.x, uv)) return infinite;
+  if (!project(seen_by.camera, p_c, uv)) return infinite;
   const double* const z = &measured[3 * i];
   double sum = 0;
   for (int axis = 0; axis < 2; ++axis) sum += (z[axis] - uv[axis]) * (z[axis] - uv[axis]);
@@ -190,7 +177,7 @@ double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i) c
   if (has_third[i] == 0) return sum;
   const bool is_depth = third == ThirdMeasurement::depth;
   const double error =
-      (z[2] - (is_depth ? p.x[2] : uv[0] - seen_by.pinhole.bf / p.x[2])) / (is_depth ? depth_sigma : sigmas[i]);
+      (z[2] - (is_depth ? p_c[2] : uv[0] - seen_by.camera.pinhole.bf / p_c[2])) / (is_depth ? depth_sigma : sigmas[i]);
   return sum + error * error;
 }
 
@@ -204,7 +191,7 @@ GoodFeatures::GoodFeatures(GoodFeatures&&) noexcept = default;
 GoodFeatures& GoodFeatures::operator=(GoodFeatures&&) noexcept = default;
 
 void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw, ThirdMeasurement third) noexcept {
-  state_->camera = camera;
+  state_->only.camera = camera;
   state_->has_rig = false;
   state_->start(T_cw, third);
 }

@@ -64,8 +64,6 @@ struct Cameras {
   bool is_rig;
 };
 
-constexpr std::size_t most_cameras = 256;  // that an id of one byte can tell
-
 BlockStatus first_error(BlockStatus first, BlockStatus second) noexcept {
   return first == BlockStatus::ok ? second : first;
 }

@@ -70,7 +70,8 @@ std::vector<unsigned char> ids_of(const py::object& camera_ids, py::ssize_t n) {
 
 Weighting weighting_from(const std::optional<std::string>& weighting, bool has_covariances) {
   if (weighting.has_value()) return weighting_of(*weighting);
-  return has_covariances ? Weighting::measurement_and_map : Weighting::measurement;
+  const Weighting by_default = BlockOptions().weighting;
+  return has_covariances ? with_covariances(by_default) : by_default;
 }
 
 BlockReport append_blocks(Store& store, const py::object& camera, const py::object& T_cw, const py::object& points,
@@ -132,10 +133,7 @@ py::array_t<double> projected(const Camera& camera, const py::object& points) {
 
 py::tuple parameters_of(const Camera& camera) {
   py::list parameters;
-  const std::size_t counts[] = {0, 5, 4, 2};
-  for (std::size_t i = 0; i < counts[static_cast<std::size_t>(camera.model)]; ++i) {
-    parameters.append(camera.parameters[i]);
-  }
+  for (std::size_t i = 0; i < parameter_count(camera.model); ++i) parameters.append(camera.parameters[i]);
   return parameters;
 }
 

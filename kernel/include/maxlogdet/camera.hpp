@@ -94,6 +94,9 @@ struct Rig {
   constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
 };
 
+/// How many of Camera::parameters the model has; 0 for any other value.
+std::size_t parameter_count(CameraModel model) noexcept;
+
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(CameraModel model) noexcept;
 

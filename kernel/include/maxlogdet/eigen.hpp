@@ -93,24 +93,28 @@ std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& 
   return points.size();
 }
 
+/// `matches` with these points in the place of theirs.
+template <class EigenPoints>
+Matches with_points(Matches matches, const EigenPoints& points) noexcept {
+  matches.points = points_of(points);
+  matches.size = count_of(points);
+  return matches;
+}
+
 /// As append_blocks in jacobian.hpp, with T_cw as rigid_transform() takes it, and the points as points_of() does, which
 /// take the place of matches.points and matches.size.
 template <class PoseDerived, class EigenPoints>
 BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
-                          Matches matches, const BlockOptions& options, BlockStore& blocks,
+                          const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                           Executor* executor = nullptr) {
-  matches.points = points_of(points);
-  matches.size = count_of(points);
-  return append_blocks(camera, rigid_transform(T_cw), matches, options, blocks, executor);
+  return append_blocks(camera, rigid_transform(T_cw), with_points(matches, points), options, blocks, executor);
 }
 /// The same for a rig, with T_bw.
 template <class PoseDerived, class EigenPoints>
 BlockReport append_blocks(const Rig& rig, const Eigen::MatrixBase<PoseDerived>& T_bw, const EigenPoints& points,
-                          Matches matches, const BlockOptions& options, BlockStore& blocks,
+                          const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                           Executor* executor = nullptr) {
-  matches.points = points_of(points);
-  matches.size = count_of(points);
-  return append_blocks(rig, rigid_transform(T_bw), matches, options, blocks, executor);
+  return append_blocks(rig, rigid_transform(T_bw), with_points(matches, points), options, blocks, executor);
 }
 
 }  // namespace maxlogdet

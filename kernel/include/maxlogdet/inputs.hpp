@@ -89,6 +89,13 @@ class RigidTransform {
 
   /// 3 x 4 row-major.
   const double* data() const noexcept { return entries_; }
+  /// R p + t, written to 3 entries that are not those of p.
+  void transform(const double* p, double* to) const noexcept {
+    for (std::size_t row = 0; row < 3; ++row) {
+      const double* const r = entries_ + 4 * row;
+      to[row] = r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3];
+    }
+  }
 
  private:
   RigidTransform() = default;

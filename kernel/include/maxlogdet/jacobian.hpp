@@ -55,6 +55,12 @@ enum class Weighting {
 constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
                                     Weighting::measurement_and_map};
 
+/// What stands for it where the covariances of the points are known: of `measurement` measurement_and_map, of every
+/// other one itself.
+constexpr Weighting with_covariances(Weighting weighting) noexcept {
+  return weighting == Weighting::measurement ? Weighting::measurement_and_map : weighting;
+}
+
 /// What a third row measures, for the matches that have one.
 enum class ThirdMeasurement {
   none,    ///< all matches are monocular, whatever has_third says

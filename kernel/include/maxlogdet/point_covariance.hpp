@@ -25,9 +25,7 @@ class PointCovariance {
   void observe(const PinholeCamera& camera, const RigidTransform& T_cw, double sigma, bool is_stereo) noexcept {
     const double* const T = T_cw.data();
     double p[3];
-    for (std::size_t row = 0; row < 3; ++row) {
-      p[row] = T[4 * row] * p_w_[0] + T[4 * row + 1] * p_w_[1] + T[4 * row + 2] * p_w_[2] + T[4 * row + 3];
-    }
+    T_cw.transform(p_w_, p);
     if (!(p[2] > 0)) return;
     const double x = p[0] / p[2];
     const double y = p[1] / p[2];

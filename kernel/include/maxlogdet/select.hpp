@@ -50,9 +50,7 @@ inline SelectedMatches select(const BlockStore& blocks, const Options& options =
 template <class CameraOrRig>
 SelectedMatches select(const CameraOrRig& camera, const RigidTransform& T_cw, const Matches& matches,
                        const Options& options = Options(), BlockOptions block_options = BlockOptions()) {
-  if (matches.map_covariances != nullptr && block_options.weighting == Weighting::measurement) {
-    block_options.weighting = Weighting::measurement_and_map;
-  }
+  if (matches.map_covariances != nullptr) block_options.weighting = with_covariances(block_options.weighting);
   BlockStore blocks(matches.size);
   const BlockReport report = append_blocks(camera, T_cw, matches, block_options, blocks);
   SelectedMatches selected;
