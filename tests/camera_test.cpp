@@ -2,6 +2,7 @@
 // Cameras of any model, alone and on rigs, and Jacobians of the caller's own: blocks against differences of projections
 // written down here a second time, in long double; and what is refused, and why.
 #include "sim/forced_isa.hpp"
+#include "tests/differences.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
@@ -14,11 +15,11 @@
 namespace maxlogdet::test {
 namespace {
 
-using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+using Vector = WideVector;
 using Vector2 = Eigen::Matrix<long double, 2, 1>;
 using Vector3 = Eigen::Matrix<long double, 3, 1>;
 using Matrix = WideMatrix;
-using Isometry = Eigen::Transform<long double, 3, Eigen::Isometry>;
+using Isometry = WideIsometry;
 using AngleAxis = Eigen::AngleAxis<long double>;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -167,29 +168,8 @@ struct Case {
   }
 };
 
-// Central differences of f at 0 along each of its coordinates.
-template <class Function>
-Matrix differentiate(int dimension, const Function& f) {
-  constexpr long double h = 1e-6L;
-  Matrix jacobian;
-  for (int i = 0; i < dimension; ++i) {
-    Vector step = Vector::Zero(dimension);
-    step(i) = h;
-    const Vector difference = (f(step) - f(-step)) / (2 * h);
-    jacobian.conservativeResize(difference.size(), dimension);
-    jacobian.col(i) = difference;
-  }
-  return jacobian;
-}
-
 Matrix h_x(const Case& c) {
-  return differentiate(6, [&](const Vector& xi) {
-    Isometry step = Isometry::Identity();
-    step.translation() = xi.head<3>();
-    const Vector3 rotation = xi.tail<3>();
-    if (rotation.norm() > 0) step.rotate(AngleAxis(rotation.norm(), rotation.normalized()));
-    return c.measure(c.in_camera(step * c.T_bw * c.p_w));
-  });
+  return differentiate(6, [&](const Vector& xi) { return c.measure(c.in_camera(exp_of_one(xi) * c.T_bw * c.p_w)); });
 }
 Matrix h_p_world(const Case& c) {
   return differentiate(3, [&](const Vector& d) { return c.measure(c.in_camera(c.T_bw * (c.p_w + d))); });

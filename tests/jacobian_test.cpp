@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every block against numerical differentiation of the measurement functions, put together with Eigen as the equations
 // in jacobian.hpp say; and its information, to what rounding explains, at all distances and with any covariance.
+#include "tests/differences.hpp"
 #include "tests/linear_algebra.hpp"
 #include "tests/support.hpp"
 
@@ -11,10 +12,10 @@
 namespace maxlogdet::test {
 namespace {
 
-using Vector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+using Vector = WideVector;
 using Vector3 = Eigen::Matrix<long double, 3, 1>;
 using Matrix = WideMatrix;
-using Isometry = Eigen::Transform<long double, 3, Eigen::Isometry>;
+using Isometry = WideIsometry;
 using AngleAxis = Eigen::AngleAxis<long double>;
 
 struct Case {
@@ -45,30 +46,9 @@ Vector measure_in_camera(const Case& c, const Vector3& p) {
   return z;
 }
 
-// Central differences of f at 0 along each of its coordinates.
-template <class Function>
-Matrix differentiate(int dimension, const Function& f) {
-  constexpr long double h = 1e-6L;  // error h^2 = 1e-12 of the third derivative
-  Matrix jacobian;
-  for (int i = 0; i < dimension; ++i) {
-    Vector step = Vector::Zero(dimension);
-    step(i) = h;
-    const Vector difference = (f(step) - f(-step)) / (2 * h);
-    jacobian.conservativeResize(difference.size(), dimension);
-    jacobian.col(i) = difference;
-  }
-  return jacobian;
-}
-
-// T_cw <- exp(xi^) T_cw; xi has one entry only, so that its exponential is a translation or a rotation.
+// T_cw <- exp(xi^) T_cw.
 Matrix numerical_h_x(const Case& c) {
-  return differentiate(6, [&](const Vector& xi) {
-    Isometry step = Isometry::Identity();
-    step.translation() = xi.head<3>();
-    const Vector3 rotation = xi.tail<3>();
-    if (rotation.norm() > 0) step.rotate(AngleAxis(rotation.norm(), rotation.normalized()));
-    return measure_in_camera(c, step * c.T_cw * c.p_w);
-  });
+  return differentiate(6, [&](const Vector& xi) { return measure_in_camera(c, exp_of_one(xi) * c.T_cw * c.p_w); });
 }
 
 Matrix numerical_h_p_world(const Case& c) {
