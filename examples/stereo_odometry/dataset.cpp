@@ -5,6 +5,7 @@
 #include "sim/input_error.hpp"
 #include "sim/text.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -31,9 +32,10 @@ Recording read_recording(const std::string& folder) {
   for (const KittiFolders& names : kitti_folders) {
     if (is_folder(folder + "/" + names.left_images)) return read_kitti(folder, names);
   }
+  if (is_folder(folder + "/rgb")) return read_tum_rgbd(folder);
   throw InputError(folder +
                    ": holds no stereo images; expected the folders image_l and image_r, image_0 and image_1, or "
-                   "image_2 and image_3 (KITTI), or mav0 with cam0 and cam1 (EuRoC)");
+                   "image_2 and image_3 (KITTI), mav0 with cam0 and cam1 (EuRoC), or rgb and depth (TUM RGB-D)");
 }
 
 std::string name_of(const std::string& folder) {
@@ -45,34 +47,27 @@ std::string name_of(const std::string& folder) {
   return name.empty() ? "dataset" : name;
 }
 
-cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map) {
+cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map, int interpolation = cv::INTER_LINEAR) {
   if (map.x.empty()) return image;
   cv::Mat result;
-  cv::remap(image, result, map.x, map.y, cv::INTER_LINEAR);
+  cv::remap(image, result, map.x, map.y, interpolation);
   return result;
 }
 
-}  // namespace
-
-StereoImages StereoDataset::load(std::size_t i) const {
-  const Recording::Pair& pair = recording_.pairs.at(i);
-  const cv::Size size(width(), height());
-  const cv::Mat left = read_grey(pair.left, size);
-  const cv::Mat right = read_grey(pair.right, size);
-  return {rectified(left, recording_.left_map), rectified(right, recording_.right_map)};
+// m. Nearest neighbours: between two sides of an edge there is nothing.
+cv::Mat metres(const cv::Mat& depth, const Recording& recording) {
+  cv::Mat result;
+  rectified(depth, recording.left_map, cv::INTER_NEAREST).convertTo(result, CV_32F, 1 / recording.depth_units);
+  return result;
 }
 
-std::unique_ptr<StereoDataset> open_dataset(const std::string& folder) {
-  if (!is_folder(folder)) throw InputError(folder + ": is not a folder; expected one with stereo images");
-  return std::make_unique<StereoDataset>(name_of(folder), read_recording(folder));
-}
-
-cv::Mat read_grey(const std::string& file, const cv::Size& size) {
+// As it is in the file (flags of cv::imread), but for the size, which is checked.
+cv::Mat read_image(const std::string& file, int flags, const cv::Size& size) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) throw InputError(file + ": is missing; expected an image file");
   cv::Mat image;
   try {
-    image = cv::imread(file, cv::IMREAD_GRAYSCALE);
+    image = cv::imread(file, flags);
   } catch (const cv::Exception&) {
     image.release();  // the other way in which OpenCV tells that it cannot
   }
@@ -85,6 +80,47 @@ cv::Mat read_grey(const std::string& file, const cv::Size& size) {
                      ", as calibrated or as the first one");
   }
   return image;
+}
+
+}  // namespace
+
+StereoImages StereoDataset::load(std::size_t i) const {
+  const Recording::Pair& pair = recording_.pairs.at(i);
+  const cv::Size size(width(), height());
+  const cv::Mat left = read_grey(pair.left, size);
+  if (recording_.depth_units > 0) {
+    return {rectified(left, recording_.left_map), {}, metres(read_depth(pair.right, size), recording_)};
+  }
+  const cv::Mat right = read_grey(pair.right, size);
+  return {rectified(left, recording_.left_map), rectified(right, recording_.right_map), {}};
+}
+
+std::unique_ptr<StereoDataset> open_dataset(const std::string& folder) {
+  if (!is_folder(folder)) throw InputError(folder + ": is not a folder; expected one with stereo images");
+  return std::make_unique<StereoDataset>(name_of(folder), read_recording(folder));
+}
+
+cv::Mat read_grey(const std::string& file, const cv::Size& size) {
+  return read_image(file, cv::IMREAD_GRAYSCALE, size);
+}
+
+cv::Mat read_depth(const std::string& file, const cv::Size& size) {
+  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED, size);
+  if (image.type() != CV_16UC1) {
+    throw InputError(file + ": is an image of type " + cv::typeToString(image.type()) +
+                     "; expected depth in one channel of 16 bit (CV_16UC1)");
+  }
+  return image;
+}
+
+bool is_stereo(const maxlogdet::PinholeCamera& camera) {
+  const auto is_good = [](double value) { return value > 0 && std::isfinite(value); };
+  return is_good(camera.fx) && is_good(camera.fy) && is_good(camera.bf);
+}
+
+bool comes_from_image(const RectifyingMap& map, const cv::Size& size) {
+  return cv::checkRange(map.x, true, nullptr, -0.25 * size.width, 1.25 * size.width) &&
+         cv::checkRange(map.y, true, nullptr, -0.25 * size.height, 1.25 * size.height);
 }
 
 }  // namespace stereo_odometry

@@ -161,17 +161,6 @@ Eigen::Matrix3d rectify(const Camera& left, const Camera& right, Recording& reco
   return R_rectified;
 }
 
-bool is_stereo(const maxlogdet::PinholeCamera& camera) {
-  const auto is_good = [](double value) { return value > 0 && std::isfinite(value); };
-  return is_good(camera.fx) && is_good(camera.fy) && is_good(camera.bf);
-}
-
-// Whether all pixels come from the recorded image or not far beside it; a distortion without sense leads anywhere.
-bool comes_from_image(const RectifyingMap& map, const cv::Size& size) {
-  return cv::checkRange(map.x, true, nullptr, -0.25 * size.width, 1.25 * size.width) &&
-         cv::checkRange(map.y, true, nullptr, -0.25 * size.height, 1.25 * size.height);
-}
-
 maxlogdet::sim::Trajectory find_ground_truth(const std::string& folder, const std::string& mav0) {
   std::error_code error;
   const std::string estimate = mav0 + "/state_groundtruth_estimate0/data.csv";

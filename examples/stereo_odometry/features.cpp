@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/features.hpp"
 
+#include "examples/stereo_odometry/depth.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/hal/hal.hpp>
@@ -65,7 +67,8 @@ double scale_of(int octave) {
 int distance(const unsigned char* a, const unsigned char* b) { return cv::hal::normHamming(a, b, 32); }
 
 FeatureExtractor::FeatureExtractor(const maxlogdet::PinholeCamera& camera, int count)
-    : largest_disparity_(camera.fx),  // of a point one baseline away
+    : bf_(camera.bf),
+      largest_disparity_(camera.fx),  // of a point one baseline away
       count_(static_cast<std::size_t>(count)),
       orb_(cv::ORB::create(4 * count, static_cast<float>(scale_factor), pyramid_levels, 19, 0, 2, cv::ORB::HARRIS_SCORE,
                            31, 10)) {}
@@ -78,25 +81,45 @@ void FeatureExtractor::detect(const cv::Mat& image, std::vector<cv::KeyPoint>& k
 
 StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
   StereoFeatures features;
+  detect(images.left, features.keypoints, features.descriptors);
+  cv::buildOpticalFlowPyramid(images.left, features.pyramid, {window, window}, flow_levels);
+  features.u_right.assign(features.size(), -1);
+  if (images.depth.empty()) {
+    find_right(images.right, features);
+  } else {
+    take_depth(images.depth, features);
+  }
+  return features;
+}
+
+void FeatureExtractor::take_depth(const cv::Mat& depth, StereoFeatures& features) const {
+  features.depth = depth;
+  features.disparity_sigma.assign(features.size(), 0);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const VirtualRight right = virtual_right(depth, features.keypoints[i].pt, bf_);
+    features.u_right[i] = right.u;
+    features.disparity_sigma[i] = right.disparity_sigma;
+  }
+}
+
+void FeatureExtractor::find_right(const cv::Mat& right_image, StereoFeatures& features) {
   std::vector<cv::KeyPoint> right;
   cv::Mat right_descriptors;
-  detect(images.left, features.keypoints, features.descriptors);
-  detect(images.right, right, right_descriptors);
+  detect(right_image, right, right_descriptors);
 
-  std::vector<std::vector<int>> in_row(static_cast<std::size_t>(images.right.rows));  // right keypoints by row
+  std::vector<std::vector<int>> in_row(static_cast<std::size_t>(right_image.rows));  // right keypoints by row
   for (std::size_t i = 0; i < right.size(); ++i) {
     const int band = static_cast<int>(std::ceil(2 * scale_of(right[i].octave)));
     const int row = cvRound(right[i].pt.y);
-    for (int y = std::max(row - band, 0); y <= std::min(row + band, images.right.rows - 1); ++y)
+    for (int y = std::max(row - band, 0); y <= std::min(row + band, right_image.rows - 1); ++y)
       in_row[static_cast<std::size_t>(y)].push_back(static_cast<int>(i));
   }
-  features.u_right.assign(features.size(), -1);
   std::vector<std::size_t> matched;
   alignment_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::KeyPoint& left = features.keypoints[i];
     int best = -1, least = most_distance + 1;
-    for (const int j : in_row[static_cast<std::size_t>(std::min(cvRound(left.pt.y), images.right.rows - 1))]) {
+    for (const int j : in_row[static_cast<std::size_t>(std::min(cvRound(left.pt.y), right_image.rows - 1))]) {
       const cv::KeyPoint& candidate = right[static_cast<std::size_t>(j)];
       const double disparity = left.pt.x - candidate.pt.x;
       if (std::abs(candidate.octave - left.octave) > 1 || disparity < 0 || disparity > largest_disparity_) continue;
@@ -109,8 +132,7 @@ StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
     alignment_.start.emplace_back(right[static_cast<std::size_t>(best)].pt.x, left.pt.y);
   }
   std::vector<cv::Mat> right_pyramid;
-  cv::buildOpticalFlowPyramid(images.left, features.pyramid, {window, window}, flow_levels);
-  cv::buildOpticalFlowPyramid(images.right, right_pyramid, {window, window}, flow_levels, false);
+  cv::buildOpticalFlowPyramid(right_image, right_pyramid, {window, window}, flow_levels, false);
   alignment_.run(features.pyramid, right_pyramid);
   for (std::size_t m = 0; m < matched.size(); ++m) {
     const cv::Point2f& from = alignment_.from[m];
@@ -118,7 +140,6 @@ StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
     const bool is_on_row = std::abs(to.y - from.y) < 1;
     if (alignment_.is_aligned[m] != 0 && is_on_row && to.x >= 0 && to.x < from.x) features.u_right[matched[m]] = to.x;
   }
-  return features;
 }
 
 }  // namespace stereo_odometry

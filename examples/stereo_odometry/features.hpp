@@ -22,12 +22,14 @@ using Descriptor = std::array<unsigned char, 32>;  ///< ORB
 /// Deviation of a place that Alignment found, px.
 constexpr double aligned_sigma = 0.5;
 
-/// Keypoints of the left image and where the right image has them.
+/// Keypoints of the left image and where the right image has them, or, with depth, would have them.
 struct StereoFeatures {
   std::vector<cv::KeyPoint> keypoints;  ///< left, px
   cv::Mat descriptors;                  ///< a row a keypoint, 32 bytes: ORB
   std::vector<double> u_right;          ///< a keypoint's column in the right image, px; -1: not found
+  std::vector<double> disparity_sigma;  ///< deviation of pt.x - u_right alone, px; empty: as exact as pt.x
   std::vector<cv::Mat> pyramid;         ///< left image, as Alignment takes it
+  cv::Mat depth;                        ///< that of the images
 
   std::size_t size() const { return keypoints.size(); }
 };
@@ -47,7 +49,7 @@ struct Alignment {
   void run(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid);
 };
 
-/// ORB spread over the image, and stereo matches along rows, aligned to a fraction of a pixel.
+/// ORB spread over the image, and stereo matches along rows, aligned to a fraction of a pixel; or the depth there.
 class FeatureExtractor {
  public:
   FeatureExtractor(const maxlogdet::PinholeCamera& camera, int count);
@@ -56,7 +58,10 @@ class FeatureExtractor {
 
  private:
   void detect(const cv::Mat& image, std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
+  void find_right(const cv::Mat& right_image, StereoFeatures& features);
+  void take_depth(const cv::Mat& depth, StereoFeatures& features) const;
 
+  double bf_;
   double largest_disparity_;
   std::size_t count_;
   cv::Ptr<cv::ORB> orb_;

@@ -24,7 +24,20 @@ Recording read_kitti(const std::string& folder, const KittiFolders& names);
 /// ground_truth.txt (TUM format), which is looked at if mav0 has no truth.
 Recording read_euroc(const std::string& folder, const std::string& mav0);
 
+/// TUM RGB-D: camera.txt; associations.txt, or rgb.txt and depth.txt; their images; and, if it is there,
+/// groundtruth.txt.
+Recording read_tum_rgbd(const std::string& folder);
+
 /// An image as 8-bit grey, of the given size unless that is empty.
 cv::Mat read_grey(const std::string& file, const cv::Size& size = {});
+
+/// A depth image as it is recorded, CV_16U, of the given size.
+cv::Mat read_depth(const std::string& file, const cv::Size& size);
+
+/// Whether fx, fy and bf are finite and positive.
+bool is_stereo(const maxlogdet::PinholeCamera& camera);
+
+/// Whether all pixels come from the recorded image or not far beside it; a distortion without sense leads anywhere.
+bool comes_from_image(const RectifyingMap& map, const cv::Size& size);
 
 }  // namespace stereo_odometry

@@ -52,7 +52,8 @@ struct Arguments {
 void Arguments::add_to(CLI::App& program) {
   selectors.emplace_back(active_name);
   std::vector<std::string> names = selectors;
-  program.add_option("--dataset", dataset, "Folder in the layout of KITTI odometry or of EuRoC (ASL)")->required();
+  program.add_option("--dataset", dataset, "Folder in the layout of KITTI odometry, EuRoC (ASL) or TUM RGB-D")
+      ->required();
   program.add_option("--output", output, "Folder for trajectories, tables and pictures")->required();
   program.add_option("--selectors", selectors, "What is compared; active matches in the order of information")
       ->delimiter(',')

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/matcher.hpp"
 
+#include "examples/stereo_odometry/depth.hpp"
+
 #include <algorithm>
 
 namespace stereo_odometry {
@@ -105,7 +107,10 @@ void Matcher::align(const LocalMap& map, std::size_t first) {
       Match& match = frame_.matches[of_view_[i]];
       const cv::Point2f& to = alignment_.to[i];
       is_aligned_[of_view_[i]] = alignment_.is_aligned[i];
-      if (match.is_stereo()) match.u_right += to.x - match.u;
+      if (match.is_stereo()) {
+        match.u_right = features_->depth.empty() ? match.u_right + to.x - match.u
+                                                 : virtual_right(features_->depth, to, frame_.camera.bf).u;
+      }
       if (match.u_right < 0) match.u_right = -1;
       match.u = to.x;
       match.v = to.y;
