@@ -280,19 +280,26 @@ bool has(const Arguments& arguments, sim::SelectorKind kind) {
 
 // Options of `euroc` that would change nothing are mistakes. In `budget` all of them count.
 void check_used(const CLI::App& command, const Arguments& arguments, bool has_pool) {
-  bool has_budget = false;
-  for (const sim::SelectorKind kind : sim::selector_kinds) {
-    has_budget = has_budget || (sim::has_budget(kind) && has(arguments, kind));
-  }
-  const bool has_blocks = has_pool || has(arguments, sim::SelectorKind::md);
+  const auto has_one = [&](bool (*holds)(sim::SelectorKind)) {
+    return std::any_of(std::begin(sim::selector_kinds), std::end(sim::selector_kinds),
+                       [&](sim::SelectorKind kind) { return holds(kind) && has(arguments, kind); });
+  };
+  const bool has_budget = has_one(sim::has_budget);
+  const bool has_blocks = has_one(sim::uses_blocks);
+  const bool has_strategy = has_one(sim::uses_strategy);
   const bool has_map_sigma = has(arguments, sim::SelectorKind::all_weighted) ||
                              (has_blocks && arguments.weighting == to_string(Weighting::measurement_and_map));
   sim::refuse_idle(command, "--budget", has_budget, "a selector that has one");
   sim::refuse_idle(command, "--pool", has_pool, "--selectors quality_md");
-  sim::refuse_idle(command, "--strategy", has_blocks, "--selectors md or quality_md");
+  sim::refuse_idle(command, "--strategy", has_strategy, "--selectors md or quality_md");
   sim::refuse_idle(command, "--weighting", has_blocks, "--selectors md or quality_md");
   sim::refuse_idle(command, "--map-sigma", has_map_sigma,
                    "--selectors all_weighted, or --weighting measurement_and_map of md or quality_md");
+  if (has_one(sim::shares_errors) && arguments.weighting.rfind("map_bias", 0) == 0) {
+    throw sim::InputError(
+        "--selectors shared_cells, shared_keyframes: expected --weighting measurement or "
+        "measurement_and_map, whose noise is in px");
+  }
 }
 
 }  // namespace
@@ -300,7 +307,7 @@ void check_used(const CLI::App& command, const Arguments& arguments, bool has_po
 void add_euroc_experiment(CLI::App& simulate) {
   CLI::App* const command = simulate.add_subcommand("euroc", "Section V: selectors along real trajectories");
   const auto arguments = std::make_shared<Arguments>();
-  arguments->selectors = sim::names_of(sim::selector_kinds);
+  arguments->selectors = sim::names_of(sim::default_selector_kinds);
   arguments->add_to(*command);
   command->add_option("--sequences", arguments->sequences, "Only the trajectories with these names")->delimiter(',');
   command->add_option("--selectors", arguments->selectors, "What is compared")

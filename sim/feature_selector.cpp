@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "sim/feature_selector.hpp"
 
+#include "sim/block_information.hpp"
 #include "sim/executor.hpp"
+#include "sim/pose_optimizer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -21,6 +24,12 @@ const char* to_string(SelectorKind kind) {
     case SelectorKind::inl: return "inl";
     case SelectorKind::all: return "all";
     case SelectorKind::all_weighted: return "all_weighted";
+    case SelectorKind::leverage: return "leverage";
+    case SelectorKind::half_random: return "half_random";
+    case SelectorKind::md_cells: return "md_cells";
+    case SelectorKind::md_keyframes: return "md_keyframes";
+    case SelectorKind::shared_cells: return "shared_cells";
+    case SelectorKind::shared_keyframes: return "shared_keyframes";
   }
   return "unknown";
 }
@@ -28,6 +37,25 @@ const char* to_string(SelectorKind kind) {
 bool has_budget(SelectorKind kind) { return rejects_outliers(kind) && kind != SelectorKind::inl; }
 
 bool rejects_outliers(SelectorKind kind) { return kind != SelectorKind::all && kind != SelectorKind::all_weighted; }
+
+bool uses_blocks(SelectorKind kind) {
+  return uses_strategy(kind) || shares_errors(kind) || kind == SelectorKind::leverage;
+}
+
+bool uses_strategy(SelectorKind kind) {
+  switch (kind) {
+    case SelectorKind::md:
+    case SelectorKind::quality_md:
+    case SelectorKind::half_random:
+    case SelectorKind::md_cells:
+    case SelectorKind::md_keyframes: return true;
+    default: return false;
+  }
+}
+
+bool shares_errors(SelectorKind kind) {
+  return kind == SelectorKind::shared_cells || kind == SelectorKind::shared_keyframes;
+}
 
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
     : settings_(settings), draws_(settings.seed), selector_(settings.budget, executor()) {}
@@ -46,17 +74,17 @@ void FeatureSelector::select(const Frame& frame, const Matches& arrays, const st
     selected = candidates;
     return;
   }
+  if (uses_blocks(settings_.kind)) {
+    const bool is_of_frame = arrays.size == frame.matches.size();
+    if (!is_of_frame) arrays_.assign(frame);
+    return select_by_blocks(frame, is_of_frame ? arrays : arrays_.view(), candidates, selected);
+  }
   switch (settings_.kind) {
     case SelectorKind::quality: selected = candidates; return keep_best_by_quality(frame, settings_.budget, selected);
     case SelectorKind::bucket: return spread_over_cells(frame, candidates, selected);
     case SelectorKind::observability:
       selected = observability_.select(frame, candidates, settings_.budget, settings_.epsilon, draws_);
       return;
-    case SelectorKind::md: return max_log_det(frame, arrays, candidates, selected);
-    case SelectorKind::quality_md:
-      pool_ = candidates;
-      keep_best_by_quality(frame, settings_.pool, pool_);
-      return max_log_det(frame, arrays, pool_, selected);
     default: break;
   }
   selected = candidates;
@@ -93,9 +121,30 @@ void FeatureSelector::spread_over_cells(const Frame& frame, const std::vector<st
   }
 }
 
+void FeatureSelector::select_by_blocks(const Frame& frame, const Matches& arrays,
+                                       const std::vector<std::uint32_t>& candidates,
+                                       std::vector<std::uint32_t>& selected) {
+  const SelectorKind kind = settings_.kind;
+  if (kind == SelectorKind::md_cells || kind == SelectorKind::shared_cells) groups_.assign_cells(frame, settings_.grid);
+  if (kind == SelectorKind::md_keyframes || kind == SelectorKind::shared_keyframes) groups_.assign_keyframes(frame);
+  if (shares_errors(kind)) return select_with_shared_errors(frame, arrays, candidates, selected);
+  pool_ = candidates;
+  if (kind == SelectorKind::quality_md) keep_best_by_quality(frame, settings_.pool, pool_);
+  build_blocks(frame, arrays, pool_);
+  switch (kind) {
+    case SelectorKind::leverage: return draw_by_leverage(selected);
+    case SelectorKind::half_random:
+      search(settings_.search, (settings_.budget + 1) / 2, selected);
+      return draw_others(candidates, selected);
+    case SelectorKind::md_cells:
+    case SelectorKind::md_keyframes: return search_with_maxima(selected);
+    default: return search(settings_.search, settings_.budget, selected);
+  }
+}
+
 // All matches are candidates of the library, the other ones unusable: its indices are those of the matches.
-void FeatureSelector::max_log_det(const Frame& frame, const Matches& arrays,
-                                  const std::vector<std::uint32_t>& candidates, std::vector<std::uint32_t>& selected) {
+void FeatureSelector::build_blocks(const Frame& frame, const Matches& arrays,
+                                   const std::vector<std::uint32_t>& candidates) {
   usable_.assign(arrays.size, 0);
   for (const std::uint32_t i : candidates) usable_[i] = 1;
   Matches matches = arrays;
@@ -103,12 +152,81 @@ void FeatureSelector::max_log_det(const Frame& frame, const Matches& arrays,
   blocks_.clear();
   const BlockReport report = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, settings_.blocks, blocks_);
   if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.status));
+}
+
+void FeatureSelector::search(const Options& how, std::size_t budget, std::vector<std::uint32_t>& selected) {
   if (selector_.capacity() < blocks_.size()) selector_ = Selector(2 * blocks_.size(), executor());
-  Options options = settings_.search;
-  options.budget = settings_.budget;
+  Options options = how;
+  options.budget = budget;
   const Selection selection = selector_.select(blocks_, options);
   if (!selection.has_answer()) throw std::invalid_argument(std::string("selection: ") + to_string(selection.status));
   selected.assign(selection.begin(), selection.end());
+}
+
+// Of strategies that know no groups there is lazy greedy in their place.
+void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
+  Options options = settings_.search;
+  if (options.strategy == Strategy::relaxed || options.strategy == Strategy::backward_greedy) {
+    options.strategy = Strategy::lazy_greedy;
+  }
+  options.groups = groups_.of_matches().data();
+  options.group_count = groups_.count();
+  options.max_per_group =
+      groups_.maximum_for(settings_.budget, settings_.slack, [this](std::size_t i) { return blocks_.is_valid(i); });
+  search(options, settings_.budget, selected);
+}
+
+// Draws without replacement, each with a probability proportional to its weight among those that are left, are the
+// smallest of -log(u) / weight (Efraimidis & Spirakis 2006).
+void FeatureSelector::draw_by_leverage(std::vector<std::uint32_t>& selected) {
+  Matrix6 information = prior();
+  for (std::size_t place = 0; place < blocks_.stored(); ++place) {
+    information += information_of(blocks_, blocks_.indices()[place]);
+  }
+  const Matrix6 covariance = invert_information(information);
+  keys_.clear();
+  for (std::size_t place = 0; place < blocks_.stored(); ++place) {
+    const std::uint32_t i = blocks_.indices()[place];
+    const double leverage = covariance.cwiseProduct(information_of(blocks_, i)).sum();  // trace(H covariance H^T)
+    keys_.emplace_back(-std::log(1 - draws_.uniform(0, 1)) / leverage, i);
+  }
+  const std::size_t count = std::min(settings_.budget, keys_.size());
+  std::partial_sort(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(count), keys_.end());
+  for (std::size_t k = 0; k < count; ++k) selected.push_back(keys_[k].second);
+}
+
+// Fills the budget from those that are not selected yet.
+void FeatureSelector::draw_others(const std::vector<std::uint32_t>& candidates, std::vector<std::uint32_t>& selected) {
+  for (const std::uint32_t i : selected) usable_[i] = 0;
+  pool_.clear();
+  for (const std::uint32_t i : candidates) {
+    if (usable_[i] != 0) pool_.push_back(i);
+  }
+  const std::size_t count = std::min(settings_.budget - selected.size(), pool_.size());
+  draws_.shuffle_front(pool_, count);
+  selected.insert(selected.end(), pool_.begin(), pool_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+void FeatureSelector::select_with_shared_errors(const Frame& frame, const Matches& arrays,
+                                                const std::vector<std::uint32_t>& candidates,
+                                                std::vector<std::uint32_t>& selected) {
+  const BlockOptions& blocks = settings_.blocks;
+  if (blocks.weighting == Weighting::map_bias || blocks.weighting == Weighting::map_bias_world ||
+      blocks.third == ThirdMeasurement::depth || !(settings_.tau >= 0)) {
+    throw std::invalid_argument(
+        "shared errors: expected blocks whitened by pixel noise, no row of depth, and a tau of at least 0 px");
+  }
+  whitened_.assign(frame.matches.size(), {});
+  for (const std::uint32_t i : candidates) {
+    whitened_[i] =
+        whiten(frame, i, blocks, arrays.map_covariances == nullptr ? nullptr : arrays.map_covariances + 9 * i);
+  }
+  shared_.select(whitened_, groups_.of_matches(), groups_.count(), settings_.tau, prior(), settings_.budget, selected);
+}
+
+Matrix6 FeatureSelector::prior() const {
+  if (settings_.search.prior == nullptr) return 1e-5 * Matrix6::Identity();
+  return Eigen::Map<const Matrix6>(settings_.search.prior);
 }
 
 }  // namespace maxlogdet::sim

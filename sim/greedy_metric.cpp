@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/greedy_metric.hpp"
 
+#include "sim/block_information.hpp"
 #include "sim/eigenvalue_search.hpp"
 #include "sim/eigenvalues.hpp"
 
@@ -12,18 +13,6 @@
 
 namespace maxlogdet::sim {
 namespace {
-
-Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
-  Matrix6 information = Matrix6::Zero();
-  for (int row = 0; row < blocks.rows(); ++row) {
-    Vector6 h;
-    for (int column = 0; column < state_dimension; ++column) {
-      h[column] = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
-    }
-    information += h * h.transpose();
-  }
-  return information;
-}
 
 // The smallest eigenvalue that Q needs to have for the metric to reach `best`. To beat a condition number, lambda_min
 // has to be above lambda_max / condition, and lambda_max is at least v^T Q v, v the eigenvector that was the largest's

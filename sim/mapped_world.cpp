@@ -185,6 +185,7 @@ Match MappedWorld::match_of(std::uint32_t id, const Landmark& landmark) {
   Match match;
   match.keypoint = id;
   match.map_point_id = id;
+  match.keyframe = landmark.batch;
   for (int i = 0; i < 3; ++i) match.point[i] = landmark.mapped[i];
   const double levels = std::log(landmark.reference_depth / p_c.z()) / std::log(scale_factor);
   match.octave = std::clamp(landmark.octave + static_cast<int>(std::lround(levels)), 0, octaves - 1);

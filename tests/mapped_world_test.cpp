@@ -111,6 +111,18 @@ TEST(MappedWorld, matches_at_most_so_many_and_none_twice) {
   EXPECT_GT(full, 0U);
 }
 
+TEST(MappedWorld, matches_know_the_keyframe_that_mapped_their_point) {
+  std::set<std::int64_t> keyframes;
+  for_every_frame(sim::analytic_trajectory(5), small_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      ASSERT_EQ(match.keyframe, world.landmarks()[static_cast<std::size_t>(match.map_point_id)].batch);
+      keyframes.insert(match.keyframe);
+    }
+  });
+  EXPECT_GT(keyframes.size(), 1U);
+  EXPECT_GT(*keyframes.begin(), 0);
+}
+
 TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   for_every_frame(sim::analytic_trajectory(10), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     EXPECT_GE(frame.matches.size(), 50U);

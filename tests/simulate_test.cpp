@@ -257,11 +257,19 @@ TEST_F(Simulate, refuses_options_that_do_nothing_without_another) {
   expect_refused(run(euroc + "random --strategy greedy"), "--strategy does nothing here");
   expect_refused(run(euroc + "random --weighting measurement"), "--weighting does nothing here");
   expect_refused(run(euroc + "md --map-sigma 0.1"), "--map-sigma does nothing here");
+  expect_refused(run(euroc + "leverage --strategy greedy"), "--strategy does nothing here");
+  expect_refused(run(euroc + "md,shared_cells"), "expected --weighting measurement or measurement_and_map");
   const std::string used = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output ";
   EXPECT_EQ(
       run(euroc + "quality_md --pool 30 --strategy greedy --weighting measurement_and_map" + used + "out").exit_code,
       0);
   EXPECT_EQ(run(euroc + "random,all_weighted" + used + "other").exit_code, 0);
+  EXPECT_EQ(run(euroc +
+                "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting "
+                "measurement_and_map" +
+                used + "rest")
+                .exit_code,
+            0);
 }
 
 TEST_F(Simulate, says_that_a_file_cannot_be_written_and_leaves_no_half_of_it) {

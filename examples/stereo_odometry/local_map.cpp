@@ -66,6 +66,7 @@ Match match_of(const MapPoints& map, std::size_t point, const StereoFeatures& fe
   Match match;
   match.keypoint = static_cast<std::int64_t>(keypoint);
   match.map_point_id = map.points[point].id;
+  if (!map.points[point].observations.empty()) match.keyframe = map.points[point].observations.front().view;
   for (int i = 0; i < 3; ++i) match.point[i] = map.positions[point][i];
   match.u = k.pt.x;
   match.v = k.pt.y;

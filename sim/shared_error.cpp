@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "sim/shared_error.hpp"
+
+#include "sim/projection.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::sim {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// By how much rounding may let a gain exceed its bound, nats.
+constexpr double rounding = 1e-9;
+
+// L^-1 of Sigma = L L^T, as whiten() says; not finite where Sigma is not positive definite.
+Eigen::Matrix3d inverse_noise_factor(const LinearizedMatch& at, double variance, const BlockOptions& options,
+                                     const double* map_covariance) {
+  Eigen::Matrix3d sigma = variance * Eigen::Matrix3d::Identity();
+  if (options.weighting == Weighting::measurement_and_map) {
+    Eigen::Matrix3d sigma_p = options.map_sigma * options.map_sigma * Eigen::Matrix3d::Identity();
+    if (map_covariance != nullptr) sigma_p = Eigen::Map<const Eigen::Matrix3d>(map_covariance);
+    sigma += at.H_p * sigma_p * at.H_p.transpose();
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factor(sigma);
+  if (factor.info() != Eigen::Success) return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  return factor.matrixL().solve(Eigen::Matrix3d::Identity());
+}
+
+// G and S, as SharedInformation has them.
+struct NextBlock {
+  Eigen::Matrix<double, 3, 6> G;
+  Eigen::Matrix3d S;
+};
+
+template <class Group>
+NextBlock next_block(const WhitenedMatch& match, const Group& group) {
+  return {match.H - match.N * group.Q, Eigen::Matrix3d::Identity() + match.N * group.P * match.N.transpose()};
+}
+
+// Of a positive definite matrix of which only the lower triangle is read.
+double determinant(const Eigen::Matrix3d& A) {
+  const double d0 = A(0, 0);
+  const double l10 = A(1, 0) / d0, l20 = A(2, 0) / d0;
+  const double d1 = A(1, 1) - l10 * A(1, 0);
+  const double c21 = A(2, 1) - l20 * A(1, 0);
+  const double d2 = A(2, 2) - l20 * A(2, 0) - c21 * c21 / d1;
+  return d0 * d1 * d2;
+}
+
+}  // namespace
+
+WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& options, const double* map_covariance) {
+  WhitenedMatch result;
+  const Match& match = frame.matches[i];
+  const bool stereo = options.third == ThirdMeasurement::stereo;
+  LinearizedMatch at;
+  const double variance = 1 / match.inv_sigma2;
+  if (!(in_camera(frame, match)[2] >= options.min_depth) || !(variance > 0 && variance < infinity) ||
+      !linearize(frame.camera, pose_of(frame.T_cw_prior), match, stereo, at)) {
+    return result;
+  }
+  const Eigen::Matrix3d whitening = inverse_noise_factor(at, variance, options, map_covariance);
+  Eigen::Matrix<double, 3, 2> of_group;
+  of_group << 1, 0, 0, 1, at.rows == 3 ? 1 : 0, 0;
+  result.H = whitening * at.H_x;
+  result.N = whitening * of_group;
+  if (result.H.allFinite() && result.N.allFinite()) result.rows = at.rows;
+  return result;
+}
+
+void SharedInformation::reset(std::size_t groups, double tau, const Matrix6& prior) {
+  groups_.assign(groups, {tau * tau * Eigen::Matrix2d::Identity(), Eigen::Matrix<double, 2, 6>::Zero()});
+  factor_ = Eigen::LLT<Matrix6>(prior).matrixU();
+  inverse_factor_ = factor_.triangularView<Eigen::Upper>().solve(Matrix6::Identity());
+}
+
+// Matrix determinant lemma: det(M + G^T S^-1 G) / det M = det(S + G M^-1 G^T) / det S.
+double SharedInformation::gain(const WhitenedMatch& match, std::size_t group) const {
+  const NextBlock block = next_block(match, groups_[group]);
+  const Eigen::Matrix<double, 3, 6> V = block.G * inverse_factor_;
+  return std::log(determinant(block.S + V * V.transpose()) / determinant(block.S));
+}
+
+// The rows S^-1/2 G below R, turned upper triangular again: M itself, whose condition is R's squared, is never formed.
+void SharedInformation::add(const WhitenedMatch& match, std::size_t group) {
+  Group& state = groups_[group];
+  const NextBlock block = next_block(match, state);
+  const Eigen::LLT<Eigen::Matrix3d> factor(block.S);
+  Eigen::Matrix<double, 9, 6> stacked;
+  stacked << factor_, factor.matrixL().solve(block.G);
+  factor_ =
+      Eigen::HouseholderQR<Eigen::Matrix<double, 9, 6>>(stacked).matrixQR().topRows<6>().triangularView<Eigen::Upper>();
+  inverse_factor_ = factor_.triangularView<Eigen::Upper>().solve(Matrix6::Identity());
+
+  const Eigen::Matrix<double, 2, 3> kalman_gain = factor.solve(match.N * state.P).transpose();
+  state.Q += kalman_gain * block.G;
+  state.P -= kalman_gain * match.N * state.P;
+}
+
+void SharedErrorSelection::select(const std::vector<WhitenedMatch>& matches, const std::vector<std::uint32_t>& groups,
+                                  std::size_t group_count, double tau, const Matrix6& prior, std::size_t budget,
+                                  std::vector<std::uint32_t>& selected) {
+  information_.reset(group_count, tau, prior);
+  selected.clear();
+  evaluations_ = 0;
+  remaining_.clear();
+  for (std::uint32_t i = 0; i < matches.size(); ++i) {
+    if (matches[i].rows > 0) remaining_.push_back({i, infinity});
+  }
+  while (selected.size() < budget && !remaining_.empty()) {
+    const std::size_t best = best_of_round(matches, groups);
+    const std::uint32_t i = remaining_[best].match;
+    selected.push_back(i);
+    information_.add(matches[i], groups[i]);
+    remaining_.erase(remaining_.begin() + static_cast<std::ptrdiff_t>(best));
+    for (Candidate& other : remaining_) {
+      if (groups[other.match] == groups[i]) other.bound = infinity;
+    }
+  }
+}
+
+// The one with the largest bound first, so that it spares most of the others.
+std::size_t SharedErrorSelection::best_of_round(const std::vector<WhitenedMatch>& matches,
+                                                const std::vector<std::uint32_t>& groups) {
+  const auto evaluate = [&](Candidate& candidate) {
+    ++evaluations_;
+    return candidate.bound = information_.gain(matches[candidate.match], groups[candidate.match]);
+  };
+  const auto leader = std::max_element(remaining_.begin(), remaining_.end(),
+                                       [](const Candidate& a, const Candidate& b) { return a.bound < b.bound; });
+  auto best = static_cast<std::size_t>(leader - remaining_.begin());
+  double highest = evaluate(*leader);
+  for (std::size_t c = 0; c < remaining_.size(); ++c) {
+    if (remaining_[c].bound + rounding < highest || c == best) continue;
+    const double gain = evaluate(remaining_[c]);
+    if (gain > highest || (gain == highest && c < best)) {
+      highest = gain;
+      best = c;
+    }
+  }
+  return best;
+}
+
+}  // namespace maxlogdet::sim
