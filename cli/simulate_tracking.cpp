@@ -262,7 +262,6 @@ void Arguments::add_to(CLI::App& command) {
 // The arguments as the library takes them.
 void complete(Arguments& arguments) {
   arguments.options.seed = seed_of(arguments.common.seed);
-  arguments.options.optimization.map_sigma = arguments.map_sigma;
   arguments.options.optimization.step_tolerance = 1e-6;
   sim::SelectorSettings& one = arguments.selection;
   one.blocks.weighting = sim::find_named(sim::weightings, arguments.weighting).value();

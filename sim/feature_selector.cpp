@@ -57,6 +57,10 @@ bool shares_errors(SelectorKind kind) {
   return kind == SelectorKind::shared_cells || kind == SelectorKind::shared_keyframes;
 }
 
+bool weighs_map_errors(const SelectorSettings& settings) {
+  return settings.kind == SelectorKind::all_weighted || settings.weights == Weighting::measurement_and_map;
+}
+
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
     : settings_(settings), draws_(settings.seed), selector_(settings.budget, executor()) {}
 

@@ -79,7 +79,13 @@ struct SelectorSettings {
   BlockOptions blocks;  ///< uses_blocks(): weighting, third row
   Options search;       ///< uses_strategy(): strategy and its parameters, prior; its budget is not looked at
   std::uint64_t seed = 0;  ///< bucket, observability, random, leverage, half_random
+  /// What the pose's residuals are whitened by, whatever selects: pixel noise alone, or with errors of the map, of which
+  /// blocks.map_sigma tells where covariances are not known. all_weighted always takes the latter.
+  Weighting weights = Weighting::measurement;
 };
+
+/// Whether residuals are whitened with errors of the map.
+bool weighs_map_errors(const SelectorSettings& settings);
 
 /// One of them, with its memory and, for observability, the poses that it has seen.
 class FeatureSelector {

@@ -14,20 +14,20 @@ PoseOptions options_of_round(const RejectionOptions& options, bool is_last) {
   result.huber_stereo = is_last ? 0 : std::sqrt(options.chi2_stereo);
   result.max_iterations = options.max_iterations;
   result.step_tolerance = options.step_tolerance;
-  result.map_sigma = options.map_sigma;
   return result;
 }
 
 }  // namespace
 
-bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options) {
+bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
+            const Whitening* whitening) {
   const double limit = options.stereo && match.is_stereo() ? options.chi2_stereo : options.chi2_monocular;
-  return chi2(camera, T_cw, match, options.stereo, options.map_sigma) <= limit;
+  return chi2(camera, T_cw, match, options.stereo, whitening) <= limit;
 }
 
 Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
                           const std::vector<std::uint32_t>& subset, const Pose& start,
-                          const RejectionOptions& options) {
+                          const RejectionOptions& options, const std::vector<Whitening>& whitenings) {
   Rejection result;
   result.estimate.T_cw = start;
   result.inliers = subset;
@@ -35,11 +35,12 @@ Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>&
   const std::vector<std::uint32_t> all = result.inliers;
   for (int round = 0; round < options.rounds; ++round) {
     const PoseOptions round_options = options_of_round(options, round + 1 == options.rounds);
-    result.estimate = optimize_pose(camera, matches, result.inliers, start, round_options);
+    result.estimate = optimize_pose(camera, matches, result.inliers, start, round_options, whitenings);
     if (!result.estimate.is_usable()) return result;
     result.inliers.clear();
     for (const std::uint32_t i : all) {
-      if (agrees(camera, matches[i], result.estimate.T_cw, options)) result.inliers.push_back(i);
+      const Whitening* const whitening = whitenings.empty() ? nullptr : &whitenings[i];
+      if (agrees(camera, matches[i], result.estimate.T_cw, options, whitening)) result.inliers.push_back(i);
     }
   }
   return result;

@@ -16,13 +16,12 @@ struct RejectionOptions {
   double chi2_monocular = 5.991;  ///< 95 % of chi2 with 2 degrees of freedom; its root is the Huber threshold
   double chi2_stereo = 7.815;     ///< with 3
   bool stereo = true;
-  double map_sigma =
-      0;  ///< as PoseOptions::map_sigma; matches are still judged by pixel noise alone if 0, else by both
   double step_tolerance = 1e-8;
 };
 
-/// Whether a match's chi2 at T_cw is within the limit for its rows.
-bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options);
+/// Whether a match's chi2 at T_cw is within the limit for its rows; `whitening` as chi2() takes it.
+bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
+            const Whitening* whitening = nullptr);
 
 struct Rejection {
   PoseEstimate estimate;
@@ -30,8 +29,9 @@ struct Rejection {
 };
 
 /// The pose of all matches of `subset`, and which of them agree with it. A round without a usable estimate is the last:
-/// the inliers are then those that it was to be made from.
+/// the inliers are then those that it was to be made from. `whitenings` as optimize_pose() takes them.
 Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
-                          const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options);
+                          const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
+                          const std::vector<Whitening>& whitenings = {});
 
 }  // namespace maxlogdet::sim

@@ -134,8 +134,11 @@ class PnpRun {
     PoseOptions pose;
     pose.method = PoseMethod::gauss_newton;
     pose.max_iterations = 20;
-    pose.map_sigma = which.selector == "all_weighted" ? options_.map_deviation : 0;
-    const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, subset, scene_.guess, pose);
+    std::vector<Whitening> whitenings;
+    if (which.selector == "all_weighted") {
+      whiten(frame_.camera, scene_.guess, frame_.matches, pose.stereo, nullptr, options_.map_deviation, whitenings);
+    }
+    const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, subset, scene_.guess, pose, whitenings);
     PnpOutcome outcome;
     if (!estimate.is_usable()) return failed();
     outcome.translation_m = distance_between(estimate.T_cw, scene_.true_T_cw);

@@ -62,34 +62,6 @@ inline bool look(const View& view, const Match& match, Sight& sight) {
 
 inline double squared_norm(const double (&e)[3]) { return e[0] * e[0] + e[1] * e[1] + e[2] * e[2]; }
 
-// Inverse of the lower Cholesky factor of Sigma = I / inv_sigma2 + map_sigma^2 J J^T, of 2 or 3 rows.
-class Whitening {
- public:
-  Whitening(const View& view, const Sight& at, double inv_sigma2, double map_sigma) {
-    const double noise = 1 / inv_sigma2;
-    const double a = map_sigma * view.fx * at.inverse_z;
-    const double b = map_sigma * view.fy * at.inverse_z;
-    const double l00 = std::sqrt(noise + a * a * (1 + at.x * at.x));
-    i0_ = 1 / l00;
-    l10_ = a * b * at.x * at.y * i0_;
-    i1_ = 1 / std::sqrt(noise + b * b * (1 + at.y * at.y) - l10_ * l10_);
-    if (!at.has_right) return;
-    l20_ = a * a * (1 + at.x * at.right) * i0_;
-    l21_ = (a * b * at.right * at.y - l20_ * l10_) * i1_;
-    i2_ = 1 / std::sqrt(noise + a * a * (1 + at.right * at.right) - l20_ * l20_ - l21_ * l21_);
-  }
-
-  void apply(double& e0, double& e1, double& e2) const {
-    e0 = e0 * i0_;
-    e1 = (e1 - l10_ * e0) * i1_;
-    e2 = (e2 - l20_ * e0 - l21_ * e1) * i2_;
-  }
-
- private:
-  double i0_, i1_, i2_ = 0;  // inverse diagonal of the factor; a third row that is not there counts nothing
-  double l10_, l20_ = 0, l21_ = 0;
-};
-
 // rho(s) and its derivative.
 struct Loss {
   double weight;
@@ -191,12 +163,15 @@ struct Problem {
   const std::vector<Match>& matches;
   const std::vector<std::uint32_t>& subset;
   const PoseOptions& options;
+  const std::vector<Whitening>& whitenings;
 
   View view(const Pose& T_cw) const { return {camera, T_cw, options.stereo}; }
   double threshold(const Sight& at) const {
     const double told = at.has_right ? options.huber_stereo : options.huber_monocular;
     return told > 0 ? told : infinity;
   }
+  // nullptr: by inv_sigma2 alone.
+  const Whitening* whitening(std::uint32_t i) const { return whitenings.empty() ? nullptr : &whitenings[i]; }
 };
 
 // One pass with measurement noise alone: the loop that everything waits for.
@@ -224,14 +199,14 @@ Sums add_up(const Problem& problem, const View& seen_from) {
   return sums;
 }
 
-// The same with errors of the map.
+// The same with a whitening for each match.
 Sums add_up_whitened(const Problem& problem, const View& view) {
   Sums sums;
   for (const std::uint32_t i : problem.subset) {
     const Match& match = problem.matches[i];
     Sight at;
     if (!look(view, match, at)) continue;
-    const Whitening whitening(view, at, match.inv_sigma2, problem.options.map_sigma);
+    const Whitening& whitening = problem.whitenings[i];
     double* const e = at.error;
     whitening.apply(e[0], e[1], e[2]);
     const double s = squared_norm(at.error);
@@ -291,8 +266,8 @@ struct Scaled {
 struct Linearization {
   Linearization(const Problem& problem, const Pose& at)
       : T_cw(at),
-        sums(problem.options.map_sigma > 0 ? add_up_whitened(problem, problem.view(at))
-                                           : add_up(problem, problem.view(at))),
+        sums(problem.whitenings.empty() ? add_up(problem, problem.view(at))
+                                        : add_up_whitened(problem, problem.view(at))),
         equations(to_matrix(sums)) {}
 
   bool is_regular() const { return sums.used >= least_matches && equations.is_regular && std::isfinite(sums.rho); }
@@ -308,28 +283,28 @@ struct Linearization {
   Scaled equations;
 };
 
-double squared_error(const View& view, const Sight& at, double inv_sigma2, double map_sigma, const Sight& weighted_at) {
-  if (!(map_sigma > 0)) return inv_sigma2 * squared_norm(at.error);
+double squared_error(const Sight& at, double inv_sigma2, const Whitening* whitening) {
+  if (whitening == nullptr) return inv_sigma2 * squared_norm(at.error);
   double e[3] = {at.error[0], at.error[1], at.error[2]};
-  Whitening(view, weighted_at, inv_sigma2, map_sigma).apply(e[0], e[1], e[2]);
+  whitening->apply(e[0], e[1], e[2]);
   return squared_norm(e);
 }
 
-// sum rho at `to` of what was linearised at `from`, with the weights of there, so that the two compare: infinite if a
-// point gets behind the camera, without those that come in front of it.
+// sum rho at `to` of what was linearised at `from`, so that the two compare: infinite if a point gets behind the
+// camera, without those that come in front of it.
 double rho_after_step(const Problem& problem, const Pose& from, const Pose& to) {
   const View before = problem.view(from);
   const View after = problem.view(to);
-  const double map_sigma = problem.options.map_sigma;
   double sum = 0;
   for (const std::uint32_t i : problem.subset) {
     const Match& match = problem.matches[i];
+    const Whitening* const whitening = problem.whitening(i);
     Sight old_sight;
     Sight new_sight;
     if (!look(before, match, old_sight)) continue;
-    if (!(squared_error(before, old_sight, match.inv_sigma2, map_sigma, old_sight) < infinity)) continue;
+    if (!(squared_error(old_sight, match.inv_sigma2, whitening) < infinity)) continue;
     if (!look(after, match, new_sight)) return infinity;
-    const double s = squared_error(before, new_sight, match.inv_sigma2, map_sigma, old_sight);
+    const double s = squared_error(new_sight, match.inv_sigma2, whitening);
     sum += huber(s, problem.threshold(new_sight)).rho;
   }
   return sum;
@@ -337,7 +312,7 @@ double rho_after_step(const Problem& problem, const Pose& from, const Pose& to) 
 
 bool cost_rises(const Problem& problem, const Linearization& from, const Linearization& to) {
   const std::size_t all = problem.subset.size();
-  const bool same_terms = from.sums.used == all && to.sums.used == all && !(problem.options.map_sigma > 0);
+  const bool same_terms = from.sums.used == all && to.sums.used == all;
   return !((same_terms ? to.sums.rho : rho_after_step(problem, from.T_cw, to.T_cw)) <= from.sums.rho);
 }
 
@@ -386,17 +361,19 @@ Matrix6 invert_information(const Matrix6& information) {
 
 Matrix6 PoseEstimate::covariance() const { return invert_information(information); }
 
-double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo, double map_sigma) {
+double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+            const Whitening* whitening) {
   const View view(camera, T_cw, stereo);
   Sight at;
   if (!look(view, match, at)) return infinity;
-  const double s = squared_error(view, at, match.inv_sigma2, map_sigma, at);
+  const double s = squared_error(at, match.inv_sigma2, whitening);
   return s < infinity ? s : infinity;  // NaN is no good match either
 }
 
 PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
-                           const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options) {
-  const Problem problem{camera, matches, subset, options};
+                           const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
+                           const std::vector<Whitening>& whitenings) {
+  const Problem problem{camera, matches, subset, options, whitenings};
   Linearization current(problem, orthonormal(start));
   PoseEstimate estimate;
   estimate.status = iterate(problem, current, estimate.iterations);

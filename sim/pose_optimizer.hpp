@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/frame.hpp"
+#include "sim/match_noise.hpp"
 #include "sim/se3.hpp"
 
 #include <cstddef>
@@ -22,7 +23,6 @@ struct PoseOptions {
   double huber_stereo = 0;       ///< the same for 3 rows
   int max_iterations = 10;       ///< linearisations from which a step was tried, also if it was taken back
   double step_tolerance = 1e-8;  ///< ends when no entry of a step (m, rad) is larger; such a step is not taken
-  double map_sigma = 0;          ///< m; above 0 residuals are whitened by Sigma_z + map_sigma^2 H_p H_p^T, not Sigma_z
 };
 
 enum class PoseStatus {
@@ -49,15 +49,19 @@ struct PoseEstimate {
 /// Inverse of a symmetric positive definite matrix; NaN where it is singular up to rounding.
 Matrix6 invert_information(const Matrix6& information);
 
-/// Squared error of a match in deviations, e^T Sigma^-1 e with Sigma as PoseOptions::map_sigma says; infinite where the
-/// point is not in front of the camera, or a number is not finite.
-double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo, double map_sigma = 0);
+/// Squared error of a match in deviations: ||W e||^2 with the whitening W, or ||e||^2 inv_sigma2 without one; infinite
+/// where the point is not in front of the camera, or a number is not finite.
+double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+            const Whitening* whitening = nullptr);
 
-/// argmin over T_cw of sum over the subset of rho(||z - h(T_cw, p)||^2 inv_sigma2), by steps T_cw <- exp(xi^) T_cw from
-/// `start`. `subset`: indices into `matches`. Matches behind the camera are left out while they are there; those with a
-/// number that is not finite, or an inv_sigma2 that is not positive, are always. Levenberg-Marquardt takes no step that
-/// raises the cost of the matches that it was made from, or puts one of them behind the camera.
+/// argmin over T_cw of sum over the subset of rho(||W (z - h(T_cw, p))||^2), by steps T_cw <- exp(xi^) T_cw from
+/// `start`. `subset`: indices into `matches`. `whitenings`: W, one a match of `matches`; empty: sqrt(inv_sigma2) I for
+/// each, which is faster. They stay as they are while the pose moves, as the information matrix of an edge does in g2o.
+/// Matches behind the camera are left out while they are there; those with a number that is not finite, or an
+/// inv_sigma2 that is not positive, are always. Levenberg-Marquardt takes no step that raises the cost of the matches
+/// that it was made from, or puts one of them behind the camera.
 PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
-                           const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options);
+                           const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
+                           const std::vector<Whitening>& whitenings = {});
 
 }  // namespace maxlogdet::sim

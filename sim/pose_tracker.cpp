@@ -16,8 +16,14 @@ bool is_good(const Rejection& optimized) {
 }  // namespace
 
 PoseTracker::PoseTracker(const SelectorSettings& selection, const RejectionOptions& optimization)
-    : selector_(selection), optimization_(optimization) {
-  if (selection.kind != SelectorKind::all_weighted) optimization_.map_sigma = 0;
+    : selector_(selection), optimization_(optimization) {}
+
+// What a match is known to deviate by, seen from there: blocks are made of the same.
+void PoseTracker::whiten_at(const Pose& T_cw, const Frame& frame) {
+  if (!weighs_map_errors(selector_.settings())) return;
+  const double* const covariances = frame.map_covariances.empty() ? nullptr : frame.map_covariances.front().data();
+  whiten(frame.camera, T_cw, frame.matches, optimization_.stereo, covariances, selector_.settings().blocks.map_sigma,
+         whitenings_);
 }
 
 void PoseTracker::start(const Pose& T_cw) {
@@ -37,9 +43,11 @@ TrackedFrame PoseTracker::track(Frame& frame) {
 
   Stopwatch watch;
   Pose start = result.T_cw;
+  whiten_at(start, frame);
   if (rejects_outliers(selector_.settings().kind)) {
-    Rejection all = reject_outliers(frame.camera, frame.matches, candidates, start, optimization_);
+    Rejection all = reject_outliers(frame.camera, frame.matches, candidates, start, optimization_, whitenings_);
     if (is_good(all)) start = all.estimate.T_cw;
+    whiten_at(start, frame);
     result.inliers = std::move(all.inliers);
     frame.T_cw_prior = to_rows(start);
     watch.lap(result.ms_outliers);
@@ -48,7 +56,7 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   } else {
     result.selected = std::move(candidates);
   }
-  Rejection optimized = reject_outliers(frame.camera, frame.matches, result.selected, start, optimization_);
+  Rejection optimized = reject_outliers(frame.camera, frame.matches, result.selected, start, optimization_, whitenings_);
   watch.lap(result.ms_pose);
   result.is_tracked = is_good(optimized);
   if (result.is_tracked) result.T_cw = optimized.estimate.T_cw;

@@ -26,7 +26,7 @@ struct TrackedFrame {
 /// ones.
 class PoseTracker {
  public:
-  /// `optimisation`: of the rejection and of the pose alike; its map_sigma is used by all_weighted alone.
+  /// `optimization`: of the rejection and of the pose alike.
   PoseTracker(const SelectorSettings& selection, const RejectionOptions& optimization);
 
   /// Begins at a known pose.
@@ -43,7 +43,10 @@ class PoseTracker {
 
  private:
   FeatureSelector selector_;
+  void whiten_at(const Pose& T_cw, const Frame& frame);
+
   RejectionOptions optimization_;
+  std::vector<Whitening> whitenings_;  // of the frame's matches; empty: residuals know pixel noise alone
   Pose last_ = Pose::Identity();
   Pose velocity_ = Pose::Identity();  // T_cw of the last frame = velocity * T_cw of the one before
 };

@@ -43,6 +43,7 @@ struct Arguments {
   std::uint64_t seed = 0;
   std::string strategy = "lazy_greedy";
   std::string weighting = "measurement_and_map";
+  std::string weights = "measurement_and_map";
   std::string residuals = "stereo";
   TrackerOptions options;
 
@@ -87,6 +88,9 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--weighting", weighting, "Blocks of md, quality_md, active")
       ->check(CLI::IsMember(sim::names_of(sim::weightings)))
       ->capture_default_str();
+  program.add_option("--weights", weights, "What residuals are whitened by, whatever selects")
+      ->check(CLI::IsMember({"measurement", "measurement_and_map"}))
+      ->capture_default_str();
   program.add_option("--batch", options.batch, "active: points that are searched for at once")
       ->check(CLI::Range(std::size_t{1}, std::size_t{100'000}))
       ->capture_default_str();
@@ -125,6 +129,7 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   options.optimization.step_tolerance = 1e-6;
   options.selection.search.threads = arguments.threads;
   options.selection.blocks.weighting = *sim::find_named(sim::weightings, arguments.weighting);
+  options.selection.weights = *sim::find_named(sim::weightings, arguments.weights);
   options.selection.blocks.third =
       options.optimization.stereo ? maxlogdet::ThirdMeasurement::stereo : maxlogdet::ThirdMeasurement::none;
   options.selection.blocks.threads = 1;
@@ -134,8 +139,6 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
     options.selection.search.strategy =  // one after the other, it can only be greedy
         options.active ? maxlogdet::Strategy::automatic : *sim::find_named(sim::strategies, arguments.strategy);
     options.selection.kind = options.active ? sim::SelectorKind::md : *sim::find_named(sim::selector_kinds, name);
-    options.optimization.map_sigma =
-        options.selection.kind == sim::SelectorKind::all_weighted ? options.selection.blocks.map_sigma : 0;
     if (!has_budget(options.selection.kind)) {
       contestants.push_back({name, name, std::nullopt, options});
       continue;

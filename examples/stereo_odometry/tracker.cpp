@@ -161,6 +161,18 @@ void StereoTracker::fill_arrays() {
   }
 }
 
+// Residuals know as much of each match's errors as its block: pixel noise, and the covariance of its point.
+void StereoTracker::whiten_matches() {
+  const maxlogdet::sim::SelectorSettings& settings = options_.selection;
+  whitenings_.clear();
+  if (!weighs_map_errors(settings)) return;
+  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+    const Eigen::Matrix3d& covariance = map_.points().covariances[matcher_.points()[i]];
+    whitenings_.push_back(whitening_of(matcher_.frame().camera, result_.T_cw, matcher_.matches()[i],
+                                       options_.optimization.stereo, covariance));
+  }
+}
+
 void StereoTracker::select() {
   selector_.select(matcher_.frame(), arrays_.view(), result_.inliers, result_.selected);
   watch_.lap(result_.ms.selection);
@@ -200,8 +212,9 @@ void StereoTracker::match_actively() {
 }
 
 void StereoTracker::optimize() {
+  whiten_matches();
   const Rejection pose = reject_outliers(matcher_.frame().camera, matcher_.matches(), result_.selected, result_.T_cw,
-                                         options_.optimization);
+                                         options_.optimization, whitenings_);
   // A small budget cannot bring as many: half of what was selected is enough then.
   const std::size_t enough = std::min(options_.least_matches, (result_.selected.size() + 1) / 2);
   const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= std::max<std::size_t>(enough, 6);
@@ -223,8 +236,12 @@ void StereoTracker::judge(const StereoFeatures& features) {
     matcher_.match_all(map_, options_.fine_radius);
     watch_.lap(result_.ms.matching_the_rest);
   }
-  for (const Match& match : matcher_.matches()) {
-    result_.is_outlier.push_back(agrees(matcher_.frame().camera, match, result_.T_cw, options_.optimization) ? 0 : 1);
+  whiten_matches();  // of new ones, and from where the camera is
+  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+    const maxlogdet::sim::Whitening* const whitening = whitenings_.empty() ? nullptr : &whitenings_[i];
+    const bool is_inlier =
+        agrees(matcher_.frame().camera, matcher_.matches()[i], result_.T_cw, options_.optimization, whitening);
+    result_.is_outlier.push_back(is_inlier ? 0 : 1);
   }
   if (result_.is_keyframe) {
     keyframe_matches_.clear();

@@ -92,12 +92,14 @@ class StereoTracker {
   void judge(const StereoFeatures& features);
   void measure_selection();
   void fill_arrays();
+  void whiten_matches();
 
   TrackerOptions options_;
   maxlogdet::sim::RejectionOptions gate_;  // the explicit rejection's limits
   LocalMap map_;
   Matcher matcher_;
   maxlogdet::sim::MatchArrays arrays_;  // of the matches
+  std::vector<maxlogdet::sim::Whitening> whitenings_;  // likewise; empty: residuals know pixel noise alone
   maxlogdet::sim::FeatureSelector selector_;
   maxlogdet::BlockStore blocks_;
   maxlogdet::ActiveSelection active_;

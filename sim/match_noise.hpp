@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/frame.hpp"
+#include "sim/se3.hpp"
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// What a match's residual e = z - h(T_cw, p) is multiplied by to have independent entries of variance 1: W = L^-1 with
+/// Sigma = L L^T, lower triangular, 2 or 3 rows; with 2 the third is zero. W^T W is what g2o calls an edge's
+/// information matrix.
+struct Whitening {
+  double w00 = 1, w10 = 0, w11 = 1, w20 = 0, w21 = 0, w22 = 1;
+
+  void apply(double& e0, double& e1, double& e2) const {
+    e2 = w20 * e0 + w21 * e1 + w22 * e2;
+    e1 = w10 * e0 + w11 * e1;
+    e0 = w00 * e0;
+  }
+};
+
+/// Sigma = Sigma_z + J Sigma_p J^T, as blocks of Weighting::measurement_and_map have it: Sigma_z the diagonal matrix of
+/// the variances of u, v and u_right, px^2; J = dh/dp at T_cw; `map_covariance` = Sigma_p, 3 x 3, world frame, m^2, or
+/// zero. With `stereo`, matches that have a right-image column have three rows. NaN where the point is not in front of
+/// the camera, or Sigma is not positive definite.
+Whitening whitening_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+                       const Eigen::Matrix3d& map_covariance);
+
+/// The same for all matches. `map_covariances`: 9 numbers a match; nullptr: map_sigma^2 I for each.
+void whiten(const PinholeCamera& camera, const Pose& T_cw, const std::vector<Match>& matches, bool stereo,
+            const double* map_covariances, double map_sigma, std::vector<Whitening>& whitenings);
+
+}  // namespace maxlogdet::sim
