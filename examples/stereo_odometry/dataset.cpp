@@ -50,7 +50,7 @@ std::string name_of(const std::string& folder) {
 cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map, int interpolation = cv::INTER_LINEAR) {
   if (map.x.empty()) return image;
   cv::Mat result;
-  cv::remap(image, result, map.x, map.y, interpolation);
+  cv::remap(image, result, map.x, map.y, interpolation, cv::BORDER_REPLICATE);  // a map may lead a pixel beside it
   return result;
 }
 
