@@ -172,8 +172,9 @@ TEST_F(RgbdFolder, tells_what_is_wrong_with_the_camera_file) {
   with(2, "100 101 59.5 x 0 0 0 0 0", "a finite number for " + lens + ", not 'x'");
   with(2, "100 nan 59.5 44.5 0 0 0 0 0", "a finite number for " + lens + ", not 'nan'");
   with(2, "100 101 59.5 44.5 inf 0 0 0 0", "a finite number for " + lens + ", not 'inf'");
-  with(2, "0 101 59.5 44.5 0 0 0 0 0", "positive focal lengths");
-  with(2, "100 -101 59.5 44.5 0 0 0 0 0", "positive focal lengths");
+  with(2, "0 101 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
+  with(2, "100 -101 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
+  with(2, "100 1e300 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
   with(4, "120", image + ", not 1 fields");
   with(4, "120 90 1000 1", image + ", not 4 fields");
   with(4, "0 90 1000", "a width and height from 1 to 32766 px");
