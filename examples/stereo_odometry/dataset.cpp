@@ -105,7 +105,7 @@ cv::Mat read_grey(const std::string& file, const cv::Size& size) {
 }
 
 cv::Mat read_depth(const std::string& file, const cv::Size& size) {
-  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED, size);
+  cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED, size);
   if (image.type() != CV_16UC1) {
     throw InputError(file + ": is an image of type " + cv::typeToString(image.type()) +
                      "; expected depth in one channel of 16 bit (CV_16UC1)");
