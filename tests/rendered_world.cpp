@@ -57,11 +57,19 @@ sim::Pose RenderedWorld::T_wc(std::size_t frame) {
 }
 
 stereo_odometry::StereoImages RenderedWorld::images(const sim::Pose& T_wc) const {
-  return {image(T_wc), image(T_wc * Eigen::Translation3d(camera().bf / camera().fx, 0, 0))};
+  return {image(T_wc), image(T_wc * Eigen::Translation3d(camera().bf / camera().fx, 0, 0)), {}};
+}
+
+stereo_odometry::StereoImages RenderedWorld::depth_images(const sim::Pose& T_wc) const {
+  cv::Mat depths(height, width, CV_32F);
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) depths.at<float>(v, u) = static_cast<float>(depth(T_wc, u, v));
+  }
+  return {image(T_wc), {}, depths};
 }
 
 stereo_odometry::StereoImages RenderedWorld::blank(int grey) {
-  return {cv::Mat(height, width, CV_8UC1, cv::Scalar(grey)), cv::Mat(height, width, CV_8UC1, cv::Scalar(grey))};
+  return {cv::Mat(height, width, CV_8UC1, cv::Scalar(grey)), cv::Mat(height, width, CV_8UC1, cv::Scalar(grey)), {}};
 }
 
 // Nearest first is right as long as the camera is before all of them.

@@ -50,6 +50,11 @@ class RenderedWorld {
   double depth(const sim::Pose& T_wc, double u, double v) const { return look(T_wc, u, v).depth; }
 
   stereo_odometry::StereoImages images(const sim::Pose& T_wc) const;
+
+  /// The same from a depth camera, whose virtual baseline is depth_camera()'s.
+  stereo_odometry::StereoImages depth_images(const sim::Pose& T_wc) const;
+  static PinholeCamera depth_camera() { return {300, 300, 239.5, 159.5, 40}; }
+
   static stereo_odometry::StereoImages blank(int grey = 0);
 
  private:

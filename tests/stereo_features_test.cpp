@@ -183,7 +183,7 @@ TEST(FeatureExtractor, takes_images_smaller_than_its_rim) {
   const Texture texture("small");
   FeatureExtractor extractor(RenderedWorld::camera(), 400);
   for (const int size : {4, 31, 63}) {
-    const StereoImages images = {texture.image(size, size, 4), texture.image(size, size, 4)};
+    const StereoImages images = {texture.image(size, size, 4), texture.image(size, size, 4), {}};
     EXPECT_LE(extractor.extract(images).size(), 400U) << size;
   }
 }

@@ -294,7 +294,7 @@ TEST_F(StereoTracking, what_another_world_shows_gives_no_pose) {
   Random random;
   const Texture texture(random.name());
   for (const std::size_t i : {4U, 5U}) {
-    features_[i] = extractor_.extract({texture.image(480, 320, 6), texture.image(480, 320, 6, -10)});
+    features_[i] = extractor_.extract({texture.image(480, 320, 6), texture.image(480, 320, 6, -10), {}});
     EXPECT_EQ(features_[i].size(), 600U);
   }
   for (const TrackerOptions& options : {options_of(SelectorKind::md), active_options()}) {

@@ -50,7 +50,7 @@ std::string name_of(const std::string& folder) {
 cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map, int interpolation = cv::INTER_LINEAR) {
   if (map.x.empty()) return image;
   cv::Mat result;
-  cv::remap(image, result, map.x, map.y, interpolation);
+  cv::remap(image, result, map.x, map.y, interpolation, cv::BORDER_REPLICATE);  // a map may lead a pixel beside it
   return result;
 }
 
@@ -105,7 +105,7 @@ cv::Mat read_grey(const std::string& file, const cv::Size& size) {
 }
 
 cv::Mat read_depth(const std::string& file, const cv::Size& size) {
-  const cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED, size);
+  cv::Mat image = read_image(file, cv::IMREAD_UNCHANGED, size);
   if (image.type() != CV_16UC1) {
     throw InputError(file + ": is an image of type " + cv::typeToString(image.type()) +
                      "; expected depth in one channel of 16 bit (CV_16UC1)");

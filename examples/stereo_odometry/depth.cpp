@@ -18,9 +18,9 @@ VirtualRight virtual_right(const cv::Mat& depth, const cv::Point2f& at, double b
   double least = 0, most = 0;
   cv::minMaxLoc(depth({pixel.x - 1, pixel.y - 1, 3, 3}), &least, &most);
   const double z = depth.at<float>(pixel);
-  if (!(least > 0) || most - least > largest_step * z) return {};
+  if (!(least > 0) || !(most - least <= largest_step * z)) return {};
   const double u = at.x - bf / z;
-  if (u < 0) return {};
+  if (!(u >= 0)) return {};
   return {u, bf / (z * z) * deviation_of(z)};
 }
 

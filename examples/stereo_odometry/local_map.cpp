@@ -73,7 +73,7 @@ Match match_of(const MapPoints& map, std::size_t point, const StereoFeatures& fe
   match.octave = k.octave;
   match.u_right = features.u_right[keypoint];
   match.inv_sigma2 = 1 / (sigma * sigma);
-  if (!features.disparity_sigma.empty() && match.is_stereo()) {
+  if (!features.disparity_sigma.empty() && match.is_stereo()) {  // where u errs, u_right errs with it
     match.right_sigma = std::hypot(sigma, features.disparity_sigma[keypoint]);
   }
   match.desc_dist = distance(map.points[point].descriptor.data(), features.descriptors.ptr(static_cast<int>(keypoint)));

@@ -57,7 +57,9 @@ Camera read_camera(const std::string& path) {
   Camera camera;
   std::array<double, 9> lens{};
   read_numbers(file, 8, lens_names, lens);
-  if (!(lens[0] > 0) || !(lens[1] > 0)) file.fail("positive focal lengths fx and fy");
+  for (const double focal_length : {lens[0], lens[1]}) {
+    if (!(focal_length >= 1 && focal_length <= 1e6)) file.fail("focal lengths fx and fy from 1 to 1000000 px");
+  }
   camera.K = cv::Matx33d(lens[0], 0, lens[2], 0, lens[1], lens[3], 0, 0, 1);
   std::copy(lens.begin() + 4, lens.end(), camera.distortion.begin());
   std::array<double, 3> image = {0, 0, camera.depth_units};
