@@ -20,7 +20,6 @@ struct Match {
   int octave = 0;              ///< pyramid level
   double u_right = -1;         ///< right-image column of the stereo match, px; -1: monocular
   double inv_sigma2 = 1;       ///< 1 / (measurement variance), px^-2
-  double right_sigma = 0;      ///< deviation of u_right, px; 0: that of u and v
   double desc_dist = 0;        ///< descriptor distance: lower is the better match
   std::int64_t keyframe = -1;  ///< keyframe that mapped the point; -1: not known
 

@@ -78,15 +78,16 @@ Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) 
 Similarity align_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) { return align(from, to, false); }
 
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
-                                   double window) {
+                                   double window, Alignment alignment) {
   require_correspondence(estimate, truth);
   require(window > half_a_microsecond && std::isfinite(window), "a window needs a positive length");
-  const Similarity alignment = align_sim3(positions_of(estimate), positions_of(truth));
+  const Similarity onto_truth =
+      align(positions_of(estimate), positions_of(truth), alignment == Alignment::similarity);
   std::vector<StampedPose> aligned = estimate;
-  apply(alignment, aligned);
+  apply(onto_truth, aligned);
 
   TrajectoryErrors errors;
-  errors.scale = alignment.scale;
+  errors.scale = onto_truth.scale;
   const double squares = (positions_of(aligned) - positions_of(truth)).squaredNorm();
   errors.ate_m = std::sqrt(squares / static_cast<double>(truth.size()));
 

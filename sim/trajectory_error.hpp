@@ -29,9 +29,15 @@ struct Drift {
   double deg_per_s = 0;
 };
 
+/// What an estimate may be moved by before it is compared.
+enum class Alignment {
+  similarity,  ///< scale as well, as the paper has it: a monocular camera knows none
+  rigid,       ///< no scale: a stereo or depth camera knows it
+};
+
 /// Accuracy of a trajectory, as section V of the paper has it.
 struct TrajectoryErrors {
-  double ate_m = 0;           ///< root mean square of position differences after Sim3 alignment
+  double ate_m = 0;           ///< root mean square of position differences after alignment
   double rpe_m_per_s = 0;     ///< mean over windows of |translation drift| / window
   double roe_deg_per_s = 0;   ///< mean over windows of |rotation drift| / window
   double scale = 1;           ///< of the alignment, estimate to truth
@@ -40,11 +46,11 @@ struct TrajectoryErrors {
 };
 
 /// Compares `estimate` with `truth`, pose by pose (same times, at least 3). The estimate is first brought onto the
-/// truth by the Sim3 of its positions. A window begins at every pose i and ends at the first pose j at least `window` s
+/// truth by the similarity, or the rigid motion, of its positions. A window begins at every pose i and ends at the first pose j at least `window` s
 /// (less half a microsecond) later; its drift is (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), Q truth, P estimate (Sturm et al. 2012),
 /// divided by t_j - t_i. Windows over a gap (t_j - t_i > window + 0.5 s) are left out. Throws std::invalid_argument if
 /// the two do not correspond, or if a pose is not finite.
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
-                                   double window = 3);
+                                   double window = 3, Alignment alignment = Alignment::similarity);
 
 }  // namespace maxlogdet::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Depth images in the tracker: virtual right columns, their deviations, and frames that lack depth.
+// Depth images in the tracker: virtual right columns, and frames that lack depth.
 #include "examples/stereo_odometry/depth.hpp"
 #include "examples/stereo_odometry/matcher.hpp"
 #include "examples/stereo_odometry/tracker.hpp"
@@ -17,22 +17,13 @@ using stereo_odometry::StereoFeatures;
 using stereo_odometry::StereoImages;
 using stereo_odometry::StereoTracker;
 using stereo_odometry::virtual_right;
-using stereo_odometry::VirtualRight;
 
 constexpr double bf = 40;
 
 TEST(VirtualRight, is_bf_over_depth_to_the_left) {
   const cv::Mat depth(20, 200, CV_32F, cv::Scalar(2));
-  const VirtualRight right = virtual_right(depth, {100.3F, 10.4F}, bf);
-  EXPECT_NEAR(right.u, 100.3 - 20, 1e-5);
-  EXPECT_NEAR(right.disparity_sigma, bf / 4 * (0.0012 + 0.0019 * 1.6 * 1.6), 1e-12);
-  EXPECT_EQ(virtual_right(depth, {19.9F, 10}, bf).u, -1) << "beyond the image";
-}
-
-TEST(VirtualRight, deviates_by_about_the_same_at_all_depths) {
-  for (const float z : {1.F, 2.F, 4.F, 8.F}) {
-    EXPECT_NEAR(virtual_right(cv::Mat(9, 200, CV_32F, cv::Scalar(z)), {150, 4}, bf).disparity_sigma, 0.07, 0.015) << z;
-  }
+  EXPECT_NEAR(virtual_right(depth, {100.3F, 10.4F}, bf), 100.3 - 20, 1e-5);
+  EXPECT_EQ(virtual_right(depth, {19.9F, 10}, bf), -1) << "beyond the image";
 }
 
 TEST(VirtualRight, is_not_known_at_edges_and_holes) {
@@ -40,17 +31,17 @@ TEST(VirtualRight, is_not_known_at_edges_and_holes) {
   const auto with_neighbour = [&](float z) {
     cv::Mat depth = wall.clone();
     depth.at<float>(5, 151) = z;
-    return virtual_right(depth, {150, 4}, bf).u;
+    return virtual_right(depth, {150, 4}, bf);
   };
   EXPECT_GT(with_neighbour(2.05F), 0) << "slanted";
   for (const float z : {0.F, 1.8F, 2.2F, -1.F, std::numeric_limits<float>::infinity()}) {
     EXPECT_EQ(with_neighbour(z), -1) << z;
   }
   for (const cv::Point2f at : {cv::Point2f(0, 4), cv::Point2f(199, 4), cv::Point2f(150, 0), cv::Point2f(150, 8)}) {
-    EXPECT_EQ(virtual_right(wall, at, bf).u, -1) << "beside the image nothing is known: " << at;
+    EXPECT_EQ(virtual_right(wall, at, bf), -1) << "beside the image nothing is known: " << at;
   }
   for (const float z : {0.F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    EXPECT_EQ(virtual_right(cv::Mat(9, 200, CV_32F, cv::Scalar(z)), {150, 4}, bf).u, -1) << z;
+    EXPECT_EQ(virtual_right(cv::Mat(9, 200, CV_32F, cv::Scalar(z)), {150, 4}, bf), -1) << z;
   }
 }
 
@@ -77,24 +68,21 @@ class DepthTracking : public ::testing::Test {
   FeatureExtractor extractor_;
 };
 
-TEST_F(DepthTracking, keypoints_have_the_depth_of_their_pixel_and_its_deviation) {
+TEST_F(DepthTracking, keypoints_have_the_depth_of_their_pixel) {
   const StereoFeatures features = extract(0);
   std::size_t with_depth = 0;
   ASSERT_EQ(features.u_right.size(), features.size());
-  ASSERT_EQ(features.disparity_sigma.size(), features.size());
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features.u_right[i] < 0) continue;
     ++with_depth;
     const cv::Point2f at = features.keypoints[i].pt;
     const double z = world_.depth(RenderedWorld::T_wc(0), cvRound(at.x), cvRound(at.y));
     EXPECT_NEAR(features.u_right[i], at.x - bf / z, 1e-4);
-    EXPECT_GT(features.disparity_sigma[i], 0.04);
-    EXPECT_LT(features.disparity_sigma[i], 0.2);
   }
   EXPECT_GT(with_depth, features.size() * 3 / 4);
 }
 
-TEST_F(DepthTracking, matches_carry_the_deviation_of_the_right_column) {
+TEST_F(DepthTracking, aligned_matches_have_the_depth_of_where_they_are) {
   stereo_odometry::LocalMap map(RenderedWorld::depth_camera(), {});
   map.add_keyframe(RenderedWorld::T_wc(0).inverse(), extract(0), {}, {});
   const StereoFeatures now = extract(1);
@@ -104,10 +92,8 @@ TEST_F(DepthTracking, matches_carry_the_deviation_of_the_right_column) {
   matcher.match_all(map, 4);
   std::size_t stereo = 0;
   for (const sim::Match& match : matcher.matches()) {
-    const auto k = static_cast<std::size_t>(match.keypoint);
     if (!match.is_stereo()) continue;
     ++stereo;
-    EXPECT_NEAR(match.right_sigma, std::hypot(stereo_odometry::aligned_sigma, now.disparity_sigma[k]), 1e-12);
     const double z = world_.depth(RenderedWorld::T_wc(1), std::round(match.u), std::round(match.v));
     EXPECT_NEAR(match.u_right, match.u - bf / z, 1e-4) << "the depth is that of where the match was aligned to";
   }

@@ -94,11 +94,8 @@ StereoFeatures FeatureExtractor::extract(const StereoImages& images) {
 
 void FeatureExtractor::take_depth(const cv::Mat& depth, StereoFeatures& features) const {
   features.depth = depth;
-  features.disparity_sigma.assign(features.size(), 0);
   for (std::size_t i = 0; i < features.size(); ++i) {
-    const VirtualRight right = virtual_right(depth, features.keypoints[i].pt, bf_);
-    features.u_right[i] = right.u;
-    features.disparity_sigma[i] = right.disparity_sigma;
+    features.u_right[i] = virtual_right(depth, features.keypoints[i].pt, bf_);
   }
 }
 

@@ -23,7 +23,6 @@ maxlogdet::Matches MapPoints::arrays() const {
   if (matches.size == 0) return matches;
   matches.points = positions.front().data();
   matches.map_covariances = covariances.front().data();
-  matches.sigmas = sigmas.data();
   matches.weights = chances.data();
   matches.has_third = is_stereo.data();
   return matches;
@@ -34,7 +33,6 @@ void MapPoints::push_back(MapPoint point, const Eigen::Vector3d& position) {
   views.push_back(0);
   positions.push_back(position);
   covariances.emplace_back(Eigen::Matrix3d::Identity());
-  sigmas.push_back(aligned_sigma);
   chances.push_back(0);
   is_stereo.push_back(0);
 }
@@ -47,7 +45,6 @@ void MapPoints::drop_before(std::int64_t view) {
     if (kept != i) points[kept] = std::move(points[i]);
     positions[kept] = positions[i];
     covariances[kept] = covariances[i];
-    sigmas[kept] = sigmas[i];
     chances[kept] = chances[i];
     is_stereo[kept++] = is_stereo[i];
   }
@@ -55,7 +52,6 @@ void MapPoints::drop_before(std::int64_t view) {
   views.resize(kept);
   positions.resize(kept);
   covariances.resize(kept);
-  sigmas.resize(kept);
   chances.resize(kept);
   is_stereo.resize(kept);
 }
@@ -73,9 +69,6 @@ Match match_of(const MapPoints& map, std::size_t point, const StereoFeatures& fe
   match.octave = k.octave;
   match.u_right = features.u_right[keypoint];
   match.inv_sigma2 = 1 / (sigma * sigma);
-  if (!features.disparity_sigma.empty() && match.is_stereo()) {  // where u errs, u_right errs with it
-    match.right_sigma = std::hypot(sigma, features.disparity_sigma[keypoint]);
-  }
   match.desc_dist = distance(map.points[point].descriptor.data(), features.descriptors.ptr(static_cast<int>(keypoint)));
   return match;
 }
@@ -105,6 +98,7 @@ void LocalMap::observe(std::size_t point, const StereoFeatures& features, const 
   std::copy(descriptor, descriptor + seen.descriptor.size(), seen.descriptor.begin());
   map_.is_stereo[point] = match.is_stereo() ? 1 : 0;
   seen.observations.push_back({view.number, match});
+  seen.observations.back().match.inv_sigma2 = 1 / (aligned_sigma * aligned_sigma);
   // The first one stays: it has the depth.
   if (seen.observations.size() > options_.keyframes) seen.observations.erase(seen.observations.begin() + 1);
   const auto observations = static_cast<double>(seen.observations.size());

@@ -47,8 +47,7 @@ struct MapPoints {
   std::vector<MapPoint> points;
   std::vector<std::int64_t> views;           ///< number of the last keyframe that saw it
   std::vector<Eigen::Vector3d> positions;    ///< world frame, m
-  std::vector<Eigen::Matrix3d> covariances;  ///< of the positions, m^2, as far as pixel noise goes
-  std::vector<double> sigmas;                ///< of where Alignment finds them, px
+  std::vector<Eigen::Matrix3d> covariances;  ///< of the positions, m^2, if observations deviate by aligned_sigma
   std::vector<double> chances;               ///< that it is found again, by how many keyframes have seen it
   std::vector<unsigned char> is_stereo;      ///< whether its last keyframe had a right-image column for it
 

@@ -45,6 +45,8 @@ struct Arguments {
   std::string weighting = "measurement_and_map";
   std::string weights = "measurement_and_map";
   std::string residuals = "stereo";
+  std::string noise = "motion";
+  bool writes_residuals = false;
   TrackerOptions options;
 
   void add_to(CLI::App& program);
@@ -91,6 +93,16 @@ void Arguments::add_to(CLI::App& program) {
   program.add_option("--weights", weights, "What residuals are whitened by, whatever selects")
       ->check(CLI::IsMember({"measurement", "measurement_and_map"}))
       ->capture_default_str();
+  program.add_option("--noise", noise, "Of matches: the same for all, by image motion, or that estimated as it goes")
+      ->check(CLI::IsMember({"constant", "motion", "online"}))
+      ->capture_default_str();
+  program.add_option("--noise-base", options.noise.base, "Deviation without motion, px (constant: 0.5, unless given)")
+      ->check(CLI::Range(0.01, 10.0))
+      ->capture_default_str();
+  program.add_option("--noise-growth", options.noise.growth, "Variance is base^2 + growth^2 motion, px^(1/2)")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  program.add_flag("--write-residuals", writes_residuals, "Write residuals.csv of the first run: a line a match");
   program.add_option("--batch", options.batch, "active: points that are searched for at once")
       ->check(CLI::Range(std::size_t{1}, std::size_t{100'000}))
       ->capture_default_str();
@@ -119,6 +131,7 @@ void check_used(const CLI::App& program, const Arguments& arguments) {
   sim::refuse_idle(program, "--strategy", has_strategy, "--selectors md or quality_md");
   sim::refuse_idle(program, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(program, "--weighting", has_blocks, "--selectors md, quality_md or active");
+  sim::refuse_idle(program, "--noise-growth", arguments.noise != "constant", "--noise motion or online");
   sim::refuse_idle(program, "--batch", is_active, "--selectors active");
   sim::refuse_idle(program, "--pool", has_pool, "--selectors quality_md");
 }
@@ -128,6 +141,8 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   options.optimization.stereo = arguments.residuals == "stereo";
   options.optimization.step_tolerance = 1e-6;
   options.selection.search.threads = arguments.threads;
+  options.estimates_noise = arguments.noise == "online";
+  options.keeps_residuals = arguments.writes_residuals;
   options.selection.blocks.weighting = *sim::find_named(sim::weightings, arguments.weighting);
   options.selection.weights = *sim::find_named(sim::weightings, arguments.weights);
   options.selection.blocks.third =
@@ -201,6 +216,7 @@ std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
                   << ": too few matches; goes on where constant velocity leads"
                   << (result.status == FrameStatus::initialized ? ", with a new map\n" : "\n");
       }
+      if (run == 0 && arguments.writes_residuals) runs[c].residuals += residual_lines(i, result);
       runs[c].frames.push_back({dataset.time(i), ms_extraction, features.size(), result});
       runs[c].frames.back().drop_lists();
     }
@@ -216,6 +232,7 @@ void write(const Arguments& arguments, const StereoDataset& dataset, const std::
     sim::write_tum({contestants[c].name, runs[c].trajectory()}, folder + "/trajectory_tum.txt");
     sim::write_file(folder + "/trajectory_kitti.txt", to_kitti(runs[c]));
     sim::write_file(folder + "/frames.csv", to_csv(frame_table(runs[c])));
+    if (arguments.writes_residuals) sim::write_file(folder + "/residuals.csv", residual_header() + runs[c].residuals);
   }
   const std::string script = trajectory_plot(contestants, runs, dataset);
   try {
@@ -292,6 +309,10 @@ int main(int argc, char** argv) {
       return fail(std::string(error.what()) + " (see --help)");
     }
     check_used(program, arguments);
+    if (arguments.noise == "constant") {
+      if (program.count("--noise-base") == 0) arguments.options.noise.base = aligned_sigma;
+      arguments.options.noise.growth = 0;
+    }
     run(arguments);
     return flush();
   } catch (const std::exception& error) {  // sim::InputError among them

@@ -109,11 +109,12 @@ void Matcher::align(const LocalMap& map, std::size_t first) {
       is_aligned_[of_view_[i]] = alignment_.is_aligned[i];
       if (match.is_stereo()) {
         match.u_right = features_->depth.empty() ? match.u_right + to.x - match.u
-                                                 : virtual_right(features_->depth, to, frame_.camera.bf).u;
+                                                 : virtual_right(features_->depth, to, frame_.camera.bf);
       }
       if (match.u_right < 0) match.u_right = -1;
       match.u = to.x;
       match.v = to.y;
+      match.inv_sigma2 = 1 / noise_.variance(cv::norm(to - alignment_.from[i]));
     }
   }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "examples/stereo_odometry/projection_search.hpp"
+#include "sim/motion_noise.hpp"
 #include "sim/outlier_rejection.hpp"
 
 #include <cstddef>
@@ -16,12 +17,17 @@ class Matcher {
  public:
   Matcher(const maxlogdet::PinholeCamera& camera, int width, int height);
 
+  /// What matches deviate by from here on.
+  void set_noise(const maxlogdet::sim::MotionNoise& noise) { noise_ = noise; }
+
   /// Begins anew. The features stay the caller's.
   void start(const StereoFeatures& features);
 
   /// How the points that should be in view from T_cw should look; of those that a keyframe from `first_view` on has
   /// seen. Those that are matched are left out.
   std::vector<Prediction>& predict(const MapPoints& map, const maxlogdet::sim::Pose& T_cw, std::int64_t first_view = 0);
+
+  const std::vector<Prediction>& predictions() const { return predictions_; }
 
   /// Searches for what is predicted: a keypoint, or ProjectionSearch::none, for each.
   const std::vector<std::int64_t>& search(double radius);
@@ -48,6 +54,7 @@ class Matcher {
   void align(const LocalMap& map, std::size_t first);
   void drop_unaligned(std::size_t first);
 
+  maxlogdet::sim::MotionNoise noise_;
   const StereoFeatures* features_ = nullptr;
   maxlogdet::sim::Frame frame_;
   std::vector<std::uint32_t> points_;

@@ -53,7 +53,7 @@ double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
 TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                            double window) {
   if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
-  return trajectory_errors(estimate, truth, window);
+  return trajectory_errors(estimate, truth, window, maxlogdet::sim::Alignment::rigid);
 }
 
 // Errors of all windows of all runs, one a window and run.
@@ -75,6 +75,30 @@ std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
   return means;
 }
 
+// ours - theirs, window by window, in percent of the mean of theirs.
+nlohmann::ordered_json difference_of(const Summary& ours, const Summary& theirs, double Drift::*member) {
+  const std::vector<double> our_drifts = mean_drifts(ours, member), their_drifts = mean_drifts(theirs, member);
+  std::vector<double> percents;
+  const double mean = mean_of(their_drifts).value;
+  for (std::size_t i = 0; i < our_drifts.size(); ++i) percents.push_back(100 * (our_drifts[i] - their_drifts[i]) / mean);
+  const maxlogdet::sim::Estimate difference = mean_of(percents);
+  return {{"percent", number(difference.value)}, {"ci95", number(difference.ci95)}};
+}
+
+// With what everybody wants to be compared with: all inliers, and the same number at random, or spread over the image.
+nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summary>& all) {
+  nlohmann::ordered_json result;
+  for (const Summary& other : all) {
+    const std::string& name = other.contestant.selector;
+    const bool is_reference =
+        name == "inl" || ((name == "random" || name == "bucket") && other.contestant.budget == one.contestant.budget);
+    if (!is_reference || &other == &one || one.runs.front().per_frame.drifts.empty()) continue;
+    result[name] = {{"rpe", difference_of(one, other, &Drift::m_per_s)},
+                    {"roe", difference_of(one, other, &Drift::deg_per_s)}};
+  }
+  return result;
+}
+
 }  // namespace
 
 void FrameRecord::drop_lists() {
@@ -85,6 +109,7 @@ void FrameRecord::drop_lists() {
   result.matches = {};
   result.inliers = result.selected = {};
   result.is_outlier = {};
+  result.residuals = {};
 }
 
 std::vector<StampedPose> Run::trajectory() const {
@@ -159,6 +184,7 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     entry["inliers"] = mean(one, [](const Outcome& run) { return run.inliers; });
     entry["selected"] = mean(one, [](const Outcome& run) { return run.selected; });
     entry["efficiency"] = number(mean(one, [](const Outcome& run) { return run.efficiency; }));
+    entry["against"] = differences_of(one, all);
     list.push_back(std::move(entry));
   }
   return list;
@@ -245,6 +271,21 @@ Table frame_table(const Run& run) {
     }
   }
   return table;
+}
+
+std::string residual_header() {
+  return "frame,map_point_id,octave,stereo,e_u,e_v,e_u_right,motion_px,inverse_depth,observations,age,"
+         "map_variance_u,map_variance_v\n";
+}
+
+std::string residual_lines(std::size_t frame, const FrameResult& result) {
+  std::ostringstream lines;
+  for (const MatchResidual& r : result.residuals) {
+    lines << frame << ',' << r.map_point_id << ',' << r.octave << ',' << (r.is_stereo ? 1 : 0);
+    for (const double value : {r.error[0], r.error[1], r.error[2], r.motion, r.inverse_depth}) lines << ',' << value;
+    lines << ',' << r.observations << ',' << r.age << ',' << r.map_variance[0] << ',' << r.map_variance[1] << '\n';
+  }
+  return lines.str();
 }
 
 std::string to_kitti(const Run& run) {

@@ -37,6 +37,7 @@ struct FrameRecord {
 /// One contestant's run along a dataset.
 struct Run {
   std::vector<FrameRecord> frames;
+  std::string residuals;  ///< lines of residuals.csv, where they are asked for
 
   std::vector<maxlogdet::sim::StampedPose> trajectory() const;  ///< T_wc
 };
@@ -64,8 +65,10 @@ struct Summary {
 };
 
 /// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
-/// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of). Errors are means over runs,
-/// times medians over runs of means over frames.
+/// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of; against: difference to inl,
+/// and to random and bucket of the same budget, paired by window, in percent, with the half width of its 95 %
+/// interval). Errors are means over runs, times medians over runs of means over frames. Trajectories are aligned
+/// without scale, which these cameras know.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
 /// The same for people, and how errors compare with those of `reference`, paired by run and frame.
@@ -74,6 +77,10 @@ maxlogdet::sim::Table comparison_table(const std::vector<Summary>& all, const st
 
 /// frames.csv of one run.
 maxlogdet::sim::Table frame_table(const Run& run);
+
+/// residuals.csv: its header, and a line a match of one frame.
+std::string residual_header();
+std::string residual_lines(std::size_t frame, const FrameResult& result);
 
 /// KITTI's format: 3 x 4 camera-to-world, row-major, a line a frame, all digits.
 std::string to_kitti(const Run& run);

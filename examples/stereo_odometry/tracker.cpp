@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/tracker.hpp"
 
+#include "sim/projection.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -10,6 +12,7 @@ namespace stereo_odometry {
 
 using maxlogdet::ActiveSelection;
 using maxlogdet::Options;
+using maxlogdet::sim::LinearizedMatch;
 using maxlogdet::sim::Match;
 using maxlogdet::sim::orthonormal;
 using maxlogdet::sim::Pose;
@@ -32,10 +35,12 @@ void FrameResult::clear() {
   inliers.clear();
   selected.clear();
   is_outlier.clear();
+  residuals.clear();
   cleared.matches.swap(matches);
   cleared.inliers.swap(inliers);
   cleared.selected.swap(selected);
   cleared.is_outlier.swap(is_outlier);
+  cleared.residuals.swap(residuals);
   *this = std::move(cleared);
 }
 
@@ -62,9 +67,11 @@ StereoTracker::StereoTracker(const maxlogdet::PinholeCamera& camera, int width, 
       map_(camera, options.map),
       matcher_(camera, width, height),
       selector_(options.selection),
+      noise_(options.noise),
       active_(1),
       certifier_(1),
       last_(orthonormal(T_cw)) {
+  matcher_.set_noise(options.noise);
   gate_.chi2_monocular *= options.gate;
   gate_.chi2_stereo *= options.gate;
 }
@@ -186,6 +193,12 @@ void StereoTracker::match_actively() {
       matcher_.predict(map_.points(), result_.T_cw, map_.first_of_last(options_.candidate_keyframes)).size();
   maxlogdet::Matches points = map_.points().arrays();
   points.usable = matcher_.is_predicted(map_.points()).data();
+  sigmas_.assign(points.size, 1);
+  for (const Prediction& seen : matcher_.predictions()) {
+    const cv::Point2f& from = map_.points().points[seen.point].pixel;
+    sigmas_[seen.point] = std::sqrt(noise_.noise().variance(std::hypot(seen.u - from.x, seen.v - from.y)));
+  }
+  points.sigmas = sigmas_.data();
   watch_.lap(result_.ms.matching);
 
   const maxlogdet::sim::Frame& frame = matcher_.frame();
@@ -243,6 +256,8 @@ void StereoTracker::judge(const StereoFeatures& features) {
         agrees(matcher_.frame().camera, matcher_.matches()[i], result_.T_cw, options_.optimization, whitening);
     result_.is_outlier.push_back(is_inlier ? 0 : 1);
   }
+  if (options_.keeps_residuals) keep_residuals();
+  if (options_.estimates_noise && result_.status == FrameStatus::tracked) estimate_noise();
   if (result_.is_keyframe) {
     keyframe_matches_.clear();
     keyframe_points_.clear();
@@ -254,6 +269,46 @@ void StereoTracker::judge(const StereoFeatures& features) {
     map_.add_keyframe(result_.T_cw, features, keyframe_matches_, keyframe_points_);
   }
   watch_.lap(result_.ms.mapping);
+}
+
+// From where the patch was seen that the match is aligned with, px.
+double StereoTracker::motion_of(std::size_t match) const {
+  const Match& seen = matcher_.matches()[match];
+  const cv::Point2f& from = map_.points().points[matcher_.points()[match]].pixel;
+  return std::hypot(seen.u - from.x, seen.v - from.y);
+}
+
+void StereoTracker::keep_residuals() {
+  const MapPoints& map = map_.points();
+  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+    const Match& match = matcher_.matches()[i];
+    const std::uint32_t point = matcher_.points()[i];
+    LinearizedMatch at;
+    if (!linearize(matcher_.frame().camera, result_.T_cw, match, options_.optimization.stereo, at)) continue;
+    MatchResidual residual;
+    residual.map_point_id = match.map_point_id;
+    residual.octave = match.octave;
+    residual.is_stereo = at.rows == 3;
+    residual.error.head(at.rows) = at.residual.head(at.rows);
+    residual.motion = motion_of(i);
+    residual.inverse_depth = 1 / (result_.T_cw * map.positions[point]).z();
+    residual.observations = map.points[point].observations.size();
+    residual.age = map_.views().back().number - map.views[point];
+    const Eigen::Matrix3d explained = at.H_p * map.covariances[point] * at.H_p.transpose();
+    residual.map_variance[0] = explained(0, 0);
+    residual.map_variance[1] = explained(1, 1);
+    result_.residuals.push_back(residual);
+  }
+}
+
+void StereoTracker::estimate_noise() {
+  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+    LinearizedMatch at;
+    if (!linearize(matcher_.frame().camera, result_.T_cw, matcher_.matches()[i], false, at)) continue;
+    noise_.add(motion_of(i), at.residual[0], at.residual[1]);
+  }
+  noise_.end_frame();
+  matcher_.set_noise(noise_.noise());
 }
 
 // For the record, outside all times: the same search with what was selected required, and without, to prove a bound.

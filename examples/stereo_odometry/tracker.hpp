@@ -4,6 +4,7 @@
 #include "examples/stereo_odometry/local_map.hpp"
 #include "examples/stereo_odometry/matcher.hpp"
 #include "sim/feature_selector.hpp"
+#include "sim/motion_noise.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/stopwatch.hpp"
 
@@ -23,6 +24,9 @@ struct TrackerOptions {
   std::size_t candidate_keyframes = 1;            ///< active: proposed is what one of so many last keyframes has seen
   std::size_t rest_keyframes = 2;                 ///< active: keyframes match besides what one of so many has seen
   maxlogdet::sim::RejectionOptions optimization;  ///< rounds, thresholds; `stereo`: residuals of three rows or of two
+  maxlogdet::sim::MotionNoise noise;              ///< of a match's place
+  bool estimates_noise = false;                   ///< begins with that, and goes by the residuals of every frame
+  bool keeps_residuals = false;                   ///< fills FrameResult::residuals
   MapOptions map;
   std::size_t coarse_points = 200;  ///< at most so many points find the pose that the others are searched from
   double coarse_radius = 15;        ///< px at level 0, around where constant velocity has a point
@@ -51,6 +55,19 @@ struct StageTimes {
   double mapping = 0;            ///< outlier flags, keyframes
 };
 
+/// What a match is off by under the frame's pose, and what may explain it.
+struct MatchResidual {
+  std::int64_t map_point_id = 0;
+  int octave = 0;
+  bool is_stereo = false;
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< z - h of u, v, u_right, px
+  double motion = 0;                                ///< px, from where the patch was seen that the match is aligned with
+  double inverse_depth = 0;                         ///< 1/m
+  std::size_t observations = 0;                     ///< keyframes that have seen the point
+  std::int64_t age = 0;                             ///< keyframes since the one with that patch
+  double map_variance[2] = {};                      ///< of u, v, px^2: what the point's covariance explains
+};
+
 /// What one frame gave.
 struct FrameResult {
   maxlogdet::sim::Pose T_cw = maxlogdet::sim::Pose::Identity();
@@ -61,6 +78,7 @@ struct FrameResult {
   std::vector<std::uint32_t> inliers;   ///< of matches, before selection
   std::vector<std::uint32_t> selected;  ///< of matches, what the pose was optimised with
   std::vector<char> is_outlier;         ///< a match each, chi2 at the optimised pose
+  std::vector<MatchResidual> residuals;  ///< a match each, if they are kept
   /// Log det of the information of what is selected, prior and blocks as the selector's; and its efficiency,
   /// (det / det of a proved bound for as many of the inliers)^(1/6).
   double log_det = std::numeric_limits<double>::quiet_NaN();
@@ -93,6 +111,9 @@ class StereoTracker {
   void measure_selection();
   void fill_arrays();
   void whiten_matches();
+  void keep_residuals();
+  void estimate_noise();
+  double motion_of(std::size_t match) const;
 
   TrackerOptions options_;
   maxlogdet::sim::RejectionOptions gate_;  // the explicit rejection's limits
@@ -101,6 +122,8 @@ class StereoTracker {
   maxlogdet::sim::MatchArrays arrays_;  // of the matches
   std::vector<maxlogdet::sim::Whitening> whitenings_;  // likewise; empty: residuals know pixel noise alone
   maxlogdet::sim::FeatureSelector selector_;
+  maxlogdet::sim::MotionNoiseEstimate noise_;
+  std::vector<double> sigmas_;  // active: of the map's points, where they should be found
   maxlogdet::BlockStore blocks_;
   maxlogdet::ActiveSelection active_;
   std::vector<std::uint32_t> proposals_;

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "sim/motion_noise.hpp"
+
+#include <algorithm>
+
+namespace maxlogdet::sim {
+namespace {
+
+constexpr double degrees_of_freedom = 4;
+constexpr double memory = 0.9;        // what a frame counts when the next one ends
+constexpr double trust = 1000;        // matches that the start stands for
+constexpr double least_base = 0.03;   // px: nothing is found better than that
+constexpr double typical_motion = 10;  // px
+
+}  // namespace
+
+MotionNoiseEstimate::MotionNoiseEstimate(const MotionNoise& start) : noise_(start) {
+  for (const double motion : {0.0, typical_motion, 4 * typical_motion}) {
+    const double variance = start.variance(motion);
+    add_weighted(motion, variance, trust / (3 * variance * variance));
+  }
+}
+
+void MotionNoiseEstimate::add_weighted(double motion, double square, double weight) {
+  s00_ += weight;
+  s01_ += weight * motion;
+  s11_ += weight * motion * motion;
+  r0_ += weight * square;
+  r1_ += weight * motion * square;
+}
+
+// E step: w = (nu + 1) / (nu + e^2 / sigma^2), of which w e^2 has the mean sigma^2; e^2 deviates by some sigma^2.
+void MotionNoiseEstimate::add(double motion, double error_u, double error_v) {
+  const double variance = noise_.variance(motion);
+  for (const double error : {error_u, error_v}) {
+    const double square = error * error;
+    const double weight = (degrees_of_freedom + 1) / (degrees_of_freedom + square / variance);
+    add_weighted(motion, weight * square, 1 / (variance * variance));
+  }
+}
+
+// M step. Neither part may be negative: where one would be, the other explains all.
+void MotionNoiseEstimate::end_frame() {
+  const double determinant = s00_ * s11_ - s01_ * s01_;
+  double base2 = r0_ / s00_, growth2 = 0;
+  if (determinant > 1e-12 * s00_ * s11_) {
+    base2 = (s11_ * r0_ - s01_ * r1_) / determinant;
+    growth2 = (s00_ * r1_ - s01_ * r0_) / determinant;
+    if (base2 < least_base * least_base) growth2 = (r1_ - least_base * least_base * s01_) / s11_;
+    if (growth2 < 0) base2 = r0_ / s00_;
+  }
+  noise_.base = std::sqrt(std::max(base2, least_base * least_base));
+  noise_.growth = std::sqrt(std::max(growth2, 0.0));
+  for (double* const sum : {&s00_, &s01_, &s11_, &r0_, &r1_}) *sum *= memory;
+}
+
+}  // namespace maxlogdet::sim
