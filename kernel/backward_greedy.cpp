@@ -121,12 +121,14 @@ class Removal {
     return true;
   }
 
-  // As Search::sum_up.
+  // False if the squared condition number leaves too few digits.
   bool sum_up() noexcept {
     unsigned char* const counted = search_.open;
     std::copy_n(left_, search_.candidates.size(), counted);
     for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
-    return search_.sum_up(counted, search_.factor);
+    double sum[state_dimension * state_dimension];
+    const double roundings = search_.sum_up(counted, sum);
+    return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
   }
 
   void add_what_is_left() noexcept {

@@ -84,25 +84,29 @@ void Search::set_target(const Options& options) noexcept {
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       open[i] = options.excluded == nullptr || options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
     }
-    InformationFactor all;
-    if (!sum_up(open, all)) {
-      all = prior;
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        if (open[i] != 0) add_rows(static_cast<std::uint32_t>(i), all);
-      }
-    }
-    target.compare_with(all);
+    target.compare_with(factor_of_all(open));
   }
   is_enough = target.is_met(factor);
 }
 
-bool Search::sum_up(const unsigned char* counted, InformationFactor& sum) const noexcept {
-  sum = prior;
-  if (candidates.size() == 0) return true;
-  double added[state_dimension * state_dimension];
-  kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), added);
-  const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
-  return sum.reset(prior_matrix, added, roundings) && sum.relative_error() < large_error;
+// From a sum, where det of that is known well enough, else row by row.
+InformationFactor Search::factor_of_all(const unsigned char* counted) const noexcept {
+  double sum[state_dimension * state_dimension] = {};
+  const double roundings = sum_up(counted, sum);
+  InformationFactor all;
+  if (all.reset(prior_matrix, sum, roundings) && all.determinant_error(prior_matrix, sum, roundings) < large_error)
+    return all;
+  all = prior;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (counted[i] != 0) add_rows(static_cast<std::uint32_t>(i), all);
+  }
+  return all;
+}
+
+double Search::sum_up(const unsigned char* counted, double* sum) const noexcept {
+  if (candidates.size() == 0) return 0;
+  kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), sum);
+  return simd::sum_roundings(candidates.size(), candidates.rows());
 }
 
 std::size_t Search::find_best() noexcept {
