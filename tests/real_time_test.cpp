@@ -68,6 +68,9 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.certify = true;
             options.certificate_passes = 2;
             if (selector.select(blocks, options).has_answer()) ++answers;
+            options.exchange_sweeps = 0;
+            options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
+            if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }
       }
