@@ -156,6 +156,7 @@ Status GoodFeatures::State::select(Options options) noexcept {
   const bool are_all_allowed =
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
   is_target_reached = selection.status == Status::target_reached;
+  if (is_target_reached && selection.size == store.stored()) return Status::all_selected;  // as without a target
   if (selection.status != Status::ok && !is_target_reached && !are_all_allowed) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
