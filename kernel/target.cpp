@@ -8,29 +8,26 @@ namespace maxlogdet {
 namespace {
 
 constexpr int n = state_dimension;
-constexpr int first_of_translation = 0;
 constexpr int first_of_rotation = 3;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// The trace of the 3 x 3 block of M^-1 = W^T W that begins there, in units of unit^2: each entry is divided before it
-// is squared, so that no square leaves the range of float64 where the answer depends on it.
-double scaled_trace(const InformationFactor& factor, int first, double per_unit) noexcept {
+// The traces of the 3 x 3 blocks of M^-1 = W^T W.
+struct Variances {
+  double translation, rotation;
+};
+
+// Each entry is scaled before it is squared, so that no square leaves the range of float64 where the answer depends on
+// it.
+Variances scaled_variances(const InformationFactor& factor, const double* scale) noexcept {
   const double* const w = factor.inverse();
-  double sums[3] = {};
+  double sums[simd::padded_dimension] = {};  // by columns: sums that do not wait for each other
   for (int row = 0; row < n; ++row) {
-    for (int d = 0; d < 3; ++d) {
-      const double entry = w[simd::padded_dimension * row + first + d] * per_unit;
+    for (int d = 0; d < simd::padded_dimension; ++d) {
+      const double entry = w[simd::padded_dimension * row + d] * scale[d];
       sums[d] += entry * entry;
     }
   }
-  return sums[0] + sums[1] + sums[2];
-}
-
-bool is_within(const InformationFactor& factor, int first, double sigma) noexcept {
-  return !(sigma > 0) || scaled_trace(factor, first, 1 / sigma) <= 1;
-}
-
-double deviation(const InformationFactor& factor, int first, double asked) noexcept {
-  return asked > 0 ? std::sqrt(scaled_trace(factor, first, 1)) : std::numeric_limits<double>::quiet_NaN();
+  return {sums[0] + sums[1] + sums[2], sums[3] + sums[4] + sums[5]};
 }
 
 bool is_deviation(double sigma) noexcept { return sigma >= 0 && sigma < std::numeric_limits<double>::infinity(); }
@@ -40,8 +37,13 @@ bool is_deviation(double sigma) noexcept { return sigma >= 0 && sigma < std::num
 Target::Target(const Options& options) noexcept
     : is_asked_(is_asked(options)),
       share_(options.target_efficiency),
-      translation_sigma_(options.target_translation_sigma),
-      rotation_sigma_(options.target_rotation_sigma) {}
+      has_translation_(options.target_translation_sigma > 0),
+      has_rotation_(options.target_rotation_sigma > 0) {
+  for (int d = 0; d < n; ++d) {
+    const double sigma = d < first_of_rotation ? options.target_translation_sigma : options.target_rotation_sigma;
+    per_sigma_[d] = sigma > 0 ? 1 / sigma : 0;
+  }
+}
 
 Status Target::check(const Options& options) noexcept {
   if (!is_asked(options)) return Status::ok;
@@ -70,18 +72,23 @@ bool Target::is_met(const InformationFactor& factor) const noexcept {
     }
     if (!(pairs[0] * pairs[1] * pairs[2] <= 1)) return false;
   }
-  return is_within(factor, first_of_translation, translation_sigma_) &&
-         is_within(factor, first_of_rotation, rotation_sigma_);
+  if (!has_translation_ && !has_rotation_) return true;
+  const Variances variances = scaled_variances(factor, per_sigma_);
+  return variances.translation <= 1 && variances.rotation <= 1;
 }
 
 void Target::report(const InformationFactor& factor, Selection& selection) const noexcept {
+  selection.efficiency_of_all = selection.translation_sigma = selection.rotation_sigma = not_a_number;
+  if (!is_asked_) return;
   double root = 1;
-  for (int c = 0; c < n && share_ > 0; ++c) {
+  for (int c = 0; c < n; ++c) {
     root *= std::cbrt(factor.inverse()[simd::padded_dimension * c + c] * diagonal_of_all_[c]);
   }
-  selection.efficiency_of_all = share_ > 0 ? 1 / root : std::numeric_limits<double>::quiet_NaN();
-  selection.translation_sigma = deviation(factor, first_of_translation, translation_sigma_);
-  selection.rotation_sigma = deviation(factor, first_of_rotation, rotation_sigma_);
+  constexpr double unscaled[simd::padded_dimension] = {1, 1, 1, 1, 1, 1, 1, 1};
+  const Variances variances = scaled_variances(factor, unscaled);
+  if (share_ > 0) selection.efficiency_of_all = 1 / root;
+  if (has_translation_) selection.translation_sigma = std::sqrt(variances.translation);
+  if (has_rotation_) selection.rotation_sigma = std::sqrt(variances.rotation);
 }
 
 }  // namespace maxlogdet

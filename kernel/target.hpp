@@ -39,9 +39,10 @@ class Target {
 
  private:
   bool is_asked_;
-  double share_;                                  // target_efficiency
-  double translation_sigma_, rotation_sigma_;     // m, rad
-  double diagonal_of_all_[state_dimension] = {};  // of the Cholesky factor L of the information of all
+  double share_;  // target_efficiency
+  bool has_translation_, has_rotation_;
+  double per_sigma_[simd::padded_dimension] = {};  // 1 / target of the deviation of each direction; 0: none
+  double diagonal_of_all_[state_dimension] = {};   // of the Cholesky factor L of the information of all
 };
 
 }  // namespace maxlogdet
