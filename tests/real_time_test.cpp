@@ -150,6 +150,25 @@ TEST(RealTime, active_selection_allocates_nothing) {
   EXPECT_EQ(selected, 100U);
 }
 
+TEST(RealTime, targets_of_active_selection_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  ActiveSelection active(400);
+  Options options;
+  options.budget = 400;
+  options.target_efficiency = 0.5;
+  options.target_translation_sigma = options.target_rotation_sigma = 1;
+  Status status = Status::ok;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, options);
+              while (active.next() != ActiveSelection::none) active.accept();
+              status = active.selection().status;
+            }),
+            0);
+  EXPECT_EQ(status, Status::target_reached);
+}
+
 // Frames of all kinds and sizes, more than there is room for among them.
 TEST(RealTime, good_features_allocates_nothing) {
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);

@@ -75,9 +75,10 @@ class GoodFeatures {
   /// Makes the blocks of this frame, without selecting: for an ActiveSelection over blocks(). False if there are none:
   /// too many matches, or block_report() says why.
   bool build() noexcept;
-  /// Makes the blocks and selects options.budget of them, or fewer where they meet the targets; required, excluded and
-  /// groups of the options go by the numbers of the matches, and FeatureMatch::is_required is added to them. A required
-  /// match that can be no candidate is selected beside the budget. Returns status().
+  /// Makes the blocks and selects options.budget of them, or fewer where they meet the targets (none, where the prior
+  /// does so alone); required, excluded and groups of the options go by the numbers of the matches, and
+  /// FeatureMatch::is_required is added to them. A required match that can be no candidate is selected beside the
+  /// budget. Returns status().
   Status select(const Options& options) noexcept;
   /// ok: there are matches that are not selected, because of the budget, of targets, or of groups and exclusions. Every
   /// other status: all are, because the budget suffices (all_selected), time has run out (deadline_reached), or
