@@ -57,12 +57,16 @@ bool shares_errors(SelectorKind kind) {
   return kind == SelectorKind::shared_cells || kind == SelectorKind::shared_keyframes;
 }
 
+bool has_target(const Options& search) {
+  return search.target_efficiency > 0 || search.target_translation_sigma > 0 || search.target_rotation_sigma > 0;
+}
+
 bool weighs_map_errors(const SelectorSettings& settings) {
   return settings.kind == SelectorKind::all_weighted || settings.weights == Weighting::measurement_and_map;
 }
 
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
-    : settings_(settings), draws_(settings.seed), selector_(settings.budget, executor()) {}
+    : settings_(settings), draws_(settings.seed), selector_(1, executor()) {}
 
 std::vector<std::uint32_t> FeatureSelector::select(const Frame& frame, const std::vector<std::uint32_t>& candidates) {
   std::vector<std::uint32_t> selected;
@@ -74,7 +78,8 @@ std::vector<std::uint32_t> FeatureSelector::select(const Frame& frame, const std
 void FeatureSelector::select(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates,
                              std::vector<std::uint32_t>& selected) {
   selected.clear();
-  if (!has_budget(settings_.kind) || candidates.size() <= settings_.budget) {
+  const bool takes_all = candidates.size() <= settings_.budget && !has_target(settings_.search);
+  if (!has_budget(settings_.kind) || takes_all) {
     selected = candidates;
     return;
   }
@@ -161,7 +166,7 @@ void FeatureSelector::build_blocks(const Frame& frame, const Matches& arrays,
 void FeatureSelector::search(const Options& how, std::size_t budget, std::vector<std::uint32_t>& selected) {
   if (selector_.capacity() < blocks_.size()) selector_ = Selector(2 * blocks_.size(), executor());
   Options options = how;
-  options.budget = budget;
+  options.budget = std::min(budget, blocks_.size());
   const Selection selection = selector_.select(blocks_, options);
   if (!selection.has_answer()) throw std::invalid_argument(std::string("selection: ") + to_string(selection.status));
   selected.assign(selection.begin(), selection.end());

@@ -84,6 +84,9 @@ struct SelectorSettings {
   Weighting weights = Weighting::measurement;
 };
 
+/// Whether a selection may stop before its budget.
+bool has_target(const Options& search);
+
 /// Whether residuals are whitened with errors of the map.
 bool weighs_map_errors(const SelectorSettings& settings);
 

@@ -28,6 +28,7 @@ using namespace stereo_odometry;
 namespace {
 
 constexpr const char* active_name = "active";
+constexpr std::size_t largest_budget = 100'000;
 constexpr int least_side = 64;  // px; smaller ones have no pyramid to find corners in
 
 struct Arguments {
@@ -35,6 +36,7 @@ struct Arguments {
   std::string output;
   std::vector<std::string> selectors = sim::names_of(sim::selector_kinds);
   std::vector<std::size_t> budgets = {100};
+  std::vector<double> targets;
   std::size_t runs = 10;
   std::size_t frames = 0;
   int features = 2000;
@@ -64,7 +66,17 @@ void Arguments::add_to(CLI::App& program) {
       ->capture_default_str();
   program.add_option("--budget", budgets, "Matches that a selector may use; several are compared")
       ->delimiter(',')
-      ->check(CLI::Range(std::size_t{20}, std::size_t{100'000}))
+      ->check(CLI::Range(std::size_t{20}, largest_budget))
+      ->capture_default_str();
+  program.add_option("--target-efficiency", targets,
+                     "md also without a budget: until its D-efficiency against all inliers is that")
+      ->delimiter(',')
+      ->check(CLI::Range(1e-6, 1.0));
+  program.add_option("--tau", options.selection.tau, "shared_cells, shared_keyframes: what a group shares, px")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  program.add_option("--slack", options.selection.slack, "md_cells, md_keyframes: over an even share of the budget")
+      ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
   program.add_option("--runs", runs, "Repetitions: other random numbers, times once more")
       ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
@@ -117,20 +129,26 @@ void Arguments::add_to(CLI::App& program) {
 // Options that would change nothing are mistakes.
 void check_used(const CLI::App& program, const Arguments& arguments) {
   bool has_budget = false, has_strategy = false, has_blocks = false, has_pool = false, is_active = false;
+  bool has_target = false, shares = false, has_slack = false;
   for (const std::string& name : arguments.selectors) {
     const std::optional<sim::SelectorKind> kind = sim::find_named(sim::selector_kinds, name);
-    const bool is_log_det = kind == sim::SelectorKind::md || kind == sim::SelectorKind::quality_md;
+    has_target = has_target || kind == sim::SelectorKind::md;
+    shares = shares || (kind && sim::shares_errors(*kind));
+    has_slack = has_slack || kind == sim::SelectorKind::md_cells || kind == sim::SelectorKind::md_keyframes;
     is_active = is_active || name == active_name;
     has_pool = has_pool || kind == sim::SelectorKind::quality_md;
-    has_strategy = has_strategy || is_log_det;
-    has_blocks = has_blocks || is_log_det || name == active_name;
+    has_strategy = has_strategy || (kind && sim::uses_strategy(*kind));
+    has_blocks = has_blocks || (kind && sim::uses_blocks(*kind)) || name == active_name;
     has_budget = has_budget || name == active_name || (kind && sim::has_budget(*kind));
   }
   const bool is_stochastic = has_strategy && arguments.strategy == "stochastic_greedy";
   sim::refuse_idle(program, "--budget", has_budget, "a selector that has one");
-  sim::refuse_idle(program, "--strategy", has_strategy, "--selectors md or quality_md");
+  sim::refuse_idle(program, "--target-efficiency", has_target, "--selectors md");
+  sim::refuse_idle(program, "--tau", shares, "--selectors shared_cells or shared_keyframes");
+  sim::refuse_idle(program, "--slack", has_slack, "--selectors md_cells or md_keyframes");
+  sim::refuse_idle(program, "--strategy", has_strategy, "a selector that searches");
   sim::refuse_idle(program, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
-  sim::refuse_idle(program, "--weighting", has_blocks, "--selectors md, quality_md or active");
+  sim::refuse_idle(program, "--weighting", has_blocks, "a selector that has blocks");
   sim::refuse_idle(program, "--noise-growth", arguments.noise != "constant", "--noise motion or online");
   sim::refuse_idle(program, "--batch", is_active, "--selectors active");
   sim::refuse_idle(program, "--pool", has_pool, "--selectors quality_md");
@@ -155,14 +173,21 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
         options.active ? maxlogdet::Strategy::automatic : *sim::find_named(sim::strategies, arguments.strategy);
     options.selection.kind = options.active ? sim::SelectorKind::md : *sim::find_named(sim::selector_kinds, name);
     if (!has_budget(options.selection.kind)) {
-      contestants.push_back({name, name, std::nullopt, options});
+      contestants.push_back({name, name, std::nullopt, std::nullopt, options});
       continue;
     }
     for (const std::size_t budget : arguments.budgets) {
       options.selection.budget = budget;
       options.selection.pool = std::max(arguments.options.selection.pool, budget);
       const std::string suffix = arguments.budgets.size() > 1 ? "_" + std::to_string(budget) : "";
-      contestants.push_back({name + suffix, name, budget, options});
+      contestants.push_back({name + suffix, name, budget, std::nullopt, options});
+    }
+    if (options.selection.kind != sim::SelectorKind::md || options.active) continue;
+    for (const double target : arguments.targets) {
+      TrackerOptions until = options;
+      until.selection.budget = largest_budget;
+      until.selection.search.target_efficiency = target;
+      contestants.push_back({name + "_efficiency_" + sim::exact(target), name, std::nullopt, target, until});
     }
   }
   return contestants;
@@ -247,6 +272,7 @@ void write(const Arguments& arguments, const StereoDataset& dataset, const std::
 void run(const Arguments& arguments) {
   refuse_doubles(arguments.selectors, "--selectors");
   refuse_doubles(arguments.budgets, "--budget");
+  refuse_doubles(arguments.targets, "--target-efficiency");
   const std::unique_ptr<StereoDataset> dataset = open_dataset(arguments.dataset);
   if (dataset->width() < least_side || dataset->height() < least_side) {
     throw sim::InputError(arguments.dataset + ": images of " + std::to_string(dataset->width()) + " x " +

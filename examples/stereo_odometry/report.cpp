@@ -143,6 +143,11 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
     outcome.matches += static_cast<double>(frame.matches) / frames;
     outcome.inliers += static_cast<double>(frame.inliers) / frames;
     outcome.selected += static_cast<double>(frame.selected) / frames;
+    if (result.status == FrameStatus::tracked) {
+      const auto selected = static_cast<double>(frame.selected);
+      outcome.selected_least = outcome.selected_most == 0 ? selected : std::min(outcome.selected_least, selected);
+      outcome.selected_most = std::max(outcome.selected_most, selected);
+    }
     outcome.ms_base += (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection +
                         result.ms.matching_the_rest + result.ms.mapping) /
                        frames;
@@ -165,6 +170,8 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     nlohmann::ordered_json entry;
     entry["selector"] = one.contestant.selector;
     entry["budget"] = one.contestant.budget ? nlohmann::ordered_json(*one.contestant.budget) : nlohmann::ordered_json();
+    const std::optional<double>& target = one.contestant.target_efficiency;
+    entry["target_efficiency"] = target ? nlohmann::ordered_json(*target) : nlohmann::ordered_json();
     entry["ate_m"] = number(mean(one, ate));
     entry["rpe_m_per_s"] = number(mean(one, rpe));
     entry["roe_deg_per_s"] = number(mean(one, roe));
@@ -183,6 +190,8 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     entry["matches"] = mean(one, [](const Outcome& run) { return run.matches; });
     entry["inliers"] = mean(one, [](const Outcome& run) { return run.inliers; });
     entry["selected"] = mean(one, [](const Outcome& run) { return run.selected; });
+    entry["selected_least"] = mean(one, [](const Outcome& run) { return run.selected_least; });
+    entry["selected_most"] = mean(one, [](const Outcome& run) { return run.selected_most; });
     entry["efficiency"] = number(mean(one, [](const Outcome& run) { return run.efficiency; }));
     entry["against"] = differences_of(one, all);
     list.push_back(std::move(entry));

@@ -17,7 +17,8 @@ namespace stereo_odometry {
 struct Contestant {
   std::string name;  ///< for files and plots
   std::string selector;
-  std::optional<std::size_t> budget;  ///< none: it takes all
+  std::optional<std::size_t> budget;        ///< none: it takes all, or has a target
+  std::optional<double> target_efficiency;  ///< md alone: when it stops
   TrackerOptions options;
 };
 
@@ -48,6 +49,7 @@ struct Outcome {
   maxlogdet::sim::TrajectoryErrors per_second;  ///< windows of one second
   double tracked_percent = 0;
   double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
+  double selected_least = 0, selected_most = 0;  ///< of the frames that were tracked
   double ms_base =
       0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes and what they match besides
   double ms_matching_the_rest = 0;  ///< a part of that
@@ -64,7 +66,7 @@ struct Summary {
   std::vector<Outcome> runs;
 };
 
-/// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
+/// summary.json: a list of selector, budget (null: none), target_efficiency (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
 /// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of; against: difference to inl,
 /// and to random and bucket of the same budget, paired by window, in percent, with the half width of its 95 %
 /// interval). Errors are means over runs, times medians over runs of means over frames. Trajectories are aligned
