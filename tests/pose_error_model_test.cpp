@@ -172,14 +172,18 @@ TEST(PoseErrorModel, without_rank_there_are_no_numbers) {
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-// Ordinary least squares, which counts all matches alike.
+// Ordinary least squares, which counts all matches alike; with a map_sigma (m), residuals whitened with it.
 Vector6 error_of_estimate(const Scenario& scenario, const std::vector<Match>& matches, double map_sigma = 0) {
   sim::PoseOptions options;
   options.method = sim::PoseMethod::gauss_newton;
   options.stereo = scenario.stereo;
   options.step_tolerance = 1e-11;
-  options.map_sigma = map_sigma;
-  const sim::PoseEstimate estimate = optimize_pose(scenario.camera, matches, scenario.all, scenario.T_cw, options);
+  std::vector<sim::Whitening> whitenings;
+  if (map_sigma > 0) {
+    whiten(scenario.camera, scenario.T_cw, matches, scenario.stereo, nullptr, map_sigma, whitenings);
+  }
+  const sim::PoseEstimate estimate =
+      optimize_pose(scenario.camera, matches, scenario.all, scenario.T_cw, options, whitenings);
   EXPECT_EQ(estimate.status, sim::PoseStatus::converged);
   return sim::log_se3(estimate.T_cw * scenario.T_cw.inverse());
 }

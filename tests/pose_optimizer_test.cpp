@@ -28,6 +28,7 @@ using sim::PoseEstimate;
 using sim::PoseMethod;
 using sim::PoseOptions;
 using sim::PoseStatus;
+using sim::Whitening;
 using Subset = std::vector<std::uint32_t>;
 
 constexpr PoseMethod methods[] = {PoseMethod::gauss_newton, PoseMethod::levenberg_marquardt};
@@ -53,6 +54,7 @@ struct Scenario {
   Pose T_cw;
   std::vector<Match> matches;
   Subset all;
+  std::vector<Eigen::Matrix3d> map_covariances;  // a match each, world frame, m^2; empty: residuals know none
 };
 
 Match exact_match(const Scenario& scenario, const Eigen::Vector3d& in_camera, bool stereo) {
@@ -99,6 +101,26 @@ Scenario noisy_scenario(Random& random, std::size_t n, double share_of_stereo, d
   return scenario;
 }
 
+// What residuals know of errors of the map.
+enum class MapNoise { none, alike, individual };
+constexpr MapNoise map_noises[] = {MapNoise::none, MapNoise::alike, MapNoise::individual};
+
+// Some 10 cm, as long as wide in no direction in particular.
+Eigen::Matrix3d random_covariance(Random& random) {
+  Eigen::Matrix3d root;
+  for (double& entry : root.reshaped()) entry = random.uniform(-0.1, 0.1);
+  return root * root.transpose() + 1e-5 * Eigen::Matrix3d::Identity();
+}
+
+void set_map_noise(Random& random, MapNoise noise, Scenario& scenario, double sigma = 0.05) {
+  scenario.map_covariances.clear();
+  if (noise == MapNoise::none) return;
+  for (std::size_t i = 0; i < scenario.matches.size(); ++i) {
+    const Eigen::Matrix3d alike = sigma * sigma * Eigen::Matrix3d::Identity();
+    scenario.map_covariances.push_back(noise == MapNoise::alike ? alike : random_covariance(random));
+  }
+}
+
 PoseOptions precise(PoseMethod method) {
   PoseOptions options;
   options.method = method;
@@ -107,19 +129,33 @@ PoseOptions precise(PoseMethod method) {
   return options;
 }
 
+std::vector<Whitening> whitenings_at(const Scenario& scenario, const Pose& T_cw, bool stereo) {
+  std::vector<Whitening> whitenings;
+  if (scenario.map_covariances.empty()) return whitenings;
+  whiten(scenario.camera, T_cw, scenario.matches, stereo, scenario.map_covariances.front().data(), 0, whitenings);
+  return whitenings;
+}
+
+// Whitened as it is seen from the start.
 PoseEstimate optimize(const Scenario& scenario, const Pose& start, const PoseOptions& options) {
-  return optimize_pose(scenario.camera, scenario.matches, scenario.all, start, options);
+  return optimize_pose(scenario.camera, scenario.matches, scenario.all, start, options,
+                       whitenings_at(scenario, start, options.stereo));
 }
 
 Vector6 difference(const Pose& a, const Pose& b) { return sim::log_se3(a * b.inverse()); }
 
 double largest(const Vector6& xi) { return xi.lpNorm<Eigen::Infinity>(); }
 
-// Sigma of a linearised match, only its rows.
-Eigen::MatrixXd covariance_of(const LinearizedMatch& match, double inv_sigma2, double map_sigma) {
-  const Eigen::MatrixXd H_p_transposed = match.H_p.topRows(match.rows).transpose();
-  Eigen::MatrixXd covariance = map_sigma * map_sigma * gram(H_p_transposed);
-  covariance.diagonal().array() += 1 / inv_sigma2;
+// Sigma of match i seen from there, only its rows.
+Eigen::MatrixXd covariance_of(const Scenario& scenario, std::uint32_t i, const Pose& T_cw, bool stereo) {
+  LinearizedMatch at;
+  EXPECT_TRUE(linearize(scenario.camera, T_cw, scenario.matches[i], stereo, at));
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(at.rows, at.rows);
+  if (!scenario.map_covariances.empty()) {
+    const Eigen::MatrixXd H_p = at.H_p.topRows(at.rows);
+    covariance = product(H_p, product(scenario.map_covariances[i], H_p.transpose()));
+  }
+  covariance.diagonal().array() += 1 / scenario.matches[i].inv_sigma2;
   return covariance;
 }
 
@@ -128,34 +164,30 @@ double threshold_of(const LinearizedMatch& match, const PoseOptions& options) {
   return told > 0 ? told : infinity;
 }
 
-// 1/2 sum rho at T_cw, with the covariances of another pose.
-double slow_cost(const Scenario& scenario, const Pose& T_cw, const Pose& T_of_covariances, const PoseOptions& options) {
+// 1/2 sum rho at T_cw, with covariances that stay those of the start.
+double slow_cost(const Scenario& scenario, const Pose& T_cw, const Pose& start, const PoseOptions& options) {
   double cost = 0;
   for (const std::uint32_t i : scenario.all) {
-    const Match& match = scenario.matches[i];
-    LinearizedMatch there;
-    LinearizedMatch here;
-    if (!linearize(scenario.camera, T_of_covariances, match, options.stereo, there)) continue;
-    if (!linearize(scenario.camera, T_cw, match, options.stereo, here)) continue;
-    const Eigen::VectorXd e = here.residual.head(here.rows);
-    const double s = squared_deviation(e, covariance_of(there, match.inv_sigma2, options.map_sigma));
-    const double d = threshold_of(here, options);
+    LinearizedMatch at;
+    if (!linearize(scenario.camera, T_cw, scenario.matches[i], options.stereo, at)) continue;
+    const Eigen::VectorXd e = at.residual.head(at.rows);
+    const double s = squared_deviation(e, covariance_of(scenario, i, start, options.stereo));
+    const double d = threshold_of(at, options);
     cost += 0.5 * (std::sqrt(s) <= d ? s : 2 * d * std::sqrt(s) - d * d);
   }
   return cost;
 }
 
-// One linear least-squares problem of all rows, whitened and weighted.
-void stack(const Scenario& scenario, const Pose& T_cw, const PoseOptions& options, Eigen::MatrixXd& H,
-           Eigen::VectorXd& e) {
+// One linear least-squares problem of all rows at T_cw, whitened by covariances of the start and weighted.
+void stack(const Scenario& scenario, const Pose& T_cw, const Pose& start, const PoseOptions& options,
+           Eigen::MatrixXd& H, Eigen::VectorXd& e) {
   H.setZero(static_cast<Eigen::Index>(3 * scenario.all.size()), 6);
   e.setZero(H.rows());
   Eigen::Index row = 0;
   for (const std::uint32_t i : scenario.all) {
-    const Match& match = scenario.matches[i];
     LinearizedMatch at;
-    if (!linearize(scenario.camera, T_cw, match, options.stereo, at)) continue;
-    const Eigen::MatrixXd L = cholesky(covariance_of(at, match.inv_sigma2, options.map_sigma));
+    if (!linearize(scenario.camera, T_cw, scenario.matches[i], options.stereo, at)) continue;
+    const Eigen::MatrixXd L = cholesky(covariance_of(scenario, i, start, options.stereo));
     const Eigen::VectorXd error = solve_lower(L, at.residual.head(at.rows));
     const double weight = std::sqrt(std::min(1.0, threshold_of(at, options) / error.norm()));
     H.middleRows(row, at.rows) = weight * solve_lower(L, at.H_x.topRows(at.rows));
@@ -169,7 +201,7 @@ Pose slow_optimum(const Scenario& scenario, const Pose& start, const PoseOptions
   for (int iteration = 0; iteration < 300; ++iteration) {
     Eigen::MatrixXd H;
     Eigen::VectorXd e;
-    stack(scenario, T_cw, options, H, e);
+    stack(scenario, T_cw, start, options, H, e);
     const Vector6 step = least_squares(H, e);
     T_cw = sim::exp_se3(step) * T_cw;
     if (largest(step) < 1e-13) return T_cw;
@@ -184,7 +216,7 @@ void for_every_problem(const Body& body) {
   std::uint64_t variation = 0;
   for (const double share_of_stereo : {0.0, 0.5, 1.0}) {
     for (const double huber : {0.0, 2.0}) {
-      for (const double map_sigma : {0.0, 0.05}) {
+      for (const MapNoise map_noise : map_noises) {
         for (const PoseMethod method : methods) {
           Random random(++variation);
           SCOPED_TRACE(random.name());
@@ -193,7 +225,7 @@ void for_every_problem(const Body& body) {
           PoseOptions options = precise(method);
           options.huber_monocular = huber;
           options.huber_stereo = 1.2 * huber;
-          options.map_sigma = map_sigma;
+          set_map_noise(random, map_noise, scenario);
           body(random, scenario, options);
         }
       }
@@ -327,8 +359,8 @@ TEST(PoseOptimizer, has_no_gradient_at_the_optimum) {
     for (int i = 0; i < 6; ++i) {
       const double deviation = 1 / std::sqrt(estimate.information(i, i));
       const Vector6 step = 1e-3 * deviation * Vector6::Unit(i);
-      const double ahead = slow_cost(scenario, sim::exp_se3(step) * estimate.T_cw, estimate.T_cw, options);
-      const double behind = slow_cost(scenario, sim::exp_se3(-step) * estimate.T_cw, estimate.T_cw, options);
+      const double ahead = slow_cost(scenario, sim::exp_se3(step) * estimate.T_cw, start, options);
+      const double behind = slow_cost(scenario, sim::exp_se3(-step) * estimate.T_cw, start, options);
       EXPECT_NEAR((ahead - behind) / 2e-3, 0, 1e-5) << "cost per deviation";
     }
   });
@@ -341,10 +373,10 @@ TEST(PoseOptimizer, agrees_with_a_dense_one) {
     const Pose expected = slow_optimum(scenario, start, options);
     ASSERT_EQ(estimate.status, PoseStatus::converged);
     EXPECT_LT(largest(difference(estimate.T_cw, expected)), 1e-8);
-    EXPECT_NEAR(estimate.cost, slow_cost(scenario, estimate.T_cw, estimate.T_cw, options), 1e-9 * estimate.cost);
+    EXPECT_NEAR(estimate.cost, slow_cost(scenario, estimate.T_cw, start, options), 1e-9 * estimate.cost);
     Eigen::MatrixXd H;
     Eigen::VectorXd e;
-    stack(scenario, estimate.T_cw, options, H, e);
+    stack(scenario, estimate.T_cw, start, options, H, e);
     const Matrix6 information = gram(H);
     EXPECT_LT(relative_difference(estimate.information, information), 1e-10);
     const Matrix6 scaled_unit = product(estimate.covariance(), information);
@@ -378,10 +410,10 @@ TEST(PoseOptimizer, one_linearisation_is_one_gauss_newton_step) {
   EXPECT_EQ(estimate.iterations, 1);
   Eigen::MatrixXd H;
   Eigen::VectorXd e;
-  stack(scenario, start, options, H, e);
+  stack(scenario, start, start, options, H, e);
   const Vector6 step = least_squares(H, e);
   EXPECT_LT(largest(difference(estimate.T_cw, sim::exp_se3(step) * start)), 1e-10);
-  EXPECT_NEAR(estimate.cost, slow_cost(scenario, estimate.T_cw, estimate.T_cw, options), 1e-9 * estimate.cost);
+  EXPECT_NEAR(estimate.cost, slow_cost(scenario, estimate.T_cw, start, options), 1e-9 * estimate.cost);
 }
 
 TEST(PoseOptimizer, rotations_stay_rotations) {
@@ -499,7 +531,7 @@ TEST(PoseOptimizer, only_the_subset_counts) {
 TEST(PoseOptimizer, leaves_out_what_is_not_finite_or_behind) {
   Random random;
   SCOPED_TRACE(random.name());
-  const Scenario scenario = noisy_scenario(random, 40, 1, 1);
+  Scenario scenario = noisy_scenario(random, 40, 1, 1);
   Scenario spoilt = scenario;
   const auto add = [&](const std::function<void(Match&)>& spoil) {
     Match match = scenario.matches[0];
@@ -518,10 +550,12 @@ TEST(PoseOptimizer, leaves_out_what_is_not_finite_or_behind) {
   add([](Match& match) { match.inv_sigma2 = -1; });
   add([&](Match& match) { match = exact_match(scenario, {0.5, 0.5, -3}, true); });
   add([&](Match& match) { match = exact_match(scenario, {0, 0, 0}, false); });
-  for (const double map_sigma : {0.0, 0.05}) {
+  for (const MapNoise map_noise : map_noises) {
+    set_map_noise(random, map_noise, spoilt);
+    scenario.map_covariances = spoilt.map_covariances;
+    if (map_noise != MapNoise::none) scenario.map_covariances.resize(scenario.matches.size());
     for (const PoseMethod method : methods) {
-      PoseOptions options = precise(method);
-      options.map_sigma = map_sigma;
+      const PoseOptions options = precise(method);
       const Pose start = random_pose(random, 0.01, 0.002) * scenario.T_cw;
       const PoseEstimate expected = optimize(scenario, start, options);
       const PoseEstimate estimate = optimize(spoilt, start, options);
@@ -572,14 +606,13 @@ TEST(PoseOptimizer, says_when_the_problem_is_singular) {
   const Scenario like = random_scenario(random, 30, 1);
   const Eigen::Vector3d p(1, 0.5, 5);
   for (const bool stereo : {false, true}) {
-    const Scenario scenarios[] = {line(like, p, {0, 0, 0}, stereo), line(like, p, 0.1 * p, stereo),
-                                  line(like, p, {0.1, -0.02, 0.3}, stereo)};
-    for (const Scenario& scenario : scenarios) {
+    Scenario scenarios[] = {line(like, p, {0, 0, 0}, stereo), line(like, p, 0.1 * p, stereo),
+                            line(like, p, {0.1, -0.02, 0.3}, stereo)};
+    for (Scenario& scenario : scenarios) {
       for (const PoseMethod method : methods) {
-        for (const double map_sigma : {0.0, 0.05}) {
-          PoseOptions options = precise(method);
-          options.map_sigma = map_sigma;
-          const PoseEstimate estimate = optimize(scenario, scenario.T_cw, options);
+        for (const MapNoise map_noise : map_noises) {
+          set_map_noise(random, map_noise, scenario);
+          const PoseEstimate estimate = optimize(scenario, scenario.T_cw, precise(method));
           EXPECT_EQ(estimate.status, PoseStatus::singular);
           EXPECT_FALSE(estimate.is_usable());
           EXPECT_LT(largest(difference(estimate.T_cw, scenario.T_cw)), 1e-12);
@@ -638,25 +671,34 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
 }
 
 TEST(OutlierRejection, judges_by_errors_of_the_map_as_well_if_told_of_them) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Scenario scenario = random_scenario(random, 200, 0.5);
-  for (Match& match : scenario.matches) {
-    for (double& x : match.point) x += 0.1 * normal(random);
-  }
-  sim::RejectionOptions options;
-  const auto by_pixels = reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, options);
-  options.map_sigma = 0.1;
-  const auto by_both = reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, options);
-  EXPECT_LT(by_pixels.inliers.size(), 120U);
-  EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
-  for (const std::uint32_t i : scenario.all) {
-    LinearizedMatch at;
-    const Match& match = scenario.matches[i];
-    ASSERT_TRUE(linearize(scenario.camera, by_both.estimate.T_cw, match, true, at));
-    const Eigen::VectorXd e = at.residual.head(at.rows);
-    const double expected = squared_deviation(e, covariance_of(at, match.inv_sigma2, 0.1));
-    EXPECT_NEAR(chi2(scenario.camera, by_both.estimate.T_cw, match, true, 0.1), expected, 1e-9 * expected);
+  for (const MapNoise map_noise : {MapNoise::alike, MapNoise::individual}) {
+    Random random(static_cast<std::uint64_t>(map_noise));
+    SCOPED_TRACE(random.name());
+    Scenario scenario = random_scenario(random, 200, 0.5);
+    set_map_noise(random, map_noise, scenario, 0.1);
+    for (const std::uint32_t i : scenario.all) {
+      const Eigen::Vector3d draws(normal(random), normal(random), normal(random));
+      const Eigen::VectorXd error = product(cholesky(scenario.map_covariances[i]), draws);
+      for (int axis = 0; axis < 3; ++axis) scenario.matches[i].point[axis] += error(axis);
+    }
+    const auto whitenings = whitenings_at(scenario, scenario.T_cw, true);
+    const auto by_pixels = reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, {});
+    const auto by_both =
+        reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, {}, whitenings);
+    EXPECT_LT(by_pixels.inliers.size(), 120U);
+    EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
+    const Pose& T_cw = by_both.estimate.T_cw;
+    for (const std::uint32_t i : scenario.all) {
+      LinearizedMatch at;
+      const Match& match = scenario.matches[i];
+      ASSERT_TRUE(linearize(scenario.camera, T_cw, match, true, at));
+      const Eigen::VectorXd e = at.residual.head(at.rows);
+      const double expected = squared_deviation(e, covariance_of(scenario, i, scenario.T_cw, true));
+      EXPECT_NEAR(chi2(scenario.camera, T_cw, match, true, &whitenings[i]), expected, 1e-9 * expected);
+      const bool is_inlier = std::binary_search(by_both.inliers.begin(), by_both.inliers.end(), i);
+      EXPECT_EQ(is_inlier, expected <= (at.rows == 3 ? 7.815 : 5.991));
+      EXPECT_EQ(is_inlier, agrees(scenario.camera, match, T_cw, {}, &whitenings[i]));
+    }
   }
 }
 

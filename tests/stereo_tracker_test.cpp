@@ -4,6 +4,7 @@
 #include "tests/oracle.hpp"
 #include "tests/rendered_world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core/utility.hpp>
@@ -18,6 +19,8 @@ using sim::SelectorKind;
 using stereo_odometry::FeatureExtractor;
 using stereo_odometry::FrameResult;
 using stereo_odometry::FrameStatus;
+using stereo_odometry::LocalMap;
+using stereo_odometry::MapPoint;
 using stereo_odometry::StereoFeatures;
 using stereo_odometry::StereoTracker;
 using stereo_odometry::TrackerOptions;
@@ -32,8 +35,8 @@ TrackerOptions options_of(SelectorKind kind, std::size_t most = budget) {
   options.selection.search.threads = 1;
   options.selection.blocks.weighting = Weighting::measurement_and_map;
   options.selection.blocks.third = ThirdMeasurement::stereo;
+  options.selection.weights = Weighting::measurement_and_map;
   options.optimization.step_tolerance = 1e-6;
-  if (kind == SelectorKind::all_weighted) options.optimization.map_sigma = options.selection.blocks.map_sigma;
   return options;
 }
 
@@ -45,8 +48,41 @@ TrackerOptions active_options(std::size_t most = budget) {
 
 double degrees(double rad) { return rad * 180 / M_PI; }
 
+// The map that a tracker has, made anew of what it says of every frame.
+class Replay {
+ public:
+  Replay(const PinholeCamera& camera, const TrackerOptions& options) : map_(camera, options.map) {}
+
+  void add(const FrameResult& result, const StereoFeatures& features) {
+    if (!result.is_keyframe) return;
+    std::vector<Match> matches;
+    std::vector<std::uint32_t> points;
+    if (result.status == FrameStatus::initialized) map_.clear();
+    for (std::size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.is_outlier[i] != 0) continue;
+      matches.push_back(result.matches[i]);
+      points.push_back(index_of(result.matches[i]));
+    }
+    map_.add_keyframe(result.T_cw, features, matches, points);
+  }
+
+  Eigen::Matrix3d covariance_of(const Match& match) const { return map_.points().covariances[index_of(match)]; }
+
+ private:
+  std::uint32_t index_of(const Match& match) const {
+    const std::vector<MapPoint>& points = map_.points().points;
+    const auto found = std::lower_bound(points.begin(), points.end(), match.map_point_id,
+                                        [](const MapPoint& point, std::int64_t id) { return point.id < id; });
+    EXPECT_TRUE(found != points.end() && found->id == match.map_point_id);
+    return static_cast<std::uint32_t>(found - points.begin());
+  }
+
+  LocalMap map_;
+};
+
 // Squared error in deviations, written anew.
-double chi2_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool is_stereo, double map_sigma) {
+double chi2_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool is_stereo,
+               const Eigen::Matrix3d& map_covariance) {
   const Eigen::Vector3d p = T_cw * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
   if (p.z() <= 0) return HUGE_VAL;
   Eigen::Matrix3d J;
@@ -56,13 +92,15 @@ double chi2_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match
                           match.v - camera.fy * p.y() / p.z() - camera.cy,
                           match.u_right - (camera.fx * p.x() - camera.bf) / p.z() - camera.cx);
   const int rows = is_stereo && match.u_right >= 0 ? 3 : 2;
-  Eigen::MatrixXd S = map_sigma * map_sigma * gram(J.topRows(rows).transpose());
+  const Eigen::MatrixXd H_p = product(J.topRows(rows), T_cw.linear());
+  Eigen::MatrixXd S = product(H_p, product(map_covariance, H_p.transpose()));
   S.diagonal().array() += 1 / match.inv_sigma2;
   return squared_deviation(e.head(rows), S);
 }
 
-// What has to hold of every frame that is tracked.
-void expect_consistent(const FrameResult& result, const PinholeCamera& camera, const TrackerOptions& options) {
+// What has to hold of every frame that is tracked; `map` is as the frame found it.
+void expect_consistent(const FrameResult& result, const PinholeCamera& camera, const TrackerOptions& options,
+                       const Replay& map) {
   ASSERT_EQ(result.status, FrameStatus::tracked);
   const auto& selection = options.selection;
   EXPECT_GE(result.searched, result.matches.size());
@@ -89,8 +127,10 @@ void expect_consistent(const FrameResult& result, const PinholeCamera& camera, c
     const Match& match = result.matches[i];
     keypoints.insert(match.keypoint);
     points.insert(match.map_point_id);
-    const double chi2 =
-        chi2_of(camera, result.T_cw, match, options.optimization.stereo, options.optimization.map_sigma);
+    const Eigen::Matrix3d covariance =
+        weighs_map_errors(selection) ? map.covariance_of(match) : Eigen::Matrix3d(Eigen::Matrix3d::Zero());
+    const double chi2 = chi2_of(camera, result.T_cw, match, options.optimization.stereo, covariance);
+    EXPECT_TRUE(std::isfinite(chi2) || chi2 == HUGE_VAL) << i;
     const double limit = options.optimization.stereo && match.u_right >= 0 ? 7.815 : 5.991;
     if (std::abs(chi2 - limit) > 1e-6) {
       EXPECT_EQ(result.is_outlier[i] != 0, chi2 > limit) << i << ' ' << chi2;
@@ -152,9 +192,12 @@ class StereoTracking : public ::testing::Test {
     EXPECT_EQ(results[0].status, FrameStatus::initialized);
     EXPECT_TRUE(results[0].is_keyframe);
     EXPECT_TRUE(results[0].T_cw.isApprox(true_pose(0).inverse(), 1e-12)) << "begins where it is told";
+    Replay map(RenderedWorld::camera(), options);
+    map.add(results[0], features_[0]);
     std::size_t keyframes = 0;
     for (std::size_t i = 1; i < results.size(); ++i) {
-      expect_consistent(results[i], RenderedWorld::camera(), options);
+      expect_consistent(results[i], RenderedWorld::camera(), options, map);
+      map.add(results[i], features_[i]);
       expect_drift_below(results, i, 0.015, 0.1);
       expect_near_truth(results[i], i, 0.02, 0.15);
       if (results[i].is_keyframe) ++keyframes;
@@ -170,8 +213,12 @@ class StereoTracking : public ::testing::Test {
 
 TEST_F(StereoTracking, follows_the_truth_with_every_selector) {
   for (const SelectorKind kind : sim::selector_kinds) {
-    SCOPED_TRACE(to_string(kind));
-    expect_follows_the_truth(options_of(kind));
+    for (const Weighting weights : {Weighting::measurement, Weighting::measurement_and_map}) {
+      SCOPED_TRACE(std::string(to_string(kind)) + ", weights: " + to_string(weights));
+      TrackerOptions options = options_of(kind);
+      options.selection.weights = weights;
+      expect_follows_the_truth(options);
+    }
   }
 }
 
@@ -218,8 +265,11 @@ TEST_F(StereoTracking, active_matching_leaves_alone_what_the_last_keyframes_have
     options.rest_keyframes = rest_keyframes;
     std::size_t sum = 0, keyframes = 0;
     const std::vector<FrameResult> results = track(options);
+    Replay map(RenderedWorld::camera(), options);
+    map.add(results[0], features_[0]);
     for (std::size_t i = 1; i < frames; ++i) {
-      expect_consistent(results[i], RenderedWorld::camera(), options);
+      expect_consistent(results[i], RenderedWorld::camera(), options, map);
+      map.add(results[i], features_[i]);
       expect_near_truth(results[i], i, 0.02, 0.15);
       sum += results[i].searched;
       if (results[i].is_keyframe) ++keyframes;
@@ -407,9 +457,11 @@ TEST(RealStereo, tracks_every_frame_of_a_clip) {
   const TrackerOptions contestants[] = {options_of(SelectorKind::md, 100), options_of(SelectorKind::inl, 100),
                                         active_options(100)};
   std::vector<StereoTracker> trackers;
+  std::vector<Replay> maps;
   for (const TrackerOptions& options : contestants) {
     trackers.emplace_back(dataset->camera(), dataset->width(), dataset->height(), options,
                           dataset->truth(0).value().inverse());
+    maps.emplace_back(dataset->camera(), options);
   }
   std::vector<Pose> last(trackers.size());
   for (std::size_t i = 0; i < 15; ++i) {
@@ -421,7 +473,7 @@ TEST(RealStereo, tracks_every_frame_of_a_clip) {
       const FrameResult result = trackers[c].track(features);
       const Pose T_wc = result.T_cw.inverse();
       if (i > 0) {
-        expect_consistent(result, dataset->camera(), contestants[c]);
+        expect_consistent(result, dataset->camera(), contestants[c], maps[c]);
         const Pose truth = dataset->truth(i - 1).value().inverse() * dataset->truth(i).value();
         const Pose drift = truth.inverse() * (last[c].inverse() * T_wc);
         EXPECT_LT(drift.translation().norm(), 0.12);
@@ -429,6 +481,7 @@ TEST(RealStereo, tracks_every_frame_of_a_clip) {
       } else {
         EXPECT_EQ(result.status, FrameStatus::initialized);
       }
+      maps[c].add(result, features);
       last[c] = T_wc;
     }
   }

@@ -137,7 +137,9 @@ TEST(PoseTracker, selects_no_outlier_in_a_world_that_is_right_otherwise) {
   options.outlier_rate = 0.15;
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
-    PoseTracker tracker(settings_of(kind), {});
+    SelectorSettings settings = settings_of(kind);
+    settings.blocks.map_sigma = 0;  // as the map is
+    PoseTracker tracker(settings, {});
     std::size_t outliers = 0, inliers = 0;
     track(sim::analytic_trajectory(2), options, tracker,
           [&](const MappedWorld& world, const Frame& frame, const TrackedFrame& tracked) {
@@ -154,22 +156,89 @@ TEST(PoseTracker, selects_no_outlier_in_a_world_that_is_right_otherwise) {
   }
 }
 
-std::vector<Pose> poses_with(SelectorKind kind, double map_sigma) {
-  sim::RejectionOptions optimization;
-  optimization.map_sigma = map_sigma;
-  PoseTracker tracker(settings_of(kind), optimization);
+std::vector<Pose> poses_with(SelectorKind kind, double map_sigma, Weighting weights = Weighting::measurement) {
+  SelectorSettings settings = settings_of(kind);
+  settings.blocks.map_sigma = map_sigma;
+  settings.weights = weights;
+  PoseTracker tracker(settings, {});
   std::vector<Pose> poses;
   track(sim::analytic_trajectory(1), small_world(), tracker,
         [&](const MappedWorld&, const Frame&, const TrackedFrame& tracked) { poses.push_back(tracked.T_cw); });
   return poses;
 }
 
+double distance_between(const std::vector<Pose>& a, const std::vector<Pose>& b) {
+  double distance = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) distance += distance_between(a[i], b[i]);
+  return distance;
+}
+
 TEST(PoseTracker, errors_of_the_map_count_with_all_weighted_alone) {
   for (const SelectorKind kind : sim::selector_kinds) {
-    const auto without = poses_with(kind, 0), with = poses_with(kind, 0.05);
-    double difference = 0;
-    for (std::size_t i = 0; i < with.size(); ++i) difference += distance_between(with[i], without[i]);
+    const double difference = distance_between(poses_with(kind, 0), poses_with(kind, 0.05));
     EXPECT_EQ(difference > 0, kind == SelectorKind::all_weighted) << to_string(kind);
+  }
+}
+
+TEST(PoseTracker, errors_of_the_map_count_with_every_selector_if_told_so) {
+  const auto whitened = [](SelectorKind kind, double map_sigma) {
+    return poses_with(kind, map_sigma, Weighting::measurement_and_map);
+  };
+  for (const SelectorKind kind : sim::selector_kinds) {
+    const double difference = distance_between(whitened(kind, 0.05), poses_with(kind, 0.05));
+    EXPECT_EQ(difference > 0, kind != SelectorKind::all_weighted) << to_string(kind);
+    EXPECT_GT(distance_between(whitened(kind, 0.05), whitened(kind, 0.1)), 0) << to_string(kind);
+  }
+  const auto all = whitened(SelectorKind::all, 0.05);
+  EXPECT_EQ(distance_between(all, poses_with(SelectorKind::all_weighted, 0.05)), 0) << "which takes them anyway";
+  EXPECT_EQ(distance_between(all, whitened(SelectorKind::all_weighted, 0.05)), 0);
+}
+
+TEST(PoseTracker, covariances_of_a_frame_count_if_it_has_them) {
+  const Trajectory trajectory = sim::analytic_trajectory(1);
+  const auto poses_of = [&](SelectorKind kind, double metres, double map_sigma) {
+    const sim::Rig rig = sim::forward_rig();
+    MappedWorld world(trajectory, rig, small_world(), 1);
+    SelectorSettings settings = settings_of(kind);
+    settings.weights = Weighting::measurement_and_map;
+    settings.blocks.map_sigma = map_sigma;
+    PoseTracker tracker(settings, {});
+    tracker.start((trajectory.poses.front().T_wb * rig.T_bc).inverse());
+    std::vector<Pose> poses;
+    Frame frame;
+    while (world.next(frame)) {
+      const double variance = metres * metres;
+      frame.map_covariances.clear();
+      if (metres > 0)
+        frame.map_covariances.resize(frame.matches.size(), {variance, 0, 0, 0, variance, 0, 0, 0, variance});
+      poses.push_back(tracker.track(frame).T_cw);
+    }
+    return poses;
+  };
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    const auto told_by_frame = poses_of(kind, 0.05, 7);
+    EXPECT_EQ(distance_between(told_by_frame, poses_of(kind, 0, 0.05)), 0);
+    EXPECT_GT(distance_between(told_by_frame, poses_of(kind, 0.1, 7)), 0);
+  }
+}
+
+// What a match weighs is what it was selected for: both are seen from where the pose of the selected ones begins.
+TEST(PoseTracker, residuals_are_whitened_where_blocks_are_linearised) {
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    SelectorSettings settings = settings_of(kind);
+    settings.weights = Weighting::measurement_and_map;
+    PoseTracker tracker(settings, {});
+    track(sim::analytic_trajectory(1), small_world(), tracker,
+          [&](const MappedWorld&, const Frame& frame, const TrackedFrame& tracked) {
+            const Pose start = sim::pose_of(frame.T_cw_prior);
+            std::vector<sim::Whitening> whitenings;
+            whiten(frame.camera, start, frame.matches, true, nullptr, settings.blocks.map_sigma, whitenings);
+            const auto expected = reject_outliers(frame.camera, frame.matches, tracked.selected, start, {}, whitenings);
+            ASSERT_TRUE(tracked.is_tracked);
+            EXPECT_EQ(distance_between(tracked.T_cw, expected.estimate.T_cw), 0);
+          });
   }
 }
 
