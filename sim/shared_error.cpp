@@ -64,11 +64,11 @@ WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& opti
       !linearize(frame.camera, pose_of(frame.T_cw_prior), match, stereo, at)) {
     return result;
   }
-  const Eigen::Matrix3d whitening = inverse_noise_factor(at, variance, options, map_covariance);
+  result.whitening = inverse_noise_factor(at, variance, options, map_covariance);
   Eigen::Matrix<double, 3, 2> of_group;
   of_group << 1, 0, 0, 1, at.rows == 3 ? 1 : 0, 0;
-  result.H = whitening * at.H_x;
-  result.N = whitening * of_group;
+  result.H = result.whitening * at.H_x;
+  result.N = result.whitening * of_group;
   if (result.H.allFinite() && result.N.allFinite()) result.rows = at.rows;
   return result;
 }
