@@ -12,9 +12,10 @@ void add_simulate_command(CLI::App& program) {
   add_budget_experiment(*command);
   add_euroc_experiment(*command);
   add_epsilon_experiment(*command);
+  add_robustness_experiment(*command);
   command->callback([command] {
     if (command->get_subcommands().empty()) {
-      throw sim::InputError("simulate: an experiment is missing: metrics, budget, euroc or epsilon");
+      throw sim::InputError("simulate: an experiment is missing: metrics, budget, euroc, epsilon or robustness");
     }
   });
 }

@@ -106,5 +106,6 @@ void add_metrics_experiment(CLI::App& simulate);
 void add_budget_experiment(CLI::App& simulate);
 void add_euroc_experiment(CLI::App& simulate);
 void add_epsilon_experiment(CLI::App& simulate);
+void add_robustness_experiment(CLI::App& simulate);
 
 }  // namespace maxlogdet::cli

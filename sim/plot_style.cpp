@@ -28,10 +28,10 @@ const Style& style_of(const std::string& name) {
       {"all_weighted", {"#56b4e9", "dt 2 lw 2 pt 4"}},
       {"leverage", {"#b0a000", "dt 3 lw 1.5 pt 8"}},
       {"half_random", {"#a0522d", "dt 2 lw 1.5 pt 10"}},
-      {"md_cells", {"#1b9e77", "dt 2 lw 1.5 pt 4"}},
-      {"md_keyframes", {"#3060c0", "dt 2 lw 1.5 pt 6"}},
-      {"shared_cells", {"#1b9e77", "dt 1 lw 2 pt 5"}},
-      {"shared_keyframes", {"#3060c0", "dt 1 lw 2 pt 7"}},
+      {"md_cells", {"#8e44ad", "dt 2 lw 1.5 pt 4"}},
+      {"md_keyframes", {"#0072b2", "dt 2 lw 1.5 pt 6"}},
+      {"shared_cells", {"#8e44ad", "dt 1 lw 2 pt 5"}},
+      {"shared_keyframes", {"#0072b2", "dt 1 lw 2 pt 7"}},
       {"active", {"#8a2be2", "dt 1 lw 2 pt 12"}},
   };
   static const Style other = {"#404040", "dt 1 lw 1 pt 6"};

@@ -99,14 +99,6 @@ Frame frame_of(const Scene& scene, double noise_px) {
   return frame;
 }
 
-double rotation_between(const Pose& a, const Pose& b) {
-  return rotation_angle(a.rotation() * b.rotation().transpose()) * degrees;
-}
-
-double distance_between(const Pose& a, const Pose& b) {
-  return (a.inverse().translation() - b.inverse().translation()).norm();
-}
-
 // The parts of eq. 4 come together: |bias|^2 + trace of both covariances. The error of the centre is R^T times that of
 // the left perturbation's translation to first order.
 void expect(const PnpOptions& options, const Scene& scene, const Frame& frame, double noise_px,
@@ -141,10 +133,10 @@ class PnpRun {
     const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, subset, scene_.guess, pose, whitenings);
     PnpOutcome outcome;
     if (!estimate.is_usable()) return failed();
-    outcome.translation_m = distance_between(estimate.T_cw, scene_.true_T_cw);
-    outcome.rotation_deg = rotation_between(estimate.T_cw, scene_.true_T_cw);
-    outcome.aligned_translation_m = distance_between(estimate.T_cw, scene_.aligned_T_cw);
-    outcome.aligned_rotation_deg = rotation_between(estimate.T_cw, scene_.aligned_T_cw);
+    outcome.translation_m = camera_distance(estimate.T_cw, scene_.true_T_cw);
+    outcome.rotation_deg = camera_angle_deg(estimate.T_cw, scene_.true_T_cw);
+    outcome.aligned_translation_m = camera_distance(estimate.T_cw, scene_.aligned_T_cw);
+    outcome.aligned_rotation_deg = camera_angle_deg(estimate.T_cw, scene_.aligned_T_cw);
     expect(options_, scene_, frame_, noise_px_, subset, outcome);
     return outcome;
   }

@@ -110,16 +110,6 @@ Score score_of(const Squares& squares) {
   return score;
 }
 
-// Half width of the interval of a statistic, from its values with one run left out (Efron & Stein 1981).
-double jackknife_ci95(const std::vector<double>& without) {
-  const auto n = static_cast<double>(without.size());
-  double mean = 0;
-  for (const double value : without) mean += value / n;
-  double squares = 0;
-  for (const double value : without) squares += (value - mean) * (value - mean);
-  return 1.959964 * std::sqrt((n - 1) / n * squares);
-}
-
 const char* verdict(const Score& log_det, const Score& other) {
   std::vector<double> differences;
   for (std::size_t i = 0; i < other.without.size(); ++i) {

@@ -113,6 +113,15 @@ Matrix6 left_jacobian(const Vector6& xi) {
 
 double rotation_angle(const Eigen::Matrix3d& R) { return rotation_vector(R).norm(); }
 
+double camera_distance(const Pose& a, const Pose& b) {
+  return (a.inverse().translation() - b.inverse().translation()).norm();
+}
+
+double camera_angle_deg(const Pose& a, const Pose& b) {
+  constexpr double degrees = 57.29577951308232;  // of a radian
+  return rotation_angle(a.rotation() * b.rotation().transpose()) * degrees;
+}
+
 Pose orthonormal(const Pose& T) {
   Pose result = T;
   result.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();

@@ -31,6 +31,10 @@ Matrix6 left_jacobian(const Vector6& xi);
 /// Angle of a rotation, rad, in [0, pi]; exact near 0.
 double rotation_angle(const Eigen::Matrix3d& R);
 
+/// How far apart the cameras of two poses T_cw are, m, and the angle between them, deg.
+double camera_distance(const Pose& a, const Pose& b);
+double camera_angle_deg(const Pose& a, const Pose& b);
+
 /// The pose with its rotation brought back onto the rotations, which products of many leave by rounding.
 Pose orthonormal(const Pose& T);
 

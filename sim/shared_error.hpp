@@ -24,6 +24,7 @@ namespace maxlogdet::sim {
 /// A match's rows, whitened by its own noise. Rows beyond `rows` are zero.
 struct WhitenedMatch {
   int rows = 0;                   ///< 2 monocular, 3 stereo; 0: no candidate
+  Eigen::Matrix3d whitening;      ///< L^-1, lower triangular, 1/px
   Eigen::Matrix<double, 3, 6> H;  ///< of the pose, left perturbation
   Eigen::Matrix<double, 3, 2> N;  ///< of the error of its group, 1/px
 };
@@ -60,9 +61,12 @@ class SharedInformation {
 };
 
 /// Greedy on log det M. A gain can only fall when a match of another group is selected, for M grows and nothing else
-/// changes, but it can rise when one of the same group is: then more is known about b_g. So the last gain of a
-/// candidate bounds the next one until its own group changes, and lazy evaluation that forgets the bounds of that group
-/// has the answer of evaluating all (docs/experiments.md counts what it would lose without).
+/// changes, but it can rise when one of the same group is: then more is known about b_g. So the objective is not
+/// submodular, and (1 - 1/e) is no bound of what greedy reaches; but the last gain of a candidate bounds the next one
+/// until a match of its group is selected, and lazy evaluation that forgets the bounds of that group has the answer of
+/// evaluating all. On 160 searches for 40 of 200 matches (a test counts): 1.8 % of the gains rise from one round to the
+/// next, all of them in the group of the last match; 30 % of them need to be evaluated; lazy evaluation that forgets
+/// nothing has another answer in half of the searches, at worst 0.7 nats short.
 class SharedErrorSelection {
  public:
   /// The indices of at most `budget` matches in the order in which greedy selects them; equal gains go to the lowest

@@ -58,6 +58,29 @@ Estimate rms_of(const std::vector<double>& errors) {
   return {rms, ci95};
 }
 
+double jackknife_ci95(const std::vector<double>& without) {
+  const auto n = static_cast<double>(without.size());
+  double mean = 0;
+  for (const double value : without) mean += value / n;
+  double squares = 0;
+  for (const double value : without) squares += (value - mean) * (value - mean);
+  return normal_975 * std::sqrt((n - 1) / n * squares);
+}
+
+Estimate rms_change_percent(const std::vector<double>& ours, const std::vector<double>& theirs) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  double our_sum = 0, their_sum = 0;
+  for (const double error : ours) our_sum += error * error;
+  for (const double error : theirs) their_sum += error * error;
+  if (ours.empty() || !(their_sum > 0)) return {nan, nan};
+  std::vector<double> without;
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    const double our_rest = our_sum - ours[i] * ours[i], their_rest = their_sum - theirs[i] * theirs[i];
+    without.push_back(100 * std::sqrt(std::max(our_rest, 0.0) / their_rest) - 100);
+  }
+  return {100 * std::sqrt(our_sum / their_sum) - 100, ours.size() < 2 ? nan : jackknife_ci95(without)};
+}
+
 double quantile_of(std::vector<double> values, double q) {
   std::sort(values.begin(), values.end());
   const double at = q * static_cast<double>(values.size() - 1);

@@ -150,6 +150,44 @@ def metric_variants_table(results):
                   "against all_weighted (4)"], lines)
 
 
+# Robustness.
+
+
+def robustness_rows(results, folder, budget):
+    rows = Experiment(results, folder).csv("robustness.csv")
+    return {(r["disturbance"], r["selector"]): r for r in rows if r["budget"] == budget}
+
+
+def difference(row, error):
+    value, ci95 = (float(row[f"{prefix}md_{error}_percent"]) for prefix in ("", "ci95_"))
+    sign = OPEN if not abs(value) > ci95 else BETTER if value < 0 else WORSE
+    return f"{value:.1f} ± {ci95:.1f} {sign}"
+
+
+def tau_table(results):
+    lines = []
+    for tau, folder in [("0.1", "robustness_tau_0.1"), ("0.25", "robustness_tau_0.25"), ("0.5", "robustness"),
+                        ("1", "robustness_tau_1"), ("2", "robustness_tau_2")]:
+        rows = robustness_rows(results, folder, "60")
+        lines.append([tau, *(", ".join(difference(rows[key], error) for error in ("translation", "rotation"))
+                             for key in [("none", "shared_cells"), ("patches", "shared_cells"),
+                                         ("none", "shared_keyframes"), ("batches", "shared_keyframes")])])
+    return table(["τ (px)", "md against shared_cells, none", "patches", "md against shared_keyframes, none", "batches"],
+                 lines)
+
+
+def robustness_tables(results):
+    with_60 = "60 of 500 matches"
+    experiment = lambda folder: Experiment(results, folder)
+    return {
+        "robustness_levels": experiment("robustness").table("RMS errors", with_60),
+        "robustness": experiment("robustness").table("Difference", with_60),
+        "robustness_kitti": experiment("robustness_kitti").table("Difference", with_60),
+        "robustness_gate": experiment("robustness_gate").table("Difference", with_60),
+        "robustness_tau": tau_table(results),
+    }
+
+
 # Section V.
 
 
@@ -214,10 +252,11 @@ def main():
         "euroc_variants": tracking_variants_table(results),
         "epsilon_grid": epsilon.table("Over the whole grid"),
         "epsilon_paper": epsilon.table("n = 1000"),
+        **robustness_tables(results),
     }
     for name, lines in tables.items():
         replace_between(PAGE, name, lines)
-    for experiment in (metrics, budget, epsilon, euroc):
+    for experiment in (metrics, budget, epsilon, euroc, Experiment(results, "robustness")):
         for picture in sorted(experiment.folder.glob(f"{experiment.name}*.svg")):
             shutil.copy(picture, ROOT / "docs/images" / picture.name)
             print(f"copied docs/images/{picture.name}")

@@ -190,8 +190,8 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
 // As of a variable that a script did not set. Every option that takes a value, as --help lists them.
 TEST_F(Program, refuses_empty_values_of_all_options) {
   std::size_t options = 0;
-  for (const char* const command :
-       {"select", "info", "simulate metrics", "simulate budget", "simulate euroc", "simulate epsilon"}) {
+  for (const char* const command : {"select", "info", "simulate metrics", "simulate budget", "simulate euroc",
+                                    "simulate epsilon", "simulate robustness"}) {
     std::istringstream help(run(std::string(command) + " --help").out);
     for (std::string line; std::getline(help, line);) {
       std::istringstream words(line);

@@ -142,6 +142,15 @@ TEST(Se3, rotation_angle_is_exact) {
   });
 }
 
+TEST(Se3, cameras_are_as_far_apart_as_their_centres_and_turned_by_the_angle_between_them) {
+  Pose a = Pose::Identity(), b = Pose::Identity();
+  a.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  a.translation() = a.linear() * Eigen::Vector3d(-1, -2, -3);  // at (1, 2, 3)
+  b.translation() = Eigen::Vector3d(-1, -2, -7);
+  EXPECT_NEAR(sim::camera_distance(a, b), 4, 1e-12);
+  EXPECT_NEAR(sim::camera_angle_deg(a, b), 0.3 * 180 / 3.141592653589793, 1e-10);
+}
+
 TEST(Se3, a_turn_of_more_than_pi_is_one_of_less) {
   const Eigen::Matrix3d R = Eigen::AngleAxisd(4, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   EXPECT_NEAR(sim::rotation_angle(R), 2 * pi - 4, 1e-14);

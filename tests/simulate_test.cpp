@@ -246,8 +246,47 @@ TEST_F(Simulate, epsilon_covers_its_grid) {
   EXPECT_EQ(without_times("out/epsilon.csv"), without_times("two/epsilon.csv"));
 }
 
+constexpr char small_robustness[] = "simulate robustness --matches 60 --budgets 15,30 --runs 3 --output out";
+
+TEST_F(Simulate, robustness_covers_its_cases_whatever_the_threads) {
+  const Outcome outcome = run(std::string(small_robustness) + " --threads 1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(csv("out/robustness.csv").size(), 1 + 10 * (9 * 2 + 1U));
+  EXPECT_EQ(contents("out/robustness.md") + "tables, plots and every run: out/robustness*\n", outcome.out);
+  const auto json = nlohmann::json::parse(contents("out/robustness.json"));
+  EXPECT_EQ(json["runs_finished"], 3);
+  EXPECT_EQ(json["table"][0]["disturbance"], "none");
+  for (const char* const picture : {"out/robustness_translation", "out/robustness_rotation"}) {
+    EXPECT_NE(contents(std::string(picture) + ".svg").find("sigma_uneven"), std::string::npos) << picture;
+    EXPECT_EQ(contents(std::string(picture) + ".png").substr(1, 3), "PNG") << picture;
+  }
+  ASSERT_EQ(run(std::string(small_robustness) + "2 --threads 2").exit_code, 0);
+  EXPECT_EQ(contents("out/robustness.csv"), contents("out2/robustness.csv"));
+  expect_refused(run(std::string(small_robustness) + " --tau 1"), "holds runs of other settings");
+  ASSERT_EQ(
+      run("simulate robustness --matches 60 --budgets 30 --runs 1 --disturbances focal,none --output one").exit_code,
+      0);
+  EXPECT_EQ(csv("one/robustness.csv").size(), 1 + 2 * 10U);
+}
+
+TEST_F(Simulate, robustness_refuses_arguments_that_make_no_sense) {
+  const std::string robustness = "simulate robustness --";
+  for (const char* const bad : {"matches 10", "matches -1", "budgets 5", "budgets 1000", "budgets x", "keyframes 0",
+                                "disturbances fog", "scene far_narrow", "runs 0", "seed x"}) {
+    const std::string option = bad;
+    expect_refused(run(robustness + option), "--" + option.substr(0, option.find(' ')));
+  }
+  for (const char* const option : {"pixel-sigma", "map-sigma", "batch-translation", "batch-rotation", "patch-sigma",
+                                   "gate", "focal-error", "tau"}) {
+    for (const char* const value : {"nan", "inf", "-11", "x", "1e99"}) {
+      expect_refused(run(robustness + option + " " + value), std::string("--") + option);
+    }
+  }
+}
+
 TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
-  expect_refused(run("simulate"), "an experiment is missing: metrics, budget, euroc or epsilon");
+  expect_refused(run("simulate"), "an experiment is missing: metrics, budget, euroc, epsilon or robustness");
   expect_refused(run("simulate everything"), "everything");
   expect_refused(run("simulate metrics --runs 0"), "--runs");
   expect_refused(run("simulate metrics --threads -1"), "--threads");
