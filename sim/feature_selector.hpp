@@ -79,8 +79,8 @@ struct SelectorSettings {
   BlockOptions blocks;  ///< uses_blocks(): weighting, third row
   Options search;       ///< uses_strategy(): strategy and its parameters, prior; its budget is not looked at
   std::uint64_t seed = 0;  ///< bucket, observability, random, leverage, half_random
-  /// What the pose's residuals are whitened by, whatever selects: pixel noise alone, or with errors of the map, of which
-  /// blocks.map_sigma tells where covariances are not known. all_weighted always takes the latter.
+  /// What the pose's residuals are whitened by, whatever selects: pixel noise alone, or with errors of the map, of
+  /// which blocks.map_sigma tells where covariances are not known. all_weighted always takes the latter.
   Weighting weights = Weighting::measurement;
 };
 

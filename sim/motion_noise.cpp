@@ -7,9 +7,9 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr double degrees_of_freedom = 4;
-constexpr double memory = 0.9;        // what a frame counts when the next one ends
-constexpr double trust = 1000;        // matches that the start stands for
-constexpr double least_base = 0.03;   // px: nothing is found better than that
+constexpr double memory = 0.9;         // what a frame counts when the next one ends
+constexpr double trust = 1000;         // matches that the start stands for
+constexpr double least_base = 0.03;    // px: nothing is found better than that
 constexpr double typical_motion = 10;  // px
 
 }  // namespace

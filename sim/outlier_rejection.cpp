@@ -26,8 +26,8 @@ bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, c
 }
 
 Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
-                          const std::vector<std::uint32_t>& subset, const Pose& start,
-                          const RejectionOptions& options, const std::vector<Whitening>& whitenings) {
+                          const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
+                          const std::vector<Whitening>& whitenings) {
   Rejection result;
   result.estimate.T_cw = start;
   result.inliers = subset;

@@ -81,8 +81,7 @@ TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, con
                                    double window, Alignment alignment) {
   require_correspondence(estimate, truth);
   require(window > half_a_microsecond && std::isfinite(window), "a window needs a positive length");
-  const Similarity onto_truth =
-      align(positions_of(estimate), positions_of(truth), alignment == Alignment::similarity);
+  const Similarity onto_truth = align(positions_of(estimate), positions_of(truth), alignment == Alignment::similarity);
   std::vector<StampedPose> aligned = estimate;
   apply(onto_truth, aligned);
 

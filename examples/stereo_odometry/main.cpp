@@ -68,8 +68,9 @@ void Arguments::add_to(CLI::App& program) {
       ->delimiter(',')
       ->check(CLI::Range(std::size_t{20}, largest_budget))
       ->capture_default_str();
-  program.add_option("--target-efficiency", targets,
-                     "md also without a budget: until its D-efficiency against all inliers is that")
+  program
+      .add_option("--target-efficiency", targets,
+                  "md also without a budget: until its D-efficiency against all inliers is that")
       ->delimiter(',')
       ->check(CLI::Range(1e-6, 1.0));
   program.add_option("--tau", options.selection.tau, "shared_cells, shared_keyframes: what a group shares, px")

@@ -80,7 +80,8 @@ nlohmann::ordered_json difference_of(const Summary& ours, const Summary& theirs,
   const std::vector<double> our_drifts = mean_drifts(ours, member), their_drifts = mean_drifts(theirs, member);
   std::vector<double> percents;
   const double mean = mean_of(their_drifts).value;
-  for (std::size_t i = 0; i < our_drifts.size(); ++i) percents.push_back(100 * (our_drifts[i] - their_drifts[i]) / mean);
+  for (std::size_t i = 0; i < our_drifts.size(); ++i)
+    percents.push_back(100 * (our_drifts[i] - their_drifts[i]) / mean);
   const maxlogdet::sim::Estimate difference = mean_of(percents);
   return {{"percent", number(difference.value)}, {"ci95", number(difference.ci95)}};
 }

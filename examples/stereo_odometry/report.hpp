@@ -66,11 +66,11 @@ struct Summary {
   std::vector<Outcome> runs;
 };
 
-/// summary.json: a list of selector, budget (null: none), target_efficiency (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
-/// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of; against: difference to inl,
-/// and to random and bucket of the same budget, paired by window, in percent, with the half width of its 95 %
-/// interval). Errors are means over runs, times medians over runs of means over frames. Trajectories are aligned
-/// without scale, which these cameras know.
+/// summary.json: a list of selector, budget (null: none), target_efficiency (null: none), ate_m, rpe_m_per_s,
+/// roe_deg_per_s (per frame), tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of;
+/// against: difference to inl, and to random and bucket of the same budget, paired by window, in percent, with the half
+/// width of its 95 % interval). Errors are means over runs, times medians over runs of means over frames. Trajectories
+/// are aligned without scale, which these cameras know.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
 /// The same for people, and how errors compare with those of `reference`, paired by run and frame.

@@ -61,11 +61,11 @@ struct MatchResidual {
   int octave = 0;
   bool is_stereo = false;
   Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< z - h of u, v, u_right, px
-  double motion = 0;                                ///< px, from where the patch was seen that the match is aligned with
-  double inverse_depth = 0;                         ///< 1/m
-  std::size_t observations = 0;                     ///< keyframes that have seen the point
-  std::int64_t age = 0;                             ///< keyframes since the one with that patch
-  double map_variance[2] = {};                      ///< of u, v, px^2: what the point's covariance explains
+  double motion = 0;             ///< px, from where the patch was seen that the match is aligned with
+  double inverse_depth = 0;      ///< 1/m
+  std::size_t observations = 0;  ///< keyframes that have seen the point
+  std::int64_t age = 0;          ///< keyframes since the one with that patch
+  double map_variance[2] = {};   ///< of u, v, px^2: what the point's covariance explains
 };
 
 /// What one frame gave.
@@ -75,9 +75,9 @@ struct FrameResult {
   bool is_keyframe = false;
   std::size_t searched = 0;  ///< local map points that were looked for
   std::vector<maxlogdet::sim::Match> matches;
-  std::vector<std::uint32_t> inliers;   ///< of matches, before selection
-  std::vector<std::uint32_t> selected;  ///< of matches, what the pose was optimised with
-  std::vector<char> is_outlier;         ///< a match each, chi2 at the optimised pose
+  std::vector<std::uint32_t> inliers;    ///< of matches, before selection
+  std::vector<std::uint32_t> selected;   ///< of matches, what the pose was optimised with
+  std::vector<char> is_outlier;          ///< a match each, chi2 at the optimised pose
   std::vector<MatchResidual> residuals;  ///< a match each, if they are kept
   /// Log det of the information of what is selected, prior and blocks as the selector's; and its efficiency,
   /// (det / det of a proved bound for as many of the inliers)^(1/6).
@@ -119,7 +119,7 @@ class StereoTracker {
   maxlogdet::sim::RejectionOptions gate_;  // the explicit rejection's limits
   LocalMap map_;
   Matcher matcher_;
-  maxlogdet::sim::MatchArrays arrays_;  // of the matches
+  maxlogdet::sim::MatchArrays arrays_;                 // of the matches
   std::vector<maxlogdet::sim::Whitening> whitenings_;  // likewise; empty: residuals know pixel noise alone
   maxlogdet::sim::FeatureSelector selector_;
   maxlogdet::sim::MotionNoiseEstimate noise_;
