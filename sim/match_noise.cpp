@@ -3,19 +3,33 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 
 namespace maxlogdet::sim {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+Eigen::Matrix3d Whitening::matrix() const {
+  Eigen::Matrix3d W;
+  W << w00, 0, 0, w10, w11, 0, w20, w21, w22;
+  return W;
+}
 
 Whitening whitening_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
                        const Eigen::Matrix3d& map_covariance) {
   const Eigen::Vector3d p = T_cw * Eigen::Map<const Eigen::Vector3d>(match.point);
-  const double z = p.z() > 0 ? 1 / p.z() : std::nan("");
+  const double z = p.z() > 0 ? 1 / p.z() : nan;
   const double x = p.x() * z, y = p.y() * z, right = x - camera.bf / camera.fx * z;
   Eigen::Matrix3d J;
   J << camera.fx * z, 0, -camera.fx * x * z, 0, camera.fy * z, -camera.fy * y * z, camera.fx * z, 0,
       -camera.fx * right * z;
   J = J * T_cw.linear();
-  const double variance = 1 / match.inv_sigma2;
+  const double told = 1 / match.inv_sigma2;
+  const double variance = told > 0 && told < infinity ? told : nan;
   Eigen::Matrix3d S = J * map_covariance * J.transpose();
   S.diagonal().array() += variance;
   Whitening W;
