@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/shared_error.hpp"
 
+#include "sim/match_noise.hpp"
 #include "sim/projection.hpp"
 
 #include <Eigen/Cholesky>
@@ -17,18 +18,11 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // By how much rounding may let a gain exceed its bound, nats.
 constexpr double rounding = 1e-9;
 
-// L^-1 of Sigma = L L^T, as whiten() says; not finite where Sigma is not positive definite.
-Eigen::Matrix3d inverse_noise_factor(const LinearizedMatch& at, double variance, const BlockOptions& options,
-                                     const double* map_covariance) {
-  Eigen::Matrix3d sigma = variance * Eigen::Matrix3d::Identity();
-  if (options.weighting == Weighting::measurement_and_map) {
-    Eigen::Matrix3d sigma_p = options.map_sigma * options.map_sigma * Eigen::Matrix3d::Identity();
-    if (map_covariance != nullptr) sigma_p = Eigen::Map<const Eigen::Matrix3d>(map_covariance);
-    sigma += at.H_p * sigma_p * at.H_p.transpose();
-  }
-  const Eigen::LLT<Eigen::Matrix3d> factor(sigma);
-  if (factor.info() != Eigen::Success) return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  return factor.matrixL().solve(Eigen::Matrix3d::Identity());
+// Sigma_p as a block of these options has it, m^2.
+Eigen::Matrix3d map_covariance_of(const BlockOptions& options, const double* told) {
+  if (options.weighting != Weighting::measurement_and_map) return Eigen::Matrix3d::Zero();
+  if (told != nullptr) return Eigen::Map<const Eigen::Matrix3d>(told);
+  return options.map_sigma * options.map_sigma * Eigen::Matrix3d::Identity();
 }
 
 // G and S, as SharedInformation has them.
@@ -58,13 +52,13 @@ WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& opti
   WhitenedMatch result;
   const Match& match = frame.matches[i];
   const bool stereo = options.third == ThirdMeasurement::stereo;
+  const Pose T_cw = pose_of(frame.T_cw_prior);
   LinearizedMatch at;
-  const double variance = 1 / match.inv_sigma2;
-  if (!(in_camera(frame, match)[2] >= options.min_depth) || !(variance > 0 && variance < infinity) ||
-      !linearize(frame.camera, pose_of(frame.T_cw_prior), match, stereo, at)) {
+  if (!(in_camera(frame, match)[2] >= options.min_depth) || !linearize(frame.camera, T_cw, match, stereo, at)) {
     return result;
   }
-  const Eigen::Matrix3d whitening = inverse_noise_factor(at, variance, options, map_covariance);
+  const Eigen::Matrix3d whitening =
+      whitening_of(frame.camera, T_cw, match, stereo, map_covariance_of(options, map_covariance)).matrix();
   Eigen::Matrix<double, 3, 2> of_group;
   of_group << 1, 0, 0, 1, at.rows == 3 ? 1 : 0, 0;
   result.H = whitening * at.H_x;

@@ -28,9 +28,9 @@ struct WhitenedMatch {
   Eigen::Matrix<double, 3, 2> N;  ///< of the error of its group, 1/px
 };
 
-/// Match i of the frame at frame.T_cw_prior, whitened as `options` make its block (measurement or measurement_and_map,
-/// a third row of none or stereo); 3 x 3 row-major `map_covariance`: Sigma_p, m^2, or nullptr for options.map_sigma^2
-/// I. A match of which append_blocks would make an invalid candidate has 0 rows.
+/// Match i of the frame at frame.T_cw_prior, whitened (whitening_of()) as `options` make its block (measurement or
+/// measurement_and_map, a third row of none or stereo); 3 x 3 row-major `map_covariance`: Sigma_p, m^2, or nullptr for
+/// options.map_sigma^2 I. A match of which append_blocks would make an invalid candidate has 0 rows.
 WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& options, const double* map_covariance);
 
 /// M, and what a match adds to log det M. b_g is followed as a Kalman filter would: given the pose, its mean is
