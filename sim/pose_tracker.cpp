@@ -46,8 +46,10 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   whiten_at(start, frame);
   if (rejects_outliers(selector_.settings().kind)) {
     Rejection all = reject_outliers(frame.camera, frame.matches, candidates, start, optimization_, whitenings_);
-    if (is_good(all)) start = all.estimate.T_cw;
-    whiten_at(start, frame);
+    if (is_good(all)) {
+      start = all.estimate.T_cw;
+      whiten_at(start, frame);
+    }
     result.inliers = std::move(all.inliers);
     frame.T_cw_prior = to_rows(start);
     watch.lap(result.ms_outliers);
@@ -56,7 +58,8 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   } else {
     result.selected = std::move(candidates);
   }
-  Rejection optimized = reject_outliers(frame.camera, frame.matches, result.selected, start, optimization_, whitenings_);
+  Rejection optimized =
+      reject_outliers(frame.camera, frame.matches, result.selected, start, optimization_, whitenings_);
   watch.lap(result.ms_pose);
   result.is_tracked = is_good(optimized);
   if (result.is_tracked) result.T_cw = optimized.estimate.T_cw;

@@ -42,9 +42,9 @@ class PoseTracker {
   static constexpr std::size_t least_inliers = 10;
 
  private:
-  FeatureSelector selector_;
   void whiten_at(const Pose& T_cw, const Frame& frame);
 
+  FeatureSelector selector_;
   RejectionOptions optimization_;
   std::vector<Whitening> whitenings_;  // of the frame's matches; empty: residuals know pixel noise alone
   Pose last_ = Pose::Identity();
