@@ -29,6 +29,7 @@ struct Arguments {
   std::vector<std::size_t> budgets;
   sim::SelectorSettings selection;
   std::string weighting = "map_bias";
+  std::string weights = "measurement";
   std::string strategy = "lazy_greedy";
   double map_sigma = 0.05;
   sim::TrackingOptions options;
@@ -139,11 +140,17 @@ nlohmann::ordered_json settings_of(const std::string& experiment, const Argument
   for (const sim::Trajectory& trajectory : sequences.trajectories) {
     poses[trajectory.name] = {trajectory.poses.size(), fingerprint_of(trajectory)};
   }
-  return {{"experiment", experiment},           {"seed", options.seed},
-          {"selectors", contestants},           {"pool", arguments.selection.pool},
-          {"weighting", arguments.weighting},   {"strategy", arguments.strategy},
-          {"map_sigma_m", arguments.map_sigma}, {"window_s", options.window},
-          {"world", to_json(options.world)},    {"poses", poses}};
+  return {{"experiment", experiment},
+          {"seed", options.seed},
+          {"selectors", contestants},
+          {"pool", arguments.selection.pool},
+          {"weighting", arguments.weighting},
+          {"weights", arguments.weights},
+          {"strategy", arguments.strategy},
+          {"map_sigma_m", arguments.map_sigma},
+          {"window_s", options.window},
+          {"world", to_json(options.world)},
+          {"poses", poses}};
 }
 
 // Run by run, so that a run that is broken off leaves whole ones behind.
@@ -178,6 +185,13 @@ sim::TrackingRuns simulate(Simulation& simulation, const std::string& experiment
   return runs;
 }
 
+// Of which one table differs from another that looks the same.
+std::string weights_of(const Arguments& arguments) {
+  return arguments.weights == to_string(Weighting::measurement)
+             ? "residuals whitened by measurement noise (all_weighted: and errors of the map)"
+             : "residuals whitened by measurement noise and errors of the map";
+}
+
 void run_euroc(const Arguments& arguments) {
   Simulation simulation("euroc", arguments.common);
   const sim::TrackingRuns runs = simulate(simulation, "euroc", arguments);
@@ -186,7 +200,8 @@ void run_euroc(const Arguments& arguments) {
   if (!runs.runs.empty()) {
     simulation.print(
         "Relative errors over windows of 3 s: RPE (m/s), ROE (deg/s); the lowest are bold, among the "
-        "selectors with a budget and among those without:",
+        "selectors with a budget and among those without; " +
+            weights_of(arguments) + ':',
         relative_error_table(runs));
     simulation.print("Means over sequences, with their 95 % interval over runs:", average_table(runs));
     simulation.print("Absolute trajectory error after Sim3 alignment (m):", absolute_error_table(runs));
@@ -212,7 +227,8 @@ void run_budget(const Arguments& arguments) {
   if (!runs.runs.empty()) {
     simulation.print("Errors by budget, " + sim::joined(runs.sequences, ", ") +
                          "; differences to inl in percent of its mean, with their 95 % interval over runs, ▲ better, ▼ "
-                         "worse, · cannot be told:",
+                         "worse, · cannot be told; " +
+                         weights_of(arguments) + ':',
                      budget_summary(runs, arguments.options.selectors));
     simulation.plot("budget", budget_plot(runs, arguments.options.selectors), 1300, 460);
   }
@@ -232,10 +248,17 @@ void Arguments::add_to(CLI::App& command) {
   command.add_option("--weighting", weighting, "Which blocks Max-logDet looks at")
       ->check(CLI::IsMember(sim::names_of(sim::weightings)))
       ->capture_default_str();
+  command
+      .add_option("--weights", weights,
+                  "What residuals are whitened by, whatever selects; all_weighted: always measurement_and_map")
+      ->check(CLI::IsMember({"measurement", "measurement_and_map"}))
+      ->capture_default_str();
   command.add_option("--strategy", strategy, "How Max-logDet searches")
       ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
-  command.add_option("--map-sigma", map_sigma, "What all_weighted and measurement_and_map assume of map points, m")
+  command
+      .add_option("--map-sigma", map_sigma,
+                  "What all_weighted and measurement_and_map, of blocks or residuals, assume of map points, m")
       ->check(finite_range(0.0, 10.0))
       ->capture_default_str();
   sim::WorldOptions& world = options.world;
@@ -266,6 +289,7 @@ void complete(Arguments& arguments) {
   sim::SelectorSettings& one = arguments.selection;
   one.blocks.weighting = sim::find_named(sim::weightings, arguments.weighting).value();
   one.blocks.map_sigma = arguments.map_sigma;
+  one.weights = sim::find_named(sim::weightings, arguments.weights).value();
   one.blocks.threads = 1;
   one.search.strategy = sim::find_named(sim::strategies, arguments.strategy).value();
   one.search.threads = 1;
@@ -286,14 +310,19 @@ void check_used(const CLI::App& command, const Arguments& arguments, bool has_po
   const bool has_budget = has_one(sim::has_budget);
   const bool has_blocks = has_one(sim::uses_blocks);
   const bool has_strategy = has_one(sim::uses_strategy);
-  const bool has_map_sigma = has(arguments, sim::SelectorKind::all_weighted) ||
-                             (has_blocks && arguments.weighting == to_string(Weighting::measurement_and_map));
+  const bool has_weights = has_one([](sim::SelectorKind kind) { return kind != sim::SelectorKind::all_weighted; });
+  const std::string with_map = to_string(Weighting::measurement_and_map);
+  const bool has_map_sigma = has(arguments, sim::SelectorKind::all_weighted) || arguments.weights == with_map ||
+                             (has_blocks && arguments.weighting == with_map);
   sim::refuse_idle(command, "--budget", has_budget, "a selector that has one");
   sim::refuse_idle(command, "--pool", has_pool, "--selectors quality_md");
   sim::refuse_idle(command, "--strategy", has_strategy, "--selectors md or quality_md");
   sim::refuse_idle(command, "--weighting", has_blocks, "--selectors md or quality_md");
-  sim::refuse_idle(command, "--map-sigma", has_map_sigma,
-                   "--selectors all_weighted, or --weighting measurement_and_map of md or quality_md");
+  sim::refuse_idle(command, "--weights", has_weights, "a selector other than all_weighted");
+  sim::refuse_idle(
+      command, "--map-sigma", has_map_sigma,
+      "--selectors all_weighted, --weights measurement_and_map, or --weighting measurement_and_map of md or "
+      "quality_md");
   if (has_one(sim::shares_errors) && arguments.weighting.rfind("map_bias", 0) == 0) {
     throw sim::InputError(
         "--selectors shared_cells, shared_keyframes: expected --weighting measurement or "

@@ -179,6 +179,41 @@ TEST_F(Simulate, euroc_takes_sequences_and_selectors_by_name) {
   expect_refused(run(small_tracking("euroc") + "--selectors best"), "best");
 }
 
+TEST_F(Simulate, residuals_are_whitened_as_told) {
+  write_trajectory("first");
+  const std::string euroc = small_tracking("euroc") + "--seconds 3.5 --selectors md,all,all_weighted ";
+  ASSERT_EQ(run(euroc + "--output plain").exit_code, 0);
+  ASSERT_EQ(run(euroc + "--weights measurement --output told").exit_code, 0);
+  const Outcome outcome = run(euroc + "--weights measurement_and_map --output map");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(without_times("told/euroc.csv"), without_times("plain/euroc.csv")) << "the default";
+  const auto plain = csv("plain/euroc.csv"), map = csv("map/euroc.csv");
+  ASSERT_EQ(map.size(), 1 + 3 * 2U);
+  std::map<std::string, std::vector<std::string>> errors_of;
+  for (std::size_t i = 1; i < map.size(); ++i) {
+    const std::string& selector = map[i].at(1);
+    errors_of[selector].push_back(map[i].at(3));
+    EXPECT_EQ(map[i].at(3) == plain.at(i).at(3), selector == "all_weighted") << selector;
+  }
+  EXPECT_EQ(errors_of["all"], errors_of["all_weighted"]) << "nothing is left to tell them apart";
+
+  EXPECT_EQ(nlohmann::json::parse(contents("plain/euroc.json"))["settings"]["weights"], "measurement");
+  EXPECT_EQ(nlohmann::json::parse(contents("map/euroc.json"))["settings"]["weights"], "measurement_and_map");
+  EXPECT_NE(contents("plain/euroc.md").find("whitened by measurement noise (all_weighted: and"), std::string::npos);
+  EXPECT_NE(contents("map/euroc.md").find("whitened by measurement noise and errors of the map"), std::string::npos);
+  expect_refused(run(euroc + "--output map"), "map/euroc_runs.jsonl:1: holds runs of other settings");
+
+  const std::string budget = small_tracking("budget") + "--seconds 3.5 --budgets 40 --output ";
+  ASSERT_EQ(run(budget + "budget").exit_code, 0);
+  ASSERT_EQ(run(budget + "budget_map --weights measurement_and_map").exit_code, 0);
+  const auto rows = csv("budget/budget.csv"), rows_of_map = csv("budget_map/budget.csv");
+  ASSERT_EQ(rows_of_map.size(), 1 + 3 * 2U);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at(4) == rows_of_map.at(i).at(4), rows[i].at(1) == "all_weighted") << rows[i].at(1);
+  }
+  EXPECT_NE(contents("budget_map/budget.md").find("and errors of the map"), std::string::npos);
+}
+
 TEST_F(Simulate, without_recorded_trajectories_one_is_built_in) {
   const Outcome outcome =
       run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
@@ -257,6 +292,9 @@ TEST_F(Simulate, refuses_options_that_do_nothing_without_another) {
   expect_refused(run(euroc + "random --strategy greedy"), "--strategy does nothing here");
   expect_refused(run(euroc + "random --weighting measurement"), "--weighting does nothing here");
   expect_refused(run(euroc + "md --map-sigma 0.1"), "--map-sigma does nothing here");
+  expect_refused(run(euroc + "inl --weights measurement --map-sigma 0.1"), "--map-sigma does nothing here");
+  expect_refused(run(euroc + "all_weighted --weights measurement_and_map"), "--weights does nothing here");
+  expect_refused(run(euroc + "inl --weights map_bias"), "--weights");
   expect_refused(run(euroc + "leverage --strategy greedy"), "--strategy does nothing here");
   expect_refused(run(euroc + "md,shared_cells"), "expected --weighting measurement or measurement_and_map");
   const std::string used = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output ";
@@ -264,6 +302,7 @@ TEST_F(Simulate, refuses_options_that_do_nothing_without_another) {
       run(euroc + "quality_md --pool 30 --strategy greedy --weighting measurement_and_map" + used + "out").exit_code,
       0);
   EXPECT_EQ(run(euroc + "random,all_weighted" + used + "other").exit_code, 0);
+  EXPECT_EQ(run(euroc + "random --weights measurement_and_map" + used + "weights").exit_code, 0);
   EXPECT_EQ(run(euroc +
                 "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting "
                 "measurement_and_map" +
