@@ -206,7 +206,7 @@ Subset add_spoilt(Frame& frame) {
     std::copy_n(p.data(), 3, match.point);
     add(match, good);
   }
-  for (const double bad : {0.0, -1.0, nan, infinity}) {
+  for (const double bad : {0.0, 1e-310, -1.0, nan, infinity}) {
     Match match = frame.matches[0];
     match.inv_sigma2 = bad;
     add(match, good);
