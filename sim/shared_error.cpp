@@ -57,12 +57,12 @@ WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& opti
   if (!(in_camera(frame, match)[2] >= options.min_depth) || !linearize(frame.camera, T_cw, match, stereo, at)) {
     return result;
   }
-  result.whitening =
+  const Eigen::Matrix3d whitening =
       whitening_of(frame.camera, T_cw, match, stereo, map_covariance_of(options, map_covariance)).matrix();
   Eigen::Matrix<double, 3, 2> of_group;
   of_group << 1, 0, 0, 1, at.rows == 3 ? 1 : 0, 0;
-  result.H = result.whitening * at.H_x;
-  result.N = result.whitening * of_group;
+  result.H = whitening * at.H_x;
+  result.N = whitening * of_group;
   if (result.H.allFinite() && result.N.allFinite()) result.rows = at.rows;
   return result;
 }
