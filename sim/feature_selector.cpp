@@ -227,8 +227,8 @@ void FeatureSelector::select_with_shared_errors(const Frame& frame, const Matche
   }
   whitened_.assign(frame.matches.size(), {});
   for (const std::uint32_t i : candidates) {
-    whitened_[i] =
-        whiten(frame, i, blocks, arrays.map_covariances == nullptr ? nullptr : arrays.map_covariances + 9 * i);
+    whitened_[i] = whiten(frame, i, blocks,
+                          arrays.map_covariances == nullptr ? nullptr : arrays.map_covariances + std::size_t{9} * i);
   }
   shared_.select(whitened_, groups_.of_matches(), groups_.count(), settings_.tau, prior(), settings_.budget, selected);
 }

@@ -117,7 +117,7 @@ class FeatureSelector {
   void select_by_blocks(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates,
                         std::vector<std::uint32_t>& selected);
   void build_blocks(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates);
-  void search(const Options& options, std::size_t budget, std::vector<std::uint32_t>& selected);
+  void search(const Options& how, std::size_t budget, std::vector<std::uint32_t>& selected);
   void search_with_maxima(std::vector<std::uint32_t>& selected);
   void draw_by_leverage(std::vector<std::uint32_t>& selected);
   void draw_others(const std::vector<std::uint32_t>& candidates, std::vector<std::uint32_t>& selected);

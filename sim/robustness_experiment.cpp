@@ -3,18 +3,18 @@
 
 #include "sim/draws.hpp"
 #include "sim/frame_reader.hpp"
+#include "sim/match_noise.hpp"
 #include "sim/outlier_rejection.hpp"
+#include "sim/pose_optimizer.hpp"
 #include "sim/projection.hpp"
 #include "sim/runs.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <optional>
 
 namespace maxlogdet::sim {
 namespace {
@@ -131,17 +131,19 @@ BlockOptions block_options() {
 // A residual uniform in the ball that the chi2 test passes, at the truth, in deviations.
 void lead_astray(Frame& at_truth, const Run& run, double gate, std::uint32_t i) {
   Match& match = at_truth.matches[i];
-  const WhitenedMatch whitened = whiten(at_truth, i, block_options(), at_truth.map_covariances[i].data());
   LinearizedMatch at;
-  if (whitened.rows == 0 || !linearize(at_truth.camera, run.true_T_cw, match, true, at)) return;
+  if (!linearize(at_truth.camera, run.true_T_cw, match, true, at)) return;
   const RejectionOptions limits;
   const bool is_stereo = at.rows == 3;
   const double radius = is_stereo ? std::sqrt(gate * limits.chi2_stereo) * std::cbrt(run.stray_quantiles[i])
                                   : std::sqrt(gate * limits.chi2_monocular * run.stray_quantiles[i]);
   Eigen::Vector3d direction = run.strays[i];
   if (!is_stereo) direction[2] = 0;
+  const Eigen::Map<const Eigen::Matrix3d> map_covariance(at_truth.map_covariances[i].data());
+  Eigen::Matrix3d L_inverse = whitening_of(at_truth.camera, run.true_T_cw, match, true, map_covariance).matrix();
+  if (!is_stereo) L_inverse(2, 2) = 1;  // a row that is not there
   const Eigen::Vector3d residual =
-      whitened.whitening.triangularView<Eigen::Lower>().solve(Eigen::Vector3d(radius * direction.normalized()));
+      L_inverse.triangularView<Eigen::Lower>().solve(Eigen::Vector3d(radius * direction.normalized()));
   add_to_pixels(match, residual - at.residual);
 }
 
@@ -212,18 +214,22 @@ class Contest {
       : options_(options), disturbed_(disturbed), seed_(seed), all_(disturbed.frame.matches.size()) {
     std::iota(all_.begin(), all_.end(), 0U);
     const Frame& frame = disturbed.frame;
-    for (std::size_t i = 0; i < all_.size(); ++i) {
-      whitened_.push_back(whiten(frame, i, block_options(), frame.map_covariances[i].data()));
-    }
+    whiten(frame.camera, pose_of(frame.T_cw_prior), frame.matches, true, frame.map_covariances.front().data(), 0,
+           whitenings_);
   }
 
   RobustnessOutcome outcome(SelectorKind kind, std::size_t budget) {
     std::vector<std::uint32_t> selected = kind == SelectorKind::all ? all_ : order_of(kind, budget);
     selected.resize(std::min(budget, selected.size()));
-    const std::optional<Pose> T_cw = least_squares(selected);
+    const Frame& frame = disturbed_.frame;
+    PoseOptions pose;
+    pose.max_iterations = 20;
+    const PoseEstimate estimate =
+        optimize_pose(frame.camera, frame.matches, selected, pose_of(frame.T_cw_prior), pose, whitenings_);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    if (!T_cw) return {nan, nan};
-    return {camera_distance(*T_cw, disturbed_.true_T_cw), camera_angle_deg(*T_cw, disturbed_.true_T_cw)};
+    if (!estimate.is_usable()) return {nan, nan};
+    return {camera_distance(estimate.T_cw, disturbed_.true_T_cw),
+            camera_angle_deg(estimate.T_cw, disturbed_.true_T_cw)};
   }
 
  private:
@@ -243,36 +249,11 @@ class Contest {
     return order;
   }
 
-  // Gauss-Newton from the prior.
-  std::optional<Pose> least_squares(const std::vector<std::uint32_t>& subset) const {
-    constexpr int most_steps = 20;
-    Pose T_cw = pose_of(disturbed_.frame.T_cw_prior);
-    for (int step = 0; step < most_steps; ++step) {
-      Matrix6 information = Matrix6::Zero();
-      Vector6 gradient = Vector6::Zero();
-      for (const std::uint32_t i : subset) {
-        LinearizedMatch at;
-        if (whitened_[i].rows == 0 ||
-            !linearize(disturbed_.frame.camera, T_cw, disturbed_.frame.matches[i], true, at)) {
-          continue;
-        }
-        const Eigen::Matrix<double, 3, 6> H = whitened_[i].whitening * at.H_x;
-        information.noalias() += H.transpose() * H;
-        gradient.noalias() += H.transpose() * (whitened_[i].whitening * at.residual);
-      }
-      const Vector6 xi = information.llt().solve(gradient);
-      if (!xi.allFinite()) return std::nullopt;
-      T_cw = orthonormal(exp_se3(xi) * T_cw);
-      if (xi.lpNorm<Eigen::Infinity>() < 1e-9) return T_cw;
-    }
-    return std::nullopt;
-  }
-
   const RobustnessOptions& options_;
   const DisturbedFrame& disturbed_;
   std::uint64_t seed_;
   std::vector<std::uint32_t> all_;
-  std::vector<WhitenedMatch> whitened_;
+  std::vector<Whitening> whitenings_;
   std::map<std::pair<SelectorKind, std::size_t>, std::vector<std::uint32_t>> orders_;
 };
 

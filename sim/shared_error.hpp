@@ -24,7 +24,6 @@ namespace maxlogdet::sim {
 /// A match's rows, whitened by its own noise. Rows beyond `rows` are zero.
 struct WhitenedMatch {
   int rows = 0;                   ///< 2 monocular, 3 stereo; 0: no candidate
-  Eigen::Matrix3d whitening;      ///< L^-1, lower triangular, 1/px
   Eigen::Matrix<double, 3, 6> H;  ///< of the pose, left perturbation
   Eigen::Matrix<double, 3, 2> N;  ///< of the error of its group, 1/px
 };

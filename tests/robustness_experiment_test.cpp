@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/robustness_experiment.hpp"
 
+#include "sim/match_noise.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/projection.hpp"
 #include "sim/robustness_report.hpp"
@@ -63,16 +64,14 @@ std::vector<Eigen::Vector3d> residuals_of(const DisturbedFrame& disturbed) {
   return residuals;
 }
 
-// L^-1 of the residual, whitened at the truth with what is believed of its noise.
+// The residual in deviations, at the truth, with what is believed of its noise.
 Eigen::Vector3d whitened_residual(const DisturbedFrame& disturbed, std::size_t i) {
-  sim::Frame at_truth = disturbed.frame;
-  at_truth.T_cw_prior = sim::to_rows(disturbed.true_T_cw);
-  BlockOptions options;
-  options.weighting = Weighting::measurement_and_map;
-  options.third = ThirdMeasurement::stereo;
-  const sim::WhitenedMatch match = whiten(at_truth, i, options, at_truth.map_covariances[i].data());
-  EXPECT_GT(match.rows, 0);
-  return match.whitening * residuals_of(disturbed)[i];
+  Eigen::Vector3d e = residuals_of(disturbed)[i];
+  const sim::Frame& frame = disturbed.frame;
+  whitening_of(frame.camera, disturbed.true_T_cw, frame.matches[i], true,
+               Eigen::Map<const Eigen::Matrix3d>(frame.map_covariances[i].data()))
+      .apply(e[0], e[1], e[2]);
+  return e;
 }
 
 TEST(Robustness, the_same_run_has_the_same_result_and_another_run_or_seed_another) {
