@@ -14,3 +14,4 @@
 #include "own_tracker.inc"
 #include "per_thread.inc"
 #include "priors.inc"
+#include "weigh_rows.inc"

@@ -209,6 +209,39 @@ TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_mor
   }
 }
 
+TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const PinholeCamera camera = {458, 457, 367, 248, 50};
+  const double covariance[9] = {0.2, 0.01, 0, 0.01, 0.3, 0, 0, 0, 0.5};
+  const SeenPoint seen = {random_point_in_camera(random),
+                          camera.bf,
+                          camera.fx,
+                          camera.fy,
+                          2,
+                          Eigen::Map<const Eigen::Matrix3d>(covariance)};
+  GoodFeatures good(1);
+  good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  FeatureMatch match;
+  std::copy_n(seen.p_c.data(), 3, match.point);
+  match.third = 0;
+  match.sigma = 2;
+  match.covariance = covariance;
+  good.add(match);
+  Eigen::Matrix<double, 3, 6> H = Derivatives(seen).H_x;
+  const Eigen::Matrix<double, 3, 6> before = H;
+  Eigen::Vector3d e(1, 2, 3);
+  weigh_rows(good, 0, 2, e, H);
+  EXPECT_LT(relative_difference(gram(H), information_of(seen)), 1e-6);
+  // e is whitened alike.
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> W;
+  ASSERT_TRUE(good.whitening(0, W.data()));
+  EXPECT_LT(relative_difference(e, product(W, Eigen::Vector3d(1, 2, 3))), 1e-12);
+  H = before;
+  weigh_rows(good, 1, 2, e, H);  // there is none
+  EXPECT_LT(relative_difference(H, before / 2), 1e-12);
+}
+
 TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
   Random random;
   SCOPED_TRACE(random.name());
