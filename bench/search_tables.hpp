@@ -21,4 +21,7 @@ void write_denormal_table();
 /// backward: backward greedy against lazy greedy.
 void write_backward_table();
 
+/// stopping: what it costs to look for a target in every round.
+void write_target_table();
+
 }  // namespace maxlogdet::bench

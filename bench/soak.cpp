@@ -246,7 +246,7 @@ std::string complaint_about(const Phase& phase) {
 }
 
 int soak(std::size_t selections, std::uint64_t seed, const std::string& output) {
-  constexpr std::size_t status_count = static_cast<std::size_t>(Status::unsupported_isa) + 1;
+  constexpr std::size_t status_count = static_cast<std::size_t>(Status::unsupported_target) + 1;
   double load[3] = {};
   getloadavg(load, 3);
   if (sim::allocations() < 0) {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs maxlogdet_search_tables and writes its tables into docs/performance.md.
 
-Usage: write_search_tables.py PROGRAM [denormals]    denormals: that table alone
+Usage: write_search_tables.py PROGRAM [denormals|targets]    with a name: that table alone
 """
 
 import datetime

@@ -85,6 +85,11 @@ std::string explained(Status status, const Options& options) {
              " cannot keep to --grid; greedy, lazy_greedy and stochastic_greedy can";
     case Status::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
+    case Status::invalid_target:
+      return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or more for --target-translation-sigma and "
+             "--target-rotation-sigma";
+    case Status::unsupported_target:
+      return "greedy, lazy_greedy and stochastic_greedy without --exchange-sweeps can stop at a target, nothing else";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }
@@ -117,6 +122,11 @@ void check(const sim::Frame& frame, const BlockReport& report) {
   }
 }
 
+// Which targets are given.
+bool has_efficiency(const Options& options) { return options.target_efficiency > 0; }
+bool has_translation(const Options& options) { return options.target_translation_sigma > 0; }
+bool has_rotation(const Options& options) { return options.target_rotation_sigma > 0; }
+
 void print_json(const sim::Frame& frame, const SelectArguments& arguments, const Selection& selection,
                 const Timing& timing) {
   const auto in_us = [](const sim::Latency& latency) {
@@ -147,6 +157,9 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
     line["upper_bound"] = selection.upper_bound;
     line["efficiency"] = selection.efficiency();
   }
+  if (has_efficiency(arguments.options)) line["efficiency_of_all"] = selection.efficiency_of_all;
+  if (has_translation(arguments.options)) line["translation_sigma"] = selection.translation_sigma;
+  if (has_rotation(arguments.options)) line["rotation_sigma"] = selection.rotation_sigma;
   line["evaluations"] = selection.evaluations;
   line["float64_decisions"] = selection.float64_decisions;
   line["latency_us"] = in_us(timing.select);
@@ -173,6 +186,19 @@ void print_table_header(const SelectArguments& arguments) {
   std::cout
       << "frame            candidates selected  status              log det evaluations    select us   blocks us\n"
          "                                                           (nats)              median    p99    median\n";
+}
+
+// What was reached of the targets given.
+void print_reached(const Options& options, const Selection& selection) {
+  const auto print = [](const char* format, double value) {
+    char line[160];
+    std::snprintf(line, sizeof line, format, value);
+    std::cout << line;
+  };
+  if (has_efficiency(options))
+    print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency_of_all);
+  if (has_translation(options)) print("\nexpected deviation of the translation %.6g m\n", selection.translation_sigma);
+  if (has_rotation(options)) print("\nexpected deviation of the rotation %.6g rad\n", selection.rotation_sigma);
 }
 
 void print_selected(const sim::Frame& frame, const Selection& selection) {
@@ -263,6 +289,7 @@ void run(const SelectArguments& arguments) {
     }
     if (&frame == &frames.front()) print_table_header(arguments);
     print_table_row(frame, selection, timing);
+    if (frames.size() == 1) print_reached(options, selection);
     if (frames.size() == 1) print_selected(frame, selection);
   }
   if (arguments.as_json) return;
@@ -324,6 +351,18 @@ void add_select_command(CLI::App& program) {
       ->add_option("--exchange-sweeps", arguments->exchange_sweeps,
                    "Sweeps that swap selected matches for better ones; pays for budgets of 20 or less")
       ->check(CLI::Range(std::int64_t{0}, most))
+      ->capture_default_str();
+  command
+      ->add_option("--target-efficiency", options.target_efficiency,
+                   "Stops at this D-efficiency against all candidates, at most 1; 0: none")
+      ->capture_default_str();
+  command
+      ->add_option("--target-translation-sigma", options.target_translation_sigma,
+                   "Stops at this expected deviation of the translation, m; 0: none")
+      ->capture_default_str();
+  command
+      ->add_option("--target-rotation-sigma", options.target_rotation_sigma,
+                   "Stops at this expected deviation of the rotation, rad; 0: none")
       ->capture_default_str();
   command->add_option("--grid", arguments->grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each");
   command->add_option("--max-per-cell", arguments->max_per_cell, "Matches of a cell of --grid")

@@ -190,6 +190,7 @@ std::uint32_t ActiveSelection::next() noexcept {
 std::size_t ActiveSelection::next(std::uint32_t* indices, std::size_t count) noexcept {
   if (!state_ || state_->proposals == nullptr || indices == nullptr || count == 0) return 0;
   Proposals& now = *state_->proposals;
+  if (now.search.is_enough) return 0;
   if (now.count == 0) now.propose(count);
   const std::size_t given = std::min(count, now.count);
   for (std::size_t j = 0; j < given; ++j) indices[j] = now.index(j);

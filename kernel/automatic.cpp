@@ -13,7 +13,7 @@ constexpr std::size_t least_relaxed_budget = 60;
 }  // namespace
 
 Strategy chosen_for(const Search& search) noexcept {
-  if (search.constraints.has_groups()) return Strategy::lazy_greedy;
+  if (search.constraints.has_groups() || search.target.is_asked()) return Strategy::lazy_greedy;
   const std::size_t n = search.remaining;
   const std::size_t k = search.budget - search.selected;
   if (3 * k >= 2 * n) return Strategy::backward_greedy;

@@ -121,16 +121,13 @@ class Removal {
     return true;
   }
 
-  // All at once, a tenth of the time of adding them one by one; but that squares the condition number. False if it does
-  // so too much.
+  // False if the squared condition number leaves too few digits.
   bool sum_up() noexcept {
-    const Candidates& candidates = search_.candidates;
     unsigned char* const counted = search_.open;
-    std::copy_n(left_, candidates.size(), counted);
+    std::copy_n(left_, search_.candidates.size(), counted);
     for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
     double sum[state_dimension * state_dimension];
-    search_.kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), sum);
-    const double roundings = simd::sum_roundings(candidates.size(), candidates.rows());
+    const double roundings = search_.sum_up(counted, sum);
     return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
   }
 
@@ -164,6 +161,6 @@ Status run(Search& search, const Options& /*options*/) noexcept { return backwar
 
 }  // namespace
 
-constexpr Method backward_greedy_method = {run, no_groups, one_thread_only};
+constexpr Method backward_greedy_method = {run, no_groups_or_targets, one_thread_only};
 
 }  // namespace maxlogdet

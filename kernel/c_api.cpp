@@ -55,7 +55,10 @@ constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGU
                                                    0,
                                                    0,
                                                    1,
-                                                   0};
+                                                   0,
+                                                   not_a_number,
+                                                   not_a_number,
+                                                   not_a_number};
 constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
 constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
 
@@ -239,10 +242,10 @@ int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* 
 }
 
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
-  return selection != nullptr && selection->status >= MAXLOGDET_STATUS_OK &&
-                 selection->status <= MAXLOGDET_STATUS_DEADLINE_REACHED
-             ? 1
-             : 0;
+  if (selection == nullptr) return 0;
+  maxlogdet::Selection cpp_selection{};
+  cpp_selection.status = static_cast<maxlogdet::Status>(selection->status);
+  return cpp_selection.has_answer() ? 1 : 0;
 }
 
 double maxlogdet_selection_efficiency(const maxlogdet_selection* selection) {

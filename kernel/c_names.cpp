@@ -36,7 +36,10 @@ static_assert(is_same(MAXLOGDET_STATUS_OK, Status::ok) &&
                   is_same(MAXLOGDET_STATUS_UNSUPPORTED_GROUPS, Status::unsupported_groups) &&
                   is_same(MAXLOGDET_STATUS_NOTHING_PROPOSED, Status::nothing_proposed) &&
                   is_same(MAXLOGDET_STATUS_INVALID_BLOCK, Status::invalid_block) &&
-                  is_same(MAXLOGDET_STATUS_UNSUPPORTED_ISA, Status::unsupported_isa),
+                  is_same(MAXLOGDET_STATUS_UNSUPPORTED_ISA, Status::unsupported_isa) &&
+                  is_same(MAXLOGDET_STATUS_TARGET_REACHED, Status::target_reached) &&
+                  is_same(MAXLOGDET_STATUS_INVALID_TARGET, Status::invalid_target) &&
+                  is_same(MAXLOGDET_STATUS_UNSUPPORTED_TARGET, Status::unsupported_target),
               "values of the C API are for ever: a new Status goes to the end");
 static_assert(is_same(MAXLOGDET_WEIGHTING_MAP_BIAS, Weighting::map_bias) &&
                   is_same(MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD, Weighting::map_bias_world) &&

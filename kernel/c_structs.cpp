@@ -84,6 +84,9 @@ maxlogdet_options default_options() noexcept {
   to.group_count = from.group_count;
   to.max_per_group = from.max_per_group;
   to.group_maxima = from.group_maxima;
+  to.target_efficiency = from.target_efficiency;
+  to.target_translation_sigma = from.target_translation_sigma;
+  to.target_rotation_sigma = from.target_rotation_sigma;
   return to;
 }
 
@@ -179,6 +182,9 @@ bool read(const maxlogdet_options* given, Options& options) noexcept {
   options.group_count = from.group_count;
   options.max_per_group = from.max_per_group;
   options.group_maxima = from.group_maxima;
+  options.target_efficiency = from.target_efficiency;
+  options.target_translation_sigma = from.target_translation_sigma;
+  options.target_rotation_sigma = from.target_rotation_sigma;
   return true;
 }
 
@@ -216,6 +222,9 @@ maxlogdet_selection to_c(const Selection& selection) noexcept {
   to.float64_decisions = selection.float64_decisions;
   to.invalid_candidates = selection.invalid_candidates;
   to.threads = selection.threads;
+  to.efficiency_of_all = selection.efficiency_of_all;
+  to.translation_sigma = selection.translation_sigma;
+  to.rotation_sigma = selection.rotation_sigma;
   return to;
 }
 

@@ -54,6 +54,7 @@ struct GoodFeatures::State {
     has_covariances = has_jacobians = false;
     added = 0;
     status = Status::all_selected;
+    is_target_reached = false;
     report = BlockReport();
   }
 
@@ -123,6 +124,7 @@ struct GoodFeatures::State {
   BlockReport report;
   Status status = Status::all_selected;
   double log_det = not_a_number;
+  bool is_target_reached = false;
   bool has_prior = false;
   double prior[state_dimension * state_dimension] = {};
 };
@@ -167,7 +169,9 @@ Status GoodFeatures::State::select(Options options) noexcept {
   const Selection selection = selector.select(store, options);
   const bool are_all_allowed =
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
-  if (selection.status != Status::ok && !are_all_allowed) return selection.status;
+  is_target_reached = selection.status == Status::target_reached;
+  if (is_target_reached && selection.size == store.stored()) return Status::all_selected;  // as without a target
+  if (selection.status != Status::ok && !is_target_reached && !are_all_allowed) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
   const bool are_all = std::find(is_selected.begin(), is_selected.end(), 0) == is_selected.end();
@@ -245,6 +249,7 @@ bool GoodFeatures::build() noexcept { return !state_->is_overfull() && state_->b
 
 Status GoodFeatures::select(const Options& options) noexcept {
   State& s = *state_;
+  s.is_target_reached = false;
   Status status = s.is_overfull() ? Status::capacity_exceeded : Status::invalid_block;
   if (build()) status = s.select(options);
   s.status = status;
@@ -256,6 +261,7 @@ Status GoodFeatures::status() const noexcept { return state_->status; }
 const char* GoodFeatures::reason() const noexcept {
   return state_->status == Status::invalid_block ? to_string(state_->report.status) : to_string(state_->status);
 }
+bool GoodFeatures::is_target_reached() const noexcept { return state_->is_target_reached; }
 const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
 bool GoodFeatures::is_selected(std::size_t i) const noexcept {
   return !state_->is_kept(i) || state_->is_selected[i] != 0;

@@ -94,6 +94,18 @@ bool InformationFactor::reset(const double* prior, const double* added, double r
   return true;
 }
 
+// Derived in docs/numerics.md.
+double InformationFactor::determinant_error(const double* prior, const double* added, double roundings) const noexcept {
+  double scaled = 0;  // tr D M^-1 D, D^2 the diagonal of M
+  for (int d = 0; d < n; ++d) {
+    double variance = 0;
+    for (const auto& row : w_) variance += row[d] * row[d];
+    const double of_prior = prior == nullptr ? default_prior_information : prior[n * d + d];
+    scaled += (of_prior + added[n * d + d]) * variance;
+  }
+  return (update_error + n * roundings * unit_roundoff) * scaled;
+}
+
 double InformationFactor::add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
   for (int row = 0; row < count; ++row) {
     for (int d = 0; d < n; ++d) trace_ += rows[row][d] * rows[row][d];

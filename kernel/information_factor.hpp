@@ -31,6 +31,10 @@ class InformationFactor {
   /// prior_log_det() is then that of both.
   bool reset(const double* prior, const double* added, double roundings) noexcept;
 
+  /// Right after that, how far the sixth root of det M can be off, relatively: relative_error() is larger where
+  /// directions have units of unlike size, which the determinant does not notice.
+  double determinant_error(const double* prior, const double* added, double roundings) const noexcept;
+
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative growth of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 

@@ -28,10 +28,11 @@ struct Method {
 /// The crossover of a strategy whose rounds are too short for two threads.
 constexpr std::size_t one_thread_only = std::numeric_limits<std::size_t>::max();
 
-/// Checks of strategies that take any options, or any but groups.
+/// Checks of strategies that take any options, or any but groups and targets.
 inline Status any_options(const Options& /*options*/) noexcept { return Status::ok; }
-inline Status no_groups(const Options& options) noexcept {
-  return options.groups == nullptr ? Status::ok : Status::unsupported_groups;
+inline Status no_groups_or_targets(const Options& options) noexcept {
+  if (options.groups != nullptr) return Status::unsupported_groups;
+  return Target::is_asked(options) ? Status::unsupported_target : Status::ok;
 }
 
 #define MAXLOGDET_DECLARE(name) extern const Method name##_method;

@@ -33,6 +33,9 @@ const char* to_string(Status status) noexcept {
     case Status::nothing_proposed: return "nothing_proposed";
     case Status::invalid_block: return "invalid_block";
     case Status::unsupported_isa: return "unsupported_isa";
+    case Status::target_reached: return "target_reached";
+    case Status::invalid_target: return "invalid_target";
+    case Status::unsupported_target: return "unsupported_target";
   }
   return "unknown";
 }

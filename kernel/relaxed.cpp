@@ -129,6 +129,6 @@ Status relaxed(Search& search, const Options& /*options*/) noexcept {
 
 }  // namespace
 
-constexpr Method relaxed_method = {relaxed, no_groups, 50000};
+constexpr Method relaxed_method = {relaxed, no_groups_or_targets, 50000};
 
 }  // namespace maxlogdet

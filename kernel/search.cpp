@@ -52,6 +52,7 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       screening(evaluator, candidates.form, candidates.largest_of_form, memory.screening),
       constraints(memory.constraints),
       deadline(options.time_limit),
+      target(options),
       budget(options.budget),
       has_candidates(blocks.size() > 0),
       growths(memory.growths.data()),
@@ -73,8 +74,39 @@ Status Search::start(const BlockStore& blocks, const Options& options) noexcept 
   prior_matrix = options.prior;
   factor = prior;
   remaining = constraints.free_count();
+  if (target.is_asked()) set_target(options);
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
   return Status::ok;
+}
+
+void Search::set_target(const Options& options) noexcept {
+  if (target.needs_all()) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      open[i] = options.excluded == nullptr || options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
+    }
+    target.compare_with(factor_of_all(open));
+  }
+  is_enough = target.is_met(factor);
+}
+
+// From a sum, where det of that is known well enough, else row by row.
+InformationFactor Search::factor_of_all(const unsigned char* counted) const noexcept {
+  double sum[state_dimension * state_dimension] = {};
+  const double roundings = sum_up(counted, sum);
+  InformationFactor all;
+  if (all.reset(prior_matrix, sum, roundings) && all.determinant_error(prior_matrix, sum, roundings) < large_error)
+    return all;
+  all = prior;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (counted[i] != 0) add_rows(static_cast<std::uint32_t>(i), all);
+  }
+  return all;
+}
+
+double Search::sum_up(const unsigned char* counted, double* sum) const noexcept {
+  if (candidates.size() == 0) return 0;
+  kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), sum);
+  return simd::sum_roundings(candidates.size(), candidates.rows());
 }
 
 std::size_t Search::find_best() noexcept {
@@ -110,10 +142,12 @@ std::size_t Search::find_best(std::size_t wanted, std::uint32_t* best) noexcept 
   return known;
 }
 
-double Search::add_rows(std::uint32_t candidate) noexcept {
+double Search::add_rows(std::uint32_t candidate) noexcept { return add_rows(candidate, factor); }
+
+double Search::add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(candidates, candidate, rows);
-  return factor.add_block(kernel, rows, candidates.rows());
+  return to.add_block(kernel, rows, candidates.rows());
 }
 
 bool Search::remove_rows(std::uint32_t candidate) noexcept {
@@ -132,6 +166,7 @@ void Search::append(std::uint32_t candidate, double growth) noexcept {
   indices[selected] = candidate;
   gains[selected] = std::log1p(growth);
   ++selected;
+  if (target.is_asked()) is_enough = target.is_met(factor);
 }
 
 std::size_t Search::select_best() noexcept {
@@ -174,11 +209,14 @@ void Search::reject(std::size_t lane, bool is_round_open) noexcept {
 void Search::report(Status status, Selection& selection) const noexcept {
   for (std::size_t j = 0; j < selected; ++j) reported[j] = candidates.indices[indices[j]];
   const bool takes_all = has_candidates && budget > 0 && remaining == 0;
-  selection.status = status == Status::ok && takes_all ? Status::all_selected : status;
+  selection.status = is_enough                           ? Status::target_reached
+                     : status == Status::ok && takes_all ? Status::all_selected
+                                                         : status;
   selection.indices = reported;
   selection.gains = gains;
   selection.size = selected;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
+  target.report(factor, selection);
   selection.evaluations = screening.evaluations() + losses_evaluated;
   selection.float64_decisions = float64_decisions;
 }
@@ -189,6 +227,8 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
   if (options.budget > memory.capacity) return Status::invalid_budget;
   if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
   if (options.threads < 0) return Status::invalid_threads;
+  const Status of_target = Target::check(options);
+  if (of_target != Status::ok) return of_target;
   const Method* const method = method_of(options.strategy);
   return method == nullptr ? Status::invalid_strategy : method->check(options);
 }
@@ -199,6 +239,9 @@ Selection empty_selection(Status status) noexcept {
   selection.log_det = std::numeric_limits<double>::quiet_NaN();
   selection.upper_bound = std::numeric_limits<double>::quiet_NaN();
   selection.threads = 1;
+  selection.efficiency_of_all = std::numeric_limits<double>::quiet_NaN();
+  selection.translation_sigma = std::numeric_limits<double>::quiet_NaN();
+  selection.rotation_sigma = std::numeric_limits<double>::quiet_NaN();
   return selection;
 }
 

@@ -8,6 +8,7 @@
 #include "kernel/information_factor.hpp"
 #include "kernel/losses.hpp"
 #include "kernel/screening.hpp"
+#include "kernel/target.hpp"
 #include "threading/evaluator.hpp"
 #include "threading/team.hpp"
 
@@ -65,6 +66,8 @@ struct Search {
   InformationFactor prior;
   InformationFactor factor;
   Deadline deadline;
+  Target target;
+  bool is_enough = false;             ///< the targets are met
   std::size_t budget;                 ///< how many to select, those required included
   bool has_candidates;                ///< the store does, be they invalid
   std::size_t remaining = 0;          ///< candidates that may be selected and are not yet
@@ -83,7 +86,7 @@ struct Search {
   double* gains;                      ///< its gains, nats
   float* traces;                      ///< scratch, whole tiles
 
-  bool wants_more() const noexcept { return selected < budget && remaining > 0; }
+  bool wants_more() const noexcept { return selected < budget && remaining > 0 && !is_enough; }
 
   /// The lane of the best of the candidates that this round has evaluated. Float64 decides between those
   /// that float32 cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
@@ -93,8 +96,15 @@ struct Search {
   /// Returns how many; fewer than wanted only where no more remain.
   std::size_t find_best(std::size_t wanted, std::uint32_t* best) noexcept;
 
+  /// sum, 6 x 6: H^T H over the candidates i with counted[i] != 0, all at once, a tenth of the time of adding them one
+  /// by one; but that squares the condition number. Returns its roundings, as InformationFactor::reset takes them.
+  double sum_up(const unsigned char* counted, double* sum) const noexcept;
+
   /// Adds a candidate's rows to the information alone; returns the relative growth of its determinant.
   double add_rows(std::uint32_t candidate) noexcept;
+
+  /// The same to another information.
+  double add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept;
 
   /// Takes them out again; as InformationFactor::remove_block.
   bool remove_rows(std::uint32_t candidate) noexcept;
@@ -126,6 +136,8 @@ struct Search {
 
  private:
   void append(std::uint32_t candidate, double growth) noexcept;
+  void set_target(const Options& options) noexcept;
+  InformationFactor factor_of_all(const unsigned char* counted) const noexcept;
 };
 
 /// The first thing wrong with what the caller asks for; ok if nothing is.

@@ -147,16 +147,17 @@ From start() to stop() the store cannot change; the next start(), the end of the
       .def(py::init<const py::object&>(), py::arg("capacity"))
       .def(
           "start", &OwnActiveSelection::start, py::arg("blocks"), py::arg("budget") = 100,
-          R"(start(self, blocks, budget=100, *, strategy='lazy_greedy', prior=None, time_limit=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          R"(start(self, blocks, budget=100, *, strategy='lazy_greedy', prior=None, time_limit=0.0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
-Begins anew, with arguments as of Selector.select(); the time limit includes the matching, groups count what is accepted.
+Begins anew, with arguments as of Selector.select(); the time limit includes the matching, groups count what is accepted,
+target_efficiency compares with all blocks as offered.
 Strategies are 'greedy', 'lazy_greedy' and 'automatic', here all the same.)")
       .def("next", &OwnActiveSelection::next, R"(next(self)
 --
 
 The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again. None
-when the budget is reached, nothing is left, or the time limit has passed.)")
+when the budget is reached, nothing is left, the time limit has passed, or the targets are met.)")
       .def("next_batch", &OwnActiveSelection::next_batch, py::arg("count"), R"(next_batch(self, count)
 --
 

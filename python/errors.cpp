@@ -13,7 +13,8 @@ const char* explain(Status status) noexcept {
   switch (status) {
     case Status::ok:
     case Status::all_selected:
-    case Status::deadline_reached: return "not an error";
+    case Status::deadline_reached:
+    case Status::target_reached: return "not an error";
     case Status::invalid_budget: return "the budget is above the selector's capacity";
     case Status::invalid_epsilon: return "stochastic_greedy takes 0 < epsilon < 1";
     case Status::invalid_prior: return "the prior is not finite, not symmetric, or not safely positive definite";
@@ -28,6 +29,9 @@ const char* explain(Status status) noexcept {
     case Status::nothing_proposed: return "an answer without a proposal";
     case Status::invalid_block: return "the block as measured is not finite";
     case Status::unsupported_isa: return "MAXLOGDET_ISA names an instruction set not built in, or not of this machine";
+    case Status::invalid_target: return "a target is negative, NaN or infinite, or target_efficiency is above 1";
+    case Status::unsupported_target:
+      return "greedy, lazy_greedy and stochastic_greedy without exchange_sweeps stop at a target, nothing else";
   }
   return "unknown";
 }

@@ -38,6 +38,12 @@ bool SelectOptions::take(const std::string& name, const py::object& value, std::
     prior_.assign(prior.data(), prior.data() + prior.size());
   } else if (name == "time_limit") {
     options.time_limit = number_from(value, "time_limit");
+  } else if (name == "target_efficiency") {
+    options.target_efficiency = number_from(value, "target_efficiency");
+  } else if (name == "target_translation_sigma") {
+    options.target_translation_sigma = number_from(value, "target_translation_sigma");
+  } else if (name == "target_rotation_sigma") {
+    options.target_rotation_sigma = number_from(value, "target_rotation_sigma");
   } else if (name == "required") {
     required_ = mask_of(value, "required", n);
   } else if (name == "excluded") {

@@ -19,7 +19,8 @@ std::string text_of(const Answer& answer) {
 // All but what the arrays tell.
 constexpr PlainMembers numbers(&Selection::status, &Selection::log_det, &Selection::evaluations,
                                &Selection::float64_decisions, &Selection::invalid_candidates, &Selection::upper_bound,
-                               &Selection::strategy, &Selection::threads);
+                               &Selection::strategy, &Selection::threads, &Selection::efficiency_of_all,
+                               &Selection::translation_sigma, &Selection::rotation_sigma);
 
 Answer unpickled(const py::tuple& state) {
   check_state(state, 3);
@@ -60,10 +61,18 @@ len() is the number selected; iterating gives their indices.)")
           "(det M / det of the bound)^(1/6); NaN unless certify=True.")
       .def_property_readonly(
           "status", [](const Answer& self) { return to_string(self.selection.status); },
-          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': what was found until then.")
+          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': what was found until then; "
+          "'target_reached': all targets given are met.")
       .def_property_readonly(
           "strategy", [](const Answer& self) { return to_string(self.selection.strategy); },
           "The one asked for, or what 'automatic' chose.")
+      .def_property_readonly("efficiency_of_all", number(&Selection::efficiency_of_all),
+                             "(det M / det M_all)^(1/6), the share of the information of all valid candidates that are "
+                             "not excluded; NaN without target_efficiency.")
+      .def_property_readonly("translation_sigma", number(&Selection::translation_sigma),
+                             "Expected deviation of the translation, m; NaN without target_translation_sigma.")
+      .def_property_readonly("rotation_sigma", number(&Selection::rotation_sigma),
+                             "Expected deviation of the rotation, rad; NaN without target_rotation_sigma.")
       .def_property_readonly("evaluations", number(&Selection::evaluations),
                              "Gains computed in float32; may differ between machines.")
       .def_property_readonly("float64_decisions", number(&Selection::float64_decisions),

@@ -86,7 +86,7 @@ answer does not depend on it. The GIL is released meanwhile; select() raises Run
            py::arg("capacity"), py::arg("threads") = 0)
       .def(
           "select", &select, py::arg("blocks"), py::arg("budget") = 100,
-          R"(select(self, blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          R"(select(self, blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
 Selects `budget` of the candidates of a BlockStore (or of what makes one): those that maximise
@@ -99,6 +99,10 @@ time_limit: s; 0: none. What there is by then is the answer, with the status 'de
 threads: as of Selector(), whose value None stands for.
 certify: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
 exchange_sweeps: at most so many sweeps of swaps after the search; pays for budgets of 20 or less.
+target_efficiency: in (0, 1]; 0: none. Stops, with the status 'target_reached', when (det M / det M_all)^(1/6) is that
+  much, M the information of prior and selected, M_all with all valid candidates that are not excluded.
+target_translation_sigma, target_rotation_sigma: m, rad; 0: none. Stops when the expected deviations are at most these,
+  the root of the trace of the block of M^-1. Of several targets all have to be met. The greedy strategies take targets.
 required, excluded: (n,) bool: selected in any case, and not at all.
 groups: (n,) integers from 0 on, the group of each; at most group_maxima[g], (groups,), of each are selected, or
   max_per_group if that is None.
@@ -112,7 +116,7 @@ All arrays are copied before the search begins.)")
       });
   module.def(
       "select", &select_once, py::arg("blocks"), py::arg("budget") = 100,
-      R"(select(blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+      R"(select(blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
 Selector.select() with a Selector of its own, just large enough; in a loop over frames keep a Selector instead.

@@ -37,6 +37,9 @@ inline maxlogdet_options options_in_c(const Options& options) {
   made.group_count = options.group_count;
   made.max_per_group = options.max_per_group;
   made.group_maxima = options.group_maxima;
+  made.target_efficiency = options.target_efficiency;
+  made.target_translation_sigma = options.target_translation_sigma;
+  made.target_rotation_sigma = options.target_rotation_sigma;
   return made;
 }
 

@@ -69,6 +69,9 @@ void expect_same(const maxlogdet_selection& in_c, const Selection& in_cpp) {
   EXPECT_TRUE(same_value(in_c.log_det, in_cpp.log_det));
   EXPECT_TRUE(same_value(in_c.upper_bound, in_cpp.upper_bound));
   EXPECT_TRUE(same_value(maxlogdet_selection_efficiency(&in_c), in_cpp.efficiency()));
+  EXPECT_TRUE(same_value(in_c.efficiency_of_all, in_cpp.efficiency_of_all));
+  EXPECT_TRUE(same_value(in_c.translation_sigma, in_cpp.translation_sigma));
+  EXPECT_TRUE(same_value(in_c.rotation_sigma, in_cpp.rotation_sigma));
   EXPECT_EQ(in_c.evaluations, in_cpp.evaluations);
   EXPECT_EQ(in_c.float64_decisions, in_cpp.float64_decisions);
   EXPECT_EQ(in_c.invalid_candidates, in_cpp.invalid_candidates);
@@ -129,12 +132,23 @@ struct Instance {
         options.group_maxima = maxima.data();
       }
     }
+    if (random.chance(0.3)) aim(random);
     spoil(random);
   }
   Instance(const Instance&) = delete;  // the options point into it
   Instance& operator=(const Instance&) = delete;
 
  private:
+  // At what strategies and sweeps mostly allow.
+  void aim(Random& random) {
+    if (random.chance(0.9)) options.exchange_sweeps = 0;
+    if (random.chance(0.9)) options.strategy = strategies[random.integer(0, 2)];
+    if (random.chance(0.5)) options.target_efficiency = random.uniform(0, 1);
+    if (random.chance(0.5)) options.target_translation_sigma = random.uniform(0, 1);
+    if (random.chance(0.5)) options.target_rotation_sigma = random.uniform(0, 1);
+    if (random.chance(0.03)) options.target_efficiency = random.uniform(1, 2);
+  }
+
   void spoil(Random& random) {
     const int kind = random.integer(0, 80);
     if (kind == 0) options.budget = capacity + 1;

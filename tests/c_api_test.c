@@ -14,11 +14,13 @@ static void names_of_all_enumerators_and_of_no_other_value(void) {
                                          "invalid_strategy", "invalid_time_limit", "invalid_threads",
                                          "invalid_groups",   "infeasible",         "unsupported_groups",
                                          "nothing_proposed", "invalid_block",      "unsupported_isa",
+                                         "target_reached",   "invalid_target",     "unsupported_target",
                                          "unknown"};
-  for (int32_t i = 0; i < 19; ++i) CHECK(strcmp(maxlogdet_status_name(i - 2), statuses[i]) == 0);
+  for (int32_t i = 0; i < 22; ++i) CHECK(strcmp(maxlogdet_status_name(i - 2), statuses[i]) == 0);
   CHECK(strcmp(maxlogdet_status_name(-3), "unknown") == 0);
   CHECK(strcmp(maxlogdet_status_name(INT32_MIN), "unknown") == 0);
   CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_UNSUPPORTED_ISA), "unsupported_isa") == 0);
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_UNSUPPORTED_TARGET), "unsupported_target") == 0);
   CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_INVALID_TIME_LIMIT), "invalid_time_limit") == 0);
 
   static const char* const strategies[] = {
@@ -109,7 +111,9 @@ static void the_layout_of_structs_is_that_of_the_first_version(void) {
   CHECK(offsetof(maxlogdet_options, exchange_sweeps) == 72 && offsetof(maxlogdet_options, required) == 80);
   CHECK(offsetof(maxlogdet_options, excluded) == 88 && offsetof(maxlogdet_options, groups) == 96);
   CHECK(offsetof(maxlogdet_options, group_count) == 104 && offsetof(maxlogdet_options, max_per_group) == 112);
-  CHECK(offsetof(maxlogdet_options, group_maxima) == 120 && sizeof(maxlogdet_options) >= 128);
+  CHECK(offsetof(maxlogdet_options, group_maxima) == 120 && offsetof(maxlogdet_options, target_efficiency) == 128);
+  CHECK(offsetof(maxlogdet_options, target_translation_sigma) == 136);
+  CHECK(offsetof(maxlogdet_options, target_rotation_sigma) == 144 && sizeof(maxlogdet_options) >= 152);
 
   CHECK(offsetof(maxlogdet_selection, status) == 0 && offsetof(maxlogdet_selection, strategy) == 4);
   CHECK(offsetof(maxlogdet_selection, size) == 8 && offsetof(maxlogdet_selection, indices) == 16);
@@ -130,7 +134,8 @@ static void init_sets_the_defaults(void) {
   CHECK(options.certify == 0 && options.reserved == 0 && options.certificate_passes == 0);
   CHECK(options.exchange_sweeps == 0 && options.required == NULL && options.excluded == NULL);
   CHECK(options.groups == NULL && options.group_count == 0 && options.max_per_group == 1);
-  CHECK(options.group_maxima == NULL);
+  CHECK(options.group_maxima == NULL && options.target_efficiency == 0);
+  CHECK(options.target_translation_sigma == 0 && options.target_rotation_sigma == 0);
 
   maxlogdet_block_options block_options;
   memset(&block_options, 0xA5, sizeof block_options);
@@ -239,6 +244,7 @@ static void select_takes_older_options_and_refuses_sizes_that_are_none(void) {
   all.group_count = 4;
   all.max_per_group = 30;
   all.group_maxima = maxima;
+  all.target_efficiency = all.target_translation_sigma = all.target_rotation_sigma = 0.5;
 
   for (size_t size = 8; size <= sizeof all + 8; ++size) {
     unsigned char content[sizeof all + 8] = {0};
@@ -255,6 +261,8 @@ static void select_takes_older_options_and_refuses_sizes_that_are_none(void) {
       maxlogdet_status status = MAXLOGDET_STATUS_OK;
       if (size == offsetof(maxlogdet_options, group_count)) status = MAXLOGDET_STATUS_INVALID_GROUPS;
       if (size == offsetof(maxlogdet_options, max_per_group)) status = MAXLOGDET_STATUS_ALL_SELECTED;  // one of each
+      if (size > offsetof(maxlogdet_options, target_efficiency))
+        status = MAXLOGDET_STATUS_UNSUPPORTED_TARGET;  // sweeps
       CHECK(answer->status == status);
     }
     free(given);
@@ -346,6 +354,8 @@ static void null_is_refused_everywhere(void) {
   for (size_t i = 0; i < 5; ++i) {
     CHECK(refusals[i]->status == refused && refusals[i]->size == 0 && refusals[i]->indices == NULL);
     CHECK(isnan(refusals[i]->log_det) && isnan(refusals[i]->upper_bound));
+    CHECK(isnan(refusals[i]->efficiency_of_all) && isnan(refusals[i]->translation_sigma));
+    CHECK(isnan(refusals[i]->rotation_sigma) && refusals[i]->reserved == 0);
     CHECK(maxlogdet_selection_has_answer(refusals[i]) == 0 && isnan(maxlogdet_selection_efficiency(refusals[i])));
   }
   CHECK(maxlogdet_selection_has_answer(NULL) == 0 && isnan(maxlogdet_selection_efficiency(NULL)));
@@ -566,6 +576,20 @@ static void selections_answer_and_name_errors(void) {
   CHECK(fabs(sum - answer->log_det) < 1e-6);
 
   options.certify = 0;
+  options.target_efficiency = 0.1;
+  answer = maxlogdet_selector_select(selector, blocks, &options);
+  CHECK(answer->status == MAXLOGDET_STATUS_TARGET_REACHED && maxlogdet_selection_has_answer(answer) == 1);
+  CHECK(answer->size > 0 && answer->size < 50 && answer->efficiency_of_all >= 0.1 - 1e-12);
+  CHECK(isnan(answer->translation_sigma) && isnan(answer->rotation_sigma));
+  options.target_efficiency = 1.5;
+  answer = maxlogdet_selector_select(selector, blocks, &options);
+  CHECK(answer->status == MAXLOGDET_STATUS_INVALID_TARGET && maxlogdet_selection_has_answer(answer) == 0);
+  options.target_efficiency = 0;
+  options.target_translation_sigma = options.target_rotation_sigma = 100;
+  answer = maxlogdet_selector_select(selector, blocks, &options);
+  CHECK(answer->status == MAXLOGDET_STATUS_TARGET_REACHED && answer->translation_sigma <= 100);
+  CHECK(answer->rotation_sigma <= 100 && isnan(answer->efficiency_of_all));
+  options.target_translation_sigma = options.target_rotation_sigma = 0;
   answer = maxlogdet_selector_select(selector, blocks, &options);
   CHECK(isnan(answer->upper_bound) && isnan(maxlogdet_selection_efficiency(answer)));
   options.budget = 295;

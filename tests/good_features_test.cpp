@@ -387,6 +387,45 @@ TEST(GoodFeatures, whatever_goes_wrong_all_matches_are_selected) {
   expect_all(good, budget_of(50), Status::invalid_block, "invalid_camera_id");
 }
 
+TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Frame frame(random, 200, Kind());
+  GoodFeatures good(200);
+  frame.gather(good);
+  Options options = budget_of(150);
+  options.target_efficiency = 0.4;
+  EXPECT_FALSE(good.is_target_reached());
+  EXPECT_EQ(good.select(options), Status::ok) << "there are matches that are not selected";
+  EXPECT_STREQ(good.reason(), "ok");
+  EXPECT_TRUE(good.is_target_reached());
+  Selector selector(200);
+  const Selection expected = selector.select(good.blocks(), options);
+  ASSERT_EQ(expected.status, Status::target_reached);
+  EXPECT_EQ(good.selected_count(), expected.size);
+  for (const std::uint32_t i : expected) EXPECT_TRUE(good.is_selected(i));
+  EXPECT_NEAR(good.share_of_all(), expected.efficiency_of_all, 1e-9);
+  good.judge(rows_of(frame.T_cw));
+  const auto with = [&](double share, std::size_t budget, Status status, bool is_reached) {
+    SCOPED_TRACE(share);
+    options.target_efficiency = share;
+    options.budget = budget;
+    frame.gather(good);
+    EXPECT_FALSE(good.is_target_reached()) << "of the frame before";
+    EXPECT_EQ(good.select(options), status);
+    EXPECT_EQ(good.is_target_reached(), is_reached);
+  };
+  with(0.4, 10, Status::ok, false);
+  const std::size_t valid = good.blocks().stored();
+  with(1 - 1e-9, valid - 1, Status::ok, false);
+  with(1 - 1e-9, 200, Status::all_selected, true);
+  expect_all_selected(good, 200);
+  with(0.4, 150, Status::ok, true);
+  with(2, 150, Status::invalid_target, false);
+  expect_all_selected(good, 200);
+  EXPECT_STREQ(good.reason(), "invalid_target");
+}
+
 TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -237,6 +237,10 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
     InformationFactor factor;
     ASSERT_TRUE(factor.reset(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows())));
     tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
+    const double of_determinant =
+        factor.determinant_error(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows()));
+    EXPECT_LE(std::abs(factor.prior_log_det() - oracle.log_det()) / 6, of_determinant + 1e-14L);
+    EXPECT_LE(of_determinant, factor.relative_error());
     EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
   });
   std::printf("largest deviation seen: %.2Le of its bound\n", tightest);

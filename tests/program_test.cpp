@@ -108,6 +108,32 @@ TEST_F(Program, keeps_to_a_grid_and_a_time_limit) {
   EXPECT_EQ(late["indices"].size(), 0U);
 }
 
+TEST_F(Program, stops_at_targets) {
+  write_frame("frame_001.csv", 300);
+  const auto full = run_json("select --input frames --budget 200").at(0);
+  EXPECT_FALSE(full.contains("efficiency_of_all") || full.contains("translation_sigma"));
+  const auto share = run_json("select --input frames --budget 200 --target-efficiency 0.3").at(0);
+  EXPECT_EQ(share["status"], "target_reached");
+  EXPECT_GE(share["efficiency_of_all"], 0.3 - 1e-12);
+  EXPECT_FALSE(share.contains("rotation_sigma"));
+  const std::size_t size = share["indices"].size();
+  ASSERT_LT(size, 200U);
+  EXPECT_TRUE(std::equal(share["indices"].begin(), share["indices"].end(), full["indices"].begin()));
+  const std::string options = " --target-translation-sigma 0.05 --target-rotation-sigma 0.01";
+  const auto sigmas = run_json("select --input frames --budget 200" + options).at(0);
+  EXPECT_EQ(sigmas["status"], "target_reached");
+  EXPECT_LE(sigmas["translation_sigma"], 0.05 + 1e-12);
+  EXPECT_LE(sigmas["rotation_sigma"], 0.01 + 1e-12);
+  const Outcome table = run("select --input frames --repeat 1 --target-efficiency 0.1" + options);
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_NE(table.out.find("D-efficiency against all candidates"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("expected deviation of the rotation"), std::string::npos) << table.out;
+  expect_refused(run("select --target-efficiency 1.1"), "--target-efficiency");
+  expect_refused(run("select --target-rotation-sigma -1"), "--target-rotation-sigma");
+  expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at a target");
+  expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at a target");
+}
+
 TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
   write_frame("frame_001.csv", 50);
   write_frame("frame_002.csv", 50, "7,1,2,oops,4,5,-1,1\n");

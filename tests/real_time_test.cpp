@@ -68,6 +68,9 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
             options.certify = true;
             options.certificate_passes = 2;
             if (selector.select(blocks, options).has_answer()) ++answers;
+            options.exchange_sweeps = 0;
+            options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
+            if (selector.select(blocks, options).has_answer()) ++answers;
           }
         }
       }
@@ -145,6 +148,25 @@ TEST(RealTime, active_selection_allocates_nothing) {
             }),
             0);
   EXPECT_EQ(selected, 100U);
+}
+
+TEST(RealTime, targets_of_active_selection_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  ActiveSelection active(400);
+  Options options;
+  options.budget = 400;
+  options.target_efficiency = 0.5;
+  options.target_translation_sigma = options.target_rotation_sigma = 1;
+  Status status = Status::ok;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, options);
+              while (active.next() != ActiveSelection::none) active.accept();
+              status = active.selection().status;
+            }),
+            0);
+  EXPECT_EQ(status, Status::target_reached);
 }
 
 // Frames of all kinds and sizes, more than there is room for among them.

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 _Blocks = Union[ArrayLike, Sequence[Optional[ArrayLike]]]
 _Strategy = str  # one of `strategies`
-_Status = Literal["ok", "all_selected", "deadline_reached"]
+_Status = Literal["ok", "all_selected", "deadline_reached", "target_reached"]
 _Weighting = Literal["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
 _Third = Literal["none", "stereo", "depth"]
 
@@ -123,6 +123,12 @@ class Selection:
     @property
     def efficiency(self) -> float: ...
     @property
+    def efficiency_of_all(self) -> float: ...
+    @property
+    def translation_sigma(self) -> float: ...
+    @property
+    def rotation_sigma(self) -> float: ...
+    @property
     def status(self) -> _Status: ...
     @property
     def strategy(self) -> _Strategy: ...
@@ -153,6 +159,9 @@ class Selector:
         certify: bool = False,
         certificate_passes: int = 0,
         exchange_sweeps: int = 0,
+        target_efficiency: float = 0.0,
+        target_translation_sigma: float = 0.0,
+        target_rotation_sigma: float = 0.0,
         required: Optional[ArrayLike] = None,
         excluded: Optional[ArrayLike] = None,
         groups: Optional[ArrayLike] = None,
@@ -172,6 +181,9 @@ class ActiveSelection:
         strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
         prior: Optional[ArrayLike] = None,
         time_limit: float = 0.0,
+        target_efficiency: float = 0.0,
+        target_translation_sigma: float = 0.0,
+        target_rotation_sigma: float = 0.0,
         required: Optional[ArrayLike] = None,
         excluded: Optional[ArrayLike] = None,
         groups: Optional[ArrayLike] = None,
@@ -210,6 +222,9 @@ def select(
     certify: bool = False,
     certificate_passes: int = 0,
     exchange_sweeps: int = 0,
+    target_efficiency: float = 0.0,
+    target_translation_sigma: float = 0.0,
+    target_rotation_sigma: float = 0.0,
     required: Optional[ArrayLike] = None,
     excluded: Optional[ArrayLike] = None,
     groups: Optional[ArrayLike] = None,

@@ -249,6 +249,25 @@ def test_a_time_limit_ends_the_proposals(rng):
     assert active.selection().status == "deadline_reached"
 
 
+def test_targets_end_the_proposals(rng):
+    blocks = rng.normal(size=(300, 2, 6))
+    expected = maxlogdet.select(blocks, 200, target_efficiency=0.2)
+    active = maxlogdet.ActiveSelection(300)
+    active.start(blocks, 200, target_efficiency=0.2)
+    for _ in active:
+        assert active.selection().status == "ok"
+        active.accept()
+    selection = active.selection()
+    assert selection.status == "target_reached"
+    assert np.array_equal(selection.indices, expected.indices)
+    assert selection.efficiency_of_all == expected.efficiency_of_all
+    active.start(blocks, 200, target_translation_sigma=0.3)
+    batch = active.next_batch(150)
+    active.answer(np.ones(len(batch), bool))  # those behind the target too: they are matched
+    assert active.next() is None
+    assert len(active.selection()) == 150 and active.selection().translation_sigma < 0.3
+
+
 @pytest.mark.parametrize("options, error, text", [
     (dict(strategy="relaxed"), maxlogdet.SelectionError, "invalid_strategy"),
     (dict(certify=True), TypeError, "unexpected keyword argument 'certify'"),

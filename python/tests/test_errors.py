@@ -28,6 +28,13 @@ STATUSES = [
     ("infeasible", dict(required=~MASK, excluded=~MASK)),
     ("infeasible", dict(required=~MASK, groups=np.zeros(20, int))),
     ("unsupported_groups", dict(strategy="relaxed", groups=np.zeros(20, int))),
+    ("invalid_target", dict(target_efficiency=1.01)),
+    ("invalid_target", dict(target_translation_sigma=-1e-3)),
+    ("invalid_target", dict(target_rotation_sigma=float("nan"))),
+    ("invalid_target", dict(target_rotation_sigma=float("inf"))),
+    ("unsupported_target", dict(strategy="backward_greedy", target_efficiency=0.5)),
+    ("unsupported_target", dict(strategy="relaxed", target_rotation_sigma=0.5)),
+    ("unsupported_target", dict(exchange_sweeps=1, target_translation_sigma=0.5)),
 ]
 
 

@@ -11,7 +11,7 @@ import pytest
 import maxlogdet
 
 SELECTION_NUMBERS = ["status", "strategy", "log_det", "upper_bound", "efficiency", "evaluations", "float64_decisions",
-                     "invalid_candidates", "threads"]
+                     "invalid_candidates", "threads", "efficiency_of_all", "translation_sigma", "rotation_sigma"]
 WAYS = [copy.copy, copy.deepcopy] + [
     lambda it, protocol=protocol: pickle.loads(pickle.dumps(it, protocol)) for protocol in range(2, 6)]
 
@@ -32,7 +32,8 @@ def assert_same_selection(one, other):
 @pytest.mark.parametrize("way", WAYS)
 def test_selections(rng, way):
     store = store_of(rng)
-    for options in (dict(), dict(certify=True, strategy="automatic"), dict(budget=0), dict(budget=50)):
+    for options in (dict(), dict(certify=True, strategy="automatic"), dict(budget=0), dict(budget=50),
+                    dict(target_efficiency=0.3, target_rotation_sigma=0.5)):
         selection = maxlogdet.select(store, **{"budget": 10, **options})
         assert_same_selection(way(selection), selection)
 

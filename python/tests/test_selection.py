@@ -188,6 +188,44 @@ def test_a_deadline_gives_a_beginning_of_the_answer(rng):
     assert part.status == "ok" and len(part) == 500
 
 
+def reached(blocks, indices, everything):
+    """Efficiency against everything, and both deviations."""
+    matrix = information(blocks, indices)
+    covariance = np.linalg.inv(matrix)
+    share = np.exp((log_det(matrix) - log_det(information(blocks, everything))) / 6)
+    return share, np.sqrt(np.trace(covariance[:3, :3])), np.sqrt(np.trace(covariance[3:, 3:]))
+
+
+@pytest.mark.parametrize("strategy", ["greedy", "lazy_greedy", "stochastic_greedy", "automatic"])
+@pytest.mark.parametrize("which", range(1, 8))
+def test_a_target_ends_the_selection_as_soon_as_it_is_met(rng, strategy, which):
+    blocks = pinhole_blocks(rng, 300)
+    excluded = rng.random(300) < 0.2
+    everything = np.flatnonzero(~excluded)
+    plain = dict(strategy=strategy.replace("automatic", "lazy_greedy"), excluded=excluded, seed=3)
+    full = maxlogdet.select(blocks, 150, **plain)
+    at = int(rng.integers(10, 140))
+    share, *sigmas = reached(blocks, full.indices[:at], everything)
+    targets = dict(target_efficiency=share if which & 1 else 0,
+                   target_translation_sigma=sigmas[0] if which & 2 else 0,
+                   target_rotation_sigma=sigmas[1] if which & 4 else 0)
+    selection = maxlogdet.Selector(300).select(blocks, 150, **{**plain, "strategy": strategy}, **targets)
+    assert selection.status == "target_reached"
+    assert at <= len(selection) <= at + 1  # the target is that of a prefix, to the last bits
+    assert np.array_equal(selection.indices, full.indices[:len(selection)])
+    told = selection.efficiency_of_all, selection.translation_sigma, selection.rotation_sigma
+    for bit, (value, expected) in enumerate(zip(told, reached(blocks, selection.indices, everything))):
+        assert value == pytest.approx(expected, rel=1e-6) if which & 1 << bit else np.isnan(value)
+
+
+def test_a_target_beyond_the_budget_is_not_reached(rng):
+    blocks = pinhole_blocks(rng, 300)
+    selection = maxlogdet.select(blocks, 20, target_efficiency=0.9)
+    assert selection.status == "ok" and len(selection) == 20
+    assert 0 < selection.efficiency_of_all < 0.9
+    assert np.isnan(maxlogdet.select(blocks, 20).efficiency_of_all)
+
+
 def test_nothing_to_select(rng):
     for nothing in ([], np.zeros((0, 2, 6)), maxlogdet.BlockStore()):
         selection = maxlogdet.select(nothing, 5)

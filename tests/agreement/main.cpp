@@ -82,9 +82,11 @@ BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& k
   return blocks;
 }
 
-// Ways to ask: 0 plainly, 1 with candidates required and excluded, 2 with groups, 3 with exchanges and a certificate.
-constexpr int ways = 4;
-constexpr const char* way_names[ways] = {"plain", "required_and_excluded", "groups", "exchange_and_certificate"};
+// Ways to ask: 0 plainly, 1 with candidates required and excluded, 2 with groups, 3 with exchanges and a certificate, 4
+// and 5 with targets.
+constexpr int ways = 6;
+constexpr const char* way_names[ways] = {
+    "plain", "required_and_excluded", "groups", "exchange_and_certificate", "efficiency", "deviations"};
 
 struct Constraints {
   explicit Constraints(std::size_t n) : required(n), excluded(n), groups(n) {
@@ -123,6 +125,8 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
       options.exchange_sweeps = way == 3 ? 1 : 0;
       options.certify = way == 3;
       options.certificate_passes = 2;
+      options.target_efficiency = way == 4 ? 0.15 : 0;
+      options.target_translation_sigma = options.target_rotation_sigma = way == 5 ? 0.01 : 0;
       const Selection selection = selector.select(blocks, options);
       Hash indices;
       for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});

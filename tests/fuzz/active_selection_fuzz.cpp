@@ -40,11 +40,27 @@ bool is_expected(const BlockStore& blocks, const Options& options, std::size_t c
 class Model {
  public:
   Model(const BlockStore& blocks, const Options& options)
-      : blocks_(blocks), options_(options), rules_(blocks, options), exact_(blocks, options) {
+      : blocks_(blocks), options_(options), rules_(blocks, options), exact_(blocks, options), target_(blocks, options) {
     for (const std::uint32_t i : rules_.required()) accept(i);
   }
 
+  // Whether it says that the targets are met, as it should.
+  void observe(const Selection& selection) {
+    const bool is_reached = selection.status == Status::target_reached;
+    require(!is_reached || has_target(options_), "a target that is reached was asked for");
+    require(is_reached || !is_enough_, "what is enough stays so");
+    is_enough_ = is_reached;
+    if (!has_target(options_) || !is_tame_ || !target_.is_tame()) return;
+    const long double slack = target_.slack(exact_);
+    require(is_reached ? slack >= 1 - target_.error(exact_) : slack < 1 + target_.error(exact_),
+            "target_reached says that all targets are met", static_cast<double>(slack));
+  }
+
   void check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted) {
+    if (is_enough_) {
+      require(proposed.empty(), "nothing is proposed when the targets are met", proposed.size());
+      return;
+    }
     if (wanted == 0 || !pending_.empty()) {
       const auto end = pending_.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, pending_.size()));
       require(proposed == std::vector<std::uint32_t>(pending_.begin(), end), "proposals stay until they are answered",
@@ -97,12 +113,16 @@ class Model {
 
   const std::vector<std::uint32_t>& pending() const { return pending_; }
 
-  void check_selection(const Selection& selection) const {
+  void check_selection(const Selection& selection) {
+    observe(selection);
     const Answer answer(selection);
     require(answer.indices == accepted_, "the selection is what was accepted", answer.indices.size());
     require(std::isfinite(answer.log_det), "log det is finite", answer.log_det);
     const bool takes_all = blocks_.size() > 0 && options_.budget > 0 && pending_.empty() && open_candidates().empty();
-    const Status expected = is_late_ ? Status::deadline_reached : takes_all ? Status::all_selected : Status::ok;
+    const Status expected = is_enough_  ? Status::target_reached
+                            : is_late_  ? Status::deadline_reached
+                            : takes_all ? Status::all_selected
+                                        : Status::ok;
     require(answer.status == expected, "the status tells how far the selection is", to_string(answer.status),
             to_string(expected));
     if (!is_tame_) return;
@@ -170,6 +190,7 @@ class Model {
   const Options& options_;
   Rules rules_;
   Exact exact_;
+  ExactTarget target_;
   std::vector<std::uint32_t> accepted_;
   std::vector<std::uint32_t> rejected_;
   std::vector<std::uint32_t> pending_;
@@ -177,6 +198,7 @@ class Model {
   long double allowed_ = 0;
   bool is_tame_ = true;
   bool is_late_ = false;
+  bool is_enough_ = false;  // the targets are met
   bool is_as_proposed_ = true;
 };
 
@@ -270,6 +292,7 @@ class Machine {
 
   void check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted) {
     if (model_ != nullptr) {
+      model_->observe(active_->selection());
       model_->check_next(proposed, wanted);
     } else {
       require(proposed.empty(), "after an error nothing is proposed", proposed.size());

@@ -22,7 +22,10 @@ struct Answer {
         indices(selection.begin(), selection.end()),
         gains(selection.gains, selection.gains + selection.size),
         log_det(selection.log_det),
-        upper_bound(selection.upper_bound) {}
+        upper_bound(selection.upper_bound),
+        efficiency_of_all(selection.efficiency_of_all),
+        translation_sigma(selection.translation_sigma),
+        rotation_sigma(selection.rotation_sigma) {}
 
   Status status = Status::ok;
   Strategy strategy = Strategy::greedy;
@@ -30,6 +33,7 @@ struct Answer {
   std::vector<double> gains;
   double log_det = 0;
   double upper_bound = 0;
+  double efficiency_of_all = 0, translation_sigma = 0, rotation_sigma = 0;
 };
 
 /// Fails unless both are the same to the last bit.
@@ -42,6 +46,9 @@ inline void require_same(const Answer& a, const Answer& b, const char* property,
   }
   require(same_value(a.log_det, b.log_det), property, details, "log det", a.log_det, b.log_det);
   require(same_value(a.upper_bound, b.upper_bound), property, details, "bound", a.upper_bound, b.upper_bound);
+  require(same_value(a.efficiency_of_all, b.efficiency_of_all) &&
+              same_value(a.translation_sigma, b.translation_sigma) && same_value(a.rotation_sigma, b.rotation_sigma),
+          property, details, "what was reached");
 }
 
 }  // namespace maxlogdet::fuzz

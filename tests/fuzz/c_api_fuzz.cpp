@@ -109,6 +109,9 @@ Options in_cpp(const maxlogdet_options& options) {
   made.group_count = options.group_count;
   made.max_per_group = options.max_per_group;
   made.group_maxima = options.group_maxima;
+  made.target_efficiency = options.target_efficiency;
+  made.target_translation_sigma = options.target_translation_sigma;
+  made.target_rotation_sigma = options.target_rotation_sigma;
   return made;
 }
 
@@ -123,6 +126,10 @@ void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp) {
   require(same_value(in_c->log_det, in_cpp.log_det), "log det is that of C++", in_c->log_det, in_cpp.log_det);
   require(same_value(in_c->upper_bound, in_cpp.upper_bound), "bounds are those of C++", in_c->upper_bound);
   require(same_value(maxlogdet_selection_efficiency(in_c), in_cpp.efficiency()), "efficiency is that of C++");
+  require(same_value(in_c->efficiency_of_all, in_cpp.efficiency_of_all) &&
+              same_value(in_c->translation_sigma, in_cpp.translation_sigma) &&
+              same_value(in_c->rotation_sigma, in_cpp.rotation_sigma),
+          "what targets are about is that of C++");
   require(in_c->evaluations == in_cpp.evaluations && in_c->float64_decisions == in_cpp.float64_decisions,
           "the work told is that of C++", in_c->evaluations, in_cpp.evaluations);
   require(in_c->invalid_candidates == in_cpp.invalid_candidates, "invalid candidates are those of C++");
@@ -565,7 +572,7 @@ class Machine {
     const std::string status = maxlogdet_status_name(value);
     if (value >= 0) require(status == to_string(static_cast<Status>(value)), "names are those of C++", value, status);
     const bool is_of_c = value == MAXLOGDET_STATUS_OUT_OF_MEMORY || value == MAXLOGDET_STATUS_INVALID_ARGUMENT;
-    require((status == "unknown") == (value > MAXLOGDET_STATUS_UNSUPPORTED_ISA || (value < 0 && !is_of_c)),
+    require((status == "unknown") == (value > MAXLOGDET_STATUS_UNSUPPORTED_TARGET || (value < 0 && !is_of_c)),
             "every status has a name", value, status);
     require(maxlogdet_strategy_name(value) == std::string(to_string(static_cast<Strategy>(value))),
             "names of strategies are those of C++", value);

@@ -55,6 +55,9 @@ class Exact {
   }
 
   Wide log_det() const { return oracle_.log_det(); }
+  /// The root of the trace of the translation's block of M^-1, m, and of the rotation's, rad.
+  Wide translation_sigma() const { return oracle_.inverse_factor().topRows(3).norm(); }
+  Wide rotation_sigma() const { return oracle_.inverse_factor().bottomRows(3).norm(); }
   Wide gain(std::size_t i) const { return oracle_.gain(i); }
 
   void take(std::size_t i) {
@@ -83,6 +86,46 @@ class Exact {
   Wide squares_ = 0;
   Wide error_ = 0;
   Wide prior_error_ = 0;
+};
+
+/// Targets, as docs/numerics.md has them: how far an information is from them, and how far off that may be.
+class ExactTarget {
+ public:
+  using Wide = long double;
+
+  ExactTarget(const BlockStore& candidates, const Options& options) : options_(options) {
+    if (!(options.target_efficiency > 0)) return;
+    Exact all(candidates, options);
+    const Rules rules(candidates, options);
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (candidates.is_valid(i) && !rules.is_excluded(i)) all.take(i);
+    }
+    log_det_of_all_ = all.log_det();
+    error_ += std::max<Wide>(1e-6L, all.relative_error());  // of a sum, or of rows added one by one
+    is_tame_ = all.is_tame();
+  }
+
+  bool is_tame() const { return is_tame_; }
+
+  /// At least 1 where all targets are met.
+  Wide slack(const Exact& exact) const {
+    Wide least = std::numeric_limits<Wide>::infinity();
+    if (options_.target_efficiency > 0)
+      least = std::exp((exact.log_det() - log_det_of_all_) / state_dimension) / options_.target_efficiency;
+    if (options_.target_translation_sigma > 0)
+      least = std::min(least, options_.target_translation_sigma / exact.translation_sigma());
+    if (options_.target_rotation_sigma > 0)
+      least = std::min(least, options_.target_rotation_sigma / exact.rotation_sigma());
+    return least;
+  }
+
+  Wide error(const Exact& exact) const { return 2 * (error_ + exact.relative_error()); }
+
+ private:
+  const Options& options_;
+  Wide log_det_of_all_ = 0;
+  Wide error_ = 1e-12L;
+  bool is_tame_ = true;
 };
 
 }  // namespace maxlogdet::fuzz

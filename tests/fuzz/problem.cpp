@@ -210,6 +210,21 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   decode_constraints(bytes, candidates);
   capacity = std::max(size, options.budget);
   if (bytes.chance(8)) capacity = bytes.below(capacity + 1);
+  decode_targets(bytes);
+}
+
+// Of most, strategies that take them.
+void Request::decode_targets(Bytes& bytes) {
+  if (!bytes.chance(64)) return;
+  const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
+  const std::size_t which = 1 + bytes.below(7);
+  if ((which & 1U) != 0) options.target_efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
+  if ((which & 2U) != 0) options.target_translation_sigma = sigma();
+  if ((which & 4U) != 0) options.target_rotation_sigma = sigma();
+  if (bytes.chance(16)) return;
+  options.exchange_sweeps = 0;
+  if (options.strategy == Strategy::relaxed || options.strategy == Strategy::backward_greedy)
+    options.strategy = Strategy::lazy_greedy;
 }
 
 void Request::decode_prior(Bytes& bytes) {
@@ -274,6 +289,15 @@ void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
   }
 }
 
+bool has_target(const Options& options) {
+  return options.target_efficiency != 0 || options.target_translation_sigma != 0 || options.target_rotation_sigma != 0;
+}
+
+Options without_target(Options options) {
+  options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
+  return options;
+}
+
 std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const {
   return static_cast<std::size_t>(
       std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups[i] == group; }));
@@ -309,6 +333,13 @@ std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) 
   add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
   add_if(options_.threads < 0, Status::invalid_threads);
   add_if(options_.groups != nullptr && !keeps_to_groups, Status::unsupported_groups);
+
+  const auto is_deviation = [](double sigma) { return sigma >= 0 && std::isfinite(sigma); };
+  const bool is_share = options_.target_efficiency >= 0 && options_.target_efficiency <= 1;
+  add_if(!is_share || !is_deviation(options_.target_translation_sigma) || !is_deviation(options_.target_rotation_sigma),
+         Status::invalid_target);
+  const bool selects_in_order = keeps_to_groups && options_.exchange_sweeps == 0;
+  add_if(has_target(options_) && !selects_in_order, Status::unsupported_target);
 
   const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
   prior_is_unclear = verdict == Verdict::unclear;
@@ -348,7 +379,8 @@ bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) 
   if (is_listed || (prior_is_unclear && status == Status::invalid_prior)) return true;
   require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
           errors.empty() ? "none" : to_string(errors.front()));
-  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached,
+  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||
+              status == Status::target_reached,
           "a request without an error is answered", to_string(status));
   return false;
 }

@@ -38,6 +38,7 @@ class Request {
  private:
   void decode_prior(Bytes& bytes);
   void decode_constraints(Bytes& bytes, const BlockStore& candidates);
+  void decode_targets(Bytes& bytes);
 
   double prior_[state_dimension * state_dimension];
   std::vector<unsigned char> required_;
@@ -45,6 +46,12 @@ class Request {
   std::vector<std::uint32_t> groups_;
   std::vector<std::uint32_t> maxima_;
 };
+
+/// Whether any target is given, be it one that is none.
+bool has_target(const Options& options);
+
+/// The same without.
+Options without_target(Options options);
 
 /// What options say of candidates, read as plainly as possible.
 class Rules {

@@ -294,11 +294,50 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
   require_same(ask(selector, blocks, options), expected, "the same question has the same answer");
 }
 
+// A target ends the same search where it is met first.
+void check_target(std::size_t capacity, const BlockStore& blocks, const Options& options) {
+  if (!has_target(options)) return;
+  const Answer answer = ask_anew(capacity, blocks, options);
+  if (is_expected_error(Rules(blocks, options), capacity, answer.status)) {
+    require(answer.indices.empty() && std::isnan(answer.log_det), "an error carries an empty answer");
+    return;
+  }
+  check_indices(blocks, options, answer);
+  check_numbers(blocks, options, answer);
+  Options plain = without_target(options);
+  if (plain.strategy == Strategy::automatic) plain.strategy = Strategy::lazy_greedy;
+  const Answer full = ask_anew(capacity, blocks, plain);
+  const std::size_t size = answer.indices.size();
+  require(size <= full.indices.size() && std::equal(answer.indices.begin(), answer.indices.end(), full.indices.begin()),
+          "what a target leaves is a prefix of the full answer", size);
+  const bool is_reached = answer.status == Status::target_reached;
+  require(is_reached || (size == full.indices.size() && answer.status == full.status),
+          "a target that is not reached changes nothing", to_string(answer.status));
+  check_instruction_sets(capacity, blocks, options, answer);
+
+  const ExactTarget target(blocks, options);
+  Exact exact(blocks, options);
+  const std::size_t required = Rules(blocks, options).required().size();
+  for (std::size_t j = 0; target.is_tame() && exact.is_tame(); ++j) {
+    const long double slack = target.slack(exact);
+    if (j == size) {
+      require(is_reached ? slack >= 1 - target.error(exact) : slack < 1 + target.error(exact),
+              "target_reached says that all targets are met", static_cast<double>(slack), to_string(answer.status));
+      return;
+    }
+    require(j < required || slack < 1 + target.error(exact), "a target ends the search as soon as it is met", j);
+    exact.take(answer.indices[j]);
+  }
+}
+
 void check_all(Bytes& bytes) {
   BlockStore blocks;
   append_candidates(bytes, blocks);
   Request request(bytes, blocks);
   Options& options = request.options;
+  Options aimed = options;
+  aimed.time_limit = 0;
+  options = without_target(options);
   const std::size_t capacity = request.capacity;
 
   Selector selector(capacity, &pool());
@@ -323,6 +362,7 @@ void check_all(Bytes& bytes) {
   check_threads(bytes, capacity, blocks, options, full);
   check_strategies(capacity, blocks, options);
   check_exchange(capacity, blocks, options, full);
+  check_target(capacity, blocks, aimed);
 }
 
 }  // namespace

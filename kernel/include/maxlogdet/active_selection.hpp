@@ -44,14 +44,16 @@ class ActiveSelection {
 
   /// Begins anew, and with it the time limit, which so includes the matching. The candidates and all arrays of the
   /// options (groups above all) are the caller's, and must stay as they are until the last call of any other function.
-  /// Of the options it takes budget, prior, time_limit and the constraints (groups count what is accepted; what is
-  /// required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same here. There
-  /// is no certificate and no exchange. The statuses are those of Selector::select; after an error there is nothing to
-  /// propose.
+  /// Of the options it takes budget, prior, time_limit, the targets and the constraints (groups count what is accepted;
+  /// what is required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same
+  /// here. There is no certificate and no exchange. target_efficiency compares with all blocks as offered, those that
+  /// are rejected later among them; what is measured may so come to more than 1. The statuses are those of
+  /// Selector::select; after an error there is nothing to propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
   /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again,
-  /// after the time limit too. `none` when the budget is reached, nothing is left, or the time limit has passed.
+  /// after the time limit too. `none` when the budget is reached, nothing is left, or the time limit has passed; and
+  /// once the targets are met, also while proposals of a batch are unanswered, which may still be answered.
   std::uint32_t next() noexcept;
 
   /// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
@@ -89,8 +91,8 @@ class ActiveSelection {
   Status answer(const unsigned char* matched, std::size_t count) noexcept;
 
   /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
-  /// before start(), `ok` also while there is more to propose; that the time limit has passed is known when next() is
-  /// asked.
+  /// before start(), `ok` also while there is more to propose, target_reached as soon as the targets are met;
+  /// that the time limit has passed is known when next() is asked.
   Selection selection() const& noexcept;
   /// What it points to would end with this.
   Selection selection() const&& = delete;

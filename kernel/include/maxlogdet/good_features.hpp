@@ -78,16 +78,20 @@ class GoodFeatures {
   /// Makes the blocks of this frame, without selecting: for an ActiveSelection over blocks(). False if there are none:
   /// too many matches, or block_report() says why.
   bool build() noexcept;
-  /// Makes the blocks and selects options.budget of them; required, excluded and groups of the options go by the
-  /// numbers of the matches, and FeatureMatch::is_required is added to them. A required match that can be no candidate
-  /// is selected beside the budget. Returns status().
+  /// Makes the blocks and selects options.budget of them, or fewer where they meet the targets (none, where the prior
+  /// does so alone); required, excluded and groups of the options go by the numbers of the matches, and
+  /// FeatureMatch::is_required is added to them. A required match that can be no candidate is selected beside the
+  /// budget. Returns status().
   Status select(const Options& options) noexcept;
-  /// ok: there are matches that are not selected, because of the budget or of groups and exclusions. Every other
-  /// status: all are, because the budget suffices (all_selected), time has run out (deadline_reached), or something is
-  /// wrong (invalid_block: there are no blocks); those that the options exclude, too.
+  /// ok: there are matches that are not selected, because of the budget, of targets, or of groups and exclusions. Every
+  /// other status: all are, because the budget suffices (all_selected), time has run out (deadline_reached), or
+  /// something is wrong (invalid_block: there are no blocks); those that the options exclude, too.
   Status status() const noexcept;
   /// Its name, for a log; in the place of invalid_block the name of what block_report() says.
   const char* reason() const noexcept;
+  /// Whether what was selected meets every target of the options; false where none is given. status() is ok either way,
+  /// or all_selected where it took all matches.
+  bool is_target_reached() const noexcept;
   /// How append_blocks ended for the blocks of this frame.
   const BlockReport& block_report() const noexcept;
   /// Whether match i < size() is to be optimised with.

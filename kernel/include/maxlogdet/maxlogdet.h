@@ -30,8 +30,8 @@
 extern "C" {
 #endif
 
-/// How a call ended. A selection that is ok, all_selected or deadline_reached carries an answer; with any other status
-/// it is empty, and its log_det is NaN.
+/// How a call ended. A selection that is ok, all_selected, deadline_reached or target_reached carries an answer; with
+/// any other status it is empty, and its log_det is NaN.
 typedef int32_t maxlogdet_status;
 enum {
   MAXLOGDET_STATUS_OUT_OF_MEMORY = -2,       ///< no memory; what was asked for has not been done
@@ -51,7 +51,10 @@ enum {
   MAXLOGDET_STATUS_UNSUPPORTED_GROUPS = 12,  ///< the strategy has no way to keep to groups
   MAXLOGDET_STATUS_NOTHING_PROPOSED = 13,    ///< an answer without a proposal
   MAXLOGDET_STATUS_INVALID_BLOCK = 14,       ///< the block as measured is not one
-  MAXLOGDET_STATUS_UNSUPPORTED_ISA = 15      ///< MAXLOGDET_ISA names an instruction set that there is not
+  MAXLOGDET_STATUS_UNSUPPORTED_ISA = 15,     ///< MAXLOGDET_ISA names an instruction set that there is not
+  MAXLOGDET_STATUS_TARGET_REACHED = 16,      ///< every target given is met, with the budget or less: an answer
+  MAXLOGDET_STATUS_INVALID_TARGET = 17,      ///< negative, NaN or infinite, or target_efficiency above 1
+  MAXLOGDET_STATUS_UNSUPPORTED_TARGET = 18   ///< with relaxed, backward_greedy or exchange_sweeps
 };
 
 /// How the candidates are searched.
@@ -311,6 +314,12 @@ typedef struct maxlogdet_options {
   size_t group_count;         ///< any number: groups without a candidate cost nothing
   size_t max_per_group;       ///< most to select of a group; default 1
   const uint32_t* group_maxima;  ///< group_count: most to select of each; null: max_per_group
+  double target_efficiency;      ///< in (0, 1]: stop when (det of the information / det of that of all candidates that
+                                 ///< are valid and not excluded)^(1/6) is that much; 0, the default: none
+  double target_translation_sigma;  ///< m: stop when the expected deviation of the translation, the root of the trace
+                                    ///< of its block of the inverse information, is at most that; 0, the default: none
+  double target_rotation_sigma;     ///< rad: the same of the rotation; 0, the default: none. Of several targets all
+                                    ///< have to be met
 } maxlogdet_options;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
 maxlogdet_status maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
@@ -330,9 +339,12 @@ typedef struct maxlogdet_selection {
   size_t invalid_candidates;    ///< candidates without a block: never selected
   int32_t threads;              ///< how many threads the work was offered to, the calling one among them
   int32_t reserved;             ///< 0
+  double efficiency_of_all;     ///< what target_efficiency is about; NaN without that target
+  double translation_sigma;     ///< m, what target_translation_sigma is about; NaN without that target
+  double rotation_sigma;        ///< rad, what target_rotation_sigma is about; NaN without that target
 } maxlogdet_selection;
 
-/// 1 if this is an answer (perhaps cut short by the deadline), 0 if an error or a null pointer.
+/// 1 if this is an answer (perhaps cut short by the deadline or a target), 0 if an error or a null pointer.
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection);
 /// (det of the information / det of the bound)^(1/6): at least that share of what the best selection could have. NaN
 /// without upper_bound, and for a null pointer.
@@ -350,8 +362,8 @@ void maxlogdet_selector_destroy(maxlogdet_selector* selector);
 /// Most candidates, and largest budget, that select takes.
 size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector);
 
-/// Selects options->budget of the candidates; neither allocates nor locks. The selection is the selector's, valid until
-/// its next select or its end; never null.
+/// Selects options->budget of the candidates, or the first of them that meet the targets; neither allocates nor locks.
+/// The selection is the selector's, valid until its next select or its end; never null.
 const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
                                                      const maxlogdet_options* options);
 
@@ -370,15 +382,16 @@ void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
 /// Begins anew, and with it the time limit. The candidates and all arrays of the options (groups above all) must stay
-/// as they are until the last call of any other function. Of the options it takes budget, prior, time_limit and the
-/// constraints; strategy is greedy, lazy_greedy or automatic. The statuses are those of a selection; after an error
-/// there is nothing to propose.
+/// as they are until the last call of any other function. Of the options it takes budget, prior, time_limit, the
+/// targets and the constraints; strategy is greedy, lazy_greedy or automatic. The statuses are those of a selection;
+/// after an error there is nothing to propose.
 maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                   const maxlogdet_block_store* candidates,
                                                   const maxlogdet_options* options);
 
 /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again.
-/// MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed.
+/// MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed; and once the targets are
+/// met, also while proposals of a batch are unanswered, which may still be answered.
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
 /// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
 /// Fewer only where no more may all be accepted: what is left, what the budget still asks for, and of a group what its

@@ -15,7 +15,7 @@ enum class Strategy {
                       ///< guarantee), and faster from tens of thousands of candidates on (docs/performance.md)
   backward_greedy,    ///< all but the n - k of least loss, removed one by one: for k > n / 2
   automatic,  ///< by the n candidates that may be selected: backward_greedy if 3 k >= 2 n, relaxed if n >= 50000
-              ///< and k >= 60, else, and with groups, lazy_greedy; Selection::strategy tells which
+              ///< and k >= 60, else, with groups and with targets, lazy_greedy; Selection::strategy tells which
 };
 
 /// X(name) for each of them, in their order. Whatever goes by a list of strategies goes by this one: the selector, the
@@ -47,6 +47,17 @@ struct Options {
           ///< gain anything, and the time limit leaves time for them
   std::size_t exchange_sweeps = 0;  ///< after the search, at most so many sweeps that swap a selected candidate for a
                                     ///< better one; pays for budgets of 20 or less (docs/performance.md)
+
+  double target_efficiency = 0;  ///< in (0, 1]: stop when the D-efficiency of the selected against all candidates,
+                                 ///< (det M / det M_all)^(1/6), is that much. M_all: the prior and all candidates that
+                                 ///< are valid and not excluded, whatever groups allow. 0: none
+  double target_translation_sigma = 0;  ///< m: stop when the expected deviation of the translation, the root of the
+                                        ///< trace of its 3 x 3 block of M^-1, is at most that. 0: none
+  double target_rotation_sigma = 0;     ///< rad: the same of the rotation. 0: none. Of several targets all have to be
+                                        ///< met; what is required is in before, and then as many as they take, at most
+                                        ///< the budget: the first of those that there are without targets.
+                                        ///< With greedy, lazy_greedy and stochastic_greedy, without exchange_sweeps;
+                                        ///< automatic is lazy_greedy then
 
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts as budget; has
                                             ///< to be valid (BlockStore::is_valid), else nothing is selected

@@ -27,10 +27,14 @@ struct SelectedMatches {
   double log_det = std::numeric_limits<double>::quiet_NaN();  ///< log det(prior + sum of selected H^T H), nats; NaN
                                                               ///< after an error
   std::size_t invalid = 0;                                    ///< matches that were no candidates
-  bool has_answer = false;                                    ///< whether this is one, not an error
+  double efficiency_of_all = std::numeric_limits<double>::quiet_NaN();  ///< this and the following as in Selection: NaN
+                                                                        ///< without the target that is about them
+  double translation_sigma = std::numeric_limits<double>::quiet_NaN();  ///< m
+  double rotation_sigma = std::numeric_limits<double>::quiet_NaN();     ///< rad
+  bool has_answer = false;                                              ///< whether this is one, not an error
 };
 
-/// Selects options.budget of the blocks. Throws std::bad_alloc.
+/// Selects options.budget of the blocks, or the first of them that meet the targets. Throws std::bad_alloc.
 inline SelectedMatches select(const BlockStore& blocks, const Options& options = Options()) {
   Options limited = options;
   limited.budget = std::min(options.budget, blocks.size());
@@ -41,6 +45,9 @@ inline SelectedMatches select(const BlockStore& blocks, const Options& options =
   selected.indices.assign(selection.begin(), selection.end());
   selected.log_det = selection.log_det;
   selected.invalid = selection.invalid_candidates;
+  selected.efficiency_of_all = selection.efficiency_of_all;
+  selected.translation_sigma = selection.translation_sigma;
+  selected.rotation_sigma = selection.rotation_sigma;
   selected.has_answer = selection.has_answer();
   return selected;
 }

@@ -10,8 +10,8 @@
 
 namespace maxlogdet {
 
-/// How a selection ended. The first three carry an answer; after any other one the selection is empty and its log_det
-/// is NaN.
+/// How a selection ended. ok, all_selected, deadline_reached and target_reached carry an answer; after any other one
+/// the selection is empty and its log_det is NaN.
 enum class Status {
   ok,                  ///< as many as the budget asks for were selected (none for a budget or a store of 0)
   all_selected,        ///< no more may be selected: every valid candidate that constraints allow, be it none, is in
@@ -32,6 +32,10 @@ enum class Status {
   nothing_proposed,    ///< ActiveSelection: an answer without a proposal
   invalid_block,       ///< ActiveSelection: the block as measured is not one
   unsupported_isa,     ///< MAXLOGDET_ISA names an instruction set not built in, or one that this machine lacks
+  target_reached,  ///< every target given is met, with the budget or less; an answer. Whenever they are met, also if
+                   ///< the budget or the candidates end with it; without that they are not
+  invalid_target,  ///< a target negative, NaN or infinite, or target_efficiency above 1
+  unsupported_target,  ///< a target with relaxed, backward_greedy or exchange_sweeps, which have no order to stop in
 };
 
 /// Name of the enumerator; "unknown" for any other value.
@@ -50,20 +54,26 @@ struct Selection {
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;  ///< no selection within the budget that keeps to required and excluded has a greater log det:
                        ///< proved, nats. Maxima of groups hardly count, which can only raise it, and so does a deadline
-                       ///< that cut the answer or the passes short. Infinite where float64 may have no digits left, of
-                       ///< log det and of what was chosen (docs/numerics.md). NaN if not asked for (Options::certify)
+                       ///< that cut the answer or the passes short; a target does not make the budget smaller. Infinite
+                       ///< where float64 may have no digits left, of log det and of what was chosen (docs/numerics.md).
+                       ///< NaN if not asked for (Options::certify)
   Strategy strategy;   ///< the one asked for, or what `automatic` chose
   int threads;         ///< how many threads the work was offered to, the calling one among them, at most 16;
                        ///< helpers may have come late or not at all
+  double efficiency_of_all;  ///< (det M / det M_all)^(1/6), see Options::target_efficiency; NaN without that target.
+                             ///< Of this and the next two the last bits may differ between C libraries
+  double translation_sigma;  ///< m, see Options::target_translation_sigma; NaN without that target
+  double rotation_sigma;     ///< rad, see Options::target_rotation_sigma; NaN without that target
 
   /// D-efficiency, (det M / det of the bound)^(1/6): the geometric mean of the information over the six directions is
   /// at least that share of what the best selection could have. 0 where next to nothing is known. NaN without
   /// upper_bound.
   double efficiency() const noexcept { return std::exp((log_det - upper_bound) / state_dimension); }
 
-  /// Whether this is an answer (perhaps cut short by the deadline), not an error.
+  /// Whether this is an answer (perhaps cut short by the deadline or a target), not an error.
   bool has_answer() const noexcept {
-    return status == Status::ok || status == Status::all_selected || status == Status::deadline_reached;
+    return status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||
+           status == Status::target_reached;
   }
   /// The indices, to loop over.
   const std::uint32_t* begin() const noexcept { return indices; }

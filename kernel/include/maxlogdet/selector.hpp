@@ -30,11 +30,11 @@ class Selector {
   /// Most candidates, and largest budget, that select() accepts; 0 once moved from.
   std::size_t capacity() const noexcept;
 
-  /// Selects options.budget of the candidates. Never allocates, locks, throws or prints; of the system it asks only
-  /// the time, and that only when options.time_limit is set; what an executor does when several threads work is its
-  /// own affair (docs/threading.md). Indices are the same on every processor, compiler, instruction set and number of
-  /// threads; ties (equal computed gains, as of identical blocks) go to the lowest index. Errors are named by
-  /// Selection::status.
+  /// Selects options.budget of the candidates, or the first of them that meet the targets. Never allocates, locks,
+  /// throws or prints; of the system it asks only the time, and that only when options.time_limit is set; what an
+  /// executor does when several threads work is its own affair (docs/threading.md). Indices are the same on every
+  /// processor, compiler, instruction set and number of threads; ties (equal computed gains, as of identical blocks) go
+  /// to the lowest index. Errors are named by Selection::status.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;
   /// What a selection points to would end with the selector: give it a name, or see maxlogdet/select.hpp.
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
