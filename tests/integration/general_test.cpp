@@ -150,9 +150,7 @@ TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
   EXPECT_STREQ(good.reason(), "invalid_pose");
 }
 
-TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  GoodFeatures good(1000);
+void gather(const sim::Frame& frame, GoodFeatures& good) {
   good.start(frame.camera, frame.T_cw_prior.data(), ThirdMeasurement::stereo);
   for (const sim::Match& m : frame.matches) {
     FeatureMatch match;
@@ -161,9 +159,31 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
     match.sigma = 1 / std::sqrt(m.inv_sigma2);
     good.add(match);
   }
+}
+
+TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
   ASSERT_EQ(good.select(Options()), Status::ok);
   EXPECT_GT(good.share_of_all(), 0.2);
   EXPECT_LT(good.share_of_all(), 0.34);
+}
+
+TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_needs) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  Options options = budget_in_accuracy();
+  ASSERT_EQ(good.select(options), Status::ok);
+  ASSERT_TRUE(good.is_target_reached());
+  const std::size_t needed = good.selected_count();
+  EXPECT_LT(needed, options.budget);
+  EXPECT_GE(good.share_of_all(), 0.5 - 1e-9);
+  options.budget = needed - 1;
+  gather(frame, good);
+  ASSERT_EQ(good.select(options), Status::ok);
+  EXPECT_FALSE(good.is_target_reached());
 }
 
 // 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
