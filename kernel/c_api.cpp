@@ -7,6 +7,7 @@
 #include "kernel/camera_checks.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -122,6 +123,29 @@ const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cam
   return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
 }
 
+template <class Scalar>
+void read_point(const maxlogdet::Points& points, size_t i, double* p_w) noexcept {
+  Scalar point[3];
+  std::memcpy(point, static_cast<const unsigned char*>(points.data()) + points.stride() * i, sizeof point);
+  for (int d = 0; d < 3; ++d) p_w[d] = static_cast<double>(point[d]);
+}
+
+// Of one match: `write` is match_information or match_whitening.
+template <class Write>
+int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches, size_t i,
+              const maxlogdet_block_options* options, double* to, const Write& write) noexcept {
+  maxlogdet::Camera cpp_camera;
+  maxlogdet::Matches cpp_matches;
+  maxlogdet::BlockOptions cpp_options;
+  if (to == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options))
+    return 0;
+  const maxlogdet::Points& points = cpp_matches.points;
+  if (i >= cpp_matches.size || points.data() == nullptr) return 0;
+  double p_w[3];
+  points.are_float() ? read_point<float>(points, i, p_w) : read_point<double>(points, i, p_w);
+  return write(cpp_camera, T_cw, p_w, match_noise(cpp_matches, i, cpp_options), to) ? 1 : 0;
+}
+
 }  // namespace
 
 maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
@@ -200,6 +224,21 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
   rig.cameras = blocks->cameras.data();
   rig.size = count;  // 0: refused
   return append_to(blocks, rig, T_bw, matches, options, executor);
+}
+
+int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
+                                    const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
+                                    double* omega) {
+  return weigh(camera, T_cw, matches, i, options, omega,
+               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
+                  const maxlogdet::MatchNoise& noise, double* to) { return match_information(of, T, p_w, noise, to); });
+}
+
+int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches,
+                                  size_t i, const maxlogdet_block_options* options, double* W) {
+  return weigh(camera, T_cw, matches, i, options, W,
+               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
+                  const maxlogdet::MatchNoise& noise, double* to) { return match_whitening(of, T, p_w, noise, to); });
 }
 
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {

@@ -19,33 +19,60 @@ Camera distorted(CameraModel model, const PinholeCamera& pinhole,
   return camera;
 }
 
-// Each of these gives (m_x, m_y), and whether there is an image.
+// (m_x, m_y), u = fx m_x + cx, v = fy m_y + cy, and d (m_x, m_y) / d p_c by rows.
+struct Image {
+  double m[2];
+  double by_point[2][3];
+};
 
-bool project_radial_tangential(const double* k, double x, double y, double* m) noexcept {
+// Each of these says whether there is an image.
+
+bool see_pinhole(const double* p, Image& image) noexcept {
+  const double inverse = 1 / p[2];
+  const double x = p[0] * inverse;
+  const double y = p[1] * inverse;
+  image = {{p[0] / p[2], p[1] / p[2]}, {{inverse, 0, -x * inverse}, {0, inverse, -y * inverse}}};
+  return p[2] > 0;
+}
+
+bool see_radial_tangential(const double* k, const double* p, Image& image) noexcept {
+  const double x = p[0] / p[2];
+  const double y = p[1] / p[2];
+  const double inverse = 1 / p[2];
   const double rho = x * x + y * y;
   const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
   const double slope = 2 * k[0] + rho * (4 * k[1] + rho * 6 * k[4]);
   const double xx = radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
   const double xy = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
   const double yy = radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
-  m[0] = x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x);
-  m[1] = y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y;
-  return xx + yy > 0 && xx * yy - xy * xy > 0;
+  image = {{x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x),
+            y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y},
+           {{xx * inverse, xy * inverse, -(xx * x + xy * y) * inverse},
+            {xy * inverse, yy * inverse, -(xy * x + yy * y) * inverse}}};
+  return p[2] > 0 && xx + yy > 0 && xx * yy - xy * xy > 0;
 }
 
-bool project_kannala_brandt(const double* k, const double* p, double* m) noexcept {
-  const double r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
+// Along the radius the image changes by `slope` an angle, across it by d / r.
+bool see_kannala_brandt(const double* k, const double* p, Image& image) noexcept {
+  const double r_squared = p[0] * p[0] + p[1] * p[1];
+  const double r = std::sqrt(r_squared);
   const double theta = std::atan2(r, p[2]);
   const double q = theta * theta;
   const double d = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
   const double slope = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
-  const double scale = r > 0 ? d / r : 1 / p[2];
-  m[0] = scale * p[0];
-  m[1] = scale * p[1];
+  const double across = r > 0 ? d / r : 1 / p[2];
+  const double x = r > 0 ? p[0] / r : 0;
+  const double y = r > 0 ? p[1] / r : 0;
+  const double by_z = slope / (r_squared + p[2] * p[2]);
+  const double along = by_z * p[2] - across;
+  image = {
+      {across * p[0], across * p[1]},
+      {{across + along * x * x, along * x * y, -by_z * p[0]}, {along * x * y, across + along * y * y, -by_z * p[1]}}};
   return std::isfinite(r) && slope > 0 && ((r > 0 && d > 0) || p[2] > 0);
 }
 
-bool project_double_sphere(const Camera& camera, const double* p, double* m) noexcept {
+// m = (X, Y) / divisor, d divisor = g (X dX + Y dY) + h dZ.
+bool see_double_sphere(const Camera& camera, const double* p, Image& image) noexcept {
   const double xi = camera.parameters[0];
   const double alpha = camera.parameters[1];
   const double r_squared = p[0] * p[0] + p[1] * p[1];
@@ -55,9 +82,27 @@ bool project_double_sphere(const Camera& camera, const double* p, double* m) noe
   const double divisor = alpha * d2 + (1 - alpha) * k;
   const double g = alpha / d2 * (1 + k * xi / d1) + (1 - alpha) * xi / d1;
   const double h = (xi * p[2] / d1 + 1) * (alpha * k / d2 + 1 - alpha);
-  m[0] = p[0] / divisor;
-  m[1] = p[1] / divisor;
+  const double x = p[0] / divisor;
+  const double y = p[1] / divisor;
+  image = {{x, y},
+           {{(1 - g * x * p[0]) / divisor, -g * x * y, -h * x / divisor},
+            {-g * x * y, (1 - g * y * p[1]) / divisor, -h * y / divisor}}};
   return divisor > 0 && p[2] > least_cosine(camera) * d1 && (divisor - g * r_squared) * p[2] + h * r_squared > 0;
+}
+
+// The model is one of the enumerators, its parameters are valid.
+bool see(const Camera& camera, const double* p, Image& image) noexcept {
+  switch (camera.model) {
+    case CameraModel::pinhole: return see_pinhole(p, image);
+    case CameraModel::radial_tangential: return see_radial_tangential(camera.parameters, p, image);
+    case CameraModel::kannala_brandt: return see_kannala_brandt(camera.parameters, p, image);
+    case CameraModel::double_sphere: return see_double_sphere(camera, p, image);
+  }
+  return false;
+}
+
+bool is_known(CameraModel model) noexcept {
+  return model >= CameraModel::pinhole && model <= CameraModel::double_sphere;
 }
 
 }  // namespace
@@ -104,23 +149,24 @@ double least_cosine(const Camera& camera) noexcept {
 }
 
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
-  if (camera.model < CameraModel::pinhole || camera.model > CameraModel::double_sphere) return false;
-  if (!has_valid_parameters(camera)) return false;
-  double m[2] = {p_c[0] / p_c[2], p_c[1] / p_c[2]};
-  bool has_image = p_c[2] > 0;
-  switch (camera.model) {
-    case CameraModel::pinhole: break;
-    case CameraModel::radial_tangential:
-      has_image = has_image && project_radial_tangential(camera.parameters, m[0], m[1], m);
-      break;
-    case CameraModel::kannala_brandt: has_image = project_kannala_brandt(camera.parameters, p_c, m); break;
-    case CameraModel::double_sphere: has_image = project_double_sphere(camera, p_c, m); break;
-  }
-  const double u = camera.pinhole.fx * m[0] + camera.pinhole.cx;
-  const double v = camera.pinhole.fy * m[1] + camera.pinhole.cy;
+  double jacobian[6];
+  return project(camera, p_c, uv, jacobian);
+}
+
+bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
+  if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
+  Image image;
+  const bool has_image = see(camera, p_c, image);
+  const PinholeCamera& pinhole = camera.pinhole;
+  const double u = pinhole.fx * image.m[0] + pinhole.cx;
+  const double v = pinhole.fy * image.m[1] + pinhole.cy;
   if (!has_image || !std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
   uv[0] = u;
   uv[1] = v;
+  for (std::size_t i = 0; i < 3; ++i) {
+    jacobian[i] = pinhole.fx * image.by_point[0][i];
+    jacobian[3 + i] = pinhole.fy * image.by_point[1][i];
+  }
   return true;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/good_features.hpp>
 
+#include <maxlogdet/match_information.hpp>
 #include <maxlogdet/selector.hpp>
 
 #include <algorithm>
@@ -14,6 +15,15 @@ namespace {
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double quantile_of_two = 5.991;  // 95 % of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
+
+// e^T Omega e.
+double square_of(const double* e, const double* omega, std::size_t count) noexcept {
+  double sum = 0;
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = 0; b < count; ++b) sum += e[a] * omega[count * a + b] * e[b];
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -86,8 +96,12 @@ struct GoodFeatures::State {
 
   bool build(BlockOptions options) noexcept;
   Status select(Options options) noexcept;
-  void judge(const RigidTransform& pose) noexcept;
-  double chi2_of(const RigidTransform& T_cw, std::size_t i) const noexcept;
+  void judge(const RigidTransform& pose, const BlockOptions* options) noexcept;
+  bool residual_of(const RigidTransform& T_cw, std::size_t i, double (&e)[3]) const noexcept;
+  double chi2_of(const RigidTransform& T_cw, std::size_t i, const BlockOptions* options) const noexcept;
+  const RigCamera& seen_by(std::size_t i) const noexcept { return has_rig ? rig.cameras[camera_ids[i]] : only; }
+  bool has_camera(std::size_t i) const noexcept { return is_kept(i) && (!has_rig || camera_ids[i] < rig.size); }
+  MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
 
   BlockStore store;
   Selector selector;
@@ -164,29 +178,50 @@ Status GoodFeatures::State::select(Options options) noexcept {
   return are_all ? Status::all_selected : Status::ok;
 }
 
-// Squared error of match i in deviations; T_cw is that of the body on a rig.
-double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i) const noexcept {
-  if (has_jacobians) return not_a_number;
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  double p_b[3], p_c[3];
+// z - h(T_cw, p_w), T_cw that of the body on a rig; false where the point has no image.
+bool GoodFeatures::State::residual_of(const RigidTransform& T_cw, std::size_t i, double (&e)[3]) const noexcept {
+  double p_b[3], p_c[3], uv[2];
   T_cw.transform(&points[3 * i], p_b);
-  const RigCamera& seen_by = has_rig ? rig.cameras[camera_ids[i]] : only;
-  seen_by.T_cb.transform(p_b, p_c);
-  double uv[2];
-  if (!project(seen_by.camera, p_c, uv)) return infinite;
+  const RigCamera& camera = seen_by(i);
+  camera.T_cb.transform(p_b, p_c);
+  if (!project(camera.camera, p_c, uv)) return false;
   const double* const z = &measured[3 * i];
-  double sum = 0;
-  for (int axis = 0; axis < 2; ++axis) sum += (z[axis] - uv[axis]) * (z[axis] - uv[axis]);
-  sum /= sigmas[i] * sigmas[i];
-  if (has_third[i] == 0) return sum;
+  e[0] = z[0] - uv[0];
+  e[1] = z[1] - uv[1];
   const bool is_depth = third == ThirdMeasurement::depth;
-  const double error =
-      (z[2] - (is_depth ? p_c[2] : uv[0] - seen_by.camera.pinhole.bf / p_c[2])) / (is_depth ? depth_sigma : sigmas[i]);
-  return sum + error * error;
+  e[2] = has_third[i] == 0 ? 0 : z[2] - (is_depth ? p_c[2] : uv[0] - camera.camera.pinhole.bf / p_c[2]);
+  return true;
 }
 
-void GoodFeatures::State::judge(const RigidTransform& pose) noexcept {
-  for (std::size_t i = 0; i < ids.size(); ++i) chi2[i] = is_selected[i] != 0 ? not_a_number : chi2_of(pose, i);
+// Squared error of match i in deviations; `options`: nullptr if only those of the measurement count.
+double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i,
+                                    const BlockOptions* options) const noexcept {
+  if (has_jacobians) return not_a_number;
+  double e[3], omega[9];
+  if (!residual_of(T_cw, i, e)) return std::numeric_limits<double>::infinity();
+  if (options != nullptr && match_information(seen_by(i), T, &points[3 * i], noise_of(i, *options), omega)) {
+    return square_of(e, omega, has_third[i] != 0 ? 3 : 2);
+  }
+  const double of_third = e[2] / (third == ThirdMeasurement::depth ? depth_sigma : sigmas[i]);
+  return (e[0] * e[0] + e[1] * e[1]) / (sigmas[i] * sigmas[i]) + of_third * of_third;
+}
+
+// As the blocks have it.
+MatchNoise GoodFeatures::State::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
+  MatchNoise noise;
+  noise.sigma = sigmas[i];
+  noise.depth_sigma = options.depth_sigma;
+  if (has_third[i] != 0) noise.third = third;
+  if (has_jacobians) noise.jacobian = &jacobians[6 * i];
+  const Weighting weighting = has_covariances ? with_covariances(options.weighting) : options.weighting;
+  if (weighting != Weighting::measurement_and_map) return noise;
+  noise.map_sigma = options.map_sigma;
+  if (has_covariance[i] != 0) noise.covariance = &covariances[9 * i];
+  return noise;
+}
+
+void GoodFeatures::State::judge(const RigidTransform& pose, const BlockOptions* options) noexcept {
+  for (std::size_t i = 0; i < ids.size(); ++i) chi2[i] = is_selected[i] != 0 ? not_a_number : chi2_of(pose, i, options);
 }
 
 GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
@@ -237,7 +272,18 @@ std::size_t GoodFeatures::selected_count() const noexcept {
   return state_->added - static_cast<std::size_t>(left_out);
 }
 
-void GoodFeatures::judge(const RigidTransform& T_cw) noexcept { state_->judge(T_cw); }
+bool GoodFeatures::information(std::size_t i, double* omega) const noexcept {
+  const State& s = *state_;
+  return s.has_camera(i) && match_information(s.seen_by(i), s.T, &s.points[3 * i], s.noise_of(i, block_options), omega);
+}
+bool GoodFeatures::whitening(std::size_t i, double* W) const noexcept {
+  const State& s = *state_;
+  return s.has_camera(i) && match_whitening(s.seen_by(i), s.T, &s.points[3 * i], s.noise_of(i, block_options), W);
+}
+
+void GoodFeatures::judge(const RigidTransform& T_cw) noexcept {
+  state_->judge(T_cw, is_weighted ? &block_options : nullptr);
+}
 double GoodFeatures::chi2(std::size_t i) const noexcept { return state_->is_kept(i) ? state_->chi2[i] : not_a_number; }
 bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
   return chi2(i) > (state_->is_kept(i) && state_->has_third[i] != 0 ? quantile_of_three : quantile_of_two);

@@ -8,11 +8,13 @@
 #include "python/pickling.hpp"
 
 #include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/match_information.hpp>
 
 #include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <string>
@@ -120,6 +122,60 @@ BlockReport append_blocks(Store& store, const py::object& camera, const py::obje
   return report;
 }
 
+// Writes r x r of a match with `rows` of them, zeros where it has no third row; NaN where it has no weight.
+template <class Write>
+void write_weight(const Write& write, std::size_t rows, std::size_t r, double* to) {
+  double entries[9];
+  const bool is_there = write(entries);
+  std::fill_n(to, r * r, is_there ? 0 : std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t a = 0; is_there && a < rows; ++a) std::copy_n(entries + rows * a, rows, to + r * a);
+}
+
+py::array_t<double> weights_of(bool is_whitening, const py::object& camera, const py::object& T_cw,
+                               const py::object& points, const py::object& sigmas, const py::object& has_third,
+                               const py::object& map_covariances, const py::object& jacobians,
+                               const py::object& camera_ids, const std::optional<std::string>& weighting,
+                               const std::string& third, double map_sigma, double depth_sigma) {
+  const Cameras cameras = cameras_of(camera);
+  const RigidTransform pose = pose_of(T_cw, "T_cw");
+  const Array<double> all_points = real_array(points, "points", {any_n, 3});
+  const py::ssize_t n = all_points.shape(0);
+  const Array<double> all_sigmas = optional_real_array(sigmas, "sigmas", {n});
+  const Array<bool> all_third = optional_mask(has_third, "has_third", static_cast<std::size_t>(n));
+  const Array<double> covariances = optional_real_array(map_covariances, "map_covariances", {n, 3, 3});
+  const Array<double> all_jacobians = optional_real_array(jacobians, "jacobians", {n, 2, 3});
+  const std::vector<unsigned char> ids = ids_of(camera_ids, n);
+  const bool are_ids = std::all_of(ids.begin(), ids.end(), [&](unsigned char id) { return id < cameras.all.size(); });
+  if (cameras.all.empty() || !are_ids || (!ids.empty() && !cameras.is_rig)) {
+    throw StatusError(BlockStatus::invalid_camera_id);
+  }
+
+  Matches matches;
+  matches.sigmas = data_or_null(all_sigmas);
+  matches.has_third = data_or_null(all_third);
+  matches.map_covariances = data_or_null(covariances);
+  matches.jacobians = data_or_null(all_jacobians);
+  BlockOptions options;
+  options.weighting = weighting_from(weighting, !map_covariances.is_none());
+  options.third = third_measurement_of(third);
+  options.map_sigma = map_sigma;
+  options.depth_sigma = depth_sigma;
+  const std::size_t r = residual_rows(options.third);
+  py::array_t<double> weights({n, static_cast<py::ssize_t>(r), static_cast<py::ssize_t>(r)});
+  for (py::ssize_t i = 0; i < n; ++i) {
+    const auto match = static_cast<std::size_t>(i);
+    const RigCamera& seen_by = cameras.all[ids.empty() ? 0 : ids[match]];
+    const MatchNoise noise = match_noise(matches, match, options);
+    const double* const p_w = all_points.data(i, 0);
+    const auto write = [&](double* to) {
+      return is_whitening ? match_whitening(seen_by, pose, p_w, noise, to)
+                          : match_information(seen_by, pose, p_w, noise, to);
+    };
+    write_weight(write, residual_rows(noise.third), r, weights.mutable_data(i, 0, 0));
+  }
+  return weights;
+}
+
 py::array_t<double> projected(const Camera& camera, const py::object& points) {
   const Array<double> all = real_array(points, "points", {any_n, 3});
   py::array_t<double> images({all.shape(0), py::ssize_t{2}});
@@ -175,6 +231,44 @@ std::string text_of(const Camera& camera) {
 std::string text_of(const BlockReport& report) {
   return py::str("<maxlogdet.BlockReport: {}, {} appended, {} of them invalid>")
       .format(to_string(report.status), report.appended, report.invalid);
+}
+
+template <class Function>
+void def_weights(py::module_& module, const char* name, const Function& function, const char* documentation) {
+  module.def(name, function, py::arg("camera"), py::arg("T_cw"), py::arg("points"), py::kw_only(),
+             py::arg("sigmas") = py::none(), py::arg("has_third") = py::none(), py::arg("map_covariances") = py::none(),
+             py::arg("jacobians") = py::none(), py::arg("camera_ids") = py::none(), py::arg("weighting") = py::none(),
+             py::arg("third") = "none", py::arg("map_sigma") = 0.05, py::arg("depth_sigma") = 0.05, documentation);
+}
+
+template <bool is_whitening>
+py::array_t<double> weights(const py::object& camera, const py::object& T_cw, const py::object& points,
+                            const py::object& sigmas, const py::object& has_third, const py::object& map_covariances,
+                            const py::object& jacobians, const py::object& camera_ids,
+                            const std::optional<std::string>& weighting, const std::string& third, double map_sigma,
+                            double depth_sigma) {
+  return weights_of(is_whitening, camera, T_cw, points, sigmas, has_third, map_covariances, jacobians, camera_ids,
+                    weighting, third, map_sigma, depth_sigma);
+}
+
+void bind_weights(py::module_& module) {
+  def_weights(
+      module, "match_information", &weights<false>,
+      R"(match_information(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
+--
+
+(n, r, r): the weight of each match's residual, (u, v) or (u, v, third), in an optimiser that holds the points fixed: the
+inverse of Sigma_z + J Sigma_p J^T, the noise that its block is whitened by, at T_cw; r = 3 with a third measurement, else
+2. Zeros in the third row and column of a match that has none, NaN where the point has no image or numbers are not usable.
+
+Arguments are those of BlockStore.append_blocks. map_covariances count with weighting 'measurement_and_map'.)");
+  def_weights(
+      module, "match_whitening", &weights<true>,
+      R"(match_whitening(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
+--
+
+(n, r, r): W of each match, lower triangular, W^T W its match_information: W times the residual has independent entries of
+variance 1. Otherwise as match_information.)");
 }
 
 }  // namespace
@@ -285,6 +379,7 @@ weighting: 'measurement', 'measurement_and_map', 'map_bias' (the paper's H_c) or
 third: 'none', 'stereo' (px, needs camera.bf) or 'depth' (m, of deviation depth_sigma).
 min_depth: m, nearer matches are no candidates.
 threads: 1: the calling one alone; 0: as many as pay off; n: at most n.)");
+  bind_weights(module);
 }
 
 }  // namespace maxlogdet::python

@@ -78,10 +78,11 @@ Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) 
 Similarity align_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) { return align(from, to, false); }
 
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
-                                   double window, Alignment alignment) {
+                                   double window, TrajectoryAlignment alignment) {
   require_correspondence(estimate, truth);
   require(window > half_a_microsecond && std::isfinite(window), "a window needs a positive length");
-  const Similarity onto_truth = align(positions_of(estimate), positions_of(truth), alignment == Alignment::similarity);
+  const Similarity onto_truth =
+      align(positions_of(estimate), positions_of(truth), alignment == TrajectoryAlignment::similarity);
   std::vector<StampedPose> aligned = estimate;
   apply(onto_truth, aligned);
 

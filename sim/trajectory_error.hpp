@@ -30,7 +30,7 @@ struct Drift {
 };
 
 /// What an estimate may be moved by before it is compared.
-enum class Alignment {
+enum class TrajectoryAlignment {
   similarity,  ///< scale as well, as the paper has it: a monocular camera knows none
   rigid,       ///< no scale: a stereo or depth camera knows it
 };
@@ -51,6 +51,6 @@ struct TrajectoryErrors {
 /// truth, P estimate (Sturm et al. 2012), divided by t_j - t_i. Windows over a gap (t_j - t_i > window + 0.5 s) are
 /// left out. Throws std::invalid_argument if the two do not correspond, or if a pose is not finite.
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
-                                   double window = 3, Alignment alignment = Alignment::similarity);
+                                   double window = 3, TrajectoryAlignment alignment = TrajectoryAlignment::similarity);
 
 }  // namespace maxlogdet::sim

@@ -376,6 +376,29 @@ const maxlogdet_block_report& append_in_c(const Cameras& cameras, const double* 
   return *maxlogdet_append_blocks_of_rig(of_rig, cameras.T_cb.data(), 2, T, &matches, &options, blocks, nullptr);
 }
 
+// Of the first camera alone.
+void expect_same_weights(const Cameras& cameras, const double* T_cw, const Matches& matches,
+                         const BlockOptions& cpp_options, const maxlogdet_block_options& options) {
+  const maxlogdet_camera camera = in_c(cameras.all[0]);
+  const maxlogdet_matches given = in_c(matches);
+  for (std::size_t i = 0; i < matches.size; ++i) {
+    double p_w[3];
+    for (std::size_t d = 0; d < 3; ++d) {
+      const char* const point = static_cast<const char*>(matches.points.data()) + i * matches.points.stride();
+      p_w[d] = matches.points.are_float() ? static_cast<double>(reinterpret_cast<const float*>(point)[d])
+                                          : reinterpret_cast<const double*>(point)[d];
+    }
+    const MatchNoise noise = match_noise(matches, i, cpp_options);
+    double expected[9] = {}, actual[9] = {};
+    ASSERT_EQ(maxlogdet_match_information(&camera, T_cw, &given, i, &options, actual) != 0,
+              match_information(cameras.all[0], T_cw, p_w, noise, expected));
+    EXPECT_TRUE(std::equal(actual, actual + 9, expected)) << i;
+    ASSERT_EQ(maxlogdet_match_whitening(&camera, T_cw, &given, i, &options, actual) != 0,
+              match_whitening(cameras.all[0], T_cw, p_w, noise, expected));
+    EXPECT_TRUE(std::equal(actual, actual + 9, expected)) << i;
+  }
+}
+
 // Stored entries are out of sight in C; what is selected of them, with the bits of its gains, is not.
 TEST(CApi, blocks_equal_those_of_cpp) {
   constexpr std::size_t n = 300;
@@ -434,6 +457,7 @@ TEST(CApi, blocks_equal_those_of_cpp) {
         const BlockReport in_cpp = append_in_cpp(cameras, T_cw, matches, cpp_options, expected);
         const maxlogdet_matches given_matches = in_c(matches);
         const maxlogdet_block_report* const report = &append_in_c(cameras, T_cw, given_matches, options, blocks.get());
+        expect_same_weights(cameras, T_cw, matches, cpp_options, options);
         EXPECT_EQ(report->status, static_cast<int>(in_cpp.status));
         EXPECT_STREQ(maxlogdet_block_status_name(report->status), to_string(in_cpp.status));
         EXPECT_EQ(report->appended, in_cpp.appended);

@@ -503,6 +503,24 @@ static void blocks_are_made_of_matches(void) {
   CHECK(maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks, NULL)->status == refused);
   options.reserved = 0;
 
+  // Weights of single matches: 1 and four numbers, or 0 and none.
+  double weight[4] = {-7, -7, -7, -7};
+  CHECK(maxlogdet_match_information(NULL, identity_pose, &matches, 0, &options, weight) == 0);
+  CHECK(maxlogdet_match_information(&camera, NULL, &matches, 0, &options, weight) == 0);
+  CHECK(maxlogdet_match_information(&camera, identity_pose, NULL, 0, &options, weight) == 0);
+  CHECK(maxlogdet_match_information(&camera, identity_pose, &matches, 4, &options, weight) == 0);
+  CHECK(maxlogdet_match_information(&camera, identity_pose, &matches, 0, NULL, weight) == 0);
+  CHECK(maxlogdet_match_information(&camera, identity_pose, &matches, 0, &options, NULL) == 0);
+  CHECK(maxlogdet_match_whitening(&camera, identity_pose, &matches, 4, &options, weight) == 0);
+  matches.points = NULL;
+  CHECK(maxlogdet_match_information(&camera, identity_pose, &matches, 0, &options, weight) == 0);
+  matches.points = points;
+  CHECK(weight[0] == -7);
+  CHECK(maxlogdet_match_information(&camera, identity_pose, &matches, 0, &options, weight) == 1);
+  CHECK(weight[0] == 1 && weight[1] == 0 && weight[2] == 0 && weight[3] == 1);
+  CHECK(maxlogdet_match_whitening(&camera, identity_pose, &matches, 0, &options, weight) == 1);
+  CHECK(weight[0] == 1 && weight[1] == 0 && weight[2] == 0 && weight[3] == 1);
+
   // What C++ refuses, by its name.
   matches.points = NULL;
   CHECK(maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks, NULL)->status ==

@@ -109,6 +109,36 @@ TEST(Camera, projects_as_the_papers_of_the_models_say) {
   }
 }
 
+TEST(Camera, the_jacobian_of_a_projection_is_its_derivative) {
+  for (const CameraModel model : camera_models) {
+    for (std::uint64_t variation = 0; variation < 300; ++variation) {
+      Random random(variation);
+      SCOPED_TRACE(random.name() + ", " + to_string(model));
+      const Camera camera = random_camera(random, model);
+      const Eigen::Vector3d p = random_point(random, camera, false).cast<double>();
+      double uv[2], again[2], jacobian[6];
+      ASSERT_TRUE(project(camera, p.data(), uv));
+      ASSERT_TRUE(project(camera, p.data(), again, jacobian));
+      EXPECT_EQ(uv[0], again[0]);
+      EXPECT_EQ(uv[1], again[1]);
+      const long double step = 1e-6L * p.norm();
+      for (int d = 0; d < 3; ++d) {
+        const Vector3 by = step * Vector3::Unit(d);
+        const Vector3 at = p.cast<long double>();
+        const Vector2 expected = (image_of(camera, at + by) - image_of(camera, at - by)) / (2 * step);
+        const double scale = camera.pinhole.fx / p.norm();
+        EXPECT_NEAR(jacobian[d], static_cast<double>(expected.x()), 1e-7 * scale);
+        EXPECT_NEAR(jacobian[3 + d], static_cast<double>(expected.y()), 1e-7 * scale);
+      }
+    }
+  }
+  double uv[2] = {-7, -7}, jacobian[6] = {-7, -7, -7, -7, -7, -7};
+  const double behind[3] = {1, 1, -1};
+  EXPECT_FALSE(project(Camera(400, 400, 320, 240), behind, uv, jacobian));
+  EXPECT_EQ(uv[0], -7);
+  for (const double entry : jacobian) EXPECT_EQ(entry, -7);
+}
+
 TEST(Camera, has_no_image_of_what_is_behind_or_folded_back) {
   const PinholeCamera pinhole{400, 400, 320, 240, 40};
   const Camera folded = Camera::radial_tangential(pinhole, -0.4, 0, 0, 0);  // d (x r) / dx = 1 - 1.2 x^2

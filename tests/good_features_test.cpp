@@ -589,6 +589,139 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
   }
 }
 
+// d h / d p_c by differences of image_of, or the caller's.
+WideMatrix jacobian_of(const Frame& frame, std::size_t i, const WideVector3& p) {
+  const Camera& camera = frame.rig_cameras[frame.camera_of_match(i)].camera;
+  const bool is_depth = frame.kind.third == ThirdMeasurement::depth;
+  const long double step = 1e-7L * p.norm();
+  WideMatrix J(3, 3);
+  for (int d = 0; d < 3; ++d) {
+    const WideVector3 by = step * WideVector3::Unit(d);
+    const auto after = image_of(camera, p + by), before = image_of(camera, p - by);
+    for (std::size_t a = 0; a < 2; ++a) J(static_cast<Eigen::Index>(a), d) = (after[a] - before[a]) / (2 * step);
+    for (int a = 0; frame.kind.has_jacobians && a < 2; ++a) {
+      J(a, d) = frame.jacobians[6 * i + static_cast<std::size_t>(3 * a + d)];
+    }
+    const long double of_depth = d == 2 ? 1 : 0;
+    J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
+  }
+  return J.topRows(frame.has_third[i] != 0 ? 3 : 2);
+}
+
+// J Omega J^T of a match, J by the pose.
+WideMatrix weighted_information(const Frame& frame, std::size_t i, const double* omega) {
+  const WideVector3 p_b =
+      (frame.T_cw * Eigen::Vector3d(frame.points[3 * i], frame.points[3 * i + 1], frame.points[3 * i + 2]))
+          .cast<long double>();
+  WideMatrix by_pose(3, 6);
+  by_pose << 1, 0, 0, 0, p_b.z(), -p_b.y(), 0, 1, 0, -p_b.z(), 0, p_b.x(), 0, 0, 1, p_b.y(), -p_b.x(), 0;
+  WideMatrix H = jacobian_of(frame, i, frame.in_camera(i, frame.T_cw));
+  if (frame.kind.has_rig) H = wide_product(H, frame.T_cb[frame.camera_of_match(i)].linear().cast<long double>());
+  H = wide_product(H, by_pose);
+  WideMatrix weight(H.rows(), H.rows());
+  for (Eigen::Index a = 0; a < H.rows(); ++a) {
+    for (Eigen::Index b = 0; b < H.rows(); ++b) weight(a, b) = omega[a * H.rows() + b];
+  }
+  return wide_product(wide_product(H.transpose(), weight), H);
+}
+
+Matrix6 information_of_block(const BlockStore& blocks, std::size_t i) {
+  const Block block = stored_block(blocks, i);
+  Matrix6 information = Matrix6::Zero();
+  for (std::size_t r = 0; r < static_cast<std::size_t>(blocks.rows()); ++r) {
+    const Vector6 row = Eigen::Map<const Vector6>(block.data() + 6 * r);
+    information += row * row.transpose();
+  }
+  return information;
+}
+
+// An optimiser that weighs by it has the noise model of the blocks, whatever the matches have.
+TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
+  GoodFeatures good(200);
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const Frame frame(random, 150, random_kind(random));
+    frame.gather(good);
+    std::vector<std::array<double, 9>> before(150);
+    for (std::size_t i = 0; i < 150; ++i) good.information(i, before[i].data());
+    ASSERT_EQ(good.select(budget_of(40)), Status::ok);
+    Matrix6 actual = Matrix6::Zero(), expected = Matrix6::Zero();
+    for (std::size_t i = 0; i < 150; ++i) {
+      if (!good.blocks().is_valid(i) || !(frame.in_camera(i, frame.T_cw).z() > 0)) continue;  // see image_of
+      double omega[9] = {}, W[9] = {};
+      ASSERT_TRUE(good.information(i, omega)) << i;
+      ASSERT_TRUE(good.whitening(i, W)) << i;
+      const std::size_t rows = frame.has_third[i] != 0 ? 3 : 2;
+      for (std::size_t e = 0; e < rows * rows; ++e) EXPECT_EQ(omega[e], before[i][e]) << "before select()";
+      double sum = 0;
+      for (std::size_t k = 0; k < rows; ++k) sum += W[rows * k] * W[rows * k];
+      EXPECT_NEAR(sum, omega[0], 1e-12 * omega[0]);
+      const Matrix6 of_match = weighted_information(frame, i, omega).cast<double>();
+      const Matrix6 of_block = information_of_block(good.blocks(), i);
+      EXPECT_LT(relative_difference(of_match, of_block), 1e-5) << i;
+      actual += of_match;
+      expected += of_block;
+    }
+    EXPECT_LT(relative_difference(actual, expected), 1e-6);
+  }
+}
+
+TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_the_capacity) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Frame frame(random, 101, Kind());
+  GoodFeatures good(100);
+  frame.gather(good);
+  std::size_t behind = 0;
+  for (std::size_t i = 0; i < 101; ++i) {
+    double omega[4] = {-7, -7, -7, -7};
+    const bool is_behind = !(frame.in_camera(i, frame.T_cw).z() > 0);
+    behind += is_behind ? 1 : 0;
+    EXPECT_EQ(good.information(i, omega), !is_behind && i < 100) << i;
+    if (is_behind || i == 100) {
+      EXPECT_EQ(omega[0], -7);
+    } else {
+      EXPECT_DOUBLE_EQ(omega[0], 1 / (frame.sigmas[i] * frame.sigmas[i]));
+    }
+    EXPECT_EQ(good.whitening(i, omega), !is_behind && i < 100) << i;
+  }
+  EXPECT_GT(behind, 0U);
+  good.start(Rig(), rows_of(frame.T_cw), ThirdMeasurement::none);
+  good.add(frame.matches[0]);
+  double omega[4];
+  EXPECT_FALSE(good.information(0, omega)) << "a rig without cameras";
+}
+
+TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
+  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    Kind kind = random_kind(random);
+    kind.has_jacobians = false;
+    const Frame frame(random, 200, kind);
+    GoodFeatures good(200);
+    good.is_weighted = true;
+    frame.gather(good);
+    ASSERT_EQ(good.select(budget_of(50)), Status::ok);
+    const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
+    good.judge(rows_of(optimised));
+    for (std::size_t i = 0; i < 200; ++i) {
+      const WideVector3 p = frame.in_camera(i, optimised);
+      double omega[9];
+      if (good.is_selected(i) || !(p.z() > 0) || !good.information(i, omega)) continue;
+      const auto uv = image_of(frame.rig_cameras[frame.camera_of_match(i)].camera, p);
+      const FeatureMatch& match = frame.matches[i];
+      const long double third = kind.third == ThirdMeasurement::depth ? p.z() : uv[0] - 50 / p.z();
+      const long double e[3] = {match.measured[0] - uv[0], match.measured[1] - uv[1], match.third - third};
+      const std::size_t rows = frame.has_third[i] != 0 ? 3 : 2;
+      long double expected = 0;
+      for (std::size_t a = 0; a < rows * rows; ++a) expected += e[a / rows] * omega[a] * e[a % rows];
+      EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
+    }
+  }
+}
+
 TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -177,7 +177,7 @@ TEST(RealTime, good_features_allocates_nothing) {
   const RigidTransform T_cw = frame.T_cw_prior.data();
   const RigCamera rig[2] = {{frame.camera}, {Camera::double_sphere(frame.camera, 0.1, 0.5)}};
   GoodFeatures good(400);
-  std::size_t ok = 0, outliers = 0;
+  std::size_t ok = 0, outliers = 0, weighted = 0;
   const auto use = [&](std::size_t size, int kind) {
     const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
     if (kind == 3) {
@@ -196,6 +196,10 @@ TEST(RealTime, good_features_allocates_nothing) {
       good.add(match);
     }
     if (good.select(Options()) == Status::ok) ++ok;
+    double weight[9];
+    for (std::size_t i = 0; i < good.size(); ++i)
+      weighted += good.information(i, weight) && good.whitening(i, weight) ? 1 : 0;
+    good.is_weighted = kind == 2;
     good.judge(T_cw);
     good.share_of_all();
     for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
@@ -208,6 +212,7 @@ TEST(RealTime, good_features_allocates_nothing) {
             0);
   EXPECT_EQ(ok, 10U);  // five kinds of two sizes
   EXPECT_GT(outliers, 0U);
+  EXPECT_GT(weighted, 0U);
 }
 
 TEST(RealTime, batches_of_active_selection_allocate_nothing) {

@@ -24,6 +24,7 @@ using maxlogdet::sim::mean_of;
 using maxlogdet::sim::quantile_of;
 using maxlogdet::sim::StampedPose;
 using maxlogdet::sim::Table;
+using maxlogdet::sim::TrajectoryAlignment;
 using maxlogdet::sim::TrajectoryErrors;
 
 namespace {
@@ -51,9 +52,9 @@ double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
 
 // Of the frames whose truth is known.
 TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
-                           double window) {
+                           double window, TrajectoryAlignment alignment = TrajectoryAlignment::similarity) {
   if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
-  return trajectory_errors(estimate, truth, window, maxlogdet::sim::Alignment::rigid);
+  return trajectory_errors(estimate, truth, window, alignment);
 }
 
 // Errors of all windows of all runs, one a window and run.
@@ -131,7 +132,9 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
   }
   Outcome outcome;
   // Half a period: every window ends at the next frame, though periods differ a little.
-  outcome.per_frame = errors_of(estimate, truth, periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5));
+  const double period = periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5);
+  outcome.per_frame = errors_of(estimate, truth, period);
+  outcome.rigid_rpe_m_per_s = errors_of(estimate, truth, period, TrajectoryAlignment::rigid).rpe_m_per_s;
   outcome.per_second = errors_of(estimate, truth, 1);
   const auto frames = static_cast<double>(run.frames.size());
   double measured = 0, tracked = 0;
@@ -176,6 +179,8 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     entry["ate_m"] = number(mean(one, ate));
     entry["rpe_m_per_s"] = number(mean(one, rpe));
     entry["roe_deg_per_s"] = number(mean(one, roe));
+    entry["scale"] = number(mean(one, [](const Outcome& run) { return run.per_frame.scale; }));
+    entry["rigid_rpe_m_per_s"] = number(mean(one, [](const Outcome& run) { return run.rigid_rpe_m_per_s; }));
     entry["tracked_percent"] = mean(one, [](const Outcome& run) { return run.tracked_percent; });
     entry["ms"] = {{"base", median(one, [](const Outcome& run) { return run.ms_base; })},
                    {"matching", median(one, [](const Outcome& run) { return run.ms_matching; })},

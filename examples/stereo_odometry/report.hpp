@@ -45,8 +45,9 @@ struct Run {
 
 /// How a run came off. Errors are NaN without a truth.
 struct Outcome {
-  maxlogdet::sim::TrajectoryErrors per_frame;   ///< windows of one frame
+  maxlogdet::sim::TrajectoryErrors per_frame;   ///< windows of one frame, aligned with scale, as the paper has it
   maxlogdet::sim::TrajectoryErrors per_second;  ///< windows of one second
+  double rigid_rpe_m_per_s = 0;                 ///< RPE per frame of a trajectory that is aligned without scale
   double tracked_percent = 0;
   double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
   double selected_least = 0, selected_most = 0;  ///< of the frames that were tracked
@@ -70,7 +71,7 @@ struct Summary {
 /// roe_deg_per_s (per frame), tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of;
 /// against: difference to inl, and to random and bucket of the same budget, paired by window, in percent, with the half
 /// width of its 95 % interval). Errors are means over runs, times medians over runs of means over frames. Trajectories
-/// are aligned without scale, which these cameras know.
+/// are aligned with scale, as the paper has it; rigid_rpe_m_per_s is without, and scale what was found.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
 /// The same for people, and how errors compare with those of `reference`, paired by run and frame.

@@ -280,6 +280,55 @@ def test_poses_may_be_3x4_or_4x4(rng):
             appended(wrong, points)
 
 
+@pytest.mark.parametrize("third", ["none", "stereo", "depth"])
+@pytest.mark.parametrize("kind", ["measurement", "map_sigma", "covariances"])
+def test_weights_are_the_noise_of_the_blocks(third, kind):
+    rng = np.random.default_rng(5)
+    T_cw, points, p_c = random_scene(rng)
+    options = dict(third=third, depth_sigma=0.1, sigmas=rng.uniform(0.5, 3, size=len(points)))
+    if kind == "map_sigma":
+        options.update(weighting="measurement_and_map", map_sigma=0.2)
+    if kind == "covariances":
+        root = rng.normal(scale=0.1, size=(len(points), 3, 3))
+        options["map_covariances"] = root @ root.transpose(0, 2, 1)
+    H = projection(p_c, third) @ of_pose(p_c)
+    omega = maxlogdet.match_information(CAMERA, T_cw, points, **options)
+    blocks, _ = appended(T_cw, points, **options)
+    assert_close(H.transpose(0, 2, 1) @ omega @ H, informations(blocks))
+    W = maxlogdet.match_whitening(CAMERA, T_cw, points, **options)
+    assert np.array_equal(W, np.tril(W))
+    np.testing.assert_allclose(W.transpose(0, 2, 1) @ W, omega, rtol=1e-10, atol=1e-12 * np.abs(omega).max())
+
+
+def test_weights_are_those_of_the_measurements_that_there_are():
+    points = np.array([[0.0, 0, 5], [1, 0, 5], [0, 0, -5]])
+    has_third = np.array([True, False, True])
+    omega = maxlogdet.match_information(CAMERA, np.eye(4), points, third="stereo", has_third=has_third)
+    np.testing.assert_array_equal(omega[0], np.eye(3))
+    np.testing.assert_array_equal(omega[1], np.diag([1.0, 1, 0]))
+    assert np.isnan(omega[2]).all()
+
+
+def test_weights_on_a_rig_are_those_of_the_camera_at_its_own_pose():
+    rng = np.random.default_rng(6)
+    T_cw, points, _ = random_scene(rng)
+    T_cb = np.eye(4)
+    T_cb[:3, :3], T_cb[:3, 3] = rotation(rng), rng.normal(size=3)
+    rig = [(CAMERA, np.eye(4)), (CAMERA, T_cb)]
+    options = dict(weighting="measurement_and_map", map_sigma=0.2)
+    actual = maxlogdet.match_information(rig, np.linalg.inv(T_cb) @ T_cw, points, camera_ids=np.ones(len(points), int),
+                                         **options)
+    alone = maxlogdet.match_information(CAMERA, T_cw, points, **options)
+    np.testing.assert_allclose(actual, alone, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [dict(camera=[]), dict(camera_ids=[0, 0, 0]),
+                                   dict(camera=[(CAMERA, np.eye(4))], camera_ids=[0, 0, 1])])
+def test_weights_of_no_such_camera_are_refused(wrong):
+    with pytest.raises(maxlogdet.SelectionError, match="invalid_camera_id"):
+        maxlogdet.match_information(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong})
+
+
 REFUSED = [
     ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(0, 1))),
     ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1), third="stereo")),

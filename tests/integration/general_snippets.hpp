@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "budget_in_accuracy.inc"
 #include "match_in_batches.inc"
 #include "own_tracker.inc"
 #include "per_thread.inc"
 #include "priors.inc"
+#include "weigh_rows.inc"

@@ -150,9 +150,7 @@ TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
   EXPECT_STREQ(good.reason(), "invalid_pose");
 }
 
-TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  GoodFeatures good(1000);
+void gather(const sim::Frame& frame, GoodFeatures& good) {
   good.start(frame.camera, frame.T_cw_prior.data(), ThirdMeasurement::stereo);
   for (const sim::Match& m : frame.matches) {
     FeatureMatch match;
@@ -161,9 +159,31 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
     match.sigma = 1 / std::sqrt(m.inv_sigma2);
     good.add(match);
   }
+}
+
+TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
   ASSERT_EQ(good.select(Options()), Status::ok);
   EXPECT_GT(good.share_of_all(), 0.2);
   EXPECT_LT(good.share_of_all(), 0.34);
+}
+
+TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_needs) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  Options options = budget_in_accuracy();
+  ASSERT_EQ(good.select(options), Status::ok);
+  ASSERT_TRUE(good.is_target_reached());
+  const std::size_t needed = good.selected_count();
+  EXPECT_LT(needed, options.budget);
+  EXPECT_GE(good.share_of_all(), 0.5 - 1e-9);
+  options.budget = needed - 1;
+  gather(frame, good);
+  ASSERT_EQ(good.select(options), Status::ok);
+  EXPECT_FALSE(good.is_target_reached());
 }
 
 // 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
@@ -207,6 +227,39 @@ TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_mor
     };
     EXPECT_GT(log_det(true), log_det(false)) << "world " << world;
   }
+}
+
+TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const PinholeCamera camera = {458, 457, 367, 248, 50};
+  const double covariance[9] = {0.2, 0.01, 0, 0.01, 0.3, 0, 0, 0, 0.5};
+  const SeenPoint seen = {random_point_in_camera(random),
+                          camera.bf,
+                          camera.fx,
+                          camera.fy,
+                          2,
+                          Eigen::Map<const Eigen::Matrix3d>(covariance)};
+  GoodFeatures good(1);
+  good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  FeatureMatch match;
+  std::copy_n(seen.p_c.data(), 3, match.point);
+  match.third = 0;
+  match.sigma = 2;
+  match.covariance = covariance;
+  good.add(match);
+  Eigen::Matrix<double, 3, 6> H = Derivatives(seen).H_x;
+  const Eigen::Matrix<double, 3, 6> before = H;
+  Eigen::Vector3d e(1, 2, 3);
+  weigh_rows(good, 0, 2, e, H);
+  EXPECT_LT(relative_difference(gram(H), information_of(seen)), 1e-6);
+  // e is whitened alike.
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> W;
+  ASSERT_TRUE(good.whitening(0, W.data()));
+  EXPECT_LT(relative_difference(e, product(W, Eigen::Vector3d(1, 2, 3))), 1e-12);
+  H = before;
+  weigh_rows(good, 1, 2, e, H);  // there is none
+  EXPECT_LT(relative_difference(H, before / 2), 1e-12);
 }
 
 TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -28,6 +29,7 @@ struct Calls {
   std::vector<std::size_t> optimised;              // keypoints whose map points entered the optimiser
   std::vector<ORB_SLAM2::MapPoint*> tried;         // points that the matcher was asked for, one by one
   std::set<const ORB_SLAM2::MapPoint*> matchable;  // points that it finds
+  std::map<std::size_t, Eigen::Matrix3d> weights;  // by keypoint, of the edges of stereo matches
   int optimiser_calls = 0;
   int matcher_calls = 0;
 };
@@ -115,6 +117,16 @@ int ORBmatcher::SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMap
     }
   }
   return matches;
+}
+
+// Asks what each stereo match weighs, and optimises nothing.
+int weighted::Optimizer::PoseOptimization(Frame* pFrame, const maxlogdet::OrbSlam2* good) {
+  calls.weights.clear();
+  for (std::size_t i = 0; i < pFrame->mvpMapPoints.size(); ++i) {
+    if (pFrame->mvpMapPoints[i] == nullptr || pFrame->mvuRight[i] < 0) continue;
+    calls.weights[i] = information_of_edge(pFrame, i, good);
+  }
+  return 0;
 }
 
 }  // namespace ORB_SLAM2
@@ -374,6 +386,35 @@ TEST(OrbSlam2Adapter, only_selected_matches_enter_the_optimiser_and_none_stays_n
     for (std::size_t i = 0; i < good.features.size(); ++i) {
       EXPECT_EQ(good.features.is_selected(i), expected.count(good.features.id(i)) > 0) << i;
     }
+  }
+}
+
+// Sigma = Sigma_z + J Sigma_p J^T of the selected matches, whose slots are not their numbers; without covariances what
+// the octave says.
+TEST(OrbSlam2Adapter, edges_weigh_what_the_blocks_do) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300, true);
+  for (const bool use_covariances : {false, true}) {
+    ORB_SLAM2::weighted::Tracking tracking;
+    tracking.mCurrentFrame = world.frame;
+    tracking.mGoodFeatures.use_covariances = use_covariances;
+    tracking.mGoodFeatures.features.is_weighted = true;
+    tracking.TrackLocalMap();
+    EXPECT_GT(calls.weights.size(), 10U);
+    for (const auto& weight : calls.weights) {
+      const SeenPoint seen = seen_match(world.frame, weight.first, use_covariances);
+      const Derivatives derivatives(seen);
+      const Eigen::MatrixXd map = product(product(derivatives.H_p, seen.covariance), derivatives.H_p.transpose());
+      const Eigen::MatrixXd Sigma = map + seen.sigma * seen.sigma * Eigen::Matrix3d::Identity();
+      EXPECT_LT(relative_difference(weight.second, inverse(Sigma)), 1e-4) << weight.first;
+    }
+    double untouched[9] = {-7};
+    const auto empty = std::find(world.frame.mvpMapPoints.begin(), world.frame.mvpMapPoints.end(), nullptr);
+    const auto slot = static_cast<std::size_t>(empty - world.frame.mvpMapPoints.begin());
+    EXPECT_FALSE(tracking.mGoodFeatures.information(slot, untouched));
+    EXPECT_FALSE(tracking.mGoodFeatures.information(world.frame.mvpMapPoints.size(), untouched));
+    EXPECT_EQ(untouched[0], -7);
   }
 }
 

@@ -71,6 +71,8 @@ struct Camera {
 ///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two look at the point
 ///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass there.
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
+/// The same with d (u, v) / d p_c, 2 x 3 row-major, px per m.
+bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;
 
 /// One camera of a rig: T_cb takes points of the body frame to that of the camera.
 struct RigCamera {

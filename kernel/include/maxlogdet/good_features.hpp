@@ -57,6 +57,9 @@ class GoodFeatures {
   /// select().
   BlockOptions block_options;
 
+  /// Whether the optimiser weighs residuals by information(): judge() then does, too. May be changed at any time.
+  bool is_weighted = false;
+
   /// Begins a frame, without matches. T_cw: world to camera.
   void start(const Camera& camera, const RigidTransform& T_cw, ThirdMeasurement third) noexcept;
   /// The same on a rig, whose cameras (the caller's array) stay as they are until the next start(). T_bw: world to
@@ -96,7 +99,18 @@ class GoodFeatures {
   /// How many are.
   std::size_t selected_count() const noexcept;
 
-  /// Computes the squared errors of the matches that are not selected, at the pose as optimised.
+  /// Omega of match i, of the noise that its block is whitened by, at the pose of start() (match_information.hpp): what
+  /// an optimiser that holds the points fixed should weigh its residual by. Sigma_p is the match's covariance in a
+  /// frame in which matches have any, or map_sigma^2 I; without any, and with block_options.weighting `measurement`, it
+  /// is zero. 2 x 2, or 3 x 3 if the match has a third measurement, row-major, px^-2. After the last add(), before or
+  /// after select(). False, and nothing is written, where match_information has none, and for a match beyond the
+  /// capacity.
+  bool information(std::size_t i, double* omega) const noexcept;
+  /// Its W of match_whitening, W^T W = Omega.
+  bool whitening(std::size_t i, double* W) const noexcept;
+
+  /// Computes the squared errors of the matches that are not selected, at the pose as optimised; with is_weighted those
+  /// of the residuals W e, where a match has a W.
   void judge(const RigidTransform& T_cw) noexcept;
   /// Squared error of match i in deviations, of two or three measurements (a depth by block_options.depth_sigma), after
   /// judge(): infinite where the point has no image; NaN for a selected match, and in a frame with Jacobians of the

@@ -280,6 +280,19 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              maxlogdet_block_store* blocks,
                                                              const maxlogdet_executor* executor);
 
+/// The weight of the residual of match i, (u, v) or (u, v, third), in an optimiser that holds the points fixed, from
+/// the noise that its block is whitened by: Omega, the inverse of the covariance of that residual
+/// (maxlogdet/match_information.hpp), r x r row-major, r = 3 where the match has a third measurement, else 2. `camera`
+/// is the one that has seen the match, also on a rig, `T_cw` its pose; usable, weights, camera_ids and min_depth are
+/// not read. 1, or 0 without anything written: a null pointer, an i that is none, a point without an image, numbers
+/// that are not usable.
+int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
+                                    const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
+                                    double* omega);
+/// The same of W, lower triangular, W^T W = Omega, by which the residual is multiplied.
+int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches,
+                                  size_t i, const maxlogdet_block_options* options, double* W);
+
 /// What to select and how; n is the number of candidates. Arrays belong to the caller.
 typedef struct maxlogdet_options {
   size_t struct_size;           ///< set by init

@@ -16,6 +16,7 @@
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/match_information.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/point_covariance.hpp>
 #include <maxlogdet/select.hpp>

@@ -31,6 +31,18 @@ class OrbSlamHook {
   std::size_t most_new = 100;    ///< match(): most local map points to find
   HookLog log;                   ///< open() it for a line a frame
 
+  /// Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that takes it
+  /// from here, within optimize(); `features.is_weighted` then has the others judged by it. With use_covariances it is
+  /// more than the octave's. False where there is none, and the octave's has to do.
+  bool information(std::size_t slot, double* omega) const noexcept {
+    std::size_t first = 0, last = features.size();  // slots are in order
+    while (first < last) {
+      const std::size_t middle = first + (last - first) / 2;
+      features.id(middle) < slot ? first = middle + 1 : last = middle;
+    }
+    return first < features.size() && features.id(first) == slot && features.information(first, omega);
+  }
+
   /// What the last optimize() has cost.
   const HookCost& cost() const noexcept { return cost_; }
 
