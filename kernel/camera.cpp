@@ -156,11 +156,11 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
   if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
   Image image;
-  const bool has_image = see(camera, p_c, image);
+  if (!see(camera, p_c, image)) return false;
   const PinholeCamera& pinhole = camera.pinhole;
   const double u = pinhole.fx * image.m[0] + pinhole.cx;
   const double v = pinhole.fy * image.m[1] + pinhole.cy;
-  if (!has_image || !std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
+  if (!std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
   uv[0] = u;
   uv[1] = v;
   for (std::size_t i = 0; i < 3; ++i) {

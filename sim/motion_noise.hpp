@@ -13,7 +13,7 @@ namespace maxlogdet::sim {
 /// about it grows with its way. Of what could tell (octave, depth, observations, age, scale) motion predicts residuals
 /// best, and the other sets' constants predict a set nearly as well as its own (docs/tracker.md).
 struct MotionNoise {
-  double base = 0.1;     ///< px
+  double base = 0.11;    ///< px
   double growth = 0.09;  ///< px^(1/2)
 
   double variance(double motion) const { return base * base + growth * growth * motion; }

@@ -333,7 +333,6 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
     const double* const read = static_cast<const double*>(arrays.points.data()) + 3 * p;
     EXPECT_TRUE(std::equal(read, read + 3, position.data())) << "as the library reads";
     EXPECT_TRUE(std::equal(arrays.map_covariances + 9 * p, arrays.map_covariances + 9 * p + 9, covariance.data()));
-    EXPECT_EQ(arrays.sigmas[p], 0.5);
     EXPECT_EQ(arrays.has_third[p], 1);
   }
 }

@@ -241,5 +241,52 @@ TEST_F(StereoProgram, refuses_an_output_folder_that_cannot_be_made) {
   expect_refused(run("--dataset images --output file --selectors md"), "file: cannot be made");
 }
 
+TEST_F(StereoProgram, stops_at_targets_of_efficiency) {
+  const Outcome outcome = track("--selectors md,inl --budget 50 --target-efficiency 0.6,0.9 --frames 4");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json found = summary();
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(found[0]["budget"], 50);
+  EXPECT_TRUE(found[0]["target_efficiency"].is_null());
+  EXPECT_EQ(found[1]["target_efficiency"], 0.6);
+  EXPECT_TRUE(found[1]["budget"].is_null());
+  EXPECT_LT(found[1]["selected"], found[2]["selected"]) << "0.9 takes more";
+  EXPECT_LT(found[2]["selected"], found[3]["selected"]) << "than 0.9 of everything is";
+  EXPECT_LE(found[1]["selected_least"], found[1]["selected_most"]);
+  EXPECT_TRUE(fs::exists(path("results/md_efficiency_0.6/frames.csv")));
+  for (const auto& entry : found) {
+    if (entry["selector"] == "inl") continue;
+    EXPECT_TRUE(entry["against"].contains("inl"));
+    EXPECT_TRUE(entry["against"]["inl"]["rpe"]["ci95"].is_number());
+  }
+}
+
+TEST_F(StereoProgram, writes_residuals) {
+  ASSERT_EQ(track("--selectors inl --frames 4 --write-residuals --noise online").exit_code, 0);
+  EXPECT_GT(lines_of("inl/residuals.csv"), 300U);
+}
+
+TEST_F(StereoProgram, noise_is_used) {
+  const auto errors_with = [&](const std::string& noise) {
+    EXPECT_EQ(track("--selectors inl --frames 5 " + noise).exit_code, 0);
+    return summary()[0]["rpe_m_per_s"].get<double>();
+  };
+  const double motion = errors_with("");
+  EXPECT_EQ(motion, errors_with("--noise motion"));
+  EXPECT_NE(motion, errors_with("--noise constant"));
+  EXPECT_NE(motion, errors_with("--noise online"));
+  EXPECT_NE(motion, errors_with("--noise-growth 0.3"));
+  EXPECT_NE(motion, errors_with("--weights measurement"));
+}
+
+TEST_F(StereoProgram, refuses_options_that_change_nothing) {
+  expect_refused(track("--selectors random --target-efficiency 0.5"), "--target-efficiency");
+  expect_refused(track("--selectors md --tau 1"), "--tau");
+  expect_refused(track("--selectors md --slack 3"), "--slack");
+  expect_refused(track("--selectors md --noise constant --noise-growth 0.1"), "--noise-growth");
+  expect_refused(track("--selectors md --target-efficiency 1.5"), "--target-efficiency");
+  expect_refused(track("--selectors md --target-efficiency 0.5,0.5"), "--target-efficiency");
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

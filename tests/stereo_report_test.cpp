@@ -142,10 +142,29 @@ TEST(StereoReport, json_has_the_keys_that_are_promised) {
   ASSERT_TRUE(list.is_array());
   ASSERT_EQ(list.size(), 2U);
   const auto& entry = list[0];
-  EXPECT_EQ(keys_of(entry),
-            std::set<std::string>({"selector", "budget", "ate_m", "rpe_m_per_s", "roe_deg_per_s", "tracked_percent",
-                                   "ms", "ms_matching_the_rest", "windows", "runs", "rpe_1s_m_per_s",
-                                   "roe_1s_deg_per_s", "searched", "matches", "inliers", "selected", "efficiency"}));
+  EXPECT_EQ(keys_of(entry), std::set<std::string>({"selector",
+                                                   "budget",
+                                                   "target_efficiency",
+                                                   "scale",
+                                                   "rigid_rpe_m_per_s",
+                                                   "selected_least",
+                                                   "selected_most",
+                                                   "against",
+                                                   "ate_m",
+                                                   "rpe_m_per_s",
+                                                   "roe_deg_per_s",
+                                                   "tracked_percent",
+                                                   "ms",
+                                                   "ms_matching_the_rest",
+                                                   "windows",
+                                                   "runs",
+                                                   "rpe_1s_m_per_s",
+                                                   "roe_1s_deg_per_s",
+                                                   "searched",
+                                                   "matches",
+                                                   "inliers",
+                                                   "selected",
+                                                   "efficiency"}));
   EXPECT_EQ(keys_of(entry["ms"]),
             std::set<std::string>({"base", "matching", "selection", "pose_optimization", "total"}));
   EXPECT_EQ(entry["selector"], "md");
@@ -161,6 +180,10 @@ TEST(StereoReport, json_has_the_keys_that_are_promised) {
   EXPECT_TRUE(entry["efficiency"].is_null()) << "none was measured";
   EXPECT_TRUE(list[1]["budget"].is_null());
   EXPECT_EQ(list[1]["runs"], 2);
+  EXPECT_TRUE(entry["target_efficiency"].is_null());
+  EXPECT_EQ(keys_of(entry["against"]), std::set<std::string>({"inl"}));
+  EXPECT_NEAR(entry["against"]["inl"]["rpe"]["percent"], 0, 1e-9) << "it is the same run";
+  EXPECT_TRUE(list[1]["against"].empty());
 }
 
 TEST(StereoReport, errors_are_means_of_runs_and_times_medians) {

@@ -614,5 +614,24 @@ TEST(RealTrajectoryErrors, of_the_truth_in_another_frame_are_zero) {
   }
 }
 
+TEST(TrajectoryErrors, a_rigid_alignment_keeps_an_error_of_scale) {
+  Poses truth(20), estimate;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    truth[i].time = static_cast<double>(i);
+    truth[i].T_wb = sim::Pose::Identity();
+    truth[i].T_wb.translation() = Eigen::Vector3d(static_cast<double>(i), 0.1 * static_cast<double>(i * i), 0);
+  }
+  estimate = truth;
+  for (sim::StampedPose& pose : estimate) pose.T_wb.translation() *= 1.1;
+  EXPECT_NEAR(sim::trajectory_errors(estimate, truth, 1).rpe_m_per_s, 0, 1e-12);
+  const auto rigid = sim::trajectory_errors(estimate, truth, 1, sim::TrajectoryAlignment::rigid);
+  EXPECT_EQ(rigid.scale, 1);
+  double expected = 0;  // a tenth of what is travelled
+  for (std::size_t i = 0; i + 1 < truth.size(); ++i) {
+    expected += 0.1 * (truth[i + 1].T_wb.translation() - truth[i].T_wb.translation()).norm() / 19;
+  }
+  EXPECT_NEAR(rigid.rpe_m_per_s, expected, 1e-12);
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

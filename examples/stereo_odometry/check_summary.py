@@ -9,7 +9,8 @@ the same with one thread and with two, for that line.
 import json
 import sys
 
-SELECTORS = {"quality", "bucket", "observability", "md", "quality_md", "random", "inl", "all", "all_weighted", "active"}
+SELECTORS = {"quality", "bucket", "observability", "md", "quality_md", "random", "leverage", "half_random", "md_cells", "md_keyframes",
+             "shared_cells", "shared_keyframes", "inl", "all", "all_weighted", "active"}  # fmt: skip
 
 results = {entry["selector"]: entry for entry in json.load(open(sys.argv[1]))}
 same = int(sys.argv[2])

@@ -147,7 +147,7 @@ void StereoTracker::match_local_map() {
   result_.searched = matcher_.predict(map_.points(), result_.T_cw).size();
   matcher_.match_all(map_, options_.fine_radius);
   const SelectorKind kind = options_.selection.kind;
-  if (kind == SelectorKind::md || kind == SelectorKind::quality_md) fill_arrays();
+  if (uses_blocks(kind)) fill_arrays();
   watch_.lap(result_.ms.matching);
 
   if (rejects_outliers(kind)) {
