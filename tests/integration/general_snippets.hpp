@@ -6,8 +6,10 @@
 #include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/good_features.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "budget_in_accuracy.inc"
@@ -15,4 +17,5 @@
 #include "own_tracker.inc"
 #include "per_thread.inc"
 #include "priors.inc"
+#include "spread_over_image.inc"
 #include "weigh_rows.inc"

@@ -186,6 +186,30 @@ TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_nee
   EXPECT_FALSE(good.is_target_reached());
 }
 
+TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_twice_an_even_share) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  std::vector<std::uint32_t> cells;
+  for (const sim::Match& match : frame.matches) {
+    cells.push_back(image_cell(match.u, match.v, frame.width, frame.height));
+  }
+  Options options;
+  ASSERT_EQ(good.select(options), Status::ok);
+  const auto most_of_a_cell = [&] {
+    std::vector<std::size_t> counts(80);
+    for (std::size_t i = 0; i < good.size(); ++i) counts[cells[i]] += good.is_selected(i) ? 1 : 0;
+    return *std::max_element(counts.begin(), counts.end());
+  };
+  const std::size_t without = most_of_a_cell();
+  gather(frame, good);
+  spread_over_image(cells, options);
+  ASSERT_EQ(good.select(options), Status::ok);
+  EXPECT_LE(most_of_a_cell(), options.max_per_group);
+  EXPECT_LT(most_of_a_cell(), without);
+  EXPECT_EQ(good.selected_count(), 100U);
+}
+
 // 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
 TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_more_of_the_pose) {
   Random random;
