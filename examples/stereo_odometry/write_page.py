@@ -117,7 +117,7 @@ def judged_rows(summary, name):
     for which, runs in summary.items():
         for budget, target in ((100, 1.05), (200, 1.02)):
             shares = [ratio(runs, key, selector=name, budget=budget) for key in (RPE, ROE)]
-            rows.append([which, f"RPE / ROE of {budget}, of inl's", f"≤ {target}", f"{shares[0]:.2f} / {shares[1]:.2f}",
+            rows.append([which, f"RPE / ROE of {budget}, of inl's", f"≤ {target}", f"{shares[0]:.3f} / {shares[1]:.3f}",
                          yes(max(shares) <= target)])
         worse = []
         for rival in ("random", "bucket"):

@@ -179,7 +179,7 @@ TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_nee
   ASSERT_TRUE(good.is_target_reached());
   const std::size_t needed = good.selected_count();
   EXPECT_LT(needed, options.budget);
-  EXPECT_GE(good.share_of_all(), 0.5 - 1e-9);
+  EXPECT_GE(good.share_of_all(), 0.7 - 1e-9);
   options.budget = needed - 1;
   gather(frame, good);
   ASSERT_EQ(good.select(options), Status::ok);
