@@ -3,6 +3,7 @@
 #include <maxlogdet/maxlogdet.h>
 #include <maxlogdet/maxlogdet.hpp>
 
+#include "kernel/block_checks.hpp"
 #include "kernel/c_structs.hpp"
 #include "kernel/camera_checks.hpp"
 
@@ -140,7 +141,9 @@ int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogde
   if (to == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options))
     return 0;
   const maxlogdet::Points& points = cpp_matches.points;
-  if (i >= cpp_matches.size || points.data() == nullptr) return 0;
+  const bool is_readable =
+      check(points, cpp_matches.size) == maxlogdet::BlockStatus::ok && check(cpp_options) == maxlogdet::BlockStatus::ok;
+  if (i >= cpp_matches.size || !is_readable) return 0;
   double p_w[3];
   points.are_float() ? read_point<float>(points, i, p_w) : read_point<double>(points, i, p_w);
   return write(cpp_camera, T_cw, p_w, match_noise(cpp_matches, i, cpp_options), to) ? 1 : 0;

@@ -163,11 +163,13 @@ bool project(const Camera& camera, const double* p_c, double* uv, double* jacobi
   if (!std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
   uv[0] = u;
   uv[1] = v;
+  bool is_finite = true;
   for (std::size_t i = 0; i < 3; ++i) {
     jacobian[i] = pinhole.fx * image.by_point[0][i];
     jacobian[3 + i] = pinhole.fy * image.by_point[1][i];
+    is_finite = is_finite && std::isfinite(jacobian[i]) && std::isfinite(jacobian[3 + i]);
   }
-  return true;
+  return is_finite;
 }
 
 const char* to_string(CameraModel model) noexcept {

@@ -170,7 +170,8 @@ Status GoodFeatures::State::select(Options options) noexcept {
   const bool are_all_allowed =
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
   is_target_reached = selection.status == Status::target_reached;
-  if (is_target_reached && selection.size == store.stored()) return Status::all_selected;  // as without a target
+  const bool is_free = options.groups == nullptr && options.excluded == nullptr;
+  if (is_target_reached && is_free && selection.size == store.stored()) return Status::all_selected;  // as without one
   if (selection.status != Status::ok && !is_target_reached && !are_all_allowed) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
@@ -243,6 +244,9 @@ void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasur
 
 void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->add(match); }
 std::size_t GoodFeatures::size() const noexcept { return state_->added; }
+// Weak: what is compiled as C++17 and takes its address has a definition of its own.
+[[gnu::weak]] constexpr std::uint32_t GoodFeatures::no_id;
+
 std::uint32_t GoodFeatures::id(std::size_t i) const noexcept { return state_->is_kept(i) ? state_->ids[i] : no_id; }
 
 bool GoodFeatures::build() noexcept { return !state_->is_overfull() && state_->build(block_options); }

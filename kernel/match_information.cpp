@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/match_information.hpp>
 
+#include "kernel/block_checks.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -94,7 +96,8 @@ bool whiten(const Matrix& S, std::size_t count, Matrix& W) noexcept {
   return true;
 }
 
-// As that of simd/block_factors.inl: what rounding makes of S moves W S W^T by at most 1e-3 (docs/numerics.md).
+// Much as in simd/block_factors.inl, where axes differ, so that near the limit one may say no and the other yes: what
+// rounding makes of S moves W S W^T by at most 1e-3 (docs/numerics.md).
 bool keeps_digits(const Matrix& rows, const Matrix& covariance, std::size_t count, const Matrix& W) noexcept {
   constexpr double most = 549755813888.0;  // 2^39
   double square = 0, norms = 0;
@@ -110,7 +113,7 @@ bool keeps_digits(const Matrix& rows, const Matrix& covariance, std::size_t coun
 }
 
 bool are_known(const MatchNoise& noise) noexcept {
-  return noise.sigma > 0 && noise.depth_sigma > 0 && noise.third >= ThirdMeasurement::none &&
+  return noise.sigma > 0 && noise.depth_sigma > 0 && noise.map_sigma >= 0 && noise.third >= ThirdMeasurement::none &&
          noise.third <= ThirdMeasurement::depth;
 }
 
@@ -120,7 +123,8 @@ bool whiten(const Camera& camera, const RigidTransform& T_cw, const double* p_w,
   double p_c[3];
   T_cw.transform(p_w, p_c);
   Matrix rows, covariance, S;
-  if (!are_known(noise) || !see(camera, p_c, noise, rows)) return false;
+  if (!are_known(noise) || check(camera, noise.jacobian != nullptr, noise.third) != BlockStatus::ok) return false;
+  if (!is_rigid(T_cw) || !see(camera, p_c, noise, rows)) return false;
   turn_to_world(T_cw, count, rows);
   read_covariance(noise, covariance);
   map_rows(rows, count, covariance, S);
@@ -193,12 +197,12 @@ bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const dou
 
 bool match_information(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept {
-  return match_information(camera.camera, of_camera(camera, T_bw), p_w, noise, omega);
+  return is_rigid(camera.T_cb) && match_information(camera.camera, of_camera(camera, T_bw), p_w, noise, omega);
 }
 
 bool match_whitening(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
                      double* W) noexcept {
-  return match_whitening(camera.camera, of_camera(camera, T_bw), p_w, noise, W);
+  return is_rigid(camera.T_cb) && match_whitening(camera.camera, of_camera(camera, T_bw), p_w, noise, W);
 }
 
 }  // namespace maxlogdet

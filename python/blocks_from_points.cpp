@@ -76,6 +76,16 @@ Weighting weighting_from(const std::optional<std::string>& weighting, bool has_c
   return has_covariances ? with_covariances(by_default) : by_default;
 }
 
+BlockReport append(const Cameras& cameras, const RigidTransform& pose, const Matches& matches,
+                   const BlockOptions& options, BlockStore& blocks) {
+  const BlockReport report =
+      cameras.is_rig ? maxlogdet::append_blocks(Rig{cameras.all.data(), cameras.all.size()}, pose, matches, options,
+                                                blocks, executor())
+                     : maxlogdet::append_blocks(cameras.all[0].camera, pose, matches, options, blocks, executor());
+  if (!report.is_done()) throw StatusError(report.status);
+  return report;
+}
+
 BlockReport append_blocks(Store& store, const py::object& camera, const py::object& T_cw, const py::object& points,
                           const py::object& sigmas, const py::object& has_third, const py::object& usable,
                           const py::object& weights, const py::object& map_covariances, const py::object& jacobians,
@@ -114,12 +124,14 @@ BlockReport append_blocks(Store& store, const py::object& camera, const py::obje
   options.threads = int_from(threads, "threads");
   // With the GIL held: microseconds, in which nobody can change the arrays.
   BlockStore& blocks = store.changeable();
-  const BlockReport report =
-      cameras.is_rig ? maxlogdet::append_blocks(Rig{cameras.all.data(), cameras.all.size()}, pose, matches, options,
-                                                blocks, executor())
-                     : maxlogdet::append_blocks(cameras.all[0].camera, pose, matches, options, blocks, executor());
-  if (!report.is_done()) throw StatusError(report.status);
-  return report;
+  return append(cameras, pose, matches, options, blocks);
+}
+
+// A weight has the same arguments as a block: one that could not be made says what is wrong with them.
+void refuse_what_blocks_refuse(const Cameras& cameras, const RigidTransform& pose, const Matches& matches,
+                               const BlockOptions& options) {
+  BlockStore blocks(matches.size);
+  append(cameras, pose, matches, options, blocks);
 }
 
 // Writes r x r of a match with `rows` of them, zeros where it has no third row; NaN where it has no weight.
@@ -145,12 +157,11 @@ py::array_t<double> weights_of(bool is_whitening, const py::object& camera, cons
   const Array<double> covariances = optional_real_array(map_covariances, "map_covariances", {n, 3, 3});
   const Array<double> all_jacobians = optional_real_array(jacobians, "jacobians", {n, 2, 3});
   const std::vector<unsigned char> ids = ids_of(camera_ids, n);
-  const bool are_ids = std::all_of(ids.begin(), ids.end(), [&](unsigned char id) { return id < cameras.all.size(); });
-  if (cameras.all.empty() || !are_ids || (!ids.empty() && !cameras.is_rig)) {
-    throw StatusError(BlockStatus::invalid_camera_id);
-  }
 
   Matches matches;
+  matches.size = static_cast<std::size_t>(n);
+  matches.points = points_of(all_points);
+  matches.camera_ids = ids.empty() ? nullptr : ids.data();
   matches.sigmas = data_or_null(all_sigmas);
   matches.has_third = data_or_null(all_third);
   matches.map_covariances = data_or_null(covariances);
@@ -160,6 +171,7 @@ py::array_t<double> weights_of(bool is_whitening, const py::object& camera, cons
   options.third = third_measurement_of(third);
   options.map_sigma = map_sigma;
   options.depth_sigma = depth_sigma;
+  refuse_what_blocks_refuse(cameras, pose, matches, options);
   const std::size_t r = residual_rows(options.third);
   py::array_t<double> weights({n, static_cast<py::ssize_t>(r), static_cast<py::ssize_t>(r)});
   for (py::ssize_t i = 0; i < n; ++i) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double degrees_of_freedom = 4;
 constexpr double memory = 0.9;         // what a frame counts when the next one ends
-constexpr double trust = 1000;         // matches that the start stands for
+constexpr double trust = 1000;         // residuals that the start stands for, two a match
 constexpr double least_base = 0.03;    // px: nothing is found better than that
 constexpr double typical_motion = 10;  // px
 
@@ -32,6 +32,8 @@ void MotionNoiseEstimate::add_weighted(double motion, double square, double weig
 // E step: w = (nu + 1) / (nu + e^2 / sigma^2), of which w e^2 has the mean sigma^2; e^2 deviates by some sigma^2.
 void MotionNoiseEstimate::add(double motion, double error_u, double error_v) {
   const double variance = noise_.variance(motion);
+  if (!std::isfinite(variance) || !std::isfinite(error_u) || !std::isfinite(error_v)) return;
+  ++residuals_;
   for (const double error : {error_u, error_v}) {
     const double square = error * error;
     const double weight = (degrees_of_freedom + 1) / (degrees_of_freedom + square / variance);
@@ -41,6 +43,8 @@ void MotionNoiseEstimate::add(double motion, double error_u, double error_v) {
 
 // M step. Neither part may be negative: where one would be, the other explains all.
 void MotionNoiseEstimate::end_frame() {
+  if (residuals_ == 0) return;
+  residuals_ = 0;
   const double determinant = s00_ * s11_ - s01_ * s01_;
   double base2 = r0_ / s00_, growth2 = 0;
   if (determinant > 1e-12 * s00_ * s11_) {

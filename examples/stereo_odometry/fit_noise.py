@@ -4,10 +4,10 @@
 the variance for each quantity that might explain it, to all sets but one, and judges it by the one that was left out.
 
 Usage: fit_noise.py RESULTS    RESULTS: the folder that ci/tracker_page fills
-Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET (base and growth of sim::MotionNoise, from the other
-sets) and docs/images/tracker_residuals.svg.
+Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET and fitted_to_all (base and growth of
+sim::MotionNoise) and docs/images/tracker_residuals.svg.
 
-A residual is a Student t with 4 degrees of freedom, for matches that are wrong, and of variance a + b x. EM: weights
+A residual is a Student t with 4 degrees of freedom, for matches that are wrong, whose scale squared is a + b x. EM: weights
 w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
 """
 
@@ -115,6 +115,8 @@ def main():
     results = pathlib.Path(sys.argv[1])
     found = sorted(results.glob("residuals/*/inl/residuals.csv"))
     sets = {path.parent.parent.name: read(path) for path in found}
+    if len(sets) < 2:
+        sys.exit(f"{results}/residuals: {len(sets)} sets; expected at least 2, to judge one by what was fitted to the others")
     (results / "noise").mkdir(parents=True, exist_ok=True)
     models = {}
     for name, quantity in QUANTITIES.items():
@@ -122,10 +124,13 @@ def main():
         models[name] = {}
         for held_out in sets:
             others = [s for which, all in samples.items() if which != held_out for s in all]
-            a, b = fit(others if others else samples[held_out])
+            a, b = fit(others)
             models[name][held_out] = {"a": a, "b": b, "surprise": surprise(samples[held_out], a, b)}
             if name == "motion":
                 (results / f"noise/fitted_without_{held_out}").write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
+        if name == "motion":
+            a, b = fit([s for all in samples.values() for s in all])
+            (results / "noise/fitted_to_all").write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
         print(name, {which: round(model["surprise"], 3) for which, model in models[name].items()}, flush=True)
     (results / "noise/models.json").write_text(json.dumps(models, indent=1) + "\n")
     draw(sets)

@@ -144,6 +144,14 @@ void check_used(const CLI::App& program, const Arguments& arguments) {
   }
   const bool is_stochastic = has_strategy && arguments.strategy == "stochastic_greedy";
   sim::refuse_idle(program, "--budget", has_budget, "a selector that has one");
+  if (!arguments.targets.empty() && (arguments.strategy == "relaxed" || arguments.strategy == "backward_greedy")) {
+    throw sim::InputError("--target-efficiency with --strategy " + arguments.strategy +
+                          ": expected one that selects one match after the other");
+  }
+  if (shares && arguments.weighting.rfind("map_bias", 0) == 0) {
+    throw sim::InputError("shared_cells, shared_keyframes with --weighting " + arguments.weighting +
+                          ": expected --selectors without them, or blocks in pixels");
+  }
   sim::refuse_idle(program, "--target-efficiency", has_target, "--selectors md");
   sim::refuse_idle(program, "--tau", shares, "--selectors shared_cells or shared_keyframes");
   sim::refuse_idle(program, "--slack", has_slack, "--selectors md_cells or md_keyframes");

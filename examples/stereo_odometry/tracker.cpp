@@ -169,14 +169,14 @@ void StereoTracker::fill_arrays() {
 }
 
 // Residuals know as much of each match's errors as its block: pixel noise, and the covariance of its point.
-void StereoTracker::whiten_matches() {
+void StereoTracker::whiten_matches(const std::vector<std::uint32_t>& which) {
   const maxlogdet::sim::SelectorSettings& settings = options_.selection;
-  whitenings_.clear();
   if (!weighs_map_errors(settings)) return;
-  for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
+  whitenings_.resize(matcher_.matches().size());
+  for (const std::uint32_t i : which) {
     const Eigen::Matrix3d& covariance = map_.points().covariances[matcher_.points()[i]];
-    whitenings_.push_back(whitening_of(matcher_.frame().camera, result_.T_cw, matcher_.matches()[i],
-                                       options_.optimization.stereo, covariance));
+    whitenings_[i] = whitening_of(matcher_.frame().camera, result_.T_cw, matcher_.matches()[i],
+                                  options_.optimization.stereo, covariance);
   }
 }
 
@@ -225,7 +225,7 @@ void StereoTracker::match_actively() {
 }
 
 void StereoTracker::optimize() {
-  whiten_matches();
+  whiten_matches(result_.selected);
   const Rejection pose = reject_outliers(matcher_.frame().camera, matcher_.matches(), result_.selected, result_.T_cw,
                                          options_.optimization, whitenings_);
   // A small budget cannot bring as many: half of what was selected is enough then.
@@ -249,15 +249,18 @@ void StereoTracker::judge(const StereoFeatures& features) {
     matcher_.match_all(map_, options_.fine_radius);
     watch_.lap(result_.ms.matching_the_rest);
   }
-  whiten_matches();  // of new ones, and from where the camera is
+  number(all_, matcher_.matches().size());
+  whiten_matches(all_);  // of new ones too, and from where the camera is
   for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
     const maxlogdet::sim::Whitening* const whitening = whitenings_.empty() ? nullptr : &whitenings_[i];
     const bool is_inlier =
         agrees(matcher_.frame().camera, matcher_.matches()[i], result_.T_cw, options_.optimization, whitening);
     result_.is_outlier.push_back(is_inlier ? 0 : 1);
   }
-  if (options_.keeps_residuals) keep_residuals();
   if (options_.estimates_noise && result_.status == FrameStatus::tracked) estimate_noise();
+  watch_.lap(result_.ms.mapping);
+  if (options_.keeps_residuals) keep_residuals();  // outside all times
+  watch_ = Stopwatch();
   if (result_.is_keyframe) {
     keyframe_matches_.clear();
     keyframe_points_.clear();

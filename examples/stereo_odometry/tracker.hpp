@@ -78,7 +78,7 @@ struct FrameResult {
   std::vector<std::uint32_t> inliers;    ///< of matches, before selection
   std::vector<std::uint32_t> selected;   ///< of matches, what the pose was optimised with
   std::vector<char> is_outlier;          ///< a match each, chi2 at the optimised pose
-  std::vector<MatchResidual> residuals;  ///< a match each, if they are kept
+  std::vector<MatchResidual> residuals;  ///< of matches in front of the camera, if they are kept
   /// Log det of the information of what is selected, prior and blocks as the selector's; and its efficiency,
   /// (det / det of a proved bound for as many of the inliers)^(1/6).
   double log_det = std::numeric_limits<double>::quiet_NaN();
@@ -110,7 +110,7 @@ class StereoTracker {
   void judge(const StereoFeatures& features);
   void measure_selection();
   void fill_arrays();
-  void whiten_matches();
+  void whiten_matches(const std::vector<std::uint32_t>& which);
   void keep_residuals();
   void estimate_noise();
   double motion_of(std::size_t match) const;

@@ -46,9 +46,10 @@ class ActiveSelection {
   /// options (groups above all) are the caller's, and must stay as they are until the last call of any other function.
   /// Of the options it takes budget, prior, time_limit, the targets and the constraints (groups count what is accepted;
   /// what is required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same
-  /// here. There is no certificate and no exchange. target_efficiency compares with all blocks as offered, those that
-  /// are rejected later among them; what is measured may so come to more than 1. The statuses are those of
-  /// Selector::select; after an error there is nothing to propose.
+  /// here. There is no certificate and no exchange;
+  /// exchange_sweeps beside a target is an error, as it is of Selector::select. target_efficiency compares with all
+  /// blocks as offered, those that are rejected later among them; what is measured may so come to more than 1. The
+  /// statuses are those of Selector::select; after an error there is nothing to propose.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
   /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again,
