@@ -285,5 +285,39 @@ TEST(RealFrames, weights_give_the_information_of_the_blocks) {
   }
 }
 
+TEST(MatchInformation, refuses_what_append_blocks_refuses) {
+  const Camera camera{PinholeCamera{450, 460, 320, 240, 40}};
+  const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const double p_w[3] = {0.1, 0.2, 3};
+  const double jacobian[6] = {150, 0, -5, 0, 153, -10};
+  const auto is_refused = [&](const Camera& seen_by, const double* T_cw, const MatchNoise& noise) {
+    double omega[9] = {7, 7, 7, 7, 7, 7, 7, 7, 7};
+    const bool written = match_information(seen_by, T_cw, p_w, noise, omega);
+    return !written && std::all_of(omega, omega + 9, [](double x) { return x == 7; });
+  };
+  MatchNoise noise;
+  EXPECT_FALSE(is_refused(camera, identity, noise));
+  double twice[12];
+  std::transform(identity, identity + 12, twice, [](double x) { return 2 * x; });
+  EXPECT_TRUE(is_refused(camera, twice, noise)) << "no rotation";
+  noise.map_sigma = -1;
+  EXPECT_TRUE(is_refused(camera, identity, noise));
+  noise = MatchNoise();
+  noise.jacobian = jacobian;
+  EXPECT_FALSE(is_refused(camera, identity, noise));
+  Camera unknown = camera;
+  unknown.model = static_cast<CameraModel>(99);
+  EXPECT_TRUE(is_refused(unknown, identity, noise));
+  double omega[9];
+  const RigCamera on_rig{camera, RigidTransform(twice)};
+  EXPECT_FALSE(match_information(on_rig, identity, p_w, MatchNoise(), omega));
+}
+
+TEST(Project, has_no_jacobian_that_is_not_finite) {
+  const double p_c[3] = {0, 0, 1e-310};
+  double uv[2], jacobian[6];
+  EXPECT_FALSE(project(Camera{PinholeCamera{450, 460, 320, 240, 0}}, p_c, uv, jacobian));
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

@@ -358,6 +358,13 @@ def test_what_the_library_refuses_appends_nothing(status, wrong):
     assert len(store) == 0
 
 
+@pytest.mark.parametrize("weigh", [maxlogdet.match_information, maxlogdet.match_whitening])
+@pytest.mark.parametrize("status, wrong", [case for case in REFUSED if not {"threads", "min_depth"} & set(case[1])])
+def test_what_is_no_block_has_no_weight(weigh, status, wrong):
+    with pytest.raises(maxlogdet.SelectionError, match=status):
+        weigh(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong})
+
+
 @pytest.mark.parametrize("error, text, wrong", [
     (ValueError, r"points: expected shape \(n, 3\), got \(3, 4\)", dict(points=np.ones((3, 4)))),
     (ValueError, r"sigmas: expected shape \(5,\), got \(4,\)", dict(sigmas=np.ones(4))),
