@@ -6,6 +6,7 @@
 #include "sim/pose_optimizer.hpp"
 #include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
+#include "tests/random_geometry.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -30,25 +31,6 @@ using Subset = std::vector<std::uint32_t>;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-double normal(Random& random) {  // Box-Muller
-  return std::sqrt(-2 * std::log(random.uniform(1e-300, 1))) * std::cos(2 * M_PI * random.uniform(0, 1));
-}
-
-Pose random_pose(Random& random, double metres, double radians) {
-  Vector6 xi;
-  for (int i = 0; i < 3; ++i) {
-    xi(i) = random.uniform(-metres, metres);
-    xi(i + 3) = random.uniform(-radians, radians);
-  }
-  return sim::exp_se3(xi);
-}
-
-Eigen::Matrix3d random_covariance(Random& random, double metres) {
-  Eigen::Matrix3d root;
-  for (double& entry : root.reshaped()) entry = random.uniform(-metres, metres);
-  return root * root.transpose();
-}
 
 Pose pose_of(const Frame& frame) { return sim::pose_of(frame.T_cw_prior); }
 

@@ -6,6 +6,7 @@
 #include "sim/projection.hpp"
 #include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
+#include "tests/random_geometry.hpp"
 #include "tests/support.hpp"
 
 #include <cmath>
@@ -19,10 +20,6 @@ using sim::Match;
 using sim::Pose;
 using sim::PoseErrorModel;
 using Subset = std::vector<std::uint32_t>;
-
-double normal(Random& random) {  // Box-Muller
-  return std::sqrt(-2 * std::log(random.uniform(1e-300, 1))) * std::cos(2 * 3.14159265358979 * random.uniform(0, 1));
-}
 
 struct Scenario {
   PinholeCamera camera{450, 460, 376, 240, 50};

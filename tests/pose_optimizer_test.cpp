@@ -8,6 +8,7 @@
 #include "sim/projection.hpp"
 #include "tests/decompositions.hpp"
 #include "tests/linear_algebra.hpp"
+#include "tests/random_geometry.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -35,19 +36,6 @@ constexpr PoseMethod methods[] = {PoseMethod::gauss_newton, PoseMethod::levenber
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double pi = 3.14159265358979323846;
-
-double normal(Random& random) {  // Box-Muller
-  return std::sqrt(-2 * std::log(random.uniform(1e-300, 1))) * std::cos(2 * pi * random.uniform(0, 1));
-}
-
-Pose random_pose(Random& random, double metres, double radians) {
-  Vector6 xi;
-  for (int i = 0; i < 3; ++i) {
-    xi(i) = random.uniform(-metres, metres);
-    xi(i + 3) = random.uniform(-radians, radians);
-  }
-  return sim::exp_se3(xi);
-}
 
 struct Scenario {
   PinholeCamera camera{450, 460, 376, 240, 50};
@@ -106,18 +94,12 @@ enum class MapNoise { none, alike, individual };
 constexpr MapNoise map_noises[] = {MapNoise::none, MapNoise::alike, MapNoise::individual};
 
 // Some 10 cm, as long as wide in no direction in particular.
-Eigen::Matrix3d random_covariance(Random& random) {
-  Eigen::Matrix3d root;
-  for (double& entry : root.reshaped()) entry = random.uniform(-0.1, 0.1);
-  return root * root.transpose() + 1e-5 * Eigen::Matrix3d::Identity();
-}
-
 void set_map_noise(Random& random, MapNoise noise, Scenario& scenario, double sigma = 0.05) {
   scenario.map_covariances.clear();
   if (noise == MapNoise::none) return;
   for (std::size_t i = 0; i < scenario.matches.size(); ++i) {
     const Eigen::Matrix3d alike = sigma * sigma * Eigen::Matrix3d::Identity();
-    scenario.map_covariances.push_back(noise == MapNoise::alike ? alike : random_covariance(random));
+    scenario.map_covariances.push_back(noise == MapNoise::alike ? alike : random_covariance(random, 0.1, 1e-5));
   }
 }
 

@@ -3,6 +3,7 @@
 #include "sim/draws.hpp"
 
 #include "tests/linear_algebra.hpp"
+#include "tests/random_geometry.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -27,12 +28,6 @@ struct Problem {
   std::size_t group_count = 0;
 };
 
-Eigen::Matrix3d random_covariance(Random& random) {
-  Eigen::Matrix3d root;
-  for (double& entry : root.reshaped()) entry = random.uniform(-0.1, 0.1);
-  return root * root.transpose() + 1e-5 * Eigen::Matrix3d::Identity();
-}
-
 BlockOptions stereo_blocks(Weighting weighting = Weighting::measurement) {
   BlockOptions options;
   options.weighting = weighting;
@@ -45,7 +40,7 @@ Problem random_problem(Random& random, std::size_t n, std::size_t group_count) {
   Problem problem;
   problem.group_count = group_count;
   for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Matrix3d covariance = random_covariance(random);
+    const Eigen::Matrix3d covariance = random_covariance(random, 0.1, 1e-5);
     problem.matches.push_back(whiten(frame, i, stereo_blocks(Weighting::measurement_and_map), covariance.data()));
     problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(group_count) - 1)));
   }
@@ -110,7 +105,7 @@ TEST(SharedError, whitened_rows_have_the_information_of_the_librarys_blocks) {
         BlockOptions options = stereo_blocks(weighting);
         options.third = third;
         for (std::size_t i = 0; has_covariances && i < frame.matches.size(); ++i) {
-          const Eigen::Matrix3d covariance = random_covariance(random);
+          const Eigen::Matrix3d covariance = random_covariance(random, 0.1, 1e-5);
           frame.map_covariances.emplace_back();
           std::copy_n(covariance.data(), 9, frame.map_covariances.back().begin());
         }
