@@ -19,7 +19,7 @@ double scale_of(int octave);
 
 using Descriptor = std::array<unsigned char, 32>;  ///< ORB
 
-/// Deviation of a keyframe's observation, px, as far as the map is concerned. The frame's matches have sim::MotionNoise.
+/// Deviation of a keyframe's observation in the map, px. Matches of the frame have sim::MotionNoise instead.
 constexpr double aligned_sigma = 0.5;
 
 /// Keypoints of the left image and where the right image has them, or, with depth, would have them.
