@@ -125,7 +125,7 @@ def pareto(results):
 
 
 def threads_over_n(results):
-    most = results.most_threads()
+    most = results.max_threads()
     body, curves = "", []
     for method, style in STYLES.items():
         points = [(n, speedup_of_threads(results, method, n, most)) for n in THREADED_SIZES]
@@ -176,7 +176,7 @@ def main():
     over_k = lines_over(results, "k", BUDGETS, f"latency over k, n = 2000; {SETTING}", False)
     draw("latency_over_k", (1000, 560), over_k, folder)
     draw("budget_epsilon", (1000, 420), budget_epsilon(results), folder)
-    if results.most_threads() > 1:
+    if results.max_threads() > 1:
         draw("threads", (1000, 420), threads_over_n(results), folder)
     draw("pareto", (1000, 560), pareto(results), folder)
 

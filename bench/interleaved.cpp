@@ -11,12 +11,12 @@ std::vector<Measured> measure(const BlockStore& store, const std::vector<Options
   using Clock = std::chrono::steady_clock;
   using Seconds = std::chrono::duration<double>;
   // Some hundred turns of most cases, all tables in about a minute. Those of a second a call must do with three.
-  constexpr Seconds least_time(0.03);
-  constexpr int least_turns = 3;
+  constexpr Seconds min_time(0.03);
+  constexpr int min_turns = 3;
   Selector selector(store.size());
   std::vector<Measured> results(cases.size());
   const auto begin = Clock::now();
-  for (int turn = 0; turn < least_turns || Clock::now() - begin < least_time; ++turn) {
+  for (int turn = 0; turn < min_turns || Clock::now() - begin < min_time; ++turn) {
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const auto start = Clock::now();
       const Selection selection = selector.select(store, cases[i]);

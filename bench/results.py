@@ -84,7 +84,7 @@ class Results:
         median, least, most = (1e3 * row[key] / trips for key in ("median_us", "min_us", "p99_us"))
         return f"{median:.0f} ns ({least:.0f} to {most:.0f})"
 
-    def most_threads(self):
+    def max_threads(self):
         return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)
 
     def machine(self, threads="one thread"):

@@ -4,8 +4,8 @@
 #include "bench/eigen_baselines.hpp"
 #include "bench/measure.hpp"
 #include "bench/problem.hpp"
-#include "sim/forced_isa.hpp"
 #include "sim/names.hpp"
+#include "tests/support/forced_isa.hpp"
 
 #include <algorithm>
 #include <cstdio>

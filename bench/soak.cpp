@@ -4,9 +4,9 @@
 // Usage: maxlogdet_soak [--selections N] [--seed S] [--output FILE]; exit code 1: it does not hold, 2: bad arguments.
 #include "bench/soak_latency.hpp"
 #include "bench/soak_requests.hpp"
-#include "sim/allocation_counter.hpp"
-#include "sim/pool_executor.hpp"
 #include "sim/progress.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/pool_executor.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -206,7 +206,7 @@ nlohmann::ordered_json json_of(const char* name, const LatencyHistogram& latency
                               {"p50_us", latency.quantile(0.5)},
                               {"p99_us", latency.quantile(0.99)},
                               {"p999_us", latency.quantile(0.999)},
-                              {"max_us", latency.most()}};
+                              {"max_us", latency.max()}};
   nlohmann::ordered_json steps = nlohmann::ordered_json::array();
   latency.for_each([&steps](double end, std::uint64_t calls) { steps.push_back({end, calls}); });
   json["histogram"] = steps;  // [upper end in us, calls]
@@ -237,10 +237,10 @@ std::string complaint_about(const Phase& phase) {
     return std::to_string(phase.allocations_in_filling) + " allocations in filling stores within their capacity";
   }
 #if !defined(MAXLOGDET_HAS_SANITIZER)  // its own bookkeeping grows
-  constexpr long most_growth = 64;     // KiB of resident memory, by stacks and counters of the kernel
+  constexpr long max_growth = 64;      // KiB of resident memory, by stacks and counters of the kernel
   if (phase.resident_at_tenth < 0) return "/proc/self/smaps_rollup cannot be read, so nothing is known of its growth";
   const long growth = phase.resident_at_end - phase.resident_at_tenth;
-  if (growth > most_growth) return "resident memory grew by " + std::to_string(growth) + " KiB";
+  if (growth > max_growth) return "resident memory grew by " + std::to_string(growth) + " KiB";
 #endif
   return "";
 }

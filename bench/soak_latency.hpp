@@ -16,11 +16,11 @@ class LatencyHistogram {
     const double step = steps_per_octave * std::log2(std::max(microseconds, least) / least);
     ++counts_[std::min(static_cast<std::size_t>(step), counts_.size() - 1)];
     ++calls_;
-    most_ = std::max(most_, microseconds);
+    max_ = std::max(max_, microseconds);
   }
 
   std::uint64_t calls() const noexcept { return calls_; }
-  double most() const noexcept { return most_; }  ///< us
+  double max() const noexcept { return max_; }  ///< us
 
   /// The upper end of the step that this share of the calls is within, us; 0 without calls.
   double quantile(double share) const noexcept {
@@ -28,9 +28,9 @@ class LatencyHistogram {
     std::uint64_t seen = 0;
     for (std::size_t step = 0; step < counts_.size(); ++step) {
       seen += counts_[step];
-      if (seen > 0 && static_cast<double>(seen) >= wanted) return std::min(end_of(step), most_);
+      if (seen > 0 && static_cast<double>(seen) >= wanted) return std::min(end_of(step), max_);
     }
-    return most_;
+    return max_;
   }
 
   /// Calls body(upper end of the step in us, calls in it) for each that has any.
@@ -51,7 +51,7 @@ class LatencyHistogram {
 
   std::array<std::uint64_t, 1024> counts_{};  // up to 43 s
   std::uint64_t calls_ = 0;
-  double most_ = 0;
+  double max_ = 0;
 };
 
 }  // namespace maxlogdet::bench

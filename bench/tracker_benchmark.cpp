@@ -7,8 +7,8 @@
 #include "bench/measure.hpp"
 #include "bench/stereo_covariances.hpp"
 #include "sim/draws.hpp"
-#include "sim/forced_isa.hpp"
 #include "sim/scene.hpp"
+#include "tests/support/forced_isa.hpp"
 
 #include <benchmark/benchmark.h>
 

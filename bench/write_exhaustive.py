@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Writes how far answers and bounds were from the best of all subsets into docs/trust.md.
 
-Usage: write_exhaustive.py EXHAUSTIVE.csv    (of tests/exhaustive_test.cpp)
+Usage: write_exhaustive.py EXHAUSTIVE.csv    (of tests/core/exhaustive_test.cpp)
 """
 
 import csv

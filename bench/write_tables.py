@@ -221,7 +221,7 @@ def crossover_of(results, method, threads):
 
 
 def thread_tables(results):
-    most = results.most_threads()
+    most = results.max_threads()
     if most == 1:
         return ["One core here: nothing to measure."]
     cell = lambda one, several: f"{us(one)} / {us(several)} = {times(ratio(one, several))}"
@@ -318,7 +318,7 @@ def targets(results):
         lazy, greedy = (results.find(method, family=family) for method in ("lazy_greedy", "greedy"))
         add(f"{name}, `lazy_greedy` / `greedy`", 1.3, ratio(lazy, greedy), "")
         add(f"{name}, `lazy_greedy` / `greedy` on the ordinary EuRoC-like frame", 1.3, ratio(lazy, results.find("greedy")), "")
-    most = results.most_threads()
+    most = results.max_threads()
     if most > 1:
         for method, n, k, blocks, least in (("greedy", "20000", "100", "2_rows", 1.7), ("greedy", "100000", "100", "2_rows", 1.7),
                                             ("lazy_greedy", "100000", "200", "2_rows", 1.5),

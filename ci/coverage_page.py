@@ -17,7 +17,7 @@ def percent(part, whole):
     return 100 * part / whole
 
 
-def main(summary, least_lines, least_branches, page):
+def main(summary, min_lines, min_branches, page):
     files = json.loads(pathlib.Path(summary).read_text())["files"]
     rows = []
     for folder in ["kernel", "simd", "threading", "all"]:
@@ -35,10 +35,10 @@ def main(summary, least_lines, least_branches, page):
             [[f"{folder}" if folder == "all" else f"`{folder}/`",
               f"{lines:.1f} % of {total['line_total']}", f"{branches:.1f} % of {total['branch_total']}"]
              for folder, total, lines, branches in rows]))
-    short = [folder for folder, _, lines, branches in rows if lines < float(least_lines) or branches < float(least_branches)]
+    short = [folder for folder, _, lines, branches in rows if lines < float(min_lines) or branches < float(min_branches)]
     print(", ".join(f"{folder}: {lines:.1f} % of lines, {branches:.1f} % of branches" for folder, _, lines, branches in rows))
     if short:
-        sys.exit(f"{', '.join(short)}: expected {least_lines} % of lines and {least_branches} % of branches")
+        sys.exit(f"{', '.join(short)}: expected {min_lines} % of lines and {min_branches} % of branches")
 
 
 main(*sys.argv[1:])

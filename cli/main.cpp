@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "cli/simulation.hpp"
+#include "experiments/simulation.hpp"
 #include "sim/command_line.hpp"
 #include "sim/text.hpp"
 

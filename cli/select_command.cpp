@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
 #include "cli/plot.hpp"
-#include "cli/simulation.hpp"
+#include "experiments/simulation.hpp"
 #include "sim/command_line.hpp"
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"

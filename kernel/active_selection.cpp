@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/active_selection.hpp>
 
-#include "kernel/lazy_greedy.hpp"
-#include "kernel/search.hpp"
-#include "kernel/stored_rows.hpp"
+#include "kernel/blocks/stored_rows.hpp"
+#include "kernel/search/search.hpp"
+#include "kernel/strategies/lazy_greedy.hpp"
 
 #include <algorithm>
 #include <new>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
-#include "kernel/certificate.hpp"
-#include "kernel/method.hpp"
-#include "kernel/search.hpp"
+#include "kernel/information/certificate.hpp"
+#include "kernel/search/search.hpp"
+#include "kernel/strategies/method.hpp"
 
 #include <limits>
 

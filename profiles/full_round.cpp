@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "profiles/full_round.hpp"
 
-#include "kernel/information_factor.hpp"
-#include "kernel/stored_rows.hpp"
+#include "kernel/blocks/stored_rows.hpp"
+#include "kernel/information/information_factor.hpp"
 #include "sim/scene.hpp"
 #include "simd/kernel.hpp"
 
@@ -22,7 +22,7 @@ struct FullRound::State {
   InformationFactor factor;
   float w[simd::dimension * simd::padded_dimension];
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
-  std::vector<float> growths = std::vector<float>(candidates);
+  std::vector<float> relative_gains = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
   std::vector<std::uint32_t> tiles = std::vector<std::uint32_t>(candidates / simd::tile_size);
 };
@@ -55,8 +55,8 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
-  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(), state.growths.data(),
-                                       state.highest.data());
+  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(),
+                                       state.relative_gains.data(), state.highest.data());
 }
 
 }  // namespace maxlogdet::profiles

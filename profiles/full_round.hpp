@@ -17,7 +17,8 @@ struct Arithmetic {
 };
 
 /// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds a row; a dot product of two rows 2, 4
-/// and an addition, with three rows 1 and 5; the growth what growth_by_minors in simd/screen.inl writes down.
+/// and an addition, with three rows 1 and 5; the relative gain what relative_gain_by_minors in simd/screen.inl writes
+/// down.
 constexpr const char* arithmetic_name = "float32, fused";
 constexpr std::size_t element_bytes = 4;
 constexpr Arithmetic gain_arithmetic[3] = {{47, 28}, {110, 66}, {200, 118}};  // [rows - 1]

@@ -9,7 +9,7 @@ namespace {
 constexpr double degrees_of_freedom = 4;
 constexpr double memory = 0.9;         // what a frame counts when the next one ends
 constexpr double trust = 1000;         // residuals that the start stands for, two a match
-constexpr double least_base = 0.03;    // px: nothing is found better than that
+constexpr double min_base = 0.03;      // px: nothing is found better than that
 constexpr double typical_motion = 10;  // px
 
 }  // namespace
@@ -50,10 +50,10 @@ void MotionNoiseEstimate::end_frame() {
   if (determinant > 1e-12 * s00_ * s11_) {
     base2 = (s11_ * r0_ - s01_ * r1_) / determinant;
     growth2 = (s00_ * r1_ - s01_ * r0_) / determinant;
-    if (base2 < least_base * least_base) growth2 = (r1_ - least_base * least_base * s01_) / s11_;
+    if (base2 < min_base * min_base) growth2 = (r1_ - min_base * min_base * s01_) / s11_;
     if (growth2 < 0) base2 = r0_ / s00_;
   }
-  noise_.base = std::sqrt(std::max(base2, least_base * least_base));
+  noise_.base = std::sqrt(std::max(base2, min_base * min_base));
   noise_.growth = std::sqrt(std::max(growth2, 0.0));
   for (double* const sum : {&s00_, &s01_, &s11_, &r0_, &r1_}) *sum *= memory;
 }

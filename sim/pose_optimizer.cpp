@@ -9,16 +9,16 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t least_matches = 3;  // 6 rows
+constexpr std::size_t min_matches = 3;  // 6 rows
 
 // What an undamped pivot must be above, with the diagonal scaled to 1, or its direction is unobserved: sums of 2000
 // matches round to some 1e-14.
-constexpr double least_pivot = 1e-13;
+constexpr double min_pivot = 1e-13;
 
 // Levenberg-Marquardt: lambda diag is added to the normal equations. lambda starts almost at Gauss-Newton, falls
 // tenfold with each step that is taken, and grows tenfold, to 0.01 at least, with each that is taken back.
 constexpr double first_damping = 1e-6;
-constexpr double least_damping_after_rise = 1e-2;
+constexpr double min_damping_after_rise = 1e-2;
 
 // A camera at a pose, in plain doubles.
 struct View {
@@ -252,7 +252,7 @@ struct Scaled {
     factor.compute(damped);
     if (factor.info() != Eigen::Success) return false;
     const Vector6 diagonal = factor.matrixLLT().diagonal();
-    return (diagonal.array().square() > least_pivot).all();
+    return (diagonal.array().square() > min_pivot).all();
   }
 
   Vector6 solve(const Vector6& b) const { return scale.asDiagonal() * factor.solve(Vector6(scale.asDiagonal() * b)); }
@@ -270,7 +270,7 @@ struct Linearization {
                                         : add_up_whitened(problem, problem.view(at))),
         equations(to_matrix(sums)) {}
 
-  bool is_regular() const { return sums.used >= least_matches && equations.is_regular && std::isfinite(sums.rho); }
+  bool is_regular() const { return sums.used >= min_matches && equations.is_regular && std::isfinite(sums.rho); }
 
   bool solve(double damping, Vector6& step) {
     if (!is_regular() || !equations.factorize(damping)) return false;
@@ -318,7 +318,7 @@ bool cost_rises(const Problem& problem, const Linearization& from, const Lineari
 
 // Steps from `current`, which ends as the last pose that they led to; tells why they ended.
 PoseStatus iterate(const Problem& problem, Linearization& current, int& iterations) {
-  if (current.sums.used < least_matches) return PoseStatus::too_few_matches;
+  if (current.sums.used < min_matches) return PoseStatus::too_few_matches;
   if (!current.is_regular()) return PoseStatus::singular;
   const bool damps = problem.options.method == PoseMethod::levenberg_marquardt;
   double damping = damps ? first_damping : 0;
@@ -329,7 +329,7 @@ PoseStatus iterate(const Problem& problem, Linearization& current, int& iteratio
     if (step.lpNorm<Eigen::Infinity>() <= problem.options.step_tolerance) return PoseStatus::converged;
     const Linearization next(problem, orthonormal(exp_se3(step) * current.T_cw));
     if (damps && cost_rises(problem, current, next)) {
-      damping = std::fmax(10 * damping, least_damping_after_rise);
+      damping = std::fmax(10 * damping, min_damping_after_rise);
       continue;
     }
     if (!next.is_regular()) return PoseStatus::singular;

@@ -10,7 +10,7 @@
 namespace maxlogdet {
 namespace simd {
 
-// In the order of the public enumerations; kernel/jacobian.cpp asserts it.
+// In the order of the public enumerations; kernel/blocks/jacobian.cpp asserts it.
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
 enum class ThirdRow { none, stereo, depth };
 enum class Projection { pinhole, radial_tangential, kannala_brandt, double_sphere };
@@ -20,7 +20,7 @@ struct CameraInput {
   Projection model;
   double fx, fy, bf;
   const double* parameters;  ///< in the order of maxlogdet/camera.hpp
-  double least_cosine;       ///< of a double sphere: it has an image where Z / |p_c| is above
+  double min_cosine;         ///< of a double sphere: it has an image where Z / |p_c| is above
   const double* T_cb;        ///< 3 x 4 row-major
 };
 

@@ -132,7 +132,7 @@ inline Image double_sphere(const CameraInput& camera, const Point& p) {
   const Doubles rise = (inverse - g * r_squared) * p.z + by_z * r_squared;  // of |m| with the angle to the axis
   return {{inverse - g * p.x * p.x, xy, negated(by_z * p.x)},
           {xy, inverse - g * p.y * p.y, negated(by_z * p.y)},
-          (inverse > zero) & (p.z > Doubles(camera.least_cosine) * d1) & (rise > zero) & is_finite(norm_squared)};
+          (inverse > zero) & (p.z > Doubles(camera.min_cosine) * d1) & (rise > zero) & is_finite(norm_squared)};
 }
 
 inline Image image_of(const CameraInput& camera, const Point& p) {

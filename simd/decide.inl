@@ -18,14 +18,14 @@ struct Listed {
 // would lose |Y|^2 eps (1e-6 in the first rounds against a prior of 1e-5 I, where |Y|^2 is 1e10). Rows of zeros add
 // nothing.
 template <int Rows>
-inline Doubles determinant_growth(Doubles (&y)[Rows][dimension]) {
+inline Doubles relative_gain_of_block(Doubles (&y)[Rows][dimension]) {
   Doubles tail[Rows][Rows];  // the identity below Y^T, orthogonalised along with it; tail[a][a] = 1 is implied
-  Doubles growth(0.0);
+  Doubles relative_gain(0.0);
   for (int a = 0; a < Rows; ++a) {
     Doubles squares = y[a][0] * y[a][0];
     for (int d = 1; d < dimension; ++d) squares += y[a][d] * y[a][d];
     for (int c = 0; c < a; ++c) squares += tail[a][c] * tail[a][c];
-    growth = a == 0 ? squares : growth + (squares + growth * squares);
+    relative_gain = a == 0 ? squares : relative_gain + (squares + relative_gain * squares);
     const Doubles norm = Doubles(1.0) + squares;
     for (int b = a + 1; b < Rows; ++b) {
       Doubles dot = y[a][0] * y[b][0];
@@ -37,7 +37,7 @@ inline Doubles determinant_growth(Doubles (&y)[Rows][dimension]) {
       for (int d = 0; d < dimension; ++d) y[b][d] -= factor * y[a][d];
     }
   }
-  return growth;
+  return relative_gain;
 }
 
 // Y = H W^T.
@@ -68,11 +68,12 @@ inline void decide_each(const std::uint32_t* indices, std::size_t count, double*
 }
 
 template <int Rows>
-void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count, double* growths) {
-  decide_each(indices, count, growths, [&](const Listed& load) {
+void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count,
+            double* relative_gains) {
+  decide_each(indices, count, relative_gains, [&](const Listed& load) {
     Doubles y[Rows][dimension];
     whiten_exactly<Rows>(planes, w, load, y);
-    return determinant_growth<Rows>(y);
+    return relative_gain_of_block<Rows>(y);
   });
 }
 

@@ -57,19 +57,20 @@ struct Tiles {
   const float* remaining;  ///< per lane: 1 where there is a candidate that remains, else 0
 };
 
-/// Decides: the gain of a candidate H (r x 6) at information M = L L^T, as the relative growth of the determinant,
+/// Decides: the gain of a candidate H (r x 6) at information M = L L^T, as the relative relative gain of the
+/// determinant,
 ///     det(M + H^T H) / det(M) - 1 = det(I_r + Y Y^T) - 1,   Y = H L^-T,
 /// not below 0, in float64, in one fixed order of operations: the same bits on every instruction set. Without the 1,
 /// gains far below 2^-53 keep their digits. `inverse_factor` is W = L^-1, 6 x 8 row-major, its lower triangle is read.
-/// growths[j] is for candidate indices[j], j in [0, count).
+/// relative gains[j] is for candidate indices[j], j in [0, count).
 using Decide = void (*)(const Planes& planes, const double* inverse_factor, const std::uint32_t* indices,
-                        std::size_t count, double* growths);
+                        std::size_t count, double* relative_gains);
 
-/// Screens: the same growths in float32, for the tiles listed, with fused multiply-adds where there are any; W as
-/// rounded to float32, 6 x 8 row-major. Lanes that do not remain get -1. growths[16 t + l] is the growth of lane l of
-/// tile t, highest[t] the largest of them. Returns the largest of all.
+/// Screens: the same relative gains in float32, for the tiles listed, with fused multiply-adds where there are any; W
+/// as rounded to float32, 6 x 8 row-major. Lanes that do not remain get -1. relative gains[16 t + l] is the relative
+/// gain of lane l of tile t, highest[t] the largest of them. Returns the largest of all.
 using Screen = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list, std::size_t count,
-                         float* growths, float* highest);
+                         float* relative_gains, float* highest);
 
 /// Lists the tiles t of least <= bounds[t] <= most, as ListBetween does, and screens them.
 struct ScreenedTiles {
@@ -78,19 +79,19 @@ struct ScreenedTiles {
 };
 using ScreenBetween = ScreenedTiles (*)(const Tiles& tiles, const float* inverse_factor, const float* bounds,
                                         std::size_t tile_count, std::size_t part, std::size_t parts, float least,
-                                        float most, std::uint32_t* list, float* growths, float* highest);
+                                        float most, std::uint32_t* list, float* relative_gains, float* highest);
 
 /// A round of lazy greedy: tiles of at least `clearly` > 0 are screened first, then those whose bound does not prove
 /// that the best candidate is elsewhere; then the lanes that may hold it are listed, and bounds are kept.
 struct PromisingRound {
   std::size_t tile_count;
   float clearly;
-  double slope, offset;      ///< an exact growth is at most slope * growth + offset
-  double nearest, farthest;  ///< the growths between which that is a tight bound: it is left to the caller if the best
-                             ///< is not
-  double drift;              ///< (1 + an exact growth) is at most (1 + drift) (1 + the bound of its tile)
-  float* bounds;             ///< per tile; this and the following are read and written
-  float* growths;
+  double slope, offset;      ///< an exact relative gain is at most slope * relative gain + offset
+  double nearest, farthest;  ///< the relative gains between which that is a tight bound: it is left to the caller if
+                             ///< the best is not
+  double drift;   ///< (1 + an exact relative gain) is at most (1 + drift) (1 + the bound of its tile)
+  float* bounds;  ///< per tile; this and the following are read and written
+  float* relative_gains;
   float* highest;
   std::uint32_t* list;   ///< tiles that were screened
   std::uint32_t* lanes;  ///< survivors
@@ -98,8 +99,8 @@ struct PromisingRound {
   bool is_done = false;  ///< all of it, not only tiles screened
   std::size_t listed = 0;
   float lowest_listed = 0;  ///< the bound down to which tiles are screened
-  float best = -1;          ///< the largest growth
-  double assured = -1;      ///< some exact growth is at least that
+  float best = -1;          ///< the largest relative gain
+  double assured = -1;      ///< some exact relative gain is at least that
   std::size_t survivors = 0;
   float highest_bound = -1;  ///< of a tile, now
 };
@@ -114,23 +115,23 @@ constexpr double bound_room = 5e-7;
 [[gnu::always_inline]] inline float rounded_up(double value) noexcept {
   return static_cast<float>(value + (value < 0 ? -value : value) * bound_room);
 }
-/// A threshold that lets every lane with a candidate through, and none without (growth -1).
+/// A threshold that lets every lane with a candidate through, and none without (relative gain -1).
 constexpr float any_candidate = -0.5F;
 
-/// Screens with care: growths and highest hold upper bounds of the exact growth, +infinity where float32 overflows,
-/// each candidate with a bound of its own rounding error (docs/numerics.md); lower[16 t + l] a lower one. Returns the
-/// largest lower bound.
+/// Screens with care: relative gains and highest hold upper bounds of the exact relative gain, +infinity where float32
+/// overflows, each candidate with a bound of its own rounding error (docs/numerics.md); lower[16 t + l] a lower one.
+/// Returns the largest lower bound.
 using ScreenWithCare = float (*)(const Tiles& tiles, const float* inverse_factor, const std::uint32_t* list,
-                                 std::size_t count, float* growths, float* highest, float* lower);
+                                 std::size_t count, float* relative_gains, float* highest, float* lower);
 
 /// Floats from one record to the next: a candidate's entries together, filled up to a multiple of four.
 constexpr std::size_t record_size(Form form) { return (entries_of(form) + 3) / 4 * 4; }
 
-/// Lists the lanes of the listed tiles whose growth is at least `threshold` and whose block is not entry for entry that
-/// of `unlike` (nullptr: no such block); returns how many. Up to 16 more may be written.
-using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* growths, const float* highest, float threshold,
-                                      const std::uint32_t* list, std::size_t count, const float* unlike,
-                                      std::uint32_t* lanes);
+/// Lists the lanes of the listed tiles whose relative gain is at least `threshold` and whose block is not entry for
+/// entry that of `unlike` (nullptr: no such block); returns how many. Up to 16 more may be written.
+using ListSurvivors = std::size_t (*)(const Tiles& tiles, const float* relative_gains, const float* highest,
+                                      float threshold, const std::uint32_t* list, std::size_t count,
+                                      const float* unlike, std::uint32_t* lanes);
 
 /// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes;
 /// read and written up to the next multiple of 16 candidates.
@@ -174,8 +175,8 @@ using Largest = float (*)(const float* values, std::size_t count);
 using LargestMagnitude = float (*)(const float* values, std::size_t count);
 
 /// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W
-/// is 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative growth of
-/// det M. In float64, the same bits on every instruction set.
+/// is 6 x 8 row-major, zero above the diagonal; `narrow`: W then, as rounded to float32. Returns the relative relative
+/// gain of det M. In float64, the same bits on every instruction set.
 using AddRows = double (*)(double* inverse_factor, const double* rows, int count, float* narrow);
 
 /// W <- the inverse Cholesky factor of M - h^T h, if the share of det M that is left, 1 - |W h^T|^2, is above `least`,

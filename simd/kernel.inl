@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // All that an instruction set offers, compiled once for each. The including unit defines MAXLOGDET_KERNEL (the name of
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
-// symbol would let the linker run wide code on a narrow machine (tests/check_symbols looks).
+// symbol would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
 #include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"

@@ -20,13 +20,13 @@ std::size_t list_between(const float* values, std::size_t count, std::size_t par
 template <Form form>
 ScreenedTiles screen_between(const Tiles& tiles, const float* w, const float* bounds, std::size_t tile_count,
                              std::size_t part, std::size_t parts, float least, float most, std::uint32_t* list,
-                             float* growths, float* highest) {
+                             float* relative_gains, float* highest) {
   const std::size_t count = list_between(bounds, tile_count, part, parts, least, most, list);
-  return {count, screen<form>(tiles, w, list, count, growths, highest)};
+  return {count, screen<form>(tiles, w, list, count, relative_gains, highest)};
 }
 
 template <Form form>
-std::size_t list_survivors(const Tiles& tiles, const float* growths, const float* highest, float threshold,
+std::size_t list_survivors(const Tiles& tiles, const float* relative_gains, const float* highest, float threshold,
                            const std::uint32_t* list, std::size_t count, const float* unlike, std::uint32_t* lanes) {
   std::size_t found = 0;
   for (std::size_t j = 0; j < count; ++j) {
@@ -34,7 +34,7 @@ std::size_t list_survivors(const Tiles& tiles, const float* growths, const float
     if (highest[tile] < threshold) continue;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const std::size_t at = tile * tile_size + lane;
-      auto survives = Floats::load_unaligned(growths + at) >= Floats(threshold);
+      auto survives = Floats::load_unaligned(relative_gains + at) >= Floats(threshold);
       if (unlike != nullptr) {
         const float* entries = tiles.data + tile * tiles.tile_stride + lane;
         auto is_same = survives;
@@ -81,11 +81,11 @@ void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round)
     const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, least, below, list);
     round.lowest_listed = least;
     round.listed += count;
-    const float best = screen<form>(tiles, w, list, count, round.growths, round.highest);
+    const float best = screen<form>(tiles, w, list, count, round.relative_gains, round.highest);
     round.best = best > round.best ? best : round.best;
-    const auto growth = static_cast<double>(round.best);
-    round.assured = growth - ((round.slope - 1) * growth + round.offset);
-    return growth > round.nearest && growth < round.farthest;
+    const auto relative_gain = static_cast<double>(round.best);
+    round.assured = relative_gain - ((round.slope - 1) * relative_gain + round.offset);
+    return relative_gain > round.nearest && relative_gain < round.farthest;
   };
   if (!screen_down_to(round.clearly, infinity)) return;
   const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
@@ -94,18 +94,18 @@ void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round)
   round.is_done = true;
 
   const double least = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);  // 1 / slope is more
-  const float least_growth = least > 0 ? rounded_down(least) : maxlogdet::simd::any_candidate;
+  const float min_relative_gain = least > 0 ? rounded_down(least) : maxlogdet::simd::any_candidate;
   std::size_t holders = 0;  // of survivors; most often it is one tile
   std::uint32_t holder = 0;
   for (std::size_t j = 0; j < round.listed; ++j) {
     const std::uint32_t tile = round.list[j];
-    const bool holds = round.highest[tile] >= least_growth;
+    const bool holds = round.highest[tile] >= min_relative_gain;
     holder = holds ? tile : holder;
     holders += holds ? 1 : 0;
   }
   const bool is_one = holders == 1;
   round.survivors =
-      list_survivors<form>(tiles, round.growths, round.highest, least_growth, is_one ? &holder : round.list,
+      list_survivors<form>(tiles, round.relative_gains, round.highest, min_relative_gain, is_one ? &holder : round.list,
                            is_one ? 1 : round.listed, nullptr, round.lanes);
   const float slope = rounded_up(round.slope * (1 + 1e-6));
   const float offset = rounded_up(round.offset);

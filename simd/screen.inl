@@ -74,7 +74,7 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
 // det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent
 // operations; but where the rows of Y are long and nearly parallel, minors cancel.
 template <int Rows>
-inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) {
+inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) {
   const Floats aa = products[0];
   if constexpr (Rows == 1) {
     return aa;
@@ -98,7 +98,7 @@ inline Floats growth_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) 
 }
 
 template <Form form>
-float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
+float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* relative_gains,
              float* highest) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
@@ -111,10 +111,10 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
       multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
-      const Floats clamped = xsimd::max(growth_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
-      const Floats growth = xsimd::select(remains, clamped, Floats(-1.0F));
-      growth.store_unaligned(growths + at);
-      most = xsimd::max(most, growth);
+      const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
+      const Floats relative_gain = xsimd::select(remains, clamped, Floats(-1.0F));
+      relative_gain.store_unaligned(relative_gains + at);
+      most = xsimd::max(most, relative_gain);
     }
     highest[tile] = largest_lane(most);
     best = xsimd::max(best, most);

@@ -11,7 +11,7 @@ struct Orthogonalised {
   Floats squares[Rows];
   Floats projection[Rows][Rows];
   Floats product[Rows][Rows];
-  Floats growth;
+  Floats relative_gain;
 };
 
 template <int Rows>
@@ -23,7 +23,8 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
     r.squares[a] = dot(y[a], y[a]);
 #pragma GCC unroll 6
     for (int c = 0; c < a; ++c) r.squares[a] = multiply_add(tail[a][c], tail[a][c], r.squares[a]);
-    r.growth = a == 0 ? r.squares[a] : r.growth + multiply_add(r.growth, r.squares[a], r.squares[a]);
+    r.relative_gain =
+        a == 0 ? r.squares[a] : r.relative_gain + multiply_add(r.relative_gain, r.squares[a], r.squares[a]);
     const Floats inverse_norm = quotient(Floats(1.0F), Floats(1.0F) + r.squares[a]);
 #pragma GCC unroll 6
     for (int b = a + 1; b < Rows; ++b) {
@@ -126,14 +127,14 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
 }
 
 template <Form form>
-float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* growths,
-                       float* highest, float* lower) {
+float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count,
+                       float* relative_gains, float* highest, float* lower) {
   constexpr int rows = rows_of(form);
-  // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the growth.
+  // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the relative gain.
   constexpr float unit = 0x1p-24F;
   constexpr float of_rows[] = {8 * unit, 22 * unit, 38 * unit};
   constexpr float of_factored_rows[] = {12 * unit, 26 * unit, 42 * unit};
-  constexpr float growth_error = 12 * rows * unit;
+  constexpr float relative_gain_error = 12 * rows * unit;
   const Floats tiny(1e-36F);
   const Floats huge(1e36F);  // above it these products may have overflowed
   const Floats nothing(-1.0F);
@@ -153,11 +154,12 @@ float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* 
       whiten_with_errors<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w,
                                form == factored ? of_factored_rows : of_rows, y, delta);
       const Orthogonalised<rows> r = orthogonalise<rows>(y);
-      const Floats volume = square_root(Floats(1.0F) + r.growth);
+      const Floats volume = square_root(Floats(1.0F) + r.relative_gain);
       const Floats error = square_root(volume_error_squared<rows>(r, delta));
-      const Floats both = multiply_add(Floats(growth_error), r.growth, Floats(2.0F) * error * volume) + tiny;
-      const Floats above = r.growth + both + error * error;
-      const Floats below = r.growth - both - error * error;
+      const Floats both =
+          multiply_add(Floats(relative_gain_error), r.relative_gain, Floats(2.0F) * error * volume) + tiny;
+      const Floats above = r.relative_gain + both + error * error;
+      const Floats below = r.relative_gain - both - error * error;
 
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
@@ -165,7 +167,7 @@ float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* 
       const Floats infinity(std::numeric_limits<float>::infinity());
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
       const Floats assured = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
-      upper.store_unaligned(growths + at);
+      upper.store_unaligned(relative_gains + at);
       assured.store_unaligned(lower + at);
       most = xsimd::max(most, upper);
       best_assured = xsimd::max(best_assured, assured);

@@ -50,26 +50,26 @@ inline double add_row(double* w, const double* h) {
   double y[dimension];
   whiten_row(w, h, y);
   double s[dimension + 1] = {1};
-  double growth = 0;  // s - 1, with all its digits
+  double relative_gain = 0;  // s - 1, with all its digits
 #pragma GCC unroll 6
   for (int i = 0; i < dimension; ++i) {
-    growth += y[i] * y[i];
+    relative_gain += y[i] * y[i];
     s[i + 1] = s[i] + y[i] * y[i];
   }
   turn_rows(w, y, s, 1);
-  return growth;
+  return relative_gain;
 }
 
 double add_rows(double* w, const double* rows, int count, float* narrow) {
-  double growth = 0;
+  double relative_gain = 0;
   for (int row = 0; row < count; ++row, rows += dimension) {
     const double of_row = add_row(w, rows);
-    growth += of_row + growth * of_row;  // (1 + growth) (1 + of_row) - 1
+    relative_gain += of_row + relative_gain * of_row;  // (1 + relative gain) (1 + of_row) - 1
   }
   for (std::size_t i = 0; i < std::size_t{dimension} * padded_dimension; i += double_lanes) {
     store_narrow(Doubles::load_unaligned(w + i), narrow + i);
   }
-  return growth;
+  return relative_gain;
 }
 
 // M - h^T h = L (I - y y^T) L^T likewise, with s_i = 1 - y_0^2 - ... - y_i^2, which falls: the last one tells all.

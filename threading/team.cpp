@@ -33,10 +33,10 @@ constexpr std::uint32_t field = 0xFFFFU;
 
 }  // namespace
 
-constexpr int Team::most_workers;  // C++14 wants it where a reference is taken
+constexpr int Team::max_workers;  // C++14 wants it where a reference is taken
 
 void Team::open(int workers) noexcept {
-  workers_ = std::max(1, std::min(workers, most_workers));
+  workers_ = std::max(1, std::min(workers, max_workers));
   loop_ = {};
   unfinished_.value.store(0, std::memory_order_relaxed);
   for (Range& range : ranges_) range.value.store(0, std::memory_order_relaxed);
@@ -115,7 +115,7 @@ void Team::help(int worker) noexcept {
 
 int workers_for(const Executor* executor, int threads, std::size_t candidates, std::size_t crossover) noexcept {
   if (executor == nullptr || threads == 1 || (threads == 0 && candidates < crossover)) return 1;
-  const int most = std::max(1, std::min(executor->concurrency(), Team::most_workers));
+  const int most = std::max(1, std::min(executor->concurrency(), Team::max_workers));
   return threads == 0 ? most : std::min(threads, most);
 }
 

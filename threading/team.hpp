@@ -16,9 +16,9 @@ namespace threading {
 /// Helpers wait for the next loop spinning, for a bounded time, and then leave.
 class Team {
  public:
-  static constexpr int most_workers = 16;
+  static constexpr int max_workers = 16;
 
-  /// Calls region() on this thread, with up to workers - 1 helpers (at most most_workers - 1) for its loops. With one
+  /// Calls region() on this thread, with up to workers - 1 helpers (at most max_workers - 1) for its loops. With one
   /// worker the executor is not asked, and may be null.
   template <class Region>
   void run(Executor* executor, int workers, const Region& region) {
@@ -37,7 +37,7 @@ class Team {
   int workers() const noexcept { return workers_; }
 
   static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds some
-  static constexpr std::size_t most_chunks = chunks_per_worker * most_workers;
+  static constexpr std::size_t max_chunks = chunks_per_worker * max_workers;
 
   /// How many chunks of at least `least` to make of this much work; at least 1.
   std::uint32_t chunks_of(std::size_t work, std::size_t least) const noexcept {
@@ -46,7 +46,7 @@ class Team {
     return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(wanted, work / least)));
   }
 
-  /// Calls body(chunk) for every chunk in [0, count), count <= most_chunks, on several threads at once. Each worker
+  /// Calls body(chunk) for every chunk in [0, count), count <= max_chunks, on several threads at once. Each worker
   /// begins with a range of its own, the same for loops of the same count, so that what it has in its cache is of use
   /// again.
   template <class Body>
@@ -121,7 +121,7 @@ class Team {
   Loop loop_{};                       // read by whoever has claimed a chunk of it
   Shared<std::uint32_t> round_;       // number of the loop that is under way; `closed` at the end
   Shared<std::uint32_t> unfinished_;  // chunks of it
-  Range ranges_[most_workers];
+  Range ranges_[max_workers];
 };
 
 /// How many workers to ask of an executor (nullptr: there is none) for so many candidates: as many as `threads` says,

@@ -15,7 +15,7 @@ constexpr int cell_size = 40;  // px; some features a cell in a wide image
 constexpr int window = 13;     // of optical flow, px
 constexpr int flow_levels = 1;
 constexpr double farthest_move = 4;  // px, between two keypoints that match and patches that do
-constexpr int most_distance = 75;    // of descriptors left and right, bits of 256
+constexpr int max_distance = 75;     // of descriptors left and right, bits of 256
 
 // The best of each cell in turn, until there are `count`: corners cluster on a few strong textures otherwise.
 std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> keypoints, cv::Size size, std::size_t count) {
@@ -115,7 +115,7 @@ void FeatureExtractor::find_right(const cv::Mat& right_image, StereoFeatures& fe
   alignment_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::KeyPoint& left = features.keypoints[i];
-    int best = -1, least = most_distance + 1;
+    int best = -1, least = max_distance + 1;
     for (const int j : in_row[static_cast<std::size_t>(std::min(cvRound(left.pt.y), right_image.rows - 1))]) {
       const cv::KeyPoint& candidate = right[static_cast<std::size_t>(j)];
       const double disparity = left.pt.x - candidate.pt.x;

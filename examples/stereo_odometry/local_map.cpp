@@ -80,8 +80,8 @@ void LocalMap::clear() {
 
 bool LocalMap::needs_keyframe(const Pose& T_cw) const {
   const Pose motion = T_cw * views_.back().T_cw.inverse();
-  return motion.translation().norm() > options_.least_parallax * median_depth_ ||
-         maxlogdet::sim::rotation_angle(motion.linear()) > options_.least_rotation;
+  return motion.translation().norm() > options_.min_parallax * median_depth_ ||
+         maxlogdet::sim::rotation_angle(motion.linear()) > options_.min_rotation;
 }
 
 // By the last keyframe.

@@ -59,9 +59,9 @@ struct MapPoints {
 };
 
 struct MapOptions {
-  std::size_t keyframes = 5;     ///< that the local map is made of
-  double least_parallax = 0.07;  ///< keyframes differ by so much of the median depth
-  double least_rotation = 0.1;   ///< or by so much, rad
+  std::size_t keyframes = 5;   ///< that the local map is made of
+  double min_parallax = 0.07;  ///< keyframes differ by so much of the median depth
+  double min_rotation = 0.1;   ///< or by so much, rad
 };
 
 /// The last keyframes and their points. Positions are refined with poses as they are, and poses never: there is no

@@ -29,7 +29,7 @@ namespace {
 
 constexpr const char* active_name = "active";
 constexpr std::size_t largest_budget = 100'000;
-constexpr int least_side = 64;  // px; smaller ones have no pyramid to find corners in
+constexpr int min_side = 64;  // px; smaller ones have no pyramid to find corners in
 
 struct Arguments {
   std::string dataset;
@@ -283,10 +283,10 @@ void run(const Arguments& arguments) {
   refuse_doubles(arguments.budgets, "--budget");
   refuse_doubles(arguments.targets, "--target-efficiency");
   const std::unique_ptr<StereoDataset> dataset = open_dataset(arguments.dataset);
-  if (dataset->width() < least_side || dataset->height() < least_side) {
+  if (dataset->width() < min_side || dataset->height() < min_side) {
     throw sim::InputError(arguments.dataset + ": images of " + std::to_string(dataset->width()) + " x " +
-                          std::to_string(dataset->height()) + " px; expected at least " + std::to_string(least_side) +
-                          " x " + std::to_string(least_side));
+                          std::to_string(dataset->height()) + " px; expected at least " + std::to_string(min_side) +
+                          " x " + std::to_string(min_side));
   }
   const std::vector<Contestant> contestants = contestants_of(arguments);
   cv::setNumThreads(arguments.threads);

@@ -7,10 +7,10 @@
 namespace stereo_odometry {
 namespace {
 
-constexpr int cell_size = 32;       // px
-constexpr int most_distance = 100;  // of descriptors, bits of 256
-constexpr double ratio = 0.8;       // a match is better than the next best by so much
-constexpr double least_cosine = 0.5;
+constexpr int cell_size = 32;      // px
+constexpr int max_distance = 100;  // of descriptors, bits of 256
+constexpr double ratio = 0.8;      // a match is better than the next best by so much
+constexpr double min_cosine = 0.5;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void find_points_in_view(const MapPoints& map, std::int64_t first_view, const ma
     const MapPoint& point = map.points[i];
     const Eigen::Vector3d ray = map.positions[i] - center;
     const double distance = ray.norm();
-    if (ray.dot(point.direction) < least_cosine * distance) continue;
+    if (ray.dot(point.direction) < min_cosine * distance) continue;
     const double octave = point.octave + std::log(point.distance / distance) / log_scale;
     if (octave < -1 || octave > pyramid_levels) continue;
     prediction.point = static_cast<std::uint32_t>(i);
@@ -93,7 +93,7 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
   }
   // The same corner is often a keypoint of two levels: only a rival of the same level makes a match doubtful.
   const bool is_doubtful = best_octave == next_octave && least > ratio * next;
-  return least <= most_distance && !is_doubtful ? best : none;
+  return least <= max_distance && !is_doubtful ? best : none;
 }
 
 void ProjectionSearch::find_all(const std::vector<Prediction>& predictions, double radius,

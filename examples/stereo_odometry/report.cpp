@@ -149,8 +149,8 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
     outcome.selected += static_cast<double>(frame.selected) / frames;
     if (result.status == FrameStatus::tracked) {
       const auto selected = static_cast<double>(frame.selected);
-      outcome.selected_least = outcome.selected_most == 0 ? selected : std::min(outcome.selected_least, selected);
-      outcome.selected_most = std::max(outcome.selected_most, selected);
+      outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
+      outcome.selected_max = std::max(outcome.selected_max, selected);
     }
     outcome.ms_base += (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection +
                         result.ms.matching_the_rest + result.ms.mapping) /
@@ -196,8 +196,8 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     entry["matches"] = mean(one, [](const Outcome& run) { return run.matches; });
     entry["inliers"] = mean(one, [](const Outcome& run) { return run.inliers; });
     entry["selected"] = mean(one, [](const Outcome& run) { return run.selected; });
-    entry["selected_least"] = mean(one, [](const Outcome& run) { return run.selected_least; });
-    entry["selected_most"] = mean(one, [](const Outcome& run) { return run.selected_most; });
+    entry["selected_min"] = mean(one, [](const Outcome& run) { return run.selected_min; });
+    entry["selected_max"] = mean(one, [](const Outcome& run) { return run.selected_max; });
     entry["efficiency"] = number(mean(one, [](const Outcome& run) { return run.efficiency; }));
     entry["against"] = differences_of(one, all);
     list.push_back(std::move(entry));

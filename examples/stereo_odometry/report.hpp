@@ -50,7 +50,7 @@ struct Outcome {
   double rigid_rpe_m_per_s = 0;                 ///< RPE per frame of a trajectory that is aligned without scale
   double tracked_percent = 0;
   double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
-  double selected_least = 0, selected_most = 0;  ///< of the frames that were tracked
+  double selected_min = 0, selected_max = 0;  ///< of the frames that were tracked
   double ms_base =
       0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes and what they match besides
   double ms_matching_the_rest = 0;  ///< a part of that

@@ -81,7 +81,7 @@ const FrameResult& StereoTracker::track(const StereoFeatures& features) {
   result_.clear();
   result_.T_cw = predicted_pose_ = orthonormal(velocity_ * last_);
   matcher_.start(features);
-  if (map_.is_empty() || predicted_ >= options_.most_predicted) {
+  if (map_.is_empty() || predicted_ >= options_.max_predicted) {
     begin_map(features);
   } else if (find_coarse_pose(features)) {
     if (options_.active) {
@@ -106,7 +106,7 @@ const FrameResult& StereoTracker::track(const StereoFeatures& features) {
 void StereoTracker::begin_map(const StereoFeatures& features) {
   map_.clear();
   map_.add_keyframe(result_.T_cw, features, {}, {});
-  if (map_.points().size() < options_.least_matches) {
+  if (map_.points().size() < options_.min_matches) {
     map_.clear();
   } else {
     result_.status = FrameStatus::initialized;
@@ -133,7 +133,7 @@ bool StereoTracker::find_coarse_pose(const StereoFeatures& features) {
     const Rejection pose =
         reject_outliers(matcher_.frame().camera, coarse_, all_, predicted_pose_, options_.optimization);
     const std::size_t enough = widening == 4 ? 0 : points.size() / 4;
-    is_found = pose.estimate.is_usable() && pose.inliers.size() >= std::max(options_.least_matches, enough);
+    is_found = pose.estimate.is_usable() && pose.inliers.size() >= std::max(options_.min_matches, enough);
     if (!is_found) continue;
     result_.T_cw = pose.estimate.T_cw;
     matcher_.frame().T_cw_prior = maxlogdet::sim::to_rows(result_.T_cw);
@@ -229,7 +229,7 @@ void StereoTracker::optimize() {
   const Rejection pose = reject_outliers(matcher_.frame().camera, matcher_.matches(), result_.selected, result_.T_cw,
                                          options_.optimization, whitenings_);
   // A small budget cannot bring as many: half of what was selected is enough then.
-  const std::size_t enough = std::min(options_.least_matches, (result_.selected.size() + 1) / 2);
+  const std::size_t enough = std::min(options_.min_matches, (result_.selected.size() + 1) / 2);
   const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= std::max<std::size_t>(enough, 6);
   result_.T_cw = is_good ? pose.estimate.T_cw : predicted_pose_;
   result_.status = is_good ? FrameStatus::tracked : FrameStatus::predicted;

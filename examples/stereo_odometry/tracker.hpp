@@ -32,8 +32,8 @@ struct TrackerOptions {
   double coarse_radius = 15;        ///< px at level 0, around where constant velocity has a point
   double fine_radius = 4;           ///< px at level 0, around where the coarse pose has it
   double gate = 4;                  ///< chi2 limits are so much wider at the coarse pose
-  std::size_t least_matches = 15;   ///< with less a pose is not trusted, or with less than half of what was selected
-  int most_predicted = 5;           ///< after so many frames without a pose a new map is begun
+  std::size_t min_matches = 15;     ///< with less a pose is not trusted, or with less than half of what was selected
+  int max_predicted = 5;            ///< after so many frames without a pose a new map is begun
 };
 
 enum class FrameStatus {

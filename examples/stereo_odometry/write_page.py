@@ -201,7 +201,7 @@ def target_rows(results):
                     logs[key].append(math.log(entry_of(f, selector="md", budget=budget)[key] / find(f, "inl")[key]))
             same = " / ".join(f"{math.exp(statistics.fmean(logs[key])):.2f}" for key in (RPE, ROE))
             rows.append([name, f"{level}", f"{100 * share:.0f} %", f"{mean('selected'):.0f}",
-                         f"{mean('selected_least'):.0f} to {mean('selected_most'):.0f}", both(runs, **at), same])
+                         f"{mean('selected_min'):.0f} to {mean('selected_max'):.0f}", both(runs, **at), same])
     return rows
 
 

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint32_t none = ActiveSelection::none;
 // Gains in long double that a proposal may be held against, and all proposals of an input together.
-constexpr std::size_t most_compared = 30;
-constexpr std::size_t most_oracle_gains = 600;
+constexpr std::size_t max_compared = 30;
+constexpr std::size_t max_oracle_gains = 600;
 
 bool has_strategy(const Options& options) {
   return options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy ||
@@ -67,7 +67,7 @@ class Model {
               proposed.size(), "of", pending_.size());
       return;
     }
-    const std::size_t most = most_together(wanted);
+    const std::size_t most = max_together(wanted);
     if (proposed.empty()) {
       require(most == 0 || options_.time_limit > 0, "there is a proposal as long as there is something to propose");
       is_late_ = is_late_ || most > 0;
@@ -148,7 +148,7 @@ class Model {
   }
 
   // How many of at most `wanted` may be accepted, whichever they are.
-  std::size_t most_together(std::size_t wanted) const {
+  std::size_t max_together(std::size_t wanted) const {
     std::vector<std::uint32_t> chosen = accepted_;
     const std::size_t end = accepted_.size() + std::min(wanted, options_.budget - accepted_.size());
     for (const std::uint32_t i : open_candidates()) {
@@ -166,7 +166,7 @@ class Model {
     const std::vector<std::uint32_t> open = open_candidates();
     require(std::find(open.begin(), open.end(), proposed) != open.end(), "what is proposed may be selected", proposed);
     compared_ += open.size();
-    if (!is_tame_ || open.size() > most_compared || compared_ > most_oracle_gains) return;
+    if (!is_tame_ || open.size() > max_compared || compared_ > max_oracle_gains) return;
     const long double gain = exact_.gain(proposed);
     for (const std::uint32_t other : open) {
       const long double better = exact_.gain(other);

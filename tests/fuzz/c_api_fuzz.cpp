@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Any calls of the C API in any order, with the misuse that its header has answers for, beside the same calls in C++.
-#include "tests/c_api.hpp"
+#include "tests/api/c_api.hpp"
 #include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/problem.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/fuzz/problem.hpp"
-#include "tests/oracle.hpp"
+#include "tests/support/oracle.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>

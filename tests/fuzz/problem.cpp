@@ -58,7 +58,7 @@ AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
 
 // Blocks of random entries of one size, or such moved a little off one direction: many from five bytes.
 void append_random(Bytes& bytes, BlockStore& store) {
-  const std::size_t most = std::min<std::size_t>(most_candidates - store.size(), bytes.chance(6) ? 500 : 100);
+  const std::size_t most = std::min<std::size_t>(max_candidates - store.size(), bytes.chance(6) ? 500 : 100);
   const std::size_t count = std::min(most, 1 + bytes.below(256));
   CounterRandom random(bytes.byte());
   AnyBlock block;
@@ -174,7 +174,7 @@ AnyBlock any_block(Bytes& bytes) {
 }
 
 void append_candidates(Bytes& bytes, BlockStore& store) {
-  while (store.size() < most_candidates && !bytes.is_empty()) {
+  while (store.size() < max_candidates && !bytes.is_empty()) {
     const std::size_t kind = bytes.below(10);
     if (kind == 0) return;
     if (kind == 1) {

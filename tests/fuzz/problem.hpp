@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/fuzz/bytes.hpp"
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -12,10 +12,10 @@
 
 namespace maxlogdet::fuzz {
 
-constexpr std::size_t most_candidates = 600;
+constexpr std::size_t max_candidates = 600;
 
 /// Appends candidates as the bytes tell, until these tell to end: any values, also some that a store refuses, and what
-/// rounding has trouble with, copies, multiples, and copies off by a bit. `store` gets at most most_candidates.
+/// rounding has trouble with, copies, multiples, and copies off by a bit. `store` gets at most max_candidates.
 void append_candidates(Bytes& bytes, BlockStore& store);
 
 /// rows x 6 entries of some kind, row-major, room for three rows.

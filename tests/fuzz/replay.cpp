@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where there is no libFuzzer: runs a fuzz target on every file of a folder, or on all regressions and the share of the
 // others that MAXLOGDET_TEST_SHARE tells. Usage: PROGRAM FOLDER
-#include "tests/support.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cstddef>

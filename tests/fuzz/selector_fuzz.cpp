@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Any candidates, any options: what a Selector promises of its answers, held against a plain reading of the request, an
 // oracle in long double, and the same question asked in other ways.
-#include "sim/forced_isa.hpp"
-#include "sim/pool_executor.hpp"
 #include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
+#include "tests/support/forced_isa.hpp"
+#include "tests/support/pool_executor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,9 +18,9 @@ namespace maxlogdet::fuzz {
 namespace {
 
 // Work for an oracle that one input may ask for: gains in long double take microseconds each.
-constexpr std::size_t most_oracle_gains = 300;
-constexpr std::size_t most_enumerated = 10;
-constexpr std::size_t most_enumerated_budget = 5;
+constexpr std::size_t max_oracle_gains = 300;
+constexpr std::size_t max_enumerated = 10;
+constexpr std::size_t max_enumerated_budget = 5;
 
 Executor& pool() {
   static sim::PoolExecutor executor(3);
@@ -107,7 +107,7 @@ void check_digits(const BlockStore& blocks, const Options& options, const Answer
   if (!exact.is_tame()) return;
   const Rules rules(blocks, options);
   const std::size_t required = rules.required().size();
-  const bool checks_choice = is_greedy(options) && blocks.size() * answer.indices.size() <= most_oracle_gains;
+  const bool checks_choice = is_greedy(options) && blocks.size() * answer.indices.size() <= max_oracle_gains;
   long double allowed = exact.prior_log_det_error();
   std::vector<std::uint32_t> chosen;
   for (std::size_t j = 0; j < answer.indices.size(); ++j) {
@@ -171,7 +171,7 @@ class Optimum {
 };
 
 void check_bound(const BlockStore& blocks, const Options& options, const Answer& answer) {
-  if (!options.certify || blocks.size() > most_enumerated || options.budget > most_enumerated_budget) return;
+  if (!options.certify || blocks.size() > max_enumerated || options.budget > max_enumerated_budget) return;
   const Optimum optimum(blocks, options);
   if (!optimum.is_known()) return;
   require(answer.upper_bound >= optimum.log_det(), "the bound is not below the optimum", answer.upper_bound,

@@ -330,7 +330,7 @@ typedef struct maxlogdet_selection {
   maxlogdet_strategy strategy;  ///< the one asked for, or what `automatic` chose
   size_t size;                  ///< number selected
   const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp)
-  const double* gains;          ///< `size` gains: the growth of log det by each after those before it, nats
+  const double* gains;          ///< `size` gains: the relative gain of log det by each after those before it, nats
   double log_det;               ///< log det of prior and selected blocks together, nats
   double upper_bound;           ///< no selection within the budget has a greater log det, nats; infinite where float64
                                 ///< may have no digits left (docs/numerics.md); NaN if not asked for

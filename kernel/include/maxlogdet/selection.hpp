@@ -47,7 +47,7 @@ struct Selection {
   const std::uint32_t* indices;    ///< `size` candidate indices: required ones, then in order of selection;
                                    ///< backward_greedy's by index; an exchange keeps places
   std::size_t size;                ///< number selected
-  const double* gains;             ///< `size` gains: the growth of log det by each after those before it, nats
+  const double* gains;             ///< `size` gains: the relative gain of log det by each after those before it, nats
   double log_det;                  ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;         ///< candidate gains computed, in float32; may differ between machines
   std::size_t float64_decisions;   ///< of these, computed again in float64, because float32 could not tell; likewise

@@ -28,7 +28,7 @@ class OrbSlamHook {
   GoodFeatures features;         ///< of the last frame; its block_options may be changed
   Options options;               ///< of the selection: budget, prior, time_limit, ...
   bool use_covariances = false;  ///< measurement_and_map, from the observations of each map point
-  std::size_t most_new = 100;    ///< match(): most local map points to find
+  std::size_t max_new = 100;     ///< match(): most local map points to find
   HookLog log;                   ///< open() it for a line a frame
 
   /// Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that takes it
@@ -106,7 +106,7 @@ class OrbSlamHook {
     if (!features.build()) return search(local);
     Options of_matching;
     of_matching.prior = options.prior;
-    of_matching.budget = most_new;
+    of_matching.budget = max_new;
     required_.assign(features.size(), 0);
     for (std::size_t i = 0; i < matched; ++i) {
       required_[i] = features.blocks().is_valid(i) ? 1 : 0;

@@ -36,7 +36,7 @@ class OrbSlam2 : public OrbSlamHook {
   }
 
   /// Active matching, in Tracking::SearchLocalPoints in the place of matcher.SearchByProjection(frame, local, th):
-  /// looks for those local map points in view that add most to the matches that there are, until most_new of them are
+  /// looks for those local map points in view that add most to the matches that there are, until max_new of them are
   /// found. Returns how many were. Local mapping and NeedNewKeyFrame count matches: lower their ratios with it.
   template <class Frame, class MapPoint, class Matcher>
   int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, float th) {

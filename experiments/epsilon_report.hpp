@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "experiments/epsilon_experiment.hpp"
+#include "sim/table.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// epsilon.csv: an outcome a row, under the number of its run; runs come a size each.
+Table epsilon_table(const std::vector<std::vector<EpsilonOutcome>>& runs, const std::vector<std::string>& numbers);
+
+/// By epsilon, over the whole grid: the least f / f(greedy) and f / bound beside the guarantee 1 - 1/e - epsilon; mean
+/// gap, share of differing features, gains saved and times saved against greedy and lazy greedy.
+Table guarantee_table(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs);
+
+/// The same at one n and k. The paper's "43 x" is k / ln(1/epsilon) at k = 100, epsilon = 0.1.
+Table speedup_table(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs, std::size_t n,
+                    std::size_t k);
+
+/// Heat maps over k / n and epsilon, one a size.
+enum class EpsilonMap { time_us, gap_nats, differing_percent };
+std::string epsilon_plot(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs,
+                         EpsilonMap map);
+
+}  // namespace maxlogdet::sim

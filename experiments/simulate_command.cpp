@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "cli/commands.hpp"
+#include "experiments/simulation.hpp"
+#include "sim/frame_reader.hpp"
+
+namespace maxlogdet::cli {
+
+void add_simulate_command(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("simulate", "The paper's experiments: tables, plots, every run");
+  command->require_subcommand(0, 1);
+  add_metrics_experiment(*command);
+  add_budget_experiment(*command);
+  add_euroc_experiment(*command);
+  add_epsilon_experiment(*command);
+  add_robustness_experiment(*command);
+  command->callback([command] {
+    if (command->get_subcommands().empty()) {
+      throw sim::InputError("simulate: an experiment is missing: metrics, budget, euroc, epsilon or robustness");
+    }
+  });
+}
+
+}  // namespace maxlogdet::cli

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "experiments/mapped_world.hpp"
+#include "experiments/pose_tracker.hpp"
+#include "sim/trajectory.hpp"
+#include "sim/trajectory_error.hpp"
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// Section V of the paper: a camera tracked along a trajectory in a mapped world, once with every selector, all on the
+/// same frames.
+struct TrackingOptions {
+  WorldOptions world;
+  RejectionOptions optimization;
+  std::vector<SelectorSettings> selectors;
+  double window = 3;  ///< s, of RPE and ROE
+  std::uint64_t seed = 0;
+};
+
+nlohmann::ordered_json to_json(const WorldOptions& options);
+
+/// What one selector came to in one run.
+struct TrackingOutcome {
+  TrajectoryErrors errors;
+  double ms_outliers = 0;  ///< mean of a frame
+  double ms_selection = 0;
+  double ms_pose = 0;
+  double matches = 0;    ///< mean of a frame, before outlier rejection
+  double used = 0;       ///< mean of a frame: what the pose was optimised with
+  std::size_t lost = 0;  ///< frames without a pose of their own
+};
+
+/// One run along one trajectory, the camera as `rig` has it: same options, trajectory name and run, same result but for
+/// times. An outcome a selector; empty if broken off (StopOnInterrupt).
+std::vector<TrackingOutcome> run_tracking(const TrackingOptions& options, const Trajectory& trajectory, const Rig& rig,
+                                          std::uint64_t run);
+
+/// How a run is kept in a RunLog; null if broken off.
+nlohmann::json to_json(const std::vector<TrackingOutcome>& outcomes);
+std::vector<TrackingOutcome> tracking_outcomes_of(const nlohmann::json& result);
+
+}  // namespace maxlogdet::sim

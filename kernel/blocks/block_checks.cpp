@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/blocks/block_checks.hpp"
+
+#include "kernel/blocks/camera_checks.hpp"
+
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+constexpr double rotation_tolerance = 1e-3;  // of R R^T - I: poses kept in float32 pass
+
+bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
+
+}  // namespace
+
+bool is_rigid(const RigidTransform& transform) noexcept {
+  const double* const T_cw = transform.data();
+  for (int i = 0; i < 12; ++i) {
+    if (!std::isfinite(T_cw[i])) return false;
+  }
+  double r[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) r[i][j] = T_cw[4 * i + j];
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double dot = r[i][0] * r[j][0] + r[i][1] * r[j][1] + r[i][2] * r[j][2];
+      if (std::abs(dot - (i == j ? 1 : 0)) > rotation_tolerance) return false;
+    }
+  }
+  const double determinant = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) -
+                             r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
+                             r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
+  return determinant > 0;
+}
+
+BlockStatus check(const Points& points, std::size_t size) noexcept {
+  if (size == 0) return BlockStatus::ok;
+  if (points.data() == nullptr) return BlockStatus::missing_points;
+  const std::size_t entry = points.are_float() ? sizeof(float) : sizeof(double);
+  const bool is_stride = points.stride() >= 3 * entry && points.stride() % entry == 0;
+  return is_stride ? BlockStatus::ok : BlockStatus::invalid_stride;
+}
+
+BlockStatus check(const BlockOptions& options) noexcept {
+  const bool are_in_range = options.threads >= 0 && is_positive(options.depth_sigma) && options.map_sigma >= 0 &&
+                            std::isfinite(options.map_sigma) && options.min_depth >= 0 &&
+                            std::isfinite(options.min_depth);
+  const bool are_known = options.weighting >= Weighting::map_bias &&
+                         options.weighting <= Weighting::measurement_and_map &&
+                         options.third >= ThirdMeasurement::none && options.third <= ThirdMeasurement::depth;
+  return are_in_range && are_known ? BlockStatus::ok : BlockStatus::invalid_options;
+}
+
+BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept {
+  if (camera.model < CameraModel::pinhole || camera.model > CameraModel::double_sphere) {
+    return BlockStatus::unknown_camera_model;
+  }
+  const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
+  if (third == ThirdMeasurement::stereo && !has_stereo) return BlockStatus::invalid_camera;
+  return has_jacobians || has_valid_parameters(camera) ? BlockStatus::ok : BlockStatus::invalid_camera;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/blocks/candidates.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace maxlogdet {
+namespace {
+
+// A copy takes about as long as looking once at the same number of candidates; a search looks at each several times.
+constexpr std::size_t min_share = 8;  // one in so many is excluded
+
+// Makes of all candidates those that the first `count` of memory.places list, copied together.
+void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& candidates,
+                 CandidatesMemory& memory) noexcept {
+  std::fill_n(memory.column_max, simd::dimension, 0.0);
+  const std::size_t entries = std::size_t{simd::dimension} * static_cast<std::size_t>(candidates.row_count);
+  for (std::size_t plane = 0; plane < simd::planes_of_store; ++plane) {
+    const bool is_point = plane >= simd::point_plane && candidates.form == simd::factored;
+    if (plane >= entries && !is_point) continue;
+    const float* const from = candidates.planes.data + plane * candidates.planes.stride;
+    float* const to = memory.planes + plane * memory.stride;
+    for (std::size_t i = 0; i < count; ++i) to[i] = from[memory.places[i]];
+    double& largest = memory.column_max[plane % simd::dimension];
+    if (!is_point) largest = std::max(largest, static_cast<double>(kernel.largest_magnitude(to, count)));
+  }
+  for (std::size_t i = 0; i < count; ++i) memory.indices[i] = candidates.indices[memory.places[i]];
+  candidates.planes = {memory.planes, memory.stride};
+  candidates.count = count;
+  candidates.largest = memory.column_max;
+  candidates.largest_of_form = memory.column_max;
+  candidates.indices = memory.indices.data();
+}
+
+}  // namespace
+
+CandidatesMemory::CandidatesMemory(std::size_t capacity)
+    : stride((capacity / simd::tile_size + 1) * simd::tile_size),
+      planes(stride * simd::planes_of_store),
+      places(capacity),
+      indices(capacity) {}
+
+Candidates all_of(const BlockStore& blocks) noexcept {
+  const simd::Form by_rows = simd::form_of_rows(std::max(blocks.rows(), 1));
+  return {{blocks.plane(0, 0), blocks.stride()},
+          blocks.stored(),
+          blocks.rows(),
+          blocks.is_factored() ? simd::factored : by_rows,
+          blocks.column_max(),
+          blocks.is_factored() ? blocks.factored_max_ : blocks.column_max(),
+          blocks.indices()};
+}
+
+Candidates without_excluded(const BlockStore& blocks, const Options& options, const simd::Kernel& kernel,
+                            CandidatesMemory& memory) noexcept {
+  Candidates candidates = all_of(blocks);
+  if (options.excluded == nullptr) return candidates;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < candidates.count; ++i) {
+    memory.places[kept] = static_cast<std::uint32_t>(i);
+    kept += options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
+  }
+  if (candidates.count - kept < candidates.count / min_share + 1) return candidates;
+
+  copy_listed(kept, kernel, candidates, memory);
+  if (candidates.form == simd::factored) {
+    kernel.factored_max(candidates.planes, kept, memory.factored_max);
+    candidates.largest_of_form = memory.factored_max;
+  }
+  return candidates;
+}
+
+}  // namespace maxlogdet

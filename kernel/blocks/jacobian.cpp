@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include <maxlogdet/jacobian.hpp>
+
+#include "kernel/blocks/block_checks.hpp"
+#include "kernel/blocks/block_writer.hpp"
+#include "kernel/blocks/camera_checks.hpp"
+#include "threading/team.hpp"
+
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+// Fewer matches than this are not worth a second thread (docs/threading.md).
+constexpr std::size_t crossover = 10000;
+
+template <class To, class From>
+constexpr bool is_same(To to, From from) noexcept {
+  return static_cast<int>(to) == static_cast<int>(from);
+}
+static_assert(is_same(simd::BlockWeighting::map_bias, Weighting::map_bias) &&
+                  is_same(simd::BlockWeighting::map_bias_world, Weighting::map_bias_world) &&
+                  is_same(simd::BlockWeighting::measurement, Weighting::measurement) &&
+                  is_same(simd::BlockWeighting::measurement_and_map, Weighting::measurement_and_map),
+              "simd/blocks.hpp lists the weightings in this order");
+static_assert(is_same(simd::ThirdRow::none, ThirdMeasurement::none) &&
+                  is_same(simd::ThirdRow::stereo, ThirdMeasurement::stereo) &&
+                  is_same(simd::ThirdRow::depth, ThirdMeasurement::depth),
+              "simd/blocks.hpp lists the third measurements in this order");
+
+static_assert(is_same(simd::Projection::pinhole, CameraModel::pinhole) &&
+                  is_same(simd::Projection::radial_tangential, CameraModel::radial_tangential) &&
+                  is_same(simd::Projection::kannala_brandt, CameraModel::kannala_brandt) &&
+                  is_same(simd::Projection::double_sphere, CameraModel::double_sphere),
+              "simd/blocks.hpp lists the models in this order");
+
+// What sees the matches: the only camera, or a rig's.
+struct Cameras {
+  const RigCamera* all;
+  std::size_t size;
+  bool is_rig;
+};
+
+BlockStatus first_error(BlockStatus first, BlockStatus second) noexcept {
+  return first == BlockStatus::ok ? second : first;
+}
+
+// Where points are, as far as it can be told without reading them.
+// Of matches that are not usable, ids are not read.
+BlockStatus check_ids(const Cameras& cameras, const Matches& matches) noexcept {
+  const unsigned char* const ids = matches.camera_ids;
+  if (cameras.is_rig && (cameras.all == nullptr || cameras.size == 0 || cameras.size > max_cameras)) {
+    return BlockStatus::invalid_camera_id;
+  }
+  if (ids == nullptr) return BlockStatus::ok;
+  if (!cameras.is_rig) return BlockStatus::invalid_camera_id;
+  for (std::size_t i = 0; i < matches.size; ++i) {
+    if (ids[i] >= cameras.size && (matches.usable == nullptr || matches.usable[i] != 0)) {
+      return BlockStatus::invalid_camera_id;
+    }
+  }
+  return BlockStatus::ok;
+}
+
+BlockStatus check(const Cameras& cameras, const RigidTransform& T, const Matches& matches,
+                  const BlockOptions& options) noexcept {
+  BlockStatus status = first_error(check(matches.points, matches.size), check_ids(cameras, matches));
+  if (status != BlockStatus::ok) return status;
+  for (std::size_t i = 0; i < cameras.size; ++i) {
+    status = first_error(status, check(cameras.all[i].camera, matches.jacobians != nullptr, options.third));
+  }
+  status = first_error(status, check(options));
+  bool are_rigid = is_rigid(T);
+  for (std::size_t i = 0; cameras.is_rig && i < cameras.size; ++i) are_rigid &= is_rigid(cameras.all[i].T_cb);
+  return first_error(status, are_rigid ? BlockStatus::ok : BlockStatus::invalid_pose);
+}
+
+simd::CameraInput input_of(const RigCamera& rig_camera) noexcept {
+  const Camera& camera = rig_camera.camera;
+  simd::CameraInput input{};
+  input.model = static_cast<simd::Projection>(camera.model);
+  input.fx = camera.pinhole.fx;
+  input.fy = camera.pinhole.fy;
+  input.bf = camera.pinhole.bf;
+  input.parameters = camera.parameters;
+  input.min_cosine = camera.model == CameraModel::double_sphere ? min_cosine(camera) : 0;
+  input.T_cb = rig_camera.T_cb.data();
+  return input;
+}
+
+// What has been checked.
+BlockReport append(const simd::CameraInput* cameras, bool is_general, bool is_rig, const RigidTransform& T,
+                   const Matches& matches, const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  simd::BlockInput input{};
+  input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
+  input.third = static_cast<simd::ThirdRow>(options.third);
+  input.is_general = is_general;
+  input.is_rig = is_rig;
+  input.cameras = cameras;
+  input.fx = cameras->fx;
+  input.fy = cameras->fy;
+  input.bf = cameras->bf;
+  input.T_cw = T.data();
+  input.map_sigma = options.map_sigma;
+  input.depth_sigma = options.depth_sigma;
+  input.min_depth = options.min_depth;
+  input.size = matches.size;
+  input.points = static_cast<const unsigned char*>(matches.points.data());
+  input.point_stride = matches.points.stride();
+  input.are_points_float = matches.points.are_float();
+  input.sigmas = matches.sigmas;
+  input.weights = matches.weights;
+  input.has_third = matches.has_third;
+  input.usable = matches.usable;
+  input.map_covariances = matches.map_covariances;
+  input.jacobians = matches.jacobians;
+  input.camera_ids = matches.camera_ids;
+  BlockWriter writer(blocks, matches.size);
+  simd::BlockOutput output{};
+  threading::Team team;
+  team.run(executor, threading::workers_for(executor, options.threads, matches.size, crossover),
+           [&] { output = writer.append(input, team); });
+
+  BlockReport report;
+  report.appended = matches.size;
+  report.invalid = matches.size - output.stored;
+  report.unusable = output.unusable;
+  report.behind_camera = output.behind_camera;
+  report.too_near = output.too_near;
+  report.singular_rays = output.singular_rays;
+  report.unsound_covariances = output.unsound_covariances;
+  report.invalid_jacobians = output.invalid_jacobians;
+  if (report.invalid_jacobians > 0) report.status = BlockStatus::invalid_jacobians;
+  if (report.singular_rays > 0) report.status = BlockStatus::singular_rays;
+  return report;
+}
+
+}  // namespace
+
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  RigCamera only;
+  only.camera = camera;
+  BlockReport report;
+  report.status = check({&only, 1, false}, T_cw, matches, options);
+  if (report.status != BlockStatus::ok) return report;
+  const simd::CameraInput input = input_of(only);
+  const bool is_seen_by_model =
+      options.weighting == Weighting::measurement || options.weighting == Weighting::measurement_and_map;
+  const bool is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
+  return append(&input, is_general, false, T_cw, matches, options, blocks, executor);
+}
+
+BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+  BlockReport report;
+  report.status = check({rig.cameras, rig.size, true}, T_bw, matches, options);
+  if (report.status != BlockStatus::ok) return report;
+  simd::CameraInput inputs[max_cameras];
+  for (std::size_t i = 0; i < rig.size; ++i) inputs[i] = input_of(rig.cameras[i]);
+  return append(inputs, true, true, T_bw, matches, options, blocks, executor);
+}
+
+const char* to_string(Weighting weighting) noexcept {
+  switch (weighting) {
+    case Weighting::map_bias: return "map_bias";
+    case Weighting::map_bias_world: return "map_bias_world";
+    case Weighting::measurement: return "measurement";
+    case Weighting::measurement_and_map: return "measurement_and_map";
+  }
+  return "unknown";
+}
+
+const char* to_string(BlockStatus status) noexcept {
+  switch (status) {
+    case BlockStatus::ok: return "ok";
+    case BlockStatus::singular_rays: return "singular_rays";
+    case BlockStatus::invalid_camera: return "invalid_camera";
+    case BlockStatus::invalid_pose: return "invalid_pose";
+    case BlockStatus::invalid_options: return "invalid_options";
+    case BlockStatus::missing_points: return "missing_points";
+    case BlockStatus::invalid_stride: return "invalid_stride";
+    case BlockStatus::unknown_camera_model: return "unknown_camera_model";
+    case BlockStatus::invalid_camera_id: return "invalid_camera_id";
+    case BlockStatus::invalid_jacobians: return "invalid_jacobians";
+  }
+  return "unknown";
+}
+
+}  // namespace maxlogdet

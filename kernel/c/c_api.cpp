@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+// The handles of the C API: each is an object of C++, and what it lends out.
+#include <maxlogdet/maxlogdet.h>
+#include <maxlogdet/maxlogdet.hpp>
+
+#include "kernel/blocks/block_checks.hpp"
+#include "kernel/blocks/camera_checks.hpp"
+#include "kernel/c/c_structs.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+using maxlogdet::c_api::read;
+using maxlogdet::c_api::to_c;
+
+namespace {
+
+// An executor in C. Its functions do not throw: C has no exceptions, and C++ is told not to.
+class CallbackExecutor final : public maxlogdet::Executor {
+ public:
+  explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
+
+  int concurrency() const noexcept override { return std::max(1, callbacks_.concurrency(callbacks_.user_data)); }
+
+  void run(int workers, Body body, void* context) noexcept override {
+    callbacks_.run(callbacks_.user_data, workers, body, context);
+  }
+
+ private:
+  maxlogdet_executor callbacks_;
+};
+
+// Nothing that it is used for throws for another reason than memory.
+template <class Work>
+maxlogdet_status with_memory(const Work& work) noexcept {
+  try {
+    work();
+  } catch (...) {
+    return MAXLOGDET_STATUS_OUT_OF_MEMORY;
+  }
+  return MAXLOGDET_STATUS_OK;
+}
+
+// What is lent out where no handle can, or where what it was asked is not understood.
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGUMENT,
+                                                   MAXLOGDET_STRATEGY_LAZY_GREEDY,
+                                                   0,
+                                                   nullptr,
+                                                   nullptr,
+                                                   not_a_number,
+                                                   not_a_number,
+                                                   0,
+                                                   0,
+                                                   0,
+                                                   1,
+                                                   0,
+                                                   not_a_number,
+                                                   not_a_number,
+                                                   not_a_number};
+constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
+constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
+
+}  // namespace
+
+struct maxlogdet_block_store {
+  explicit maxlogdet_block_store(size_t capacity) : blocks(capacity) {}
+
+  maxlogdet::BlockStore blocks;
+  std::vector<maxlogdet::RigCamera> cameras;  // of the rig that was last appended for
+  maxlogdet_block_report report{};
+};
+
+struct maxlogdet_selector {
+  maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks, bool has_executor)
+      : executor(callbacks), selector(capacity, has_executor ? &executor : nullptr) {}
+  // The one points to the other.
+  maxlogdet_selector(const maxlogdet_selector&) = delete;
+  maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
+
+  CallbackExecutor executor;
+  maxlogdet::Selector selector;
+  maxlogdet_selection selection{};
+};
+
+struct maxlogdet_active_selection {
+  explicit maxlogdet_active_selection(size_t capacity) : active(capacity) {}
+
+  maxlogdet::ActiveSelection active;
+  bool is_refused = false;  // the last start: what it was to end is over, its candidates may be gone
+  maxlogdet_selection selection{};
+};
+
+namespace {
+
+using maxlogdet::ActiveSelection;
+
+template <class Answer>
+maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answer) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_status>(answer(active->active));
+}
+
+// Of a camera or a rig.
+template <class Cameras>
+const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cameras& cameras, const double* T,
+                                        const maxlogdet_matches* matches, const maxlogdet_block_options* options,
+                                        const maxlogdet_executor* executor) noexcept {
+  maxlogdet::Matches cpp_matches;
+  maxlogdet::BlockOptions cpp_options;
+  maxlogdet_executor callbacks{};
+  if (blocks == nullptr || !read(matches, cpp_matches) || !read(options, cpp_options) ||
+      (executor != nullptr && !read(executor, callbacks))) {
+    return &refused_report;
+  }
+  CallbackExecutor helpers(callbacks);
+  const maxlogdet_status status = with_memory([&] {
+    blocks->report = to_c(
+        append_blocks(cameras, T, cpp_matches, cpp_options, blocks->blocks, executor == nullptr ? nullptr : &helpers));
+  });
+  return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
+}
+
+template <class Scalar>
+void read_point(const maxlogdet::Points& points, size_t i, double* p_w) noexcept {
+  Scalar point[3];
+  std::memcpy(point, static_cast<const unsigned char*>(points.data()) + points.stride() * i, sizeof point);
+  for (int d = 0; d < 3; ++d) p_w[d] = static_cast<double>(point[d]);
+}
+
+// Of one match: `write` is match_information or match_whitening.
+template <class Write>
+int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches, size_t i,
+              const maxlogdet_block_options* options, double* to, const Write& write) noexcept {
+  maxlogdet::Camera cpp_camera;
+  maxlogdet::Matches cpp_matches;
+  maxlogdet::BlockOptions cpp_options;
+  if (to == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options))
+    return 0;
+  const maxlogdet::Points& points = cpp_matches.points;
+  const bool is_readable =
+      check(points, cpp_matches.size) == maxlogdet::BlockStatus::ok && check(cpp_options) == maxlogdet::BlockStatus::ok;
+  if (i >= cpp_matches.size || !is_readable) return 0;
+  double p_w[3];
+  points.are_float() ? read_point<float>(points, i, p_w) : read_point<double>(points, i, p_w);
+  return write(cpp_camera, T_cw, p_w, match_noise(cpp_matches, i, cpp_options), to) ? 1 : 0;
+}
+
+}  // namespace
+
+maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *blocks = nullptr;
+  return with_memory([&] { *blocks = new maxlogdet_block_store(capacity); });
+}
+
+void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks) { delete blocks; }
+
+maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.reserve(capacity); });
+}
+
+maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  blocks->blocks.clear();
+  return MAXLOGDET_STATUS_OK;
+}
+
+size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.size();
+}
+
+size_t maxlogdet_block_store_capacity(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.capacity();
+}
+
+int32_t maxlogdet_block_store_rows(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.rows();
+}
+
+int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size_t index) {
+  return blocks != nullptr && index < blocks->blocks.size() && blocks->blocks.is_valid(index) ? 1 : 0;
+}
+
+size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks) {
+  return blocks == nullptr ? 0 : blocks->blocks.invalid_count();
+}
+
+maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.push_back(block, rows); });
+}
+
+maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { blocks->blocks.push_back_invalid(); });
+}
+
+const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* camera, const double* T_cw,
+                                                      const maxlogdet_matches* matches,
+                                                      const maxlogdet_block_options* options,
+                                                      maxlogdet_block_store* blocks,
+                                                      const maxlogdet_executor* executor) {
+  maxlogdet::Camera cpp_camera;
+  if (!read(camera, cpp_camera)) return &refused_report;
+  return append_to(blocks, cpp_camera, T_cw, matches, options, executor);
+}
+
+const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_camera* const* cameras, const double* T_cb,
+                                                             size_t camera_count, const double* T_bw,
+                                                             const maxlogdet_matches* matches,
+                                                             const maxlogdet_block_options* options,
+                                                             maxlogdet_block_store* blocks,
+                                                             const maxlogdet_executor* executor) {
+  if (blocks == nullptr || (camera_count > 0 && (cameras == nullptr || T_cb == nullptr))) return &refused_report;
+  const size_t count = camera_count <= maxlogdet::max_cameras ? camera_count : 0;
+  if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_STATUS_OK) return &no_memory_report;
+  for (size_t i = 0; i < count; ++i) {
+    if (!read(cameras[i], blocks->cameras[i].camera)) return &refused_report;
+    blocks->cameras[i].T_cb = T_cb + 12 * i;
+  }
+  maxlogdet::Rig rig;
+  rig.cameras = blocks->cameras.data();
+  rig.size = count;  // 0: refused
+  return append_to(blocks, rig, T_bw, matches, options, executor);
+}
+
+int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
+                                    const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
+                                    double* omega) {
+  return weigh(camera, T_cw, matches, i, options, omega,
+               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
+                  const maxlogdet::MatchNoise& noise, double* to) { return match_information(of, T, p_w, noise, to); });
+}
+
+int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches,
+                                  size_t i, const maxlogdet_block_options* options, double* W) {
+  return weigh(camera, T_cw, matches, i, options, W,
+               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
+                  const maxlogdet::MatchNoise& noise, double* to) { return match_whitening(of, T, p_w, noise, to); });
+}
+
+int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
+  if (selection == nullptr) return 0;
+  maxlogdet::Selection cpp_selection{};
+  cpp_selection.status = static_cast<maxlogdet::Status>(selection->status);
+  return cpp_selection.has_answer() ? 1 : 0;
+}
+
+double maxlogdet_selection_efficiency(const maxlogdet_selection* selection) {
+  if (selection == nullptr) return not_a_number;
+  maxlogdet::Selection cpp_selection{};
+  cpp_selection.log_det = selection->log_det;
+  cpp_selection.upper_bound = selection->upper_bound;
+  return cpp_selection.efficiency();
+}
+
+maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
+                                           maxlogdet_selector** selector) {
+  if (selector == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *selector = nullptr;
+  maxlogdet_executor callbacks{};
+  if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks, executor != nullptr); });
+}
+
+void maxlogdet_selector_destroy(maxlogdet_selector* selector) { delete selector; }
+
+size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector) {
+  return selector == nullptr ? 0 : selector->selector.capacity();
+}
+
+const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
+                                                     const maxlogdet_options* options) {
+  maxlogdet::Options cpp_options;
+  if (selector == nullptr || blocks == nullptr || !read(options, cpp_options)) return &refused_selection;
+  selector->selection = to_c(selector->selector.select(blocks->blocks, cpp_options));
+  return &selector->selection;
+}
+
+maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  *active = nullptr;
+  return with_memory([&] { *active = new maxlogdet_active_selection(capacity); });
+}
+
+void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active) { delete active; }
+
+size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active) {
+  return active == nullptr ? 0 : active->active.capacity();
+}
+
+maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
+                                                  const maxlogdet_block_store* candidates,
+                                                  const maxlogdet_options* options) {
+  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  maxlogdet::Options cpp_options;
+  active->is_refused = candidates == nullptr || !read(options, cpp_options);
+  if (active->is_refused) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  return static_cast<maxlogdet_status>(active->active.start(candidates->blocks, cpp_options));
+}
+
+uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active) {
+  return active == nullptr || active->is_refused ? MAXLOGDET_NONE : active->active.next();
+}
+
+size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count) {
+  return active == nullptr || active->is_refused ? 0 : active->active.next(indices, count);
+}
+
+maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active) {
+  return answered(active, [](ActiveSelection& to) { return to.accept(); });
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
+                                                         int32_t rows) {
+  return answered(active, [=](ActiveSelection& to) { return to.accept(block, rows); });
+}
+
+maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active) {
+  return answered(active, [](ActiveSelection& to) { return to.reject(); });
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index) {
+  return answered(active, [=](ActiveSelection& to) { return to.accept(index); });
+}
+
+maxlogdet_status maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
+                                                               const double* block, int32_t rows) {
+  return answered(active, [=](ActiveSelection& to) { return to.accept(index, block, rows); });
+}
+
+maxlogdet_status maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index) {
+  return answered(active, [=](ActiveSelection& to) { return to.reject(index); });
+}
+
+maxlogdet_status maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
+                                                   size_t count) {
+  return answered(active, [=](ActiveSelection& to) { return to.answer(matched, count); });
+}
+
+const maxlogdet_selection* maxlogdet_active_selection_selection(maxlogdet_active_selection* active) {
+  if (active == nullptr || active->is_refused) return &refused_selection;
+  active->selection = to_c(active->active.selection());
+  return &active->selection;
+}

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/kernel.hpp"
+#include "threading/team.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+
+namespace maxlogdet {
+namespace threading {
+
+/// Runs the kernels over candidates: on the calling thread, or in chunks over a team where there is enough to do. What
+/// it computes does not depend on that.
+class Evaluator {
+ public:
+  /// `rows` (1, 2 or 3) is that of the tallest block: planes of further rows are not read.
+  Evaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows, Team& team) noexcept
+      : kernel_(kernel), planes_(planes), rows_(rows), team_(team) {}
+
+  const simd::Kernel& kernel() const noexcept { return kernel_; }
+  const simd::Planes& planes() const noexcept { return planes_; }
+  int rows() const noexcept { return rows_; }
+
+  /// relative gains[j], in float64, for candidate indices[j], j in [0, count).
+  void decide(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
+              double* relative_gains) const noexcept {
+    team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.decide[rows_ - 1](planes_, inverse_factor, indices + first, size, relative_gains + first);
+    });
+  }
+
+  /// As simd::Losses; in it a tile is listed once.
+  void losses(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+              double* losses, double* least) const noexcept {
+    team_.in_chunks(count, min_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, least);
+    });
+  }
+
+  /// As simd::Traces.
+  void traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
+              float* values) const noexcept {
+    team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const simd::Planes planes{planes_.data + first, planes_.stride};
+      kernel_.traces[rows_ - 1](planes, inverse_factor, free + first, size, values + first);
+    });
+  }
+
+  /// As simd::ExactTraces.
+  void exact_traces(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
+                    double* values) const noexcept {
+    team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.exact_traces[rows_ - 1](planes_, inverse_factor, indices + first, size, values + first);
+    });
+  }
+
+  /// As simd::CountAtLeast.
+  std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
+    std::size_t counts[Team::max_chunks];
+    const std::uint32_t chunks = team_.in_chunks(
+        count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+          counts[chunk] = kernel_.count_at_least(values + first, size, threshold);
+        });
+    return std::accumulate(counts, counts + chunks, std::size_t{0});
+  }
+
+  /// Lists the positions of values[0 .. count) that are at least `threshold`, in order; returns how many. Room for
+  /// `list_room` more than `count` is needed.
+  std::size_t list_at_least(const float* values, std::size_t count, float threshold,
+                            std::uint32_t* list) const noexcept {
+    std::size_t counts[Team::max_chunks];
+    std::uint32_t* lists[Team::max_chunks];
+    const std::uint32_t chunks = team_.in_chunks(
+        count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+          lists[chunk] = list + first + simd::tile_size * chunk;
+          counts[chunk] = kernel_.list_between(values + first, size, 0, 1, threshold,
+                                               std::numeric_limits<float>::infinity(), lists[chunk]);
+          for (std::size_t j = 0; j < counts[chunk]; ++j) lists[chunk][j] += static_cast<std::uint32_t>(first);
+        });
+    std::size_t found = counts[0];
+    for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
+      std::copy_n(lists[chunk], counts[chunk], list + found);
+      found += counts[chunk];
+    }
+    return found;
+  }
+  static constexpr std::size_t list_room = simd::tile_size * (Team::max_chunks + 1);
+
+  /// As simd::MakeRecords.
+  void make_records(simd::Form form, std::size_t count, float* records) const noexcept {
+    team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const simd::Planes planes{planes_.data + first, planes_.stride};
+      kernel_.make_records[form](planes, size, records + first * simd::record_size(form));
+    });
+  }
+
+  /// As simd::Gather.
+  void gather(simd::Form form, const float* records, const std::uint32_t* indices, std::size_t count,
+              float* tiles) const noexcept {
+    team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      kernel_.gather[form](records, indices + first, size, tiles + first * simd::entries_of(form));
+    });
+  }
+
+  /// Copies candidates [0, count) to tiles in their order, as simd::Gather lays them out; read up to the next multiple
+  /// of 16 candidates.
+  void pack(simd::Form form, std::size_t count, float* tiles) const noexcept {
+    team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+      const std::size_t entries = simd::entries_of(form);
+      for (std::size_t lane = first; lane < first + size; lane += simd::tile_size) {
+        for (std::size_t e = 0; e < entries; ++e) {
+          const float* const plane = planes_.data + simd::plane_of(form, e) * planes_.stride + lane;
+          std::copy_n(plane, simd::tile_size, tiles + lane * entries + e * simd::tile_size);
+        }
+      }
+    });
+  }
+
+  /// Of the chunks that gains are evaluated in: half a microsecond of work.
+  static constexpr std::size_t min_tiles = 32;
+
+  Team& team() const noexcept { return team_; }
+
+ private:
+  static constexpr std::size_t min_loss_tiles = 8;   // of a chunk in float64
+  static constexpr std::size_t min_lanes = 512;      // of a chunk of copies
+  static constexpr std::size_t min_decisions = 128;  // of a chunk in float64
+  static constexpr std::size_t min_counts = 4096;    // of a chunk of values to count or list
+
+  const simd::Kernel& kernel_;
+  simd::Planes planes_;
+  int rows_;
+  Team& team_;
+};
+
+}  // namespace threading
+}  // namespace maxlogdet

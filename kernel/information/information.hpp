@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/blocks/candidates.hpp"
+
+#include <maxlogdet/block_store.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace maxlogdet {
+
+/// Symmetric, both triangles filled.
+struct Information {
+  double entry[state_dimension][state_dimension];
+};
+
+/// M0, or 1e-5 * I, from the symmetric part of Options::prior.
+Information prior_information(const double* prior) noexcept;
+
+/// M <- M + sum of H^T H over the listed candidates, in their order.
+void add_blocks(const Candidates& candidates, const std::uint32_t* list, std::size_t count,
+                Information& information) noexcept;
+
+/// M <- M + scale H^T H.
+void add_block(const Candidates& candidates, std::uint32_t candidate, double scale, Information& information) noexcept;
+
+Information difference(const Information& a, const Information& b) noexcept;
+
+/// sum <- sum + scale a.
+void add_scaled(double scale, const Information& a, Information& sum) noexcept;
+
+}  // namespace maxlogdet

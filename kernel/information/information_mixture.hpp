@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/information/information.hpp"
+#include "kernel/information/information_factor.hpp"
+
+namespace maxlogdet {
+
+/// Information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j. It
+/// grows as Frank and Wolfe (1956) do it, by one selection at a time and the step of largest log det towards it; then a
+/// few pairs of weights are balanced likewise, which makes the next selection a better one (simplicial decomposition,
+/// Holloway 1974; docs/numerics.md). + - * / and square roots in one order: the same bits everywhere.
+class InformationMixture {
+ public:
+  /// One selection, of weight 1. False if it cannot be factorised: then, here and below, inverse() is of no use.
+  bool reset(const Information& first) noexcept;
+
+  /// False also if no mixture with `next` can be better by more than `min_promise`, nats. Where `next` is the best
+  /// selection at inverse(), no mixture at all can.
+  bool add(const Information& next, double min_promise) noexcept;
+
+  /// W, the inverse Cholesky factor of the mixture, 6 x 8 row-major.
+  const double* inverse() const noexcept { return factor_.inverse(); }
+
+ private:
+  static constexpr int most = 12;  // selections that are kept apart
+
+  bool refactorise() noexcept;
+  bool balance(double min_difference) noexcept;
+  bool move(int from, int to) noexcept;
+  void merge_lightest() noexcept;
+
+  Information selections_[most];
+  double weights_[most];
+  int count_ = 0;
+  Information sum_;
+  InformationFactor factor_;
+};
+
+}  // namespace maxlogdet

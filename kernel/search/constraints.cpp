@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/search/constraints.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace maxlogdet {
+namespace {
+
+bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags != nullptr && flags[i] != 0; }
+
+}  // namespace
+
+// Gives every candidate the number of its group, and every number its places. Numbers are those of the caller; where
+// there are more of them than places, as of objects or of cells of a fine grid, only the groups that have a candidate
+// count, in their order: these are never more than there is room for. Returns the number of groups.
+std::size_t Constraints::number_groups(const Options& options) noexcept {
+  const auto named_by = [&](std::uint32_t i) { return options.groups[candidates_.indices[i]]; };
+  const auto places_of = [&](std::size_t group) -> std::size_t {
+    return options.group_maxima != nullptr ? options.group_maxima[group] : options.max_per_group;
+  };
+  const auto count = static_cast<std::uint32_t>(candidates_.count);
+  if (options.group_count <= memory_.places.size()) {
+    for (std::uint32_t i = 0; i < count; ++i) memory_.group[i] = named_by(i);
+    for (std::size_t group = 0; group < options.group_count; ++group) memory_.places[group] = places_of(group);
+    return options.group_count;
+  }
+  std::uint32_t* const order = memory_.members.data();
+  std::iota(order, order + count, 0U);
+  std::sort(order, order + count, [&](std::uint32_t a, std::uint32_t b) { return named_by(a) < named_by(b); });
+  std::uint32_t groups = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t group = named_by(order[i]);
+    if (i == 0 || group != named_by(order[i - 1])) memory_.places[groups++] = places_of(group);
+    memory_.group[order[i]] = groups - 1;
+  }
+  return groups;
+}
+
+// A counting sort by groups; false if one of them does not exist, of candidates without a block too.
+bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
+  bool exist = true;
+  for (std::size_t i = 0; i < n; ++i) exist = exist && options.groups[i] < options.group_count;
+  if (!exist) return false;
+  const std::size_t groups = number_groups(options);
+  std::uint32_t* const first = memory_.first_member.data();
+  std::fill_n(first, groups + 1, 0U);
+  for (std::size_t i = 0; i < candidates_.count; ++i) ++first[memory_.group[i]];
+  std::uint32_t end = 0;
+  for (std::size_t group = 0; group < groups; ++group) {
+    end += first[group];
+    first[group] = end;  // filled from behind
+  }
+  first[groups] = end;
+  for (std::size_t i = candidates_.count; i-- > 0;)
+    memory_.members[--first[memory_.group[i]]] = static_cast<std::uint32_t>(i);
+  return true;
+}
+
+Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept {
+  candidates_ = candidates;
+  groups_ = blocks.size() > 0 ? options.groups : nullptr;
+  free_count_ = candidates.count;
+  required_count_ = 0;
+  std::fill_n(memory_.free.data(), candidates.count, static_cast<unsigned char>(1));
+  if (options.required == nullptr && options.excluded == nullptr && options.groups == nullptr) return Status::ok;
+  if (groups_ != nullptr && !list_members(options, blocks.size())) return Status::invalid_groups;
+
+  for (std::size_t i = 0; i < blocks.size() && options.required != nullptr; ++i) {
+    if (options.required[i] != 0 && (is_set(options.excluded, i) || !blocks.is_valid(i))) return Status::infeasible;
+  }
+  for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
+    if (options.required[candidates.indices[i]] == 0) continue;
+    const auto candidate = static_cast<std::uint32_t>(i);
+    if (!has_place(candidate)) return Status::infeasible;
+    take_place(candidate);
+    memory_.required[required_count_++] = candidate;
+  }
+  if (required_count_ > options.budget) return Status::infeasible;
+
+  free_count_ = 0;
+  for (std::size_t i = 0; i < candidates.count; ++i) {
+    const std::uint32_t index = candidates.indices[i];
+    const bool is_settled = is_set(options.required, index) || is_set(options.excluded, index);
+    const bool is_free = !is_settled && has_place(static_cast<std::uint32_t>(i));
+    memory_.free[i] = is_free ? 1 : 0;
+    free_count_ += is_free ? 1 : 0;
+  }
+  return Status::ok;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/strategies/method.hpp"
+
+namespace maxlogdet {
+namespace {
+
+// From so many candidates on the relaxation is up to four times faster than lazy greedy, and on no frame measured more
+// than 6 % slower (docs/performance.md).
+constexpr std::size_t large = 50000;
+// Below that budget it has been seen to fall short of greedy.
+constexpr std::size_t min_relaxed_budget = 60;
+
+}  // namespace
+
+Strategy chosen_for(const Search& search) noexcept {
+  if (search.constraints.has_groups() || search.target.is_asked()) return Strategy::lazy_greedy;
+  const std::size_t n = search.remaining;
+  const std::size_t k = search.budget - search.selected;
+  if (3 * k >= 2 * n) return Strategy::backward_greedy;
+  return n >= large && k >= min_relaxed_budget ? Strategy::relaxed : Strategy::lazy_greedy;
+}
+
+constexpr Method automatic_method = {nullptr, any_options, one_thread_only};
+
+}  // namespace maxlogdet

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/screening/losses.hpp"
+#include "kernel/search/search.hpp"
+#include "kernel/strategies/method.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+// With more candidates than that the least loss is below 1/2: the shares tr(H M^-1 H^T) of all add up to 6 at most, and
+// no loss is above its share. So taking that candidate out costs the factor one bit at most.
+constexpr std::size_t few = 12;
+static_assert(few >= std::size_t{2} * state_dimension, "6 / few is 1/2 at most");
+// A factor made anew with a large error is left alone until that has grown so many times.
+constexpr double useless_growth = 16;
+
+// Candidates leaving the information one by one.
+class Removal {
+ public:
+  explicit Removal(Search& search) noexcept : search_(search), required_(search.factor), left_(search.unselected) {
+    std::copy_n(search.constraints.free(), search.candidates.size(), left_);
+  }
+
+  // Until `kept` remain.
+  Status run(std::size_t kept, bool lazily) noexcept {
+    if (search_.remaining > few) {
+      if (!sum_up()) add_what_is_left();
+      Losses losses(search_.evaluator, search_.candidates.column_max(), search_.screening_memory, search_.losses);
+      losses.start(left_, search_.candidates.size(), search_.factor);
+      const Status status = remove_many(losses, std::max(kept, few), lazily);
+      const bool is_late = status != Status::ok;
+      if (is_late) {
+        const std::size_t count = losses.list_all_but(kept, search_.pool);
+        for (std::size_t j = 0; j < count; ++j) left_[search_.pool[j]] = 0;
+      }
+      search_.losses_evaluated += losses.evaluations();
+      if (is_late) return status;
+    }
+    return search_.remaining > kept ? remove_of_few(kept) : Status::ok;
+  }
+
+  // The candidates that are left, by index.
+  void list() noexcept {
+    search_.factor = required_;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] != 0) search_.add(i);
+    }
+  }
+
+ private:
+  Status remove_many(Losses& losses, std::size_t kept, bool lazily) noexcept {
+    double limit = error_limit();
+    while (search_.remaining > kept) {
+      if (search_.deadline.has_passed()) return Status::deadline_reached;
+      const std::size_t lane = losses.least(search_.factor, lazily);
+      const std::uint32_t candidate = losses.candidate(lane);
+      losses.remove(lane);
+      left_[candidate] = 0;
+      --search_.remaining;
+      if (!search_.remove_rows(candidate) || search_.factor.relative_error() > limit) {
+        add_what_is_left();
+        limit = error_limit();
+      }
+    }
+    return Status::ok;
+  }
+
+  // Of a factor just made. Where even that is known to be nothing, making it in every round would help nobody.
+  double error_limit() const noexcept {
+    const double f = search_.factor.relative_error();
+    return f < hopeless_error ? std::max(large_error, useless_growth * f) : std::numeric_limits<double>::infinity();
+  }
+
+  // With so few each of them may be the only one to see a direction, where 1 - det has no digits. What a candidate
+  // gains if it is added last to all others has them; but of identical ones, whose others are added in different
+  // orders, not the last bit.
+  Status remove_of_few(std::size_t kept) noexcept {
+    std::uint32_t list[few];
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] != 0) list[count++] = i;
+    }
+    bool is_late = false;
+    double relative_gains[few];
+    for (bool is_first = true; count > kept; is_first = false) {
+      is_late = is_late || (!is_first && search_.deadline.has_passed());
+      if (!is_late) {  // else by what is known
+        for (std::size_t j = 0; j < count; ++j) relative_gains[j] = relative_gain_of(list, count, j);
+      }
+      std::size_t worst = 0;
+      for (std::size_t j = 1; j < count; ++j) {
+        if (relative_gains[j] <= relative_gains[worst] || is_same(list[j], list[worst])) worst = j;
+      }
+      left_[list[worst]] = 0;
+      --search_.remaining;
+      --count;
+      std::copy(list + worst + 1, list + count + 1, list + worst);
+      std::copy(relative_gains + worst + 1, relative_gains + count + 1, relative_gains + worst);
+    }
+    return is_late ? Status::deadline_reached : Status::ok;
+  }
+
+  // Of the j-th when it is added to all others.
+  double relative_gain_of(const std::uint32_t* list, std::size_t count, std::size_t j) noexcept {
+    search_.factor = required_;
+    for (std::size_t other = 0; other < count; ++other) {
+      if (other != j) search_.add_rows(list[other]);
+    }
+    return search_.add_rows(list[j]);
+  }
+
+  bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {
+    for (int row = 0; row < search_.candidates.rows(); ++row) {
+      for (int column = 0; column < state_dimension; ++column) {
+        const float* const plane = search_.candidates.plane(row, column);
+        if (plane[a] < plane[b] || plane[a] > plane[b]) return false;
+      }
+    }
+    return true;
+  }
+
+  // False if the squared condition number leaves too few digits.
+  bool sum_up() noexcept {
+    unsigned char* const counted = search_.open;
+    std::copy_n(left_, search_.candidates.size(), counted);
+    for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
+    double sum[state_dimension * state_dimension];
+    const double roundings = search_.sum_up(counted, sum);
+    return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
+  }
+
+  void add_what_is_left() noexcept {
+    search_.factor = required_;
+    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
+      if (left_[i] != 0) search_.add_rows(i);
+    }
+  }
+
+  Search& search_;
+  InformationFactor required_;  // the prior and what is required
+  unsigned char* left_;         // per candidate
+};
+
+}  // namespace
+
+Status backward_greedy(Search& search, bool lazily) noexcept {
+  const std::size_t kept = std::min(search.budget - search.selected, search.remaining);
+  const std::size_t free_count = search.remaining;
+  Removal removal(search);
+  const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
+  if (kept > 0) removal.list();
+  search.remaining = free_count - kept;
+  return status;
+}
+
+namespace {
+
+Status run(Search& search, const Options& /*options*/) noexcept { return backward_greedy(search); }
+
+}  // namespace
+
+constexpr Method backward_greedy_method = {run, no_groups_or_targets, one_thread_only};
+
+}  // namespace maxlogdet

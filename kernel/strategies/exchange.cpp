@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/search/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+// Trying the places of an answer one by one. What decides is float64, and only beyond what rounding could explain, so
+// that log det never falls; what screens is float32, as in a round of greedy (docs/numerics.md).
+class Exchange {
+ public:
+  explicit Exchange(Search& search) noexcept : search_(search) {
+    std::copy_n(search.constraints.free(), search.candidates.size(), search.unselected);
+    for (std::size_t j = 0; j < search.selected; ++j) search.unselected[search.indices[j]] = 0;
+  }
+
+  // Puts the best candidate for it into this place of the answer; whether that is another one.
+  bool improve(std::size_t place) noexcept {
+    if (!has_bounds_) bound_relative_gains();
+    const std::uint32_t out = search_.indices[place];
+    const double f = search_.factor.relative_error();
+    if (!(f < hopeless_error)) return false;
+    // log det is concave: swapping i for j changes it by at most d_j - d_i, d = tr(H M^-1 H^T), and d_j is at most the
+    // relative gain by j. Nearly all places of an answer with 60 candidates are left at that.
+    const auto least = static_cast<float>(share_of_information(out) * (1 - 2.5 * f) * (1 - 1e-6));
+    if (search_.screening.highest_bound() < least) return false;
+
+    const InformationFactor before = search_.factor;
+    take_out(place);
+    search_.constraints.give_place(out);
+    if (search_.constraints.has_groups()) open_lanes();
+    search_.screening.restart(search_.candidates.largest_of_form);
+    search_.screening.begin_round(search_.factor);
+    search_.screening.evaluate_trial(least);
+    const std::size_t best = search_.find_best();
+    const bool is_better = best != search_.screening.lanes() && gains_more(static_cast<std::uint32_t>(best), out);
+    if (is_better) {
+      put_in(static_cast<std::uint32_t>(best), place);
+    } else {
+      search_.factor = before;
+    }
+    search_.constraints.take_place(search_.indices[place]);
+    return is_better;
+  }
+
+  // Gains of the answer as it is now, one after the other.
+  void list_again() noexcept {
+    const std::size_t count = search_.selected;
+    search_.factor = search_.prior;
+    search_.selected = 0;
+    while (search_.selected < count) search_.add(search_.indices[search_.selected]);
+  }
+
+ private:
+  // With the information as it is, for all that is not selected, whether its group is full or not.
+  void bound_relative_gains() noexcept {
+    search_.screening.use_store(search_.unselected, search_.candidates.size());
+    search_.screening.restart(search_.candidates.largest_of_form);
+    search_.screening.begin_round(search_.factor);
+    search_.screening.evaluate_all();
+    search_.screening.end_round();
+    has_bounds_ = true;
+  }
+
+  // tr(H M^-1 H^T).
+  double share_of_information(std::uint32_t candidate) const noexcept {
+    double trace = 0;
+    search_.evaluator.exact_traces(search_.factor.inverse(), &candidate, 1, &trace);
+    return trace;
+  }
+
+  void take_out(std::size_t place) noexcept {
+    const bool is_sound = search_.remove_rows(search_.indices[place]);
+    if (is_sound && search_.factor.relative_error() < large_error) return;
+    search_.factor = search_.prior;
+    for (std::size_t j = 0; j < search_.selected; ++j) {
+      if (j != place) search_.add_rows(search_.indices[j]);
+    }
+  }
+
+  void put_in(std::uint32_t candidate, std::size_t place) noexcept {
+    search_.unselected[search_.indices[place]] = 1;
+    search_.unselected[candidate] = 0;
+    search_.indices[place] = candidate;
+    search_.add_rows(candidate);
+    has_bounds_ = false;
+  }
+
+  // Leaves out of the screening those whose group is full.
+  void open_lanes() noexcept {
+    for (std::size_t i = 0; i < search_.candidates.size(); ++i) {
+      const bool is_open = search_.unselected[i] != 0 && search_.constraints.has_place(static_cast<std::uint32_t>(i));
+      search_.open[i] = is_open ? 1 : 0;
+    }
+    search_.screening.use_store(search_.open, search_.candidates.size());
+  }
+
+  bool gains_more(std::uint32_t candidate, std::uint32_t than) const noexcept {
+    constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
+    const std::uint32_t both[2] = {candidate, than};
+    double relative_gains[2];
+    search_.evaluator.decide(search_.factor.inverse(), both, 2, relative_gains);
+    double squares = 0;
+    for (int column = 0; column < state_dimension; ++column) {
+      squares += search_.candidates.column_max()[column] * search_.candidates.column_max()[column];
+    }
+    const double f = search_.factor.relative_error();
+    const double omega = search_.factor.inverse_norm() * std::sqrt(squares);
+    // Of the difference of two gains, nats.
+    const double error = 2.5 * search_.candidates.rows() * f + 128 * unit_roundoff * omega;
+    return f < hopeless_error && relative_gains[0] - relative_gains[1] > error * (1 + relative_gains[0]);
+  }
+
+  Search& search_;
+  bool has_bounds_ = false;
+};
+
+}  // namespace
+
+Status exchange(Search& search, std::size_t sweeps) noexcept {
+  const std::size_t first = search.constraints.required_count();
+  const std::size_t places = search.selected - std::min(first, search.selected);
+  Exchange exchange(search);
+  std::size_t unchanged = 0;  // places since the last swap
+  bool any = false;
+  bool is_late = false;
+  for (std::size_t sweep = 0; sweep < sweeps && unchanged < places && !is_late; ++sweep) {
+    for (std::size_t place = first; place < search.selected && unchanged < places; ++place) {
+      is_late = search.deadline.has_passed();
+      if (is_late) break;
+      const bool is_changed = exchange.improve(place);
+      unchanged = is_changed ? 0 : unchanged + 1;
+      any = any || is_changed;
+    }
+  }
+  if (any) exchange.list_again();
+  return is_late ? Status::deadline_reached : Status::ok;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/search/search.hpp"
+
+#include <cstddef>
+
+namespace maxlogdet {
+
+/// What lazy greedy evaluates in a round. Until the selected rows span the state, gains are those against the prior and
+/// say little about later ones; so three rounds at least evaluate every candidate. The round after that does so once
+/// more, and orders them by what it finds.
+class LazyRounds {
+ public:
+  explicit LazyRounds(Search& search) noexcept;
+
+  /// Whether order() has to come before the next evaluate().
+  bool order_is_due() const noexcept { return order_is_due_; }
+  void order() noexcept;
+
+  /// Evaluates every candidate that may be one of the `wanted` best. Again in the same round, after some were
+  /// withdrawn, it evaluates those that may be now.
+  void evaluate(std::size_t wanted = 1) noexcept;
+
+  /// Remembers what this tells about later rounds; before the information changes, and tiles with it.
+  void finish() noexcept;
+
+  /// Between evaluate() and finish().
+  bool is_open() const noexcept { return is_open_; }
+
+ private:
+  Search& search_;
+  std::size_t start_;  // selected before
+  std::size_t first_rounds_;
+  bool is_open_ = false;  // within a round
+  bool order_is_due_ = false;
+  bool is_ordered_ = false;
+};
+
+}  // namespace maxlogdet

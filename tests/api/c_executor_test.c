@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+// Executors written in C: none of them changes the answer, whatever threads it has.
+#define _POSIX_C_SOURCE 200809L  // NOLINT(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): for pthread.h
+
+#include "tests/api/c_check.h"
+
+#include <pthread.h>
+#if defined(MAXLOGDET_WITH_TBB)
+#include <maxlogdet/tbb.h>
+#endif
+
+enum { n = 3000, helpers = 2 };
+
+// Has no threads: the caller is all workers, one after the other.
+static int32_t eight(void* user_data) {
+  (void)user_data;
+  return 8;
+}
+static void run_all_on_the_caller(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
+  int* const calls = user_data;
+  ++*calls;
+  for (int32_t worker = 0; worker < workers; ++worker) body(context, worker);
+}
+
+// Calls nothing at all: the selection is serial then.
+static void run_nothing(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
+  int* const calls = user_data;
+  (void)workers;
+  (void)body;
+  (void)context;
+  ++*calls;
+}
+
+// Helpers that wait for work, for one caller at a time.
+struct pool {
+  pthread_mutex_t mutex;
+  pthread_cond_t changed;
+  pthread_t threads[helpers];
+  maxlogdet_body body;
+  void* context;
+  int32_t next, end, running, helped;
+  int is_over;
+};
+
+static void* serve(void* given) {
+  struct pool* const pool = given;
+  pthread_mutex_lock(&pool->mutex);
+  for (;;) {
+    while (!pool->is_over && pool->next >= pool->end) pthread_cond_wait(&pool->changed, &pool->mutex);
+    if (pool->is_over) break;
+    const maxlogdet_body body = pool->body;
+    void* const context = pool->context;
+    const int32_t worker = pool->next++;
+    ++pool->running;
+    ++pool->helped;
+    pthread_mutex_unlock(&pool->mutex);
+    body(context, worker);
+    pthread_mutex_lock(&pool->mutex);
+    if (--pool->running == 0) pthread_cond_broadcast(&pool->changed);
+  }
+  pthread_mutex_unlock(&pool->mutex);
+  return NULL;
+}
+
+static int32_t pool_concurrency(void* user_data) {
+  (void)user_data;
+  return helpers + 1;
+}
+
+static void pool_run(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
+  struct pool* const pool = user_data;
+  pthread_mutex_lock(&pool->mutex);
+  pool->body = body;
+  pool->context = context;
+  pool->next = 1;
+  pool->end = workers;
+  pthread_cond_broadcast(&pool->changed);
+  pthread_mutex_unlock(&pool->mutex);
+  body(context, 0);
+  pthread_mutex_lock(&pool->mutex);
+  pool->end = 0;  // none begins any more
+  while (pool->running > 0) pthread_cond_wait(&pool->changed, &pool->mutex);
+  pthread_mutex_unlock(&pool->mutex);
+}
+
+static void start_pool(struct pool* pool) {
+  memset(pool, 0, sizeof *pool);
+  REQUIRE(pthread_mutex_init(&pool->mutex, NULL) == 0 && pthread_cond_init(&pool->changed, NULL) == 0);
+  for (int i = 0; i < helpers; ++i) REQUIRE(pthread_create(&pool->threads[i], NULL, serve, pool) == 0);
+}
+
+static int32_t times_helped(struct pool* pool) {
+  pthread_mutex_lock(&pool->mutex);
+  const int32_t helped = pool->helped;
+  pthread_mutex_unlock(&pool->mutex);
+  return helped;
+}
+
+static void end_pool(struct pool* pool) {
+  pthread_mutex_lock(&pool->mutex);
+  pool->is_over = 1;
+  pthread_cond_broadcast(&pool->changed);
+  pthread_mutex_unlock(&pool->mutex);
+  for (int i = 0; i < helpers; ++i) pthread_join(pool->threads[i], NULL);
+  pthread_cond_destroy(&pool->changed);
+  pthread_mutex_destroy(&pool->mutex);
+}
+
+static maxlogdet_executor executor_of(int32_t (*concurrency)(void*), void (*run)(void*, int32_t, maxlogdet_body, void*),
+                                      void* user_data) {
+  maxlogdet_executor executor;
+  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_STATUS_OK);
+  executor.concurrency = concurrency;
+  executor.run = run;
+  executor.user_data = user_data;
+  return executor;
+}
+
+// With every strategy, the answer of a selector without an executor; `threads` as the selection tells them.
+static void check_answers(const maxlogdet_executor* given, int32_t threads) {
+  maxlogdet_block_store* const blocks = random_blocks(n);
+  maxlogdet_executor executor = *given;
+  maxlogdet_selector* alone = NULL;
+  maxlogdet_selector* helped = NULL;
+  REQUIRE(maxlogdet_selector_create(n, NULL, &alone) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_selector_create(n, &executor, &helped) == MAXLOGDET_STATUS_OK);
+  memset(&executor, 0xA5, sizeof executor);  // it was copied
+  for (maxlogdet_strategy strategy = MAXLOGDET_STRATEGY_GREEDY; strategy <= MAXLOGDET_STRATEGY_AUTOMATIC; ++strategy) {
+    maxlogdet_options options = default_options();
+    options.strategy = strategy;
+    options.threads = 16;
+    const maxlogdet_selection* const answer = maxlogdet_selector_select(helped, blocks, &options);
+    const maxlogdet_selection* const expected = maxlogdet_selector_select(alone, blocks, &options);
+    CHECK(answer->status == MAXLOGDET_STATUS_OK && answer->size == 100);
+    CHECK(same_answer(answer, expected));
+    CHECK(answer->threads == threads && expected->threads == 1);
+  }
+  maxlogdet_selector_destroy(helped);
+  maxlogdet_selector_destroy(alone);
+  maxlogdet_block_store_destroy(blocks);
+}
+
+// Blocks are the same with its help; seen in what is selected of them.
+static void check_blocks(const maxlogdet_executor* executor) {
+  static const double pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  double* const points = malloc((size_t)3 * n * sizeof *points);
+  REQUIRE(points != NULL);
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t j = 0; j < 3; ++j) points[3 * i + j] = 3 * random_entry() + (j == 2 ? 5 : 0);
+  }
+  maxlogdet_camera camera;
+  maxlogdet_matches matches;
+  maxlogdet_block_options options;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&options, sizeof options);
+  camera.fx = camera.fy = 450;
+  matches.size = n;
+  matches.points = points;
+  options.threads = 16;
+  const maxlogdet_options select_options = default_options();
+  maxlogdet_block_store* blocks[2];
+  maxlogdet_selector* selectors[2];
+  const maxlogdet_selection* answers[2];
+  for (int i = 0; i < 2; ++i) {
+    REQUIRE(maxlogdet_block_store_create(n, &blocks[i]) == MAXLOGDET_STATUS_OK);
+    REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_STATUS_OK);
+    const maxlogdet_block_report* const made =
+        maxlogdet_append_blocks(&camera, pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
+    CHECK(made->status == MAXLOGDET_BLOCK_STATUS_OK && made->appended == n);
+    answers[i] = maxlogdet_selector_select(selectors[i], blocks[i], &select_options);
+    CHECK(answers[i]->status == MAXLOGDET_STATUS_OK);
+  }
+  CHECK(same_answer(answers[0], answers[1]));
+  for (int i = 0; i < 2; ++i) {
+    maxlogdet_selector_destroy(selectors[i]);
+    maxlogdet_block_store_destroy(blocks[i]);
+  }
+  free(points);
+}
+
+static void an_executor_that_is_none_is_refused(void) {
+  maxlogdet_selector* selector = NULL;
+  int calls = 0;
+  const maxlogdet_executor right = executor_of(eight, run_all_on_the_caller, &calls);
+  maxlogdet_executor wrong[5] = {right, right, right, right, right};
+  wrong[0].concurrency = NULL;
+  wrong[1].run = NULL;
+  wrong[2].struct_size = 0;
+  wrong[3].struct_size = offsetof(maxlogdet_executor, run);
+  wrong[4].struct_size = sizeof right + 8;
+  for (int i = 0; i < 5; ++i) {
+    CHECK(maxlogdet_selector_create(10, &wrong[i], &selector) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+    CHECK(selector == NULL);
+  }
+  CHECK(calls == 0);
+}
+
+int main(void) {
+  an_executor_that_is_none_is_refused();
+
+  int calls = 0;
+  maxlogdet_executor executor = executor_of(eight, run_all_on_the_caller, &calls);
+  check_answers(&executor, 8);
+  CHECK(calls == 6);
+  check_blocks(&executor);
+  CHECK(calls == 7);
+
+  executor = executor_of(eight, run_nothing, &calls);
+  check_answers(&executor, 8);
+  check_blocks(&executor);
+  CHECK(calls == 14);
+
+  struct pool pool;
+  start_pool(&pool);
+  executor = executor_of(pool_concurrency, pool_run, &pool);
+  for (int i = 0; i < 1000 && times_helped(&pool) < 10; ++i) {  // on a busy machine helpers come late, or not at all
+    check_answers(&executor, helpers + 1);
+    check_blocks(&executor);
+  }
+  CHECK(times_helped(&pool) >= 10);
+  end_pool(&pool);
+
+#if defined(MAXLOGDET_WITH_TBB)
+  CHECK(maxlogdet_tbb_executor_init(NULL, sizeof executor) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor + 8) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(executor.struct_size == 0);
+  CHECK(maxlogdet_tbb_executor_init(&executor, offsetof(maxlogdet_executor, run)) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(executor.struct_size == 0);
+  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor) == MAXLOGDET_STATUS_OK);
+  const int32_t slots = executor.concurrency(executor.user_data);
+  CHECK(slots >= 1);
+  check_answers(&executor, slots < 16 ? slots : 16);
+  check_blocks(&executor);
+#endif
+  return report();
+}

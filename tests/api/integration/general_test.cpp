@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+// The guide's code that belongs to no tracker, run: a tracker of one's own, priors, batches, one memory a thread; and
+// what it says of budgets and weightings.
+#include "tests/api/integration/general_snippets.hpp"
+
+#include "sim/scene.hpp"
+#include "sim/se3.hpp"
+#include "tests/api/integration/oracle.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <set>
+#include <thread>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Pose;
+
+// d xi / d delta of  T_cw(delta) = exp(xi^) T_cw,  by central differences.
+template <class Perturb>
+Matrix6 jacobian_of(const Pose& T_cw, const Perturb& perturbed) {
+  constexpr double step = 1e-6;
+  Matrix6 A;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6 d = step * Vector6::Unit(i);
+    A.col(i) =
+        (sim::log_se3(perturbed(d) * T_cw.inverse()) - sim::log_se3(perturbed(-d) * T_cw.inverse())) / (2 * step);
+  }
+  return A;
+}
+
+Eigen::Matrix3d rotation(const Eigen::Vector3d& vector) {
+  return sim::exp_se3((Vector6() << Eigen::Vector3d::Zero(), vector).finished()).linear();
+}
+
+Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  Pose T = Pose::Identity();
+  T.linear() = R;
+  T.translation() = t;
+  return T;
+}
+
+void expect_same_information(const Matrix6& prior, const Matrix6& covariance, const Matrix6& A) {
+  EXPECT_LT(relative_difference(prior, inverse(product(product(A, covariance), A.transpose()))), 1e-5);
+}
+
+TEST(PriorGuide, g2o_counts_rotation_first) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Pose T_cw = test::random_pose(random);
+  const Matrix6 hessian = random_prior(random);
+  const Matrix6 A = jacobian_of(T_cw, [&](const Vector6& d) {  // d = (rotation, translation)
+    return Pose(sim::exp_se3((Vector6() << d.tail<3>(), d.head<3>()).finished()) * T_cw);
+  });
+  expect_same_information(prior_of_g2o(hessian), inverse(hessian), A);
+  EXPECT_GT((prior_of_g2o(hessian) - hessian).norm(), 0.1 * hessian.norm());
+}
+
+TEST(PriorGuide, body_poses_of_vins_fusion_openvins_and_basalt) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (int n = 0; n < 10; ++n) {
+    const Pose T_cb = test::random_pose(random);
+    const Pose T_wb = test::random_pose(random);
+    const Pose T_cw = T_cb * T_wb.inverse();
+    const Matrix6 covariance = random_prior(random);
+
+    const Matrix6 vins = jacobian_of(T_cw, [&](const Vector6& d) {
+      const Pose moved = transform(T_wb.linear() * rotation(d.tail<3>()), T_wb.translation() + d.head<3>());
+      return Pose(T_cb * moved.inverse());
+    });
+    const Eigen::Matrix3d R_cw = T_cw.linear();
+    const Matrix6 prior = prior_of_body_pose(covariance, T_cb.translation(), R_cw, T_cb.linear());
+    expect_same_information(prior, covariance, vins);
+
+    const Matrix6 openvins = jacobian_of(T_cw, [&](const Vector6& d) {  // a JPL error: R_GtoI <- (I - [d]x) R_GtoI
+      const Eigen::Matrix3d R_GtoI = rotation(-d.tail<3>()) * T_wb.linear().transpose();
+      return Pose(T_cb * transform(R_GtoI.transpose(), T_wb.translation() + d.head<3>()).inverse());
+    });
+    expect_same_information(prior, covariance, openvins);
+
+    const Matrix6 basalt = jacobian_of(T_cw, [&](const Vector6& d) {
+      const Pose moved = transform(rotation(d.tail<3>()) * T_wb.linear(), T_wb.translation() + d.head<3>());
+      return Pose(T_cb * moved.inverse());
+    });
+    expect_same_information(prior_of_body_pose(covariance, T_cb.translation(), R_cw, R_cw), covariance, basalt);
+  }
+}
+
+// As the guide's reader has it: matches of whom every seventh is wrong, a third with a right column.
+struct OwnTracker {
+  OwnTracker(Random& random, std::size_t n) : T_cw(test::random_pose(random)) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d p_c = random_point_in_camera(random);
+      const Eigen::Vector3d p_w = T_cw.inverse() * p_c;
+      TrackedMatch match{};
+      for (int d = 0; d < 3; ++d) match.point[d] = static_cast<float>(p_w(d));
+      match.sigma = static_cast<float>(1 + i % 3);
+      const double u = camera.fx * p_c.x() / p_c.z() + camera.cx;
+      match.u = static_cast<float>(u + (i % 7 == 0 ? 10 * match.sigma : 0));
+      match.v = static_cast<float>(camera.fy * p_c.y() / p_c.z() + camera.cy);
+      match.u_right = i % 3 == 0 ? static_cast<float>(u - camera.bf / p_c.z()) : -1;
+      match.is_outlier = random.chance(0.5);
+      matches.push_back(match);
+    }
+  }
+  PinholeCamera camera = {458, 457, 367, 248, 50};
+  Pose T_cw;
+  std::vector<TrackedMatch> matches;
+};
+
+TEST(OwnTrackerGuide, the_selected_are_optimised_with_and_the_others_judged_at_the_new_pose) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  OwnTracker tracker(random, 400);
+  const std::vector<TrackedMatch> before = tracker.matches;
+  const auto guess = sim::to_rows(Pose(sim::exp_se3((Vector6() << 0.2, 0.2, 0, 0, 0.1, 0).finished()) * tracker.T_cw));
+  std::vector<std::size_t> optimised;
+  GoodFeatures good(1000);
+  const auto optimize = [&](const std::vector<std::size_t>& selected) {
+    optimised = selected;
+    return RigidTransform(sim::to_rows(tracker.T_cw).data());
+  };
+  track(good, tracker.camera, guess.data(), tracker.matches, optimize);
+  EXPECT_EQ(optimised.size(), 100U);
+  const std::set<std::size_t> selected(optimised.begin(), optimised.end());
+  for (std::size_t i = 0; i < 400; ++i) {
+    EXPECT_EQ(tracker.matches[i].is_outlier, selected.count(i) > 0 ? before[i].is_outlier : i % 7 == 0) << i;
+  }
+}
+
+TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  OwnTracker tracker(random, 400);
+  const double no_pose[12] = {};
+  std::size_t optimised = 0;
+  GoodFeatures good(1000);
+  track(good, tracker.camera, no_pose, tracker.matches, [&](const std::vector<std::size_t>& selected) {
+    optimised = selected.size();
+    return RigidTransform(no_pose);
+  });
+  EXPECT_EQ(optimised, 400U);
+  EXPECT_STREQ(good.reason(), "invalid_pose");
+}
+
+void gather(const sim::Frame& frame, GoodFeatures& good) {
+  good.start(frame.camera, frame.T_cw_prior.data(), ThirdMeasurement::stereo);
+  for (const sim::Match& m : frame.matches) {
+    FeatureMatch match;
+    std::copy(std::begin(m.point), std::end(m.point), match.point);
+    if (m.is_stereo()) match.third = m.u_right;
+    match.sigma = 1 / std::sqrt(m.inv_sigma2);
+    good.add(match);
+  }
+}
+
+TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_third_of_the_information) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  ASSERT_EQ(good.select(Options()), Status::ok);
+  EXPECT_GT(good.share_of_all(), 0.2);
+  EXPECT_LT(good.share_of_all(), 0.34);
+}
+
+TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_needs) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  Options options = budget_in_accuracy();
+  ASSERT_EQ(good.select(options), Status::ok);
+  ASSERT_TRUE(good.is_target_reached());
+  const std::size_t needed = good.selected_count();
+  EXPECT_LT(needed, options.budget);
+  EXPECT_GE(good.share_of_all(), 0.7 - 1e-9);
+  options.budget = needed - 1;
+  gather(frame, good);
+  ASSERT_EQ(good.select(options), Status::ok);
+  EXPECT_FALSE(good.is_target_reached());
+}
+
+TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_twice_an_even_share) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
+  GoodFeatures good(1000);
+  gather(frame, good);
+  std::vector<std::uint32_t> cells;
+  for (const sim::Match& match : frame.matches) {
+    cells.push_back(image_cell(match.u, match.v, frame.width, frame.height));
+  }
+  Options options;
+  ASSERT_EQ(good.select(options), Status::ok);
+  const auto max_of_a_cell = [&] {
+    std::vector<std::size_t> counts(80);
+    for (std::size_t i = 0; i < good.size(); ++i) counts[cells[i]] += good.is_selected(i) ? 1 : 0;
+    return *std::max_element(counts.begin(), counts.end());
+  };
+  const std::size_t without = max_of_a_cell();
+  gather(frame, good);
+  spread_over_image(cells, options);
+  ASSERT_EQ(good.select(options), Status::ok);
+  EXPECT_LE(max_of_a_cell(), options.max_per_group);
+  EXPECT_LT(max_of_a_cell(), without);
+  EXPECT_EQ(good.selected_count(), 100U);
+}
+
+// 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
+TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_more_of_the_pose) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const PinholeCamera camera = {718, 718, 607, 185, 386};
+  for (int world = 0; world < 40; ++world) {
+    std::vector<Eigen::Vector3d> points;
+    std::vector<Eigen::Matrix3d> covariances(300);
+    for (std::size_t i = 0; i < 300; ++i) {
+      const double z = camera.bf / random.uniform(1, 60);
+      const double x = random.uniform(-0.8, 0.8) * z;
+      const double y = random.uniform(-0.2, 0.2) * z;
+      points.emplace_back(x, y, z);
+      PointCovariance point(points.back().data());
+      point.observe(camera, RigidTransform::identity(), 1, true);
+      ASSERT_TRUE(point.covariance(covariances[i].data()));
+    }
+    // What 50 selected ones tell, errors of the map and of measurements counted, nats.
+    const auto log_det = [&](bool with_covariances) {
+      GoodFeatures good(300);
+      good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
+      good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        FeatureMatch match;
+        std::copy_n(points[i].data(), 3, match.point);
+        match.third = 0;  // which rows there are; their values change no block
+        if (with_covariances) match.covariance = covariances[i].data();
+        good.add(match);
+      }
+      Options options;
+      options.budget = 50;
+      EXPECT_EQ(good.select(options), Status::ok);
+      Matrix6 information = Matrix6::Zero();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (!good.is_selected(i)) continue;
+        information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, covariances[i]});
+      }
+      return test::log_det(information);
+    };
+    EXPECT_GT(log_det(true), log_det(false)) << "world " << world;
+  }
+}
+
+TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const PinholeCamera camera = {458, 457, 367, 248, 50};
+  const double covariance[9] = {0.2, 0.01, 0, 0.01, 0.3, 0, 0, 0, 0.5};
+  const SeenPoint seen = {random_point_in_camera(random),
+                          camera.bf,
+                          camera.fx,
+                          camera.fy,
+                          2,
+                          Eigen::Map<const Eigen::Matrix3d>(covariance)};
+  GoodFeatures good(1);
+  good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  FeatureMatch match;
+  std::copy_n(seen.p_c.data(), 3, match.point);
+  match.third = 0;
+  match.sigma = 2;
+  match.covariance = covariance;
+  good.add(match);
+  Eigen::Matrix<double, 3, 6> H = Derivatives(seen).H_x;
+  const Eigen::Matrix<double, 3, 6> before = H;
+  Eigen::Vector3d e(1, 2, 3);
+  weigh_rows(good, 0, 2, e, H);
+  EXPECT_LT(relative_difference(gram(H), information_of(seen)), 1e-6);
+  // e is whitened alike.
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> W;
+  ASSERT_TRUE(good.whitening(0, W.data()));
+  EXPECT_LT(relative_difference(e, product(W, Eigen::Vector3d(1, 2, 3))), 1e-12);
+  H = before;
+  weigh_rows(good, 1, 2, e, H);  // there is none
+  EXPECT_LT(relative_difference(H, before / 2), 1e-12);
+}
+
+TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks(300);
+  for (int i = 0; i < 300; ++i) blocks.push_back(random_block(random, 2, 1).data(), 2);
+  ActiveSelection active(300);
+  Options options;
+  options.budget = 50;
+  ASSERT_EQ(active.start(blocks, options), Status::ok);
+  std::vector<std::uint32_t> tried, found;
+  match_in_batches(active, [&](const std::uint32_t* indices, std::size_t count, unsigned char* was_found) {
+    for (std::size_t j = 0; j < count; ++j) {
+      was_found[j] = random.chance(0.5) ? 1 : 0;
+      tried.push_back(indices[j]);
+      if (was_found[j] != 0) found.push_back(indices[j]);
+    }
+  });
+  EXPECT_EQ(found.size(), 50U);
+  EXPECT_EQ(std::set<std::uint32_t>(tried.begin(), tried.end()).size(), tried.size()) << "one was tried twice";
+  const Selection selection = active.selection();
+  EXPECT_EQ(std::vector<std::uint32_t>(selection.begin(), selection.end()), found);
+}
+
+TEST(ThreadsGuide, each_thread_has_its_own_memory) {
+  const GoodFeatures* other = nullptr;
+  const GoodFeatures* const mine = &good_features_of_this_thread();
+  std::thread([&] { other = &good_features_of_this_thread(); }).join();
+  EXPECT_NE(other, mine);
+  EXPECT_EQ(mine, &good_features_of_this_thread());
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+// A fixed list of selections on every instruction set of this machine; a line each: instruction set, what was selected
+// from and how, how many, a hash of their indices, and one of the bits of gains, log det and bound. ci/check_compilers
+// compares the lines of differently compiled programs.
+#include "sim/hash.hpp"
+#include "simd/counter_random.hpp"
+#include "tests/support/block_kinds.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <cinttypes>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace maxlogdet {
+namespace {
+
+class Hash : public sim::Hash {
+ public:
+  using sim::Hash::add;
+  void add(double number) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof bits);
+    add(bits);
+  }
+};
+
+// Where the points are; the numbers come by + - * alone, so that they are the same everywhere.
+enum class Family { room, far_away, clustered, copies };
+constexpr Family families[] = {Family::room, Family::far_away, Family::clustered, Family::copies};
+const char* name_of(Family family) {
+  switch (family) {
+    case Family::room: return "room";
+    case Family::far_away: return "far_away";
+    case Family::clustered: return "clustered";
+    case Family::copies: return "copies";
+  }
+  return "unknown";
+}
+
+// n points, n x 3, m, in front of a camera that looks along z.
+std::vector<double> points_of(Family family, std::size_t n) {
+  CounterRandom random(n + static_cast<std::size_t>(family));
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random.bits() >> 11) * 0x1p-53);
+  };
+  std::vector<double> points;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double z = family == Family::far_away ? uniform(40, 400) : uniform(1, 12);
+    double x = uniform(-0.6, 0.6) * z;
+    double y = uniform(-0.4, 0.4) * z;
+    if (family == Family::clustered && i % 10 != 0) {
+      x = 1 + uniform(0, 0.05);
+      y = 0.5 + uniform(0, 0.05);
+    }
+    if (family == Family::copies && i >= 20) {
+      for (std::size_t c = 0; c < 3; ++c) points.push_back(points[3 * (i % 20) + c]);
+      continue;
+    }
+    points.insert(points.end(), {x, y, z});
+  }
+  return points;
+}
+
+BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& kind) {
+  PinholeCamera camera;
+  camera.fx = camera.fy = 450;
+  camera.bf = 50;
+  const double T_cw[12] = {0.8, 0, 0.6, 0.1, 0, 1, 0, -0.2, -0.6, 0, 0.8, 0.3};
+  Matches matches;
+  matches.size = points.size() / 3;
+  matches.points = points.data();
+  BlockOptions options;
+  options.weighting = kind.weighting;
+  options.third = kind.third;
+  BlockStore blocks;
+  append_blocks(camera, T_cw, matches, options, blocks);
+  return blocks;
+}
+
+// Ways to ask: 0 plainly, 1 with candidates required and excluded, 2 with groups, 3 with exchanges and a certificate, 4
+// and 5 with targets.
+constexpr int ways = 6;
+constexpr const char* way_names[ways] = {
+    "plain", "required_and_excluded", "groups", "exchange_and_certificate", "efficiency", "deviations"};
+
+struct Constraints {
+  explicit Constraints(std::size_t n) : required(n), excluded(n), groups(n) {
+    for (std::size_t i = 0; i < n; ++i) {
+      excluded[i] = i % 7 == 3 ? 1 : 0;
+      groups[i] = static_cast<std::uint32_t>(i % 30);
+    }
+  }
+  std::vector<unsigned char> required;
+  std::vector<unsigned char> excluded;
+  std::vector<std::uint32_t> groups;
+};
+
+void select_every_way(const std::string& from, const BlockStore& blocks) {
+  Constraints constraints(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); i += 50) constraints.required[i] = blocks.is_valid(i) ? 1 : 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (constraints.required[i] != 0) constraints.excluded[i] = 0;
+  }
+  Selector selector(blocks.size());
+  for (const Strategy strategy : strategies) {
+    for (int way = 0; way < ways; ++way) {
+      Options options;
+      options.strategy = strategy;
+      options.budget = blocks.size() < 300 ? blocks.size() * 3 / 4 : 60;
+      options.seed = blocks.size();
+      if (way == 1) {
+        options.required = constraints.required.data();
+        options.excluded = constraints.excluded.data();
+      }
+      if (way == 2) {
+        options.groups = constraints.groups.data();
+        options.group_count = 30;
+        options.max_per_group = 3;
+      }
+      options.exchange_sweeps = way == 3 ? 1 : 0;
+      options.certify = way == 3;
+      options.certificate_passes = 2;
+      options.target_efficiency = way == 4 ? 0.15 : 0;
+      options.target_translation_sigma = options.target_rotation_sigma = way == 5 ? 0.01 : 0;
+      const Selection selection = selector.select(blocks, options);
+      Hash indices;
+      for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});
+      Hash gains;
+      for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
+      gains.add(selection.has_answer() ? selection.log_det : 0);
+      gains.add(options.certify ? selection.upper_bound : 0);
+      std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
+                  way_names[way], to_string(selection.status), selection.size, indices.value(), gains.value());
+    }
+  }
+}
+
+void select_on_this_isa() {
+  for (const std::size_t n : {std::size_t{120}, std::size_t{1500}}) {
+    for (const Family family : families) {
+      const std::vector<double> points = points_of(family, n);
+      for (const test::BlockKind& kind : test::block_kinds) {
+        select_every_way(std::string(name_of(family)) + ' ' + std::to_string(n) + ' ' + kind.name,
+                         blocks_of(points, kind));
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet
+
+int main() {
+  for (int i = 0; maxlogdet::built_in_isa(i) != nullptr; ++i) {
+    const char* const isa = maxlogdet::built_in_isa(i);
+    if (!maxlogdet::isa_is_supported(isa)) continue;
+    setenv("MAXLOGDET_ISA", isa, 1);
+    maxlogdet::select_on_this_isa();
+  }
+  return 0;
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "tests/support/support.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace maxlogdet::test {
+namespace {
+
+void expect_holds(const BlockStore& blocks, std::size_t i, const Block& expected) {
+  Block padded = Block::Zero(blocks.rows(), 6);
+  padded.topRows(expected.rows()) = rounded(expected);
+  EXPECT_EQ(stored_block(blocks, i), padded) << "candidate " << i;
+}
+
+TEST(BlockStore, holds_what_was_pushed_rounded_to_float32_and_padded_with_zero_rows) {
+  for (std::uint64_t variation = 0; variation < 20; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    BlockStore blocks;
+    std::vector<Block> pushed;
+    Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
+    for (std::size_t i = 0; i < 300; ++i) {
+      pushed.push_back(random_block(random, random.integer(1, 3)));
+      EXPECT_EQ(push_back(blocks, pushed.back()), i);
+      largest = largest.cwiseMax(rounded(pushed.back()).cwiseAbs().colwise().maxCoeff());
+    }
+    ASSERT_EQ(blocks.size(), 300U);
+    EXPECT_EQ(blocks.rows(), 3);
+    for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], largest(column));
+    for (std::size_t i = 0; i < 300; ++i) expect_holds(blocks, i, pushed[i]);
+  }
+}
+
+TEST(BlockStore, planes_are_aligned_to_64_bytes) {
+  for (const std::size_t capacity : {1U, 15U, 16U, 17U, 1000U, 2048U}) {
+    const BlockStore blocks(capacity);
+    EXPECT_EQ(blocks.capacity(), capacity);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 6; ++column) {
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(blocks.plane(row, column)) % 64, 0U);
+      }
+    }
+  }
+}
+
+TEST(BlockStore, grows_keeps_and_clears) {
+  Random random;
+  BlockStore blocks(2);
+  const Block first = random_block(random, 2);
+  push_back(blocks, first);
+  blocks.reserve(1000);
+  EXPECT_EQ(blocks.capacity(), 1000U);
+  blocks.reserve(10);
+  EXPECT_EQ(blocks.capacity(), 1000U) << "never shrinks";
+  expect_holds(blocks, 0, first);
+  blocks.push_back_invalid();
+  push_back(blocks, first);
+  blocks.reserve(5000);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(blocks.is_valid(i), i != 1) << "after growing";
+  blocks.clear();
+  EXPECT_EQ(blocks.size(), 0U);
+  EXPECT_EQ(blocks.rows(), 0);
+  EXPECT_EQ(blocks.invalid_count(), 0U);
+  for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], 0);
+  EXPECT_EQ(blocks.capacity(), 5000U);
+  const Block tall = random_block(random, 3);
+  push_back(blocks, first);
+  push_back(blocks, tall);
+  expect_holds(blocks, 0, first);
+  expect_holds(blocks, 1, tall);
+}
+
+TEST(BlockStore, keeps_what_it_cannot_hold_as_invalid_at_its_index) {
+  BlockStore blocks;
+  const double good[18] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18};
+  double bad[18];
+  std::copy(good, good + 18, bad);
+  bad[11] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(blocks.push_back(good, 2), 0U);
+  EXPECT_EQ(blocks.push_back(bad, 2), 1U);
+  EXPECT_EQ(blocks.push_back(bad, 1), 2U) << "the NaN is beyond its one row";
+  EXPECT_EQ(blocks.push_back(good, 0), 3U);
+  EXPECT_EQ(blocks.push_back(good, 4), 4U);
+  EXPECT_EQ(blocks.push_back(good, -1), 5U);
+  EXPECT_EQ(blocks.push_back(nullptr, 2), 6U);
+  EXPECT_EQ(blocks.push_back_invalid(), 7U);
+  bad[11] = 3.5e38;
+  EXPECT_EQ(blocks.push_back(bad, 2), 8U);
+  bad[11] = 3.4e38;
+  EXPECT_EQ(blocks.push_back(bad, 2), 9U);
+  const bool expected[] = {true, false, true, false, false, false, false, false, false, true};
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(blocks.is_valid(i), expected[i]) << i;
+  EXPECT_EQ(blocks.invalid_count(), 7U);
+  EXPECT_EQ(blocks.rows(), 2);
+}
+
+TEST(BlockStore, copies_are_independent_and_moves_leave_an_empty_store) {
+  Random random;
+  BlockStore blocks = awkward_blocks(random, 50);
+  blocks.push_back_invalid();
+  const BlockStore copy = blocks;
+  const Block kept = stored_block(blocks, 7);
+  blocks.clear();
+  push_back(blocks, random_block(random, 1));
+  ASSERT_EQ(copy.size(), 51U);
+  EXPECT_EQ(stored_block(copy, 7), kept);
+  EXPECT_EQ(copy.invalid_count(), 1U);
+  EXPECT_FALSE(copy.is_valid(50));
+
+  BlockStore assigned(3);
+  assigned = copy;
+  const BlockStore& self = assigned;
+  assigned = self;
+  EXPECT_EQ(stored_block(assigned, 7), kept);
+  BlockStore moved = std::move(assigned);
+  EXPECT_EQ(stored_block(moved, 7), kept);
+  EXPECT_EQ(assigned.size(), 0U);  // NOLINT(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+  EXPECT_EQ(assigned.capacity(), 0U);
+  push_back(assigned, kept);
+  expect_holds(assigned, 0, kept);
+  moved = std::move(assigned);
+  EXPECT_EQ(moved.size(), 1U);
+}
+
+TEST(BlockStore, refuses_a_capacity_beyond_memory) {
+  BlockStore blocks;
+  EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
+  EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max() / 64), std::bad_alloc);
+  EXPECT_EQ(blocks.capacity(), 0U);
+}
+
+TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
+  const auto expect_largest = [](const BlockStore& blocks, const Eigen::Matrix<double, 6, 1>& expected) {
+    for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], expected(column)) << column;
+  };
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks;
+  Eigen::Matrix<double, 6, 1> largest = Eigen::Matrix<double, 6, 1>::Zero();
+  expect_largest(blocks, largest);
+  for (int i = 0; i < 50; ++i) {
+    Block block = random_block(random, random.integer(1, 3), random.uniform(0.1, 2));
+    push_back(blocks, block);
+    largest = largest.cwiseMax(rounded(block).cwiseAbs().colwise().maxCoeff().transpose());
+    block *= 100;
+    block(block.rows() - 1, 5) = std::numeric_limits<double>::quiet_NaN();
+    push_back(blocks, block);  // kept as invalid: none of its entries is stored
+    expect_largest(blocks, largest);
+  }
+  const BlockStore copy = blocks;
+  expect_largest(copy, largest);
+  const BlockStore moved = std::move(blocks);
+  expect_largest(moved, largest);
+  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());  // NOLINT(bugprone-use-after-move)
+  blocks = copy;
+  expect_largest(blocks, largest);
+  blocks.clear();
+  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());
+}
+
+TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
+  Random random;
+  const Block block = rounded(random_block(random, 2));
+  BlockStore blocks;
+  push_back(blocks, block);
+  push_back(blocks, block.cast<float>());
+  const Eigen::Matrix<double, 2, 6> fixed = block;
+  push_back(blocks, fixed);
+  const Eigen::MatrixXd dynamic = block;
+  push_back(blocks, dynamic);
+  push_back(blocks, 2 * dynamic - dynamic);  // an expression
+  for (std::size_t i = 0; i < blocks.size(); ++i) EXPECT_EQ(stored_block(blocks, i), block) << i;
+  push_back(blocks, Eigen::MatrixXd::Zero(4, 6).eval());
+  push_back(blocks, Eigen::MatrixXd::Zero(2, 5).eval());
+  push_back(blocks, Eigen::MatrixXd::Zero(0, 6).eval());
+  EXPECT_EQ(blocks.invalid_count(), 3U);
+}
+
+TEST(EigenAdapter, passes_a_prior) {
+  Random random;
+  const Matrix6 information = random_prior(random);
+  const EigenPrior prior(information);
+  Options options;
+  options.budget = 0;
+  options.prior = prior.data();
+  Selector selector(1);
+  const double log_det = selector.select(BlockStore(), options).log_det;
+  EXPECT_NEAR(log_det, 2 * information.llt().matrixLLT().diagonal().array().log().sum(), 1e-12);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

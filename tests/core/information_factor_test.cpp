@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+// The incremental factor and the bound of its error.
+#include "kernel/information/information_factor.hpp"
+#include "simd/kernel.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/oracle.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::test {
+namespace {
+
+Matrix6 w_of(const InformationFactor& factor) {
+  Matrix6 w;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
+  }
+  return w;
+}
+
+Matrix6 inverse_of(const InformationFactor& factor) { return gram(w_of(factor)); }
+
+struct Rows {
+  explicit Rows(const Block& block) {
+    for (int row = 0; row < block.rows(); ++row) {
+      for (int column = 0; column < 6; ++column) entries[row][column] = block(row, column);
+    }
+  }
+  double entries[max_block_rows][6] = {};
+};
+
+void add(InformationFactor& factor, const Block& block) {
+  factor.add_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
+}
+
+bool remove(InformationFactor& factor, const Block& block) {
+  return factor.remove_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
+}
+
+// Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
+// R^T R: the singular values of W R^T squared lie between. Returns the largest deviation as a share of f.
+long double expect_within_relative_error(const InformationFactor& factor, const GreedyOracle<long double>& oracle) {
+  const WideMatrix ratio = wide_product(w_of(factor).cast<long double>(), oracle.factor().transpose());
+  const WideVector6 squares = wide_eigenvalues(wide_gram(ratio.transpose()));
+  const long double deviation = std::max(std::abs(squares(0) - 1), std::abs(squares(5) - 1));
+  const long double f = factor.relative_error();
+  EXPECT_LE(deviation, f);
+  return deviation / f;
+}
+
+TEST(InformationFactor, follows_the_information_through_updates) {
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    Matrix6 information = random_prior(random);
+    InformationFactor factor;
+    const EigenPrior prior(information);
+    ASSERT_TRUE(factor.reset(prior.data()));
+    EXPECT_NEAR(factor.prior_log_det(), log_det(information), 1e-12);
+    for (int update = 0; update < 20; ++update) {
+      const Block row = random_block(random, 1, std::pow(10.0, random.integer(-3, 3)));
+      add(factor, row);
+      information += gram(row);
+      const Matrix6 identity = product(inverse_of(factor), information);
+      ASSERT_LT((identity - Matrix6::Identity()).norm(), 1e-6);
+    }
+    EXPECT_TRUE(w_of(factor).isLowerTriangular());
+  }
+}
+
+TEST(InformationFactor, stays_within_its_relative_error_on_every_family) {
+  long double tightest = 0;
+  for_every_family(60, [&](const BlockStore& blocks) {
+    GreedyOracle<long double> oracle(blocks);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr));
+    for (int round = 0; round < 30; ++round) {
+      SCOPED_TRACE("round " + std::to_string(round));
+      tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
+      const std::size_t chosen = oracle.best();
+      oracle.take(chosen);
+      add(factor, stored_block(blocks, chosen));
+    }
+  });
+  std::printf("largest deviation seen: %.2Le of its bound\n", tightest);
+  EXPECT_GT(tightest, 0);
+}
+
+// Eight blocks of long rows that are nearly parallel.
+BlockStore nearly_parallel_blocks(Random& random) {
+  const double scale = std::pow(10.0, random.uniform(0, 6));
+  const double distance = std::pow(10.0, random.uniform(-6, 0));
+  const Block direction = random_block(random, 1);
+  BlockStore blocks;
+  for (int i = 0; i < 8; ++i) {
+    Block block(random.integer(1, 3), 6);
+    for (int row = 0; row < block.rows(); ++row) {
+      block.row(row) = scale * (direction + distance * random_block(random, 1));
+    }
+    push_back(blocks, block);
+  }
+  return blocks;
+}
+
+// On a prior near the identity.
+TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows) {
+  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = nearly_parallel_blocks(random);
+    const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
+    const EigenPrior prior(information);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(prior.data()));
+    GreedyOracle<long double> oracle(blocks, information);
+    for (std::size_t round = 0; round < 5; ++round) {
+      SCOPED_TRACE("round " + std::to_string(round));
+      expect_within_relative_error(factor, oracle);
+      oracle.take(round);
+      add(factor, stored_block(blocks, round));
+    }
+  }
+}
+
+// What is left of `blocks` from `first` on.
+GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t first, std::size_t end,
+                                      const Matrix6& prior = default_information()) {
+  GreedyOracle<long double> oracle(blocks, prior);
+  for (std::size_t i = first; i < end; ++i) oracle.take(i);
+  return oracle;
+}
+
+// Far outliers of a frame are alone in what they see: those are refused.
+TEST(InformationFactor, stays_within_its_relative_error_through_downdates_on_every_family) {
+  long double tightest = 0;
+  int refused = 0;
+  int removed = 0;
+  for_every_family(60, [&](const BlockStore& blocks) {
+    InformationFactor factor;
+    const auto add_from = [&](std::size_t first) {
+      ASSERT_TRUE(factor.reset(nullptr));
+      for (std::size_t i = first; i < 60; ++i) add(factor, stored_block(blocks, i));
+    };
+    add_from(0);
+    for (std::size_t i = 0; i < 45; ++i) {
+      SCOPED_TRACE("after " + std::to_string(i));
+      if (remove(factor, stored_block(blocks, i))) {
+        ++removed;
+      } else {
+        ++refused;
+        add_from(i + 1);
+      }
+      tightest = std::max(tightest, expect_within_relative_error(factor, oracle_from(blocks, i + 1, 60)));
+    }
+  });
+  std::printf("%d removed, %d refused; largest deviation seen: %.2Le of its bound\n", removed, refused, tightest);
+  EXPECT_GT(tightest, 0);
+  EXPECT_LT(100 * refused, removed);
+}
+
+// Rows as long as 1e6 that are nearly parallel: now and then the prior is all that is left of a direction.
+TEST(InformationFactor, stays_within_its_relative_error_or_refuses_on_nearly_parallel_rows) {
+  int refused = 0;
+  int removed = 0;
+  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = nearly_parallel_blocks(random);
+    const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
+    const EigenPrior prior(information);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(prior.data()));
+    for (std::size_t i = 0; i < 8; ++i) add(factor, stored_block(blocks, i));
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (!remove(factor, stored_block(blocks, i))) {
+        ++refused;
+        break;
+      }
+      ++removed;
+      expect_within_relative_error(factor, oracle_from(blocks, i + 1, 8, information));
+    }
+  }
+  std::printf("%d removed, %d refused\n", removed, refused);
+  EXPECT_GT(removed, 1000);
+  EXPECT_GT(refused, 100);
+}
+
+TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_there) {
+  for (int column = 0; column < 6; ++column) {
+    Block row = Block::Zero(1, 6);
+    row(0, column) = 1e3;  // 1e11 times the prior
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr));
+    EXPECT_FALSE(remove(factor, row)) << "never added";
+    ASSERT_TRUE(factor.reset(nullptr));
+    add(factor, row);
+    EXPECT_FALSE(remove(factor, row)) << "the only one";
+    ASSERT_TRUE(factor.reset(nullptr));
+    add(factor, row);
+    add(factor, row);
+    EXPECT_TRUE(remove(factor, row)) << "one of two";
+    EXPECT_NEAR(1 / (factor.inverse()[simd::padded_dimension * column + column]), 1e3, 1e-4);
+  }
+  InformationFactor factor;
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_FALSE(remove(factor, Block::Constant(3, 6, 1e38)));
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_TRUE(remove(factor, Block::Zero(3, 6))) << "nothing";
+}
+
+// All at once, on every instruction set with the same bits, whatever lies beyond the last candidate.
+TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
+  long double tightest = 0;
+  for_every_family(300, [&](const BlockStore& blocks) {
+    const std::size_t count = 293;
+    const auto planes_of = std::size_t{6} * static_cast<std::size_t>(blocks.rows());
+    const std::size_t stride = 304;
+    std::vector<float> planes(planes_of * stride, std::numeric_limits<float>::quiet_NaN());
+    std::vector<unsigned char> counted(count);
+    GreedyOracle<long double> oracle(blocks);
+    for (std::size_t i = 0; i < count; ++i) {
+      counted[i] = blocks.is_valid(i) && i % 5 != 0 ? 1 : 0;
+      if (counted[i] != 0) oracle.take(i);
+      for (std::size_t p = 0; p < planes_of; ++p) {
+        if (!blocks.is_valid(i)) continue;
+        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[blocks.place(i)];
+      }
+    }
+    std::vector<double> expected;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      std::vector<double> sum(36);
+      kernel->sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, sum.data());
+      if (expected.empty()) expected = sum;
+      EXPECT_EQ(sum, expected) << kernel->isa;
+    }
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows())));
+    tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
+    const double of_determinant =
+        factor.determinant_error(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows()));
+    EXPECT_LE(std::abs(factor.prior_log_det() - oracle.log_det()) / 6, of_determinant + 1e-14L);
+    EXPECT_LE(of_determinant, factor.relative_error());
+    EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
+  });
+  std::printf("largest deviation seen: %.2Le of its bound\n", tightest);
+  EXPECT_GT(tightest, 0);
+}
+
+TEST(InformationFactor, knows_where_it_has_no_digits_left) {
+  InformationFactor factor;
+  ASSERT_TRUE(factor.reset(nullptr));
+  EXPECT_LT(factor.relative_error(), 1e-10);
+  Block row(1, 6);
+  row << 1e13, -2e13, 3e12, 1e13, 5e12, -1e13;
+  add(factor, row);
+  EXPECT_GT(factor.relative_error(), 1);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+// The same answer on every instruction set, and what MAXLOGDET_ISA does.
+#include "simd/kernel.hpp"
+#include "tests/support/forced_isa.hpp"
+#include "tests/support/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::ForcedIsa;
+
+TEST(Isa, the_baseline_is_always_there) {
+  ASSERT_NE(built_in_isa(0), nullptr);
+  EXPECT_TRUE(isa_is_supported(built_in_isa(0)));
+  EXPECT_EQ(built_in_isa(-1), nullptr);
+  EXPECT_EQ(built_in_isa(100), nullptr);
+  EXPECT_FALSE(isa_is_supported("mmx"));
+  EXPECT_FALSE(isa_is_supported(nullptr));
+}
+
+TEST(Isa, the_widest_supported_one_is_active_unless_another_is_named) {
+  for (const char* const unset : {static_cast<const char*>(nullptr), ""}) {
+    const ForcedIsa forced(unset);
+    EXPECT_EQ(active_isa(), sim::supported_isas().back());
+  }
+  for (const std::string& isa : sim::supported_isas()) {
+    const ForcedIsa forced(isa.c_str());
+    EXPECT_EQ(active_isa(), isa);
+  }
+}
+
+TEST(Isa, an_unknown_name_is_an_error_and_never_a_fallback) {
+  BlockStore blocks;
+  push_back(blocks, Block::Ones(2, 6));
+  for (const char* const name : {"avx1024", "AVX2", "sse2 ", "scalar"}) {
+    const ForcedIsa forced(name);
+    EXPECT_STREQ(active_isa(), "none");
+    Selector selector(1);
+    Options options;
+    options.budget = 1;
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_EQ(selection.status, Status::unsupported_isa);
+    EXPECT_EQ(selection.size, 0U);
+  }
+}
+
+TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) {
+    if (isa_is_supported(built_in_isa(i))) continue;
+    const ForcedIsa forced(built_in_isa(i));
+    EXPECT_STREQ(active_isa(), "none");
+  }
+}
+
+// What float64 computes: gains of listed candidates, updates and downdates of the factor.
+TEST(Isa, float64_gives_the_same_bits_on_all) {
+  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto n = static_cast<std::size_t>(random.integer(1, 100));
+    const BlockStore blocks = awkward_blocks(random, n);
+    if (blocks.rows() == 0) continue;
+    constexpr std::size_t size = std::size_t{6} * simd::padded_dimension;
+    double w[size] = {};
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) w[simd::padded_dimension * i + j] = random.uniform(-300, 300);
+    }
+    const int rows = random.integer(1, 3);
+    const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-3, 3)));
+    std::vector<std::uint32_t> listed;
+    for (int j = random.integer(1, 50); j > 0; --j) {
+      listed.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1)));
+    }
+    const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+    std::vector<double> expected;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      std::vector<double> results(listed.size() + 2, -1);
+      kernel->decide[blocks.rows() - 1](planes, w, listed.data(), listed.size(), results.data());
+      EXPECT_EQ(results[listed.size()], -1) << "written beyond its end";
+      double updated[size];
+      std::copy_n(w, size, updated);
+      float narrow[size];
+      results.back() = kernel->add_rows(updated, block.data(), rows, narrow);
+      results.insert(results.end(), updated, updated + size);
+      results.insert(results.end(), narrow, narrow + size);
+      results.push_back(kernel->remove_row(updated, block.data(), 0));
+      results.insert(results.end(), updated, updated + size);
+      if (expected.empty()) expected = results;
+      EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << kernel->isa;
+    }
+  }
+}
+
+// Values that no arithmetic touches: copies, lists, maxima and draws.
+TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
+  for (std::uint64_t variation = 0; variation < 100; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto n = static_cast<std::size_t>(random.integer(1, 100));
+    const std::size_t lanes = (n + simd::tile_size - 1) / simd::tile_size * simd::tile_size;
+    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
+    const std::size_t entries = 6 * rows;
+    std::vector<float> planes(entries * lanes);
+    for (float& value : planes) value = static_cast<float>(random.uniform(-9, 9));
+    std::vector<std::uint32_t> listed(lanes);
+    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1));
+    const auto least = static_cast<float>(random.uniform(-9, 9));
+    const auto most = static_cast<float>(random.uniform(-9, 9));
+    const auto range = static_cast<std::uint32_t>(lanes + static_cast<std::size_t>(random.integer(0, 1000000)));
+    CounterRandom expected_draws(variation);
+    for (int skipped = 0; skipped < 5; ++skipped) expected_draws.bits();
+    std::vector<std::uint32_t> expected_drawn;
+    for (std::uint32_t j = 0; j < n; ++j) expected_drawn.push_back(expected_draws.below(range - j));
+
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      std::vector<float> records(lanes * simd::record_size(simd::form_of_rows(static_cast<int>(rows))));
+      kernel->make_records[rows - 1]({planes.data(), lanes}, n, records.data());
+      std::vector<float> tiles(entries * lanes);
+      kernel->gather[rows - 1](records.data(), listed.data(), lanes, tiles.data());
+      double column_max[6];
+      kernel->column_max[rows - 1](tiles.data(), lanes / simd::tile_size, column_max);
+      double expected_max[6] = {};
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        for (std::size_t e = 0; e < entries; ++e) {
+          const float value = planes[e * lanes + listed[lane]];
+          ASSERT_EQ(tiles[(lane / simd::tile_size * entries + e) * simd::tile_size + lane % simd::tile_size], value)
+              << "entry " << e << " of lane " << lane;
+          expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
+        }
+      }
+      for (int column = 0; column < 6; ++column) EXPECT_EQ(column_max[column], expected_max[column]);
+
+      std::vector<std::uint32_t> expected_list;
+      float expected_largest = -1;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (planes[i] >= least && planes[i] <= most) expected_list.push_back(i);
+        expected_largest = std::max(expected_largest, planes[i]);
+      }
+      std::vector<std::uint32_t> list(n + simd::tile_size);
+      list.resize(kernel->list_between(planes.data(), n, 0, 1, least, most, list.data()));
+      EXPECT_EQ(list, expected_list);
+      for (std::uint32_t part = 0; part < 3; ++part) {
+        std::vector<std::uint32_t> expected_part;
+        for (const std::uint32_t i : expected_list) {
+          if (i / simd::tile_size % 3 == part) expected_part.push_back(i);
+        }
+        list.resize(n + simd::tile_size);
+        list.resize(kernel->list_between(planes.data(), n, part, 3, least, most, list.data()));
+        EXPECT_EQ(list, expected_part);
+      }
+      EXPECT_EQ(kernel->largest(planes.data(), n), expected_largest);
+
+      std::vector<std::uint32_t> drawn(n);
+      kernel->draw(CounterRandom(variation).key(), 6, range, n, drawn.data());
+      EXPECT_EQ(drawn, expected_drawn);
+    }
+  }
+}
+
+TEST(Isa, survivors_are_listed_exactly_on_all) {
+  constexpr std::size_t size = simd::tile_size;
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const auto tile_count = static_cast<std::size_t>(random.integer(1, 6));
+    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
+    const std::size_t entries = 6 * rows;
+    std::vector<float> data(tile_count * entries * size);
+    for (float& value : data) value = static_cast<float>(random.integer(0, 1));
+    std::vector<float> remaining(tile_count * size, 1.0F);
+    std::vector<float> relative_gains(tile_count * size);
+    std::vector<float> highest(tile_count, -1.0F);
+    for (std::size_t lane = 0; lane < relative_gains.size(); ++lane) {
+      const float infinity = std::numeric_limits<float>::infinity();
+      relative_gains[lane] = random.chance(0.1) ? infinity : static_cast<float>(random.integer(-1, 3));
+      highest[lane / size] = std::max(highest[lane / size], relative_gains[lane]);
+    }
+    const auto unlike_lane = static_cast<std::size_t>(random.integer(0, static_cast<int>(relative_gains.size()) - 1));
+    const auto entry_of = [&](std::size_t lane, std::size_t e) -> float& {
+      return data[(lane / size * entries + e) * size + lane % size];
+    };
+    if (random.chance(0.5)) {  // some copies of it
+      for (std::size_t lane = 0; lane < relative_gains.size(); lane += 3) {
+        for (std::size_t e = 0; e < entries; ++e) entry_of(lane, e) = entry_of(unlike_lane, e);
+      }
+    }
+    std::vector<float> unlike;
+    for (std::size_t e = 0; e < entries; ++e) unlike.push_back(entry_of(unlike_lane, e));
+    const bool is_unlike = random.chance(0.5);
+    const float threshold = random.chance(0.2) ? -0.5F : static_cast<float>(random.integer(0, 4));
+
+    std::vector<std::uint32_t> listed;
+    std::vector<std::uint32_t> expected;
+    for (auto tile = static_cast<std::uint32_t>(tile_count); tile-- > 0;) {
+      if (random.chance(0.3)) continue;
+      listed.push_back(tile);
+      for (std::size_t lane = tile * size; lane < (tile + 1) * size; ++lane) {
+        bool is_same = is_unlike;
+        for (std::size_t e = 0; e < entries; ++e) is_same = is_same && entry_of(lane, e) == unlike[e];
+        if (relative_gains[lane] >= threshold && !is_same) expected.push_back(static_cast<std::uint32_t>(lane));
+      }
+    }
+    const simd::Tiles tiles{data.data(), entries * size, size, remaining.data()};
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      std::vector<std::uint32_t> lanes(relative_gains.size() + size);
+      lanes.resize(kernel->list_survivors[rows - 1](tiles, relative_gains.data(), highest.data(), threshold,
+                                                    listed.data(), listed.size(), is_unlike ? unlike.data() : nullptr,
+                                                    lanes.data()));
+      EXPECT_EQ(lanes, expected);
+    }
+  }
+}
+
+TEST(Isa, selections_are_the_same_on_all) {
+  for_every_family(1000, [&](const BlockStore& blocks) {
+    for (const Strategy strategy : sim::strategies) {
+      Options options;
+      options.strategy = strategy;
+      std::vector<std::uint32_t> expected;
+      for (const std::string& isa : sim::supported_isas()) {
+        const ForcedIsa forced(isa.c_str());
+        const auto indices = select_indices(blocks, options);
+        ASSERT_EQ(indices.size(), 100U);
+        if (expected.empty()) expected = indices;
+        EXPECT_EQ(indices, expected) << isa << ' ' << to_string(strategy);
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// Covariances of map points against the inverse of what observations tell, and against the scatter of points that are
+// triangulated with noise.
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/support.hpp"
+
+#include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/point_covariance.hpp>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+using Pose = Eigen::Isometry3d;
+
+constexpr PinholeCamera stereo_camera = {458, 457, 367, 248, 50};
+
+Eigen::Vector3d random_vector(Random& random, double largest) {
+  return {random.uniform(-largest, largest), random.uniform(-largest, largest), random.uniform(-largest, largest)};
+}
+
+Pose random_pose(Random& random, double metres, double radians) {
+  Pose T(Eigen::AngleAxisd(random.uniform(-radians, radians), random_vector(random, 1).normalized()));
+  T.translation() = random_vector(random, metres);
+  return T;
+}
+
+// (u, v, u_right).
+WideMatrix seen(const PinholeCamera& camera, const Pose& T_cw, const WideMatrix& p_w) {
+  const WideMatrix p = wide_product(T_cw.linear().cast<long double>(), p_w) + T_cw.translation().cast<long double>();
+  WideMatrix z(3, 1);
+  z << camera.fx * p(0) / p(2), camera.fy * p(1) / p(2), (camera.fx * p(0) - camera.bf) / p(2);
+  return z;
+}
+
+// By central differences.
+WideMatrix information_of(const PinholeCamera& camera, const Pose& T_cw, const Eigen::Vector3d& p_w, double sigma,
+                          bool is_stereo) {
+  const long double step = 1e-6L;
+  WideMatrix H(3, 3);
+  for (int i = 0; i < 3; ++i) {
+    WideMatrix d = WideMatrix::Zero(3, 1);
+    d(i) = step;
+    const WideMatrix p = p_w.cast<long double>();
+    H.col(i) = (seen(camera, T_cw, p + d) - seen(camera, T_cw, p - d)) / (2 * step * sigma);
+  }
+  return wide_gram(H.topRows(is_stereo ? 3 : 2));
+}
+
+TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const double z = random.uniform(1, 60);
+    const Eigen::Vector3d p_w(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
+    PointCovariance point(p_w.data());
+    WideMatrix information = WideMatrix::Zero(3, 3);
+    const int observations = random.integer(1, 12);
+    for (int k = 0; k < observations; ++k) {
+      const Pose T_cw = random_pose(random, 0.5, 0.2);
+      const double sigma = random.uniform(0.5, 3);
+      const bool is_stereo = random.chance(0.5);
+      const bool has_right = random.chance(0.8);
+      PinholeCamera camera = stereo_camera;
+      if (!has_right) camera.bf = 0;
+      point.observe(camera, rigid_transform(T_cw.matrix()), sigma, is_stereo);
+      information += information_of(camera, T_cw, p_w, sigma, is_stereo && has_right);
+    }
+    information += 1e-8L * information.trace() * WideMatrix::Identity(3, 3);
+    EXPECT_EQ(point.observations(), observations);
+    Eigen::Matrix3d covariance;
+    ASSERT_TRUE(point.covariance(covariance.data()));
+    EXPECT_EQ(covariance, covariance.transpose());
+    const WideMatrix expected = wide_inverse(information);
+    const WideMatrix difference = covariance.cast<long double>() - expected;
+    EXPECT_LT(difference.norm(), 1e-6L * expected.norm());
+  }
+}
+
+TEST(PointCovariance, takes_points_of_float) {
+  const float p_w[3] = {0.5F, 0.25F, 4};
+  const double same[3] = {0.5, 0.25, 4};
+  double covariance[2][9];
+  PointCovariance of_float(p_w), of_double(same);
+  for (PointCovariance* point : {&of_float, &of_double}) {
+    point->observe(stereo_camera, RigidTransform::identity(), 1, true);
+    ASSERT_TRUE(point->covariance(covariance[point == &of_float ? 0 : 1]));
+  }
+  for (int e = 0; e < 9; ++e) EXPECT_EQ(covariance[0][e], covariance[1][e]);
+}
+
+// The ray of one camera: 10^4 times as long as wide, and short enough for the block of a near match.
+TEST(PointCovariance, of_one_camera_alone_has_no_depth_but_is_one) {
+  const Eigen::Vector3d p_w(0, 0, 5);
+  PointCovariance point(p_w.data());
+  point.observe(stereo_camera, RigidTransform::identity(), 1, false);
+  Eigen::Matrix3d covariance;
+  ASSERT_TRUE(point.covariance(covariance.data()));
+  EXPECT_NEAR(std::sqrt(covariance(2, 2)), 1e4 / std::sqrt(2) * 5 / 457.5, 0.1);
+  EXPECT_NEAR(std::sqrt(covariance(0, 0)), 5.0 / 458, 1e-5);
+}
+
+TEST(PointCovariance, of_one_camera_alone_leaves_a_near_match_its_block) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (int i = 0; i < 200; ++i) {
+    const double f = random.uniform(200, 2000);
+    const double z = random.uniform(0.1, 3);
+    const double p_w[3] = {random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z};
+    const PinholeCamera camera = {f, f, 0, 0};
+    const double sigma = random.uniform(0.3, 3);
+    PointCovariance point(p_w);
+    point.observe(camera, RigidTransform::identity(), sigma, false);
+    double covariance[9];
+    ASSERT_TRUE(point.covariance(covariance));
+    Matches matches;
+    matches.size = 1;
+    matches.points = p_w;
+    matches.sigmas = &sigma;
+    matches.map_covariances = covariance;
+    BlockOptions options;
+    options.weighting = Weighting::measurement_and_map;
+    BlockStore blocks(1);
+    const RigidTransform moved = RigidTransform(std::array<double, 12>{1, 0, 0, 0.02, 0, 1, 0, 0, 0, 0, 1, 0}.data());
+    for (const RigidTransform& T_cw : {RigidTransform::identity(), moved}) {
+      EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).unsound_covariances, 0U) << f << ' ' << z;
+    }
+  }
+}
+
+TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finite) {
+  const double behind[3] = {0, 0, -3};
+  double covariance[9] = {7};
+  PointCovariance point(behind);
+  EXPECT_FALSE(point.covariance(covariance));
+  point.observe(stereo_camera, RigidTransform::identity(), 1, true);
+  EXPECT_EQ(point.observations(), 0) << "behind the camera";
+  EXPECT_FALSE(point.covariance(covariance));
+  const double in_front[3] = {0, 0, 3};
+  for (const double sigma : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
+    PointCovariance wrong(in_front);
+    wrong.observe(stereo_camera, RigidTransform::identity(), sigma, true);
+    EXPECT_FALSE(wrong.covariance(covariance)) << sigma;
+  }
+  const double nowhere[3] = {0, 0, std::numeric_limits<double>::quiet_NaN()};
+  PointCovariance lost(nowhere);
+  lost.observe(stereo_camera, RigidTransform::identity(), 1, true);
+  EXPECT_FALSE(lost.covariance(covariance));
+  EXPECT_EQ(covariance[0], 7) << "nothing is written";
+}
+
+// Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
+// its covariance says.
+TEST(PointCovariance, is_the_scatter_of_triangulated_points) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Eigen::Vector3d p_w(0.7, -0.4, 8);
+  const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
+  for (const bool is_stereo : {false, true}) {
+    std::vector<Pose> poses;
+    PointCovariance point(p_w.data());
+    for (int k = 0; k < (is_stereo ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
+      poses.push_back(random_pose(random, 0.6, 0.1));
+      point.observe(stereo_camera, rigid_transform(poses.back().matrix()), sigma, is_stereo);
+    }
+    Eigen::Matrix3d covariance;
+    ASSERT_TRUE(point.covariance(covariance.data()));
+    const Eigen::Index rows = is_stereo ? 3 : 2;
+    const auto measure = [&](const Eigen::Vector3d& p) {
+      Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
+      for (std::size_t k = 0; k < poses.size(); ++k) {
+        const WideMatrix all = seen(stereo_camera, poses[k], p.cast<long double>());
+        z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.topRows(rows).cast<double>();
+      }
+      return z;
+    };
+    const Eigen::VectorXd exact = measure(p_w);
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    const std::size_t draws = std::max<std::size_t>(1000, trials(3000));
+    for (std::size_t draw = 0; draw < draws; ++draw) {
+      Eigen::VectorXd z = exact;
+      for (double& value : z) value += std::sqrt(3.0) * sigma * random.uniform(-1, 1);
+      Eigen::Vector3d p = p_w;
+      for (int iteration = 0; iteration < 4; ++iteration) {
+        Eigen::MatrixXd H(z.size(), 3);
+        for (int i = 0; i < 3; ++i) {
+          const Eigen::Vector3d d = 1e-4 * Eigen::Vector3d::Unit(i);
+          H.col(i) = (measure(p + d) - measure(p - d)) / 2e-4;
+        }
+        p += inverse(gram(H)) * product(H.transpose(), z - measure(p));
+      }
+      scatter += (p - p_w) * (p - p_w).transpose() / static_cast<double>(draws);
+    }
+    const Eigen::MatrixXd L = cholesky(inverse(covariance));
+    const Eigen::MatrixXd whitened = product(product(L.transpose(), scatter), L);
+    EXPECT_LT((whitened - Eigen::Matrix3d::Identity()).norm(), draws < 3000 ? 0.35 : 0.2) << "stereo " << is_stereo;
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: MIT
+// select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
+// has its allocation functions replaced, so it stands alone.
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/pool_executor.hpp"
+#include "tests/support/support.hpp"
+
+#include <fcntl.h>
+#include <maxlogdet/maxlogdet.h>
+#include <pthread.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <iterator>
+#include <memory>
+#include <new>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+template <class Work>
+long allocations_in(const Work& work) {
+  const long before = sim::allocations();
+  work();
+  return sim::allocations() - before;
+}
+
+// Everything `work` writes to stdout and stderr, in bytes.
+template <class Work>
+long bytes_written_in(const Work& work) {
+  std::fflush(nullptr);
+  char name[] = "/tmp/maxlogdet_output_XXXXXX";
+  const int file = mkstemp(name);
+  const int out = dup(1);
+  const int err = dup(2);
+  dup2(file, 1);
+  dup2(file, 2);
+  work();
+  std::fflush(nullptr);
+  dup2(out, 1);
+  dup2(err, 2);
+  const long size = lseek(file, 0, SEEK_END);
+  for (const int descriptor : {file, out, err}) close(descriptor);
+  unlink(name);
+  return size;
+}
+
+// Selections of every kind, errors included; returns how many gave an answer.
+int select_in_every_way(Selector& selector, const BlockStore& blocks) {
+  int answers = 0;
+  for (const Strategy strategy : sim::strategies) {
+    for (const std::size_t budget :
+         {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
+      for (const double epsilon : {0.1, -1.0}) {
+        for (const double limit : {0.0, 1e-5, -1.0}) {
+          const double zeros[36] = {};
+          for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
+            Options options;
+            options.strategy = strategy;
+            options.budget = budget;
+            options.epsilon = epsilon;
+            options.time_limit = limit;
+            options.prior = prior;
+            options.exchange_sweeps = limit == 0 ? 2 : 0;
+            options.certify = true;
+            options.certificate_passes = 2;
+            if (selector.select(blocks, options).has_answer()) ++answers;
+            options.exchange_sweeps = 0;
+            options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
+            if (selector.select(blocks, options).has_answer()) ++answers;
+          }
+        }
+      }
+    }
+  }
+  return answers;
+}
+
+TEST(RealTime, the_counter_counts) {
+  ASSERT_GE(sim::allocations(), 0);
+  EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
+  EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
+  EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
+  EXPECT_EQ(bytes_written_in([] { std::fputs("four", stderr); }), 4);
+}
+
+TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore blocks = awkward_blocks(random, std::max<std::size_t>(200, trials(800)));
+  blocks.push_back_invalid();
+  Selector selector(blocks.size());
+  int answers = 0;
+  EXPECT_EQ(allocations_in([&] { answers = select_in_every_way(selector, blocks); }), 0);
+  EXPECT_GT(answers, 20);
+  EXPECT_EQ(bytes_written_in([&] { select_in_every_way(selector, blocks); }), 0);
+  static_assert(noexcept(selector.select(blocks, Options())), "select() throws nothing");
+}
+
+TEST(RealTime, constraints_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  std::vector<std::uint32_t> groups(400);
+  std::vector<unsigned char> required(400);
+  std::vector<unsigned char> excluded(400);
+  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 20;
+  required[3] = 1;
+  excluded[4] = 1;
+  Selector selector(400);
+  EXPECT_EQ(allocations_in([&] {
+              for (const Strategy strategy : sim::strategies) {
+                for (const bool has_groups : {false, true}) {
+                  Options options;
+                  options.strategy = strategy;
+                  options.required = required.data();
+                  options.excluded = excluded.data();
+                  options.groups = has_groups ? groups.data() : nullptr;
+                  options.group_count = 20;
+                  options.max_per_group = 4;
+                  options.exchange_sweeps = 1;
+                  options.certify = true;
+                  selector.select(blocks, options);
+                }
+              }
+            }),
+            0);
+}
+
+TEST(RealTime, active_selection_allocates_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  const Block measured = random_block(random, 3);
+  ActiveSelection active(400);
+  std::size_t selected = 0;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, Options());
+              for (int i = 0; active.next() != ActiveSelection::none; ++i) {
+                if (i % 3 == 0) active.accept();
+                if (i % 3 == 1) active.accept(measured.data(), 3);
+                if (i % 3 == 2) active.reject();
+              }
+              selected = active.selection().size;
+            }),
+            0);
+  EXPECT_EQ(selected, 100U);
+}
+
+TEST(RealTime, targets_of_active_selection_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  ActiveSelection active(400);
+  Options options;
+  options.budget = 400;
+  options.target_efficiency = 0.5;
+  options.target_translation_sigma = options.target_rotation_sigma = 1;
+  Status status = Status::ok;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, options);
+              while (active.next() != ActiveSelection::none) active.accept();
+              status = active.selection().status;
+            }),
+            0);
+  EXPECT_EQ(status, Status::target_reached);
+}
+
+// Frames of all kinds and sizes, more than there is room for among them.
+TEST(RealTime, good_features_allocates_nothing) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
+  const double covariance[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+  const double jacobian[6] = {400, 0, 10, 0, 400, 10};
+  const RigidTransform T_cw = frame.T_cw_prior.data();
+  const RigCamera rig[2] = {{frame.camera}, {Camera::double_sphere(frame.camera, 0.1, 0.5)}};
+  GoodFeatures good(400);
+  std::size_t ok = 0, outliers = 0, weighted = 0;
+  const auto use = [&](std::size_t size, int kind) {
+    const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+    if (kind == 3) {
+      good.start(Rig{rig, 2}, T_cw, third);
+    } else {
+      good.start(frame.camera, kind == 5 ? RigidTransform(nullptr) : T_cw, third);
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      FeatureMatch match;
+      std::copy_n(frame.matches[i].point, 3, match.point);
+      if (frame.matches[i].is_stereo()) match.third = frame.matches[i].u_right;
+      if (kind == 1 && i % 2 == 1) match.covariance = covariance;
+      if (kind == 4) match.jacobian = jacobian;
+      match.camera_id = kind == 3 ? i % 2 : 0;
+      match.is_required = i == 7;
+      good.add(match);
+    }
+    if (good.select(Options()) == Status::ok) ++ok;
+    double weight[9];
+    for (std::size_t i = 0; i < good.size(); ++i)
+      weighted += good.information(i, weight) && good.whitening(i, weight) ? 1 : 0;
+    good.is_weighted = kind == 2;
+    good.judge(T_cw);
+    good.share_of_all();
+    for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
+  };
+  EXPECT_EQ(allocations_in([&] {
+              for (const std::size_t size : {400U, 50U, 500U, 300U}) {
+                for (int kind = 0; kind < 6; ++kind) use(size, kind);
+              }
+            }),
+            0);
+  EXPECT_EQ(ok, 10U);  // five kinds of two sizes
+  EXPECT_GT(outliers, 0U);
+  EXPECT_GT(weighted, 0U);
+}
+
+TEST(RealTime, batches_of_active_selection_allocate_nothing) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 400);
+  const Block measured = random_block(random, 3);
+  std::vector<std::uint32_t> groups(400);
+  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 7;
+  Options options;
+  options.groups = groups.data();
+  options.group_count = 7;
+  options.max_per_group = 15;
+  ActiveSelection active(400);
+  std::size_t selected = 0;
+  EXPECT_EQ(allocations_in([&] {
+              active.start(blocks, options);
+              std::uint32_t batch[8];
+              const unsigned char matched[8] = {1, 0, 1, 0, 0, 1, 1, 0};
+              while (std::size_t count = active.next(batch, 8)) {
+                active.reject(batch[--count]);
+                if (count > 1) active.accept(batch[--count], measured.data(), 3);
+                if (count > 1) active.accept(batch[--count]);
+                active.answer(matched, count);
+              }
+              selected = active.selection().size;
+            }),
+            0);
+  EXPECT_GT(selected, 90U);
+}
+
+TEST(RealTime, the_c_api_allocates_nothing_either) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Block block = random_block(random, 3);
+  maxlogdet_block_store* blocks = nullptr;
+  maxlogdet_selector* selector = nullptr;
+  maxlogdet_active_selection* active = nullptr;
+  ASSERT_EQ(maxlogdet_block_store_create(400, &blocks), MAXLOGDET_STATUS_OK);
+  ASSERT_EQ(maxlogdet_selector_create(400, nullptr, &selector), MAXLOGDET_STATUS_OK);
+  ASSERT_EQ(maxlogdet_active_selection_create(400, &active), MAXLOGDET_STATUS_OK);
+  int answers = 0;
+  std::size_t accepted = 0;
+  EXPECT_EQ(allocations_in([&] {
+              for (int i = 0; i < 400; ++i) maxlogdet_block_store_push_back(blocks, block.data(), 1 + i % 3);
+              maxlogdet_options options;
+              maxlogdet_options_init(&options, sizeof options);
+              options.certify = 1;
+              options.exchange_sweeps = 1;
+              for (const double limit : {0.0, 1e-5, -1.0}) {
+                for (maxlogdet_strategy strategy = 0; strategy < 7; ++strategy) {
+                  options.time_limit = limit;
+                  options.strategy = strategy;
+                  answers += maxlogdet_selection_has_answer(maxlogdet_selector_select(selector, blocks, &options));
+                }
+              }
+              options.struct_size = 1;
+              maxlogdet_selector_select(selector, blocks, &options);
+              maxlogdet_options_init(&options, sizeof options);
+              maxlogdet_active_selection_start(active, blocks, &options);
+              for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
+                if (i % 3 == 0) maxlogdet_active_selection_accept(active);
+                if (i % 3 == 1) maxlogdet_active_selection_accept_block(active, block.data(), 3);
+                if (i % 3 == 2) maxlogdet_active_selection_reject(active);
+              }
+              accepted = maxlogdet_active_selection_selection(active)->size;
+            }),
+            0);
+  EXPECT_EQ(answers, 12);
+  EXPECT_EQ(accepted, 100U);
+  maxlogdet_active_selection_destroy(active);
+  maxlogdet_selector_destroy(selector);
+  maxlogdet_block_store_destroy(blocks);
+}
+
+// Whichever allocation it is that fails: a status, nothing half made, and nothing lost.
+TEST(RealTime, in_c_no_memory_is_a_status) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "malloc is the sanitizer's";
+#endif
+  // Calls it with ever more memory until it has enough; returns how often it had not.
+  const auto failures_of = [](const auto& create) {
+    long memory = 0;
+    for (;; ++memory) {
+      sim::fail_malloc_after(memory);
+      const maxlogdet_status status = create();
+      sim::fail_malloc_after(-1);
+      if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
+      EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
+    }
+  };
+  maxlogdet_block_store* blocks = nullptr;
+  maxlogdet_selector* selector = nullptr;
+  maxlogdet_active_selection* active = nullptr;
+  constexpr long arrays_of_store = 3;  // planes, validity and indices
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 1 + arrays_of_store);
+  const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
+  EXPECT_GT(of_selector, 10);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_active_selection_create(10, &active); }), of_selector);
+
+  const double block[6] = {1, 2, 3, 4, 5, 6};
+  for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), arrays_of_store);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 11U);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), arrays_of_store);
+
+  maxlogdet_camera camera;
+  maxlogdet_matches matches;
+  maxlogdet_block_options block_options;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&block_options, sizeof block_options);
+  camera.fx = camera.fy = 450;
+  const std::vector<double> points(3000, 1);
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  matches.size = 1000;
+  matches.points = points.data();
+  EXPECT_EQ(failures_of([&] {
+              return maxlogdet_append_blocks(&camera, T_cw, &matches, &block_options, blocks, nullptr)->status;
+            }),
+            arrays_of_store);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 1011U);
+  maxlogdet_active_selection_destroy(active);
+  maxlogdet_selector_destroy(selector);
+  maxlogdet_block_store_destroy(blocks);
+}
+
+// With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).
+TEST(RealTime, several_threads_allocate_nothing) {
+  sim::PoolExecutor pool(2);
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
+  const sim::MatchArrays matches(frame);
+  BlockStore blocks(3000);
+  Selector selector(3000, &pool);
+  const auto work = [&] {
+    BlockOptions block_options;
+    block_options.threads = 3;
+    blocks.clear();
+    append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), block_options, blocks, &pool);
+    for (const Strategy strategy : sim::strategies) {
+      Options options;
+      options.strategy = strategy;
+      options.threads = 3;
+      options.certify = true;
+      selector.select(blocks, options);
+    }
+  };
+  while (pool.helped() < 10) work();  // a thread's runtime may allocate when it first does something
+  EXPECT_EQ(allocations_in(work), 0);
+}
+
+// Real-time threads have small stacks: scratch belongs to the selector.
+TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "a sanitizer's frames are larger";
+#endif
+  struct Work {
+    BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 500, 1), block_kinds[1]);
+    Selector selector{500};
+    int answers = 0;
+  } work;
+  // Larger, as some systems allow no smaller one, and painted: counted is what differs afterwards.
+  constexpr std::size_t size = std::size_t{1} << 20;
+  constexpr unsigned char paint = 0xA5;
+  std::vector<unsigned char> memory(2 * size, paint);
+  void* stack = memory.data();
+  std::size_t space = memory.size();
+  ASSERT_NE(std::align(4096, size, stack, space), nullptr);
+  pthread_attr_t attributes;
+  ASSERT_EQ(pthread_attr_init(&attributes), 0);
+  ASSERT_EQ(pthread_attr_setstack(&attributes, stack, size), 0);
+  pthread_t thread{};
+  const auto select = [](void* given) -> void* {
+    Work& to = *static_cast<Work*>(given);
+    for (const Strategy strategy : sim::strategies) {
+      Options options;
+      options.strategy = strategy;
+      options.certify = true;
+      options.certificate_passes = 2;
+      options.exchange_sweeps = 1;
+      to.answers += to.selector.select(to.blocks, options).has_answer() ? 1 : 0;
+    }
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &attributes, select, &work), 0);
+  ASSERT_EQ(pthread_join(thread, nullptr), 0);
+  pthread_attr_destroy(&attributes);
+  EXPECT_EQ(work.answers, static_cast<int>(std::size(sim::strategies)));
+  const auto* const lowest = static_cast<const unsigned char*>(stack);
+  const auto* const end = lowest + size;
+  const auto used = end - std::find_if(lowest, end, [](unsigned char byte) { return byte != paint; });
+  EXPECT_LE(used, 65536);
+  std::printf("%td bytes of stack, the thread's own data included\n", used);
+}
+
+TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
+  Random random;
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, random.seed());
+  const sim::MatchArrays matches(frame);
+  const Block block = random_block(random, 3);
+  BlockStore blocks(500);
+  for (const BlockKind& kind : block_kinds) {
+    BlockOptions options;
+    options.weighting = kind.weighting;
+    options.third = kind.third;
+    EXPECT_EQ(allocations_in([&] { build_blocks(frame, matches, options, blocks); }), 0) << kind.name;
+    EXPECT_EQ(blocks.size(), 500U);
+  }
+  EXPECT_EQ(allocations_in([&] {
+              blocks.clear();
+              for (int i = 0; i < 500; ++i) push_back(blocks, block);
+            }),
+            0);
+  EXPECT_GT(allocations_in([&] { push_back(blocks, block); }), 0) << "beyond its capacity it grows";
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: MIT
+// Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames nearly nobody else does.
+#include "kernel/screening/screening.hpp"
+#include "kernel/blocks/stored_rows.hpp"
+#include "kernel/information/information_factor.hpp"
+#include "tests/support/flushed_denormals.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/oracle.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+// det(I + Y Y^T) - 1, Y = H W^T for the stored W, in long double.
+long double exact_relative_gain(const Block& block, const InformationFactor& factor) {
+  WideMatrix w(6, 6);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
+  }
+  const WideMatrix y = wide_product(w, block.cast<long double>().transpose());
+  const WideMatrix products = wide_gram(y);
+  const long double trace = products.trace();
+  if (trace < 1e-3L) {  // 1 + it would lose the digits of a small one, and the minors after the trace are small
+    long double minors = products.rows() == 3 ? Eigen::Matrix<long double, 3, 3>(products).determinant() : 0;
+    for (int a = 0; a < products.rows(); ++a) {
+      for (int b = 0; b < a; ++b) minors += products(a, a) * products(b, b) - products(a, b) * products(a, b);
+    }
+    return trace + minors;
+  }
+  WideRows stacked = WideRows::Zero(12, 6);  // Y^T with rows of zeros, below it I
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < block.rows(); ++j) stacked(i, j) = y(i, j);
+    stacked(6 + i, i) = 1;
+  }
+  const WideSquare r = triangle_of(stacked);  // squares no condition number
+  long double determinant = 1;
+  for (int i = 0; i < block.rows(); ++i) determinant *= r(i, i) * r(i, i);
+  return determinant - 1;
+}
+
+// Rounds of greedy over a store. In each, everything that a Screening promises.
+class Screened {
+ public:
+  Screened(const simd::Kernel& kernel, const BlockStore& blocks)
+      : kernel_(kernel),
+        blocks_(blocks),
+        candidates_(all_of(blocks)),
+        planes_(candidates_.planes),
+        evaluator_(kernel, planes_, blocks.rows(), team_),
+        memory_(candidates_.size()),
+        screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
+        remains_(candidates_.size(), 1),
+        lanes_(candidates_.size() + simd::tile_size) {
+    screening_.use_store(remains_.data(), candidates_.size());
+  }
+
+  // Starts from this prior; returns false if it is refused.
+  bool start(const double* prior) { return factor_.reset(prior); }
+
+  // One round; `lazily`: only what is promising. Returns how many survived.
+  std::size_t round(bool lazily) {
+    screening_.begin_round(factor_);
+    lazily ? screening_.evaluate_promising(1) : screening_.evaluate_all();
+    if (!lazily) screening_.end_round();
+    const std::size_t count = screening_.survivors(lanes_.data());
+    if (lazily) screening_.end_round();
+    expect_bounds_hold();
+    const std::uint32_t best = decide_among_all();
+    EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L),
+              exact_relative_gain(block_at(best), factor_))
+        << "the best is not as good as assured";
+    std::vector<std::uint32_t> survivors;
+    std::size_t lane_of_best = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      survivors.push_back(screening_.candidate(lanes_[j]));
+      if (survivors.back() == best) lane_of_best = lanes_[j];
+    }
+    EXPECT_NE(std::find(survivors.begin(), survivors.end(), best), survivors.end()) << "lost the best, " << best;
+    if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
+
+    double rows[max_block_rows][state_dimension];
+    read_rows(candidates_, best, rows);
+    factor_.add_block(kernel_, rows, blocks_.rows());
+    screening_.remove(lane_of_best);
+    remains_[best] = 0;
+    return count;
+  }
+
+  void order_by_gain() { screening_.order_by_gain(false); }
+
+  void expect_bounds_hold() const {
+    std::vector<bool> seen(candidates_.size(), false);
+    for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
+      if (!(memory_.remaining[lane] > 0)) continue;
+      const std::uint32_t i = screening_.candidate(lane);
+      ASSERT_FALSE(seen[i]) << "twice";
+      seen[i] = true;
+      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
+                exact_relative_gain(block_at(i), factor_))
+          << "candidate " << i;
+    }
+  }
+
+  // Evaluates all with the information as it is, and orders them by what it finds.
+  void evaluate_and_order() {
+    screening_.begin_round(factor_);
+    screening_.evaluate_all();
+    screening_.order_by_gain(false);
+  }
+
+ private:
+  Block block_at(std::uint32_t place) const { return stored_block(blocks_, candidates_.indices[place]); }
+
+  // The float64 winner among everything that remains, the lowest index on ties.
+  std::uint32_t decide_among_all() const {
+    std::vector<std::uint32_t> all(candidates_.size());
+    std::iota(all.begin(), all.end(), 0U);
+    std::vector<double> relative_gains(all.size());
+    kernel_.decide[blocks_.rows() - 1](planes_, factor_.inverse(), all.data(), all.size(), relative_gains.data());
+    std::uint32_t best = UINT32_MAX;
+    for (const std::uint32_t i : all) {
+      if (remains_[i] != 0 && (best == UINT32_MAX || relative_gains[i] > relative_gains[best])) best = i;
+    }
+    return best;
+  }
+
+  const simd::Kernel& kernel_;
+  const BlockStore& blocks_;
+  Candidates candidates_;
+  simd::Planes planes_;
+  threading::Team team_;
+  threading::Evaluator evaluator_;
+  ScreeningMemory memory_;
+  Screening screening_;
+  InformationFactor factor_;
+  std::vector<unsigned char> remains_;
+  std::vector<std::uint32_t> lanes_;
+};
+
+void expect_screening_holds(const BlockStore& blocks, const double* prior, int rounds, int lazily_after = 5) {
+  for (const simd::Kernel* const kernel : supported_kernels()) {
+    SCOPED_TRACE(kernel->isa);
+    Screened screened(*kernel, blocks);
+    ASSERT_TRUE(screened.start(prior));
+    for (int round = 0; round < rounds; ++round) {
+      SCOPED_TRACE("round " + std::to_string(round));
+      screened.round(round > lazily_after);
+      if (round == lazily_after) screened.order_by_gain();
+      if (::testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+TEST(Screening, holds_on_every_family) {
+  for_every_family(100, [](const BlockStore& blocks) { expect_screening_holds(blocks, nullptr, 20); });
+}
+
+TEST(Screening, holds_on_awkward_candidates) {
+  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 60)));
+    const EigenPrior prior(random_prior(random));
+    expect_screening_holds(blocks, random.chance(0.5) ? prior.data() : nullptr, 12);
+  }
+}
+
+// Long rows that are nearly parallel to each other: minors cancel, and so does what is left by orthogonalising.
+TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
+  for (std::uint64_t variation = 0; variation < trials(1000); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const double scale = std::pow(10.0, random.uniform(-9, 9));
+    const double distance = std::pow(10.0, random.uniform(-9, 0));
+    const int rows = random.integer(1, 3);
+    const Block direction = random_block(random, 1);
+    BlockStore blocks;
+    for (int i = 0; i < 24; ++i) {
+      Block block(rows, 6);
+      const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
+      for (int row = 0; row < rows; ++row)
+        block.row(row) = own * scale * (direction + distance * random_block(random, 1));
+      push_back(blocks, block);
+    }
+    expect_screening_holds(blocks, nullptr, 10);
+  }
+}
+
+TEST(Screening, holds_where_float32_overflows_or_underflows) {
+  for (int exponent = -44; exponent <= 38; ++exponent) {
+    for (const int rows : {1, 2, 3}) {
+      Random random(static_cast<std::uint64_t>(3 * (exponent + 44) + rows));
+      SCOPED_TRACE(random.name() + ", 1e" + std::to_string(exponent));
+      BlockStore blocks;
+      for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, std::pow(10.0, exponent)));
+      for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, 1));
+      expect_screening_holds(blocks, nullptr, 10);
+    }
+  }
+}
+
+// Dozens that one bound for all cannot tell apart, long after the bound has become an old one.
+TEST(Screening, holds_where_many_survive_in_later_rounds) {
+  for (std::uint64_t variation = 0; variation < std::max<std::size_t>(3, trials(6)); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = 1 + static_cast<int>(variation % 3);
+    BlockStore blocks;
+    for (int cluster = 0; cluster < 12; ++cluster) {
+      const Block block = random_block(random, rows);
+      for (int i = 0; i < 40; ++i) push_back(blocks, block * (1 + random.uniform(-3e-7, 3e-7)));
+    }
+    expect_screening_holds(blocks, nullptr, 40);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+// Against the very information that candidates are ordered by, when nothing has shrunk yet: a tile's bound is the upper
+// end of the step of its first candidate.
+TEST(Screening, bounds_of_a_new_order_hold) {
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
+    if (blocks.rows() == 0) continue;
+    const EigenPrior prior(random_prior(random));
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      Screened screened(*kernel, blocks);
+      ASSERT_TRUE(screened.start(prior.data()));
+      screened.evaluate_and_order();
+      screened.expect_bounds_hold();
+      if (::testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+// One long row keeps the careful bounds on. Then its direction is known, and those of short rows along it cancel: what
+// rounding moves them by is much longer than what is left, and its square is denormal.
+TEST(Screening, holds_with_denormals_flushed) {
+  const FlushedDenormals flushed;
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = random.integer(1, 3);
+    const double scale = std::pow(10.0, random.uniform(-15, -12));
+    const double distance = std::pow(10.0, random.uniform(-5, -1));
+    const Block direction = random_block(random, rows);
+    BlockStore blocks;
+    push_back(blocks, 1e20 * direction);
+    for (int cluster = 0; cluster < 5; ++cluster) {
+      const Block block = scale * (direction + distance * random_block(random, rows));
+      for (int i = 0; i < 8; ++i) push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
+    }
+    const EigenPrior identity(Matrix6::Identity());
+    expect_screening_holds(blocks, identity.data(), 12, 12);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+// With priors this strong entries of W are subnormal in float32, or zero.
+TEST(Screening, holds_where_the_factor_underflows_in_float32) {
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const Matrix6 information = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);
+    const EigenPrior prior(information);
+    const int rows = random.integer(1, 3);
+    BlockStore blocks;
+    for (int i = 0; i < 10; ++i) {
+      const Block block = random_block(random, rows, std::pow(10.0, random.uniform(35, 38)));
+      push_back(blocks, block);
+      push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
+    }
+    expect_screening_holds(blocks, prior.data(), 8);
+  }
+}
+
+// Blocks that are screened by nine numbers each: of points far and near, some nearly in one place, with weights of
+// every scale.
+BlockStore factored_blocks(Random& random, std::size_t n) {
+  const PinholeCamera camera{500, 500, 320, 240, 50};
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const double far = std::pow(10.0, random.uniform(-2, random.chance(0.2) ? 14 : 3));
+  const double weight = std::pow(10.0, random.chance(0.5) ? 0 : random.uniform(-44, 32));
+  const double spread = random.chance(0.5) ? 0 : random.uniform(0, 6);
+  std::vector<double> points, weights;
+  while (weights.size() < n) {
+    const double z = far * random.uniform(0.1, 10);
+    const double p[3] = {z * random.uniform(-2, 2), z * random.uniform(-2, 2), z};
+    const double own = weight * std::pow(10.0, random.uniform(-spread, spread));
+    for (int copies = random.chance(0.2) ? 8 : 1; copies > 0 && weights.size() < n; --copies) {
+      for (const double coordinate : p) points.push_back(coordinate * (1 + random.uniform(-3e-7, 3e-7)));
+      weights.push_back(own);
+    }
+  }
+  Matches matches;
+  matches.size = n;
+  matches.points = points.data();
+  matches.weights = weights.data();
+  BlockOptions options;
+  options.third = random.chance(0.5) ? ThirdMeasurement::stereo : ThirdMeasurement::depth;
+  options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::measurement;
+  BlockStore blocks;
+  append_blocks(camera, T_cw, matches, options, blocks);
+  return blocks;
+}
+
+TEST(Screening, holds_on_factored_blocks_of_every_scale) {
+  const std::size_t stores = std::max<std::size_t>(20, trials(600));
+  std::size_t factored = 0;
+  for (std::uint64_t variation = 0; variation < stores; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
+    if (blocks.stored() == 0) continue;
+    factored += all_of(blocks).form == simd::factored ? 1 : 0;
+    const EigenPrior some_prior(std::pow(10.0, random.uniform(-12, 20)) * random_prior(random));
+    const double* const prior = random.chance(0.5) ? some_prior.data() : nullptr;
+    const int rounds = std::min(10, static_cast<int>(blocks.stored()));
+    if (random.chance(0.5)) {
+      const FlushedDenormals flushed;
+      expect_screening_holds(blocks, prior, rounds);
+    } else {
+      expect_screening_holds(blocks, prior, rounds);
+    }
+    if (::testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(2 * factored, stores);
+}
+
+TEST(Screening, records_of_a_list_are_those_of_all) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 300);
+  const std::uint32_t listed[] = {5, 130, 131, 299};
+  const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+  for (const simd::Kernel* const kernel : supported_kernels()) {
+    SCOPED_TRACE(kernel->isa);
+    threading::Team team;
+    const simd::Form form = simd::form_of_rows(blocks.rows());
+    const threading::Evaluator evaluator(*kernel, planes, blocks.rows(), team);
+    ScreeningMemory of_all(blocks.size());
+    ScreeningMemory of_list(blocks.size());
+    Screening(evaluator, form, blocks.column_max(), of_all).make_records(blocks.size());
+    Screening(evaluator, form, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
+    const std::size_t size = simd::record_size(form);
+    for (const std::uint32_t i : listed) {
+      EXPECT_TRUE(std::equal(&of_all.records[i * size], &of_all.records[i * size] + size, &of_list.records[i * size]));
+    }
+  }
+}
+
+// A margin that is too wide would hold as well, and be of no use.
+TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
+  Sample sample(3);
+  for (const sim::Scene scene : {sim::Scene::euroc_like, sim::Scene::kitti_like, sim::Scene::far_narrow}) {
+    for (const BlockKind& kind : block_kinds) {
+      if (!sample.takes_next()) continue;
+      const sim::Frame frame = make_scene(scene, 2000, Random().seed());
+      SCOPED_TRACE(frame.name + " " + kind.name);
+      const BlockStore blocks = blocks_of(frame, kind);
+      for (const Strategy strategy : sim::strategies) {
+        Options options;
+        options.strategy = strategy;
+        Selector selector(2000);
+        const Selection selection = selector.select(blocks, options);
+        EXPECT_LE(selection.float64_decisions, 8U * selection.size) << to_string(strategy);
+        std::printf("%s %s %s: %zu decided in float64, %zu evaluated\n", frame.name.c_str(), kind.name,
+                    to_string(strategy), selection.float64_decisions, selection.evaluations);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/blocks/stored_rows.hpp"
+#include "kernel/information/information_factor.hpp"
+#include "simd/counter_random.hpp"
+#include "simd/kernel.hpp"
+#include "tests/support/oracle.hpp"
+
+#include <cmath>
+#include <numeric>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+Options stochastic(std::size_t budget, double epsilon, std::uint64_t seed) {
+  Options options;
+  options.strategy = Strategy::stochastic_greedy;
+  options.budget = budget;
+  options.epsilon = epsilon;
+  options.seed = seed;
+  return options;
+}
+
+TEST(StochasticGreedy, evaluates_s_candidates_a_round) {
+  Random random;
+  const BlockStore blocks = awkward_blocks(random, 500);
+  Selector selector(500);
+  for (const std::size_t k : {10U, 50U, 250U}) {
+    for (const double epsilon : {0.5, 0.1, 0.01}) {
+      const auto s = static_cast<std::size_t>(std::ceil(500.0 / static_cast<double>(k) * std::log(1 / epsilon)));
+      std::size_t expected = 0;  // capped by what remains
+      for (std::size_t round = 0; round < k; ++round) expected += std::min(s, 500 - round);
+      EXPECT_EQ(selector.select(blocks, stochastic(k, epsilon, 7)).evaluations, expected) << k << ' ' << epsilon;
+    }
+  }
+}
+
+TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
+  Random random;
+  BlockStore blocks = awkward_blocks(random, 300);
+  for (int i = 0; i < 200; ++i) blocks.push_back_invalid();
+  const auto s = static_cast<std::size_t>(std::ceil(300.0 / 10 * std::log(10.0)));
+  Selector selector(500);
+  EXPECT_EQ(selector.select(blocks, stochastic(10, 0.1, 1)).evaluations, 10 * s);
+}
+
+// The best of a sample of equal candidates is its lowest index: with s distinct ones out of n it is i with probability
+// C(n - 1 - i, s - 1) / C(n, s).
+TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
+  constexpr int n = 40;
+  constexpr int s = 5;
+  BlockStore blocks;
+  for (int i = 0; i < n; ++i) push_back(blocks, Block::Zero(2, 6));
+  Selector selector(n);
+  std::vector<int> lowest(n, 0);
+  constexpr int runs = 20000;
+  for (int run = 0; run < runs; ++run) {
+    const Selection selection =
+        selector.select(blocks, stochastic(1, std::exp(-4.8 / n), static_cast<std::uint64_t>(run)));
+    ASSERT_EQ(selection.evaluations, static_cast<std::size_t>(s));
+    ++lowest[selection.indices[0]];
+  }
+  const auto choose = [](int from, int count) {
+    double result = 1;
+    for (int j = 0; j < count; ++j) result *= static_cast<double>(from - j) / (j + 1);
+    return result;
+  };
+  for (int i = 0; i < n; ++i) {
+    const double probability = choose(n - 1 - i, s - 1) / choose(n, s);
+    EXPECT_NEAR(lowest[static_cast<std::size_t>(i)], runs * probability, 5 * std::sqrt(runs * probability) + 1) << i;
+  }
+}
+
+// The same draws, and of each sample what float64 says is best; far outliers and near copies among the candidates.
+TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
+  const simd::Kernel& kernel = *simd::built_in()[0];
+  for (std::uint64_t variation = 0; variation < 300; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const int rows = random.integer(1, 3);
+    BlockStore blocks;
+    std::vector<Block> bases;
+    for (int i = 0; i < 10; ++i) {
+      bases.push_back(random_block(random, rows, random.chance(0.3) ? std::pow(10.0, random.uniform(0, 6)) : 1));
+    }
+    for (std::size_t i = 0; i < 300; ++i) {
+      push_back(blocks, bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3)));
+    }
+    const std::uint64_t seed = random.seed();
+    const std::size_t budget = 20;
+    const auto selected = select_indices(blocks, stochastic(budget, 0.1, seed));
+    ASSERT_EQ(selected.size(), budget);
+
+    const auto n = static_cast<std::uint32_t>(blocks.size());
+    const auto s = static_cast<std::uint32_t>(std::ceil(n / 20.0 * std::log(10.0)));
+    std::vector<std::uint32_t> pool(n);
+    std::iota(pool.begin(), pool.end(), 0U);
+    CounterRandom draws(seed);
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(nullptr));
+    for (std::size_t round = 0; round < budget; ++round) {
+      const auto remaining = static_cast<std::uint32_t>(n - round);
+      for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);
+      std::vector<double> relative_gains(s);
+      kernel.decide[rows - 1]({blocks.plane(0, 0), blocks.stride()}, factor.inverse(), pool.data(), s,
+                              relative_gains.data());
+      std::uint32_t best = 0;
+      for (std::uint32_t j = 1; j < s; ++j) {
+        const bool is_first = relative_gains[j] == relative_gains[best] && pool[j] < pool[best];
+        if (relative_gains[j] > relative_gains[best] || is_first) best = j;
+      }
+      ASSERT_EQ(selected[round], pool[best]) << "round " << round;
+      double h[max_block_rows][state_dimension];
+      read_rows(all_of(blocks), pool[best], h);
+      factor.add_block(kernel, h, rows);
+      pool[best] = pool[remaining - 1];
+    }
+  }
+}
+
+TEST(StochasticGreedy, same_seed_same_answer_and_other_seeds_differ) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 300);
+  std::set<std::vector<std::uint32_t>> answers;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const auto answer = select_indices(blocks, stochastic(20, 0.1, seed));
+    EXPECT_EQ(select_indices(blocks, stochastic(20, 0.1, seed)), answer);
+    answers.insert(answer);
+  }
+  EXPECT_EQ(answers.size(), 20U);
+}
+
+// Recorded once; every machine, compiler and instruction set must give it.
+TEST(StochasticGreedy, gives_the_recorded_answer) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, 1), block_kinds[0]);
+  const std::vector<std::uint32_t> recorded = {1628, 1887, 352,  616,  755,  940, 732, 833,  1954, 1905,
+                                               458,  1852, 1949, 1616, 1551, 770, 437, 1893, 1819, 798};
+  EXPECT_EQ(select_indices(blocks, stochastic(20, 0.1, 42)), recorded);
+}
+
+TEST(StochasticGreedy, with_a_sample_of_everything_is_greedy) {
+  for (std::uint64_t variation = 0; variation < 50; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const BlockStore blocks = awkward_blocks(random, 80);
+    Options options = stochastic(20, 1e-300, variation);
+    const auto sampled = select_indices(blocks, options);
+    options.strategy = Strategy::greedy;
+    EXPECT_EQ(sampled, select_indices(blocks, options));
+  }
+}
+
+TEST(StochasticGreedy, samples_all_candidates_alike_and_without_replacement) {
+  // A sample of one of equal candidates is a uniform draw: 20 of 40 are taken, each equally often.
+  BlockStore blocks;
+  for (int i = 0; i < 40; ++i) push_back(blocks, Block::Zero(2, 6));
+  Selector selector(40);
+  std::vector<int> taken(40, 0);
+  constexpr int runs = 4000;
+  for (int run = 0; run < runs; ++run) {
+    const Selection selection = selector.select(blocks, stochastic(20, 0.61, static_cast<std::uint64_t>(run)));
+    EXPECT_EQ(selection.evaluations, 20U);
+    EXPECT_EQ((std::set<std::uint32_t>(selection.begin(), selection.end()).size()), 20U);
+    for (const std::uint32_t index : selection) ++taken[index];
+  }
+  const double deviation = std::sqrt(runs * 0.25);
+  for (const int count : taken) EXPECT_NEAR(count, runs / 2.0, 5 * deviation);
+}
+
+TEST(CounterRandom, is_uniform_and_stays_below_its_range) {
+  CounterRandom random(3);
+  std::vector<int> counts(10, 0);
+  constexpr int draws = 100000;
+  for (int i = 0; i < draws; ++i) ++counts.at(random.below(10));
+  for (const int count : counts) EXPECT_NEAR(count, draws / 10.0, 5 * std::sqrt(draws * 0.09));
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(random.below(1), 0U);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

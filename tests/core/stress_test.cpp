@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// Thousands of selections with changing numbers of threads, by several callers at once: what ThreadSanitizer watches.
+#include "tests/support/pool_executor.hpp"
+#include "tests/support/support.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+namespace maxlogdet::test {
+namespace {
+
+// What is selected from, and every strategy's answer on one thread.
+class Problem {
+ public:
+  Problem(std::size_t n, const BlockKind& kind, std::size_t budget)
+      : frame_(make_scene(sim::Scene::euroc_like, n, n)), matches_(frame_), budget_(budget) {
+    options_.weighting = kind.weighting;
+    options_.third = kind.third;
+    build_blocks(frame_, matches_, options_, blocks_);
+    for (const Strategy strategy : sim::strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
+  }
+
+  Options options(Strategy strategy) const {
+    Options result;
+    result.strategy = strategy;
+    result.budget = budget_;
+    return result;
+  }
+
+  // One selection, strategy and number of threads drawn; false if it is not the expected one.
+  bool holds(Selector& selector, Random& random) const {
+    const auto which = static_cast<std::size_t>(random.integer(0, static_cast<int>(expected_.size()) - 1));
+    Options wanted = options(sim::strategies[which]);
+    wanted.threads = random.integer(0, 5);
+    wanted.certify = random.chance(0.3);
+    const Selection selection = selector.select(blocks_, wanted);
+    return std::equal(selection.begin(), selection.end(), expected_[which].begin(), expected_[which].end());
+  }
+
+  // Blocks built on several threads; false if they are not those built on one.
+  bool builds(BlockStore& blocks, Executor& executor) const {
+    BlockOptions wanted = options_;
+    wanted.threads = 3;
+    blocks.clear();
+    append_blocks(frame_.camera, frame_.T_cw_prior.data(), matches_.view(), wanted, blocks, &executor);
+    const float* const plane = blocks.plane(1, 3);
+    return blocks.size() == blocks_.size() && std::equal(plane, plane + blocks.stored(), blocks_.plane(1, 3));
+  }
+
+ private:
+  sim::Frame frame_;
+  sim::MatchArrays matches_;
+  BlockOptions options_;
+  std::size_t budget_;
+  BlockStore blocks_;
+  std::vector<std::vector<std::uint32_t>> expected_;
+};
+
+// Callers at once, each with selectors of its own; they share the problems and, if `shared`, the executor.
+void stress(int callers, int helpers, bool shared, std::size_t selections) {
+  const Random random;
+  SCOPED_TRACE(random.name());
+  const std::vector<Problem> problems = [] {
+    std::vector<Problem> made;
+    made.emplace_back(60, block_kinds[0], 20);
+    made.emplace_back(1100, block_kinds[0], 20);
+    made.emplace_back(2600, block_kinds[1], 12);
+    return made;
+  }();
+  sim::PoolExecutor pool(helpers);
+  std::atomic<int> wrong{0};
+  const auto call = [&](std::uint64_t caller) {
+    Random own("stress", caller);
+    sim::PoolExecutor own_pool(shared ? 0 : helpers);
+    Executor& executor = shared ? pool : own_pool;
+    Selector selector(2600, &executor);
+    BlockStore blocks(2600);
+    for (std::size_t i = 0; i < trials(selections); ++i) {
+      const Problem& problem = problems[static_cast<std::size_t>(own.integer(0, 2))];
+      if (!problem.holds(selector, own)) ++wrong;
+      if (i % 10 == 0 && !problem.builds(blocks, executor)) ++wrong;
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 1; i < callers; ++i) threads.emplace_back(call, static_cast<std::uint64_t>(i));
+  call(0);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(Stress, one_caller_with_helpers) { stress(1, 3, true, 1500); }
+TEST(Stress, callers_that_share_helpers) { stress(3, 2, true, 500); }
+TEST(Stress, callers_with_helpers_of_their_own_on_too_few_cores) { stress(4, 2, false, 300); }
+
+}  // namespace
+}  // namespace maxlogdet::test

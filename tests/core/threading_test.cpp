@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: MIT
+// Any number of threads, helpers that come late or never: the same answer.
+#include "kernel/search/search.hpp"
+#include "tests/support/pool_executor.hpp"
+#include "tests/support/support.hpp"
+#include "threading/team.hpp"
+
+#include <atomic>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+// Nobody comes.
+class AloneExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int /*workers*/, Body body, void* context) noexcept override { body(context, 0); }
+};
+
+// Helpers come when everything is done, on the calling thread, as tasks do that nobody has taken.
+class AfterwardsExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int workers, Body body, void* context) noexcept override {
+    for (int worker = 0; worker < workers; ++worker) body(context, worker);
+  }
+};
+
+// Breaks its promise.
+class IdleExecutor : public Executor {
+ public:
+  int concurrency() const noexcept override { return 4; }
+  void run(int /*workers*/, Body /*body*/, void* /*context*/) noexcept override {}
+};
+
+// Says that it has no workers at all.
+class EmptyExecutor : public AloneExecutor {
+ public:
+  int concurrency() const noexcept override { return -1; }
+};
+
+void expect_each_chunk_once(Executor& executor, int workers) {
+  threading::Team team;
+  constexpr std::uint32_t most = threading::Team::max_chunks;
+  team.run(&executor, workers, [&] {
+    for (std::uint32_t loop = 0; loop < 300; ++loop) {
+      const std::uint32_t count = 1 + loop % most;
+      std::vector<int> calls(count);  // not atomic: a chunk is one worker's
+      team.for_chunks(count, [&](std::uint32_t chunk) { ++calls[chunk]; });
+      ASSERT_EQ(calls, std::vector<int>(count, 1)) << "loop " << loop;
+    }
+  });
+  EXPECT_EQ(team.workers(), 1) << "outside of a region";
+}
+
+TEST(Team, runs_each_chunk_once_whoever_comes) {
+  AloneExecutor alone;
+  AfterwardsExecutor afterwards;
+  IdleExecutor idle;
+  sim::PoolExecutor one(1);
+  sim::PoolExecutor several(5);
+  sim::PoolExecutor late(3, std::chrono::microseconds(300));
+  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &one, &several, &late}) {
+    for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
+  }
+}
+
+TEST(Team, chunks_cover_everything_without_overlap) {
+  sim::PoolExecutor pool(2);
+  threading::Team team;
+  team.run(&pool, 3, [&] {
+    for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
+      for (const std::size_t least : {1U, 7U, 64U, 5000U}) {
+        for (const std::size_t unit : {1U, 16U}) {
+          std::vector<int> seen(count);
+          const std::uint32_t chunks =
+              team.in_chunks(count, least, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
+                EXPECT_EQ(first % unit, 0U);
+                for (std::size_t i = first; i < first + size; ++i) ++seen[i];
+              });
+          EXPECT_EQ(seen, std::vector<int>(count, 1));
+          EXPECT_LE(chunks, threading::Team::max_chunks);
+        }
+      }
+    }
+  });
+}
+
+// The caller stays in its first chunk until a helper is in another, which may take a while on a busy machine.
+TEST(Team, helpers_do_help) {
+  sim::PoolExecutor pool(1);
+  threading::Team team;
+  std::atomic<bool> has_helped{false};
+  const std::thread::id caller = std::this_thread::get_id();
+  const auto start = std::chrono::steady_clock::now();
+  const auto is_in_time = [start] { return std::chrono::steady_clock::now() - start < std::chrono::seconds(60); };
+  team.run(&pool, 2, [&] {
+    team.for_chunks(8, [&](std::uint32_t) {
+      if (std::this_thread::get_id() != caller) has_helped = true;
+      while (!has_helped && is_in_time()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    });
+  });
+  EXPECT_TRUE(has_helped);
+}
+
+TEST(Team, asks_for_as_many_workers_as_pay) {
+  using threading::workers_for;
+  sim::PoolExecutor pool(2);
+  EmptyExecutor empty;
+  EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
+  EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
+  EXPECT_EQ(workers_for(&pool, 0, 9, 10), 1) << "below the crossover";
+  EXPECT_EQ(workers_for(&pool, 0, 10, 10), 3);
+  EXPECT_EQ(workers_for(&pool, 2, 1, 10), 2) << "who asks for threads gets them";
+  EXPECT_EQ(workers_for(&pool, 100, 1, 10), 3);
+  EXPECT_EQ(workers_for(&empty, 0, 100, 10), 1);
+}
+
+TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
+  sim::PoolExecutor pool(1);
+  Random random;
+  SCOPED_TRACE(random.name());
+  const auto threads_for = [&](Strategy strategy, std::size_t n) {
+    BlockStore blocks(n);
+    for (std::size_t i = 0; i < n; ++i) push_back(blocks, random_block(random, 2));
+    Selector selector(n, &pool);
+    Options options;
+    options.strategy = strategy;
+    options.budget = 60;
+    options.threads = 0;
+    return selector.select(blocks, options).threads;
+  };
+  // docs/threading.md
+  EXPECT_EQ(threads_for(Strategy::greedy, 9999), 1);
+  EXPECT_EQ(threads_for(Strategy::greedy, 10000), 2);
+  EXPECT_EQ(threads_for(Strategy::relaxed, 49999), 1);
+  EXPECT_EQ(threads_for(Strategy::relaxed, 50000), 2);
+  EXPECT_EQ(threads_for(Strategy::automatic, 49999), 1) << "lazy";
+  EXPECT_EQ(threads_for(Strategy::automatic, 50000), 2) << "relaxed";
+  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 99999), 1);
+  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 100000), 2);
+  EXPECT_EQ(threads_for(Strategy::stochastic_greedy, 100000), 1);
+}
+
+struct Answer {
+  std::vector<std::uint32_t> indices;
+  std::vector<double> gains;
+  double log_det;
+  double upper_bound;
+  std::size_t evaluations;
+  Status status;
+
+  friend bool operator==(const Answer& a, const Answer& b) {
+    return a.indices == b.indices && a.gains == b.gains && a.log_det == b.log_det && a.status == b.status &&
+           a.evaluations == b.evaluations && a.upper_bound == b.upper_bound;
+  }
+};
+
+Answer answer_of(const Selection& s) {
+  return {{s.begin(), s.end()}, {s.gains, s.gains + s.size}, s.log_det, s.upper_bound, s.evaluations, s.status};
+}
+
+void expect_independent_of_threads(const BlockStore& blocks, Options options, Executor& executor,
+                                   std::initializer_list<int> numbers) {
+  Selector alone(blocks.size());
+  Selector helped(blocks.size(), &executor);
+  const Answer expected = answer_of(alone.select(blocks, options));
+  for (const int threads : numbers) {
+    options.threads = threads;
+    const Selection selection = helped.select(blocks, options);
+    EXPECT_TRUE(answer_of(selection) == expected) << to_string(options.strategy) << " on " << threads << " threads";
+    EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
+  }
+}
+
+// Every strategy, on one thread and on several.
+void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
+  for (const Strategy strategy : sim::strategies) {
+    Options options;
+    options.strategy = strategy;
+    options.budget = budget;
+    options.certify = true;
+    options.exchange_sweeps = 1;
+    expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
+  }
+}
+
+TEST(Threads, answers_do_not_depend_on_their_number) {
+  sim::PoolExecutor pool(3);
+  for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
+}
+
+// Enough candidates for the looks of lazy rounds to be spread as well.
+TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
+  sim::PoolExecutor pool(3);
+  for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
+    SCOPED_TRACE(kind.name);
+    const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
+    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::relaxed}) {
+      Options options;
+      options.strategy = strategy;
+      options.budget = 60;
+      options.certify = true;
+      expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
+    }
+  }
+}
+
+TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  sim::PoolExecutor pool(2);
+  BlockStore blocks;  // near copies
+  const Block block = random_block(random, 2);
+  for (int i = 0; i < 3000; ++i) push_back(blocks, block + 1e-8 * random_block(random, 2));
+  expect_independent_of_threads(blocks, 20, pool);
+  expect_independent_of_threads(awkward_blocks(random, 3000), 20, pool);
+}
+
+TEST(Threads, answers_do_not_depend_on_who_comes) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
+  AloneExecutor alone;
+  AfterwardsExecutor afterwards;
+  IdleExecutor idle;
+  EmptyExecutor empty;
+  sim::PoolExecutor late(2, std::chrono::microseconds(200));
+  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &empty, &late}) {
+    expect_independent_of_threads(blocks, 40, *executor);
+  }
+}
+
+TEST(Threads, real_frames_do_not_depend_on_their_number) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  sim::PoolExecutor pool(2);
+  for_real_frames(10, [&pool](const BlockStore& blocks) {
+    expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
+  });
+}
+
+TEST(Threads, a_negative_number_is_refused) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 50, 5), block_kinds[0]);
+  Selector selector(50);
+  Options options;
+  options.budget = 5;
+  options.threads = -1;
+  EXPECT_EQ(selector.select(blocks, options).status, Status::invalid_threads);
+}
+
+TEST(Threads, a_deadline_still_gives_a_prefix) {
+  sim::PoolExecutor pool(1);
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
+  Selector selector(20000, &pool);
+  Options options;
+  options.budget = 500;
+  options.threads = 2;
+  const auto full = indices_of(selector.select(blocks, options));
+  for (const double limit : {1e-9, 1e-4, 5e-4, 1e-3}) {
+    options.time_limit = limit;
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_TRUE(std::equal(selection.begin(), selection.end(), full.begin()));
+    EXPECT_EQ(selection.status, selection.size < full.size() ? Status::deadline_reached : Status::ok);
+  }
+}
+
+// All that a store says of its candidates.
+struct Contents {
+  std::vector<float> entries;
+  std::vector<std::uint32_t> indices;
+  std::vector<unsigned char> validity;
+  std::vector<double> column_max;
+  int rows;
+
+  friend bool operator==(const Contents& a, const Contents& b) {
+    return a.entries == b.entries && a.indices == b.indices && a.validity == b.validity &&
+           a.column_max == b.column_max && a.rows == b.rows;
+  }
+};
+
+Contents contents(const BlockStore& blocks) {
+  Contents all;
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      const float* const plane = blocks.plane(row, column);
+      all.entries.insert(all.entries.end(), plane, plane + blocks.stored());
+    }
+  }
+  all.indices.assign(blocks.indices(), blocks.indices() + blocks.stored());
+  all.validity.assign(blocks.validity(), blocks.validity() + blocks.size());
+  all.column_max.assign(blocks.column_max(), blocks.column_max() + state_dimension);
+  all.rows = blocks.rows();
+  return all;
+}
+
+// A share of a frame's matches behind the camera, not finite or not usable; of the second quarter none is usable if
+// that share is large, so that some chunks have no block at all.
+std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
+  const std::size_t n = frame.matches.size();
+  std::vector<unsigned char> usable(n, 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    sim::Match& match = frame.matches[i];
+    if (random.chance(share / 3)) match.point[2] = -1e3;
+    if (random.chance(share / 3)) match.point[0] = std::numeric_limits<double>::quiet_NaN();
+    if (random.chance(share / 3) || (share > 0.5 && i >= n / 4 && i < n / 2)) usable[i] = 0;
+  }
+  return usable;
+}
+
+// Into a store that holds a few candidates already, some of them invalid, by any number of threads.
+void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& matches, const BlockKind& kind,
+                        Executor& executor) {
+  BlockOptions options;
+  options.weighting = kind.weighting;
+  options.third = kind.third;
+  BlockStore before;
+  for (int i = random.integer(0, 5); i > 0; --i) push_back(before, random_block(random, random.integer(0, 3)));
+  BlockStore alone = before;
+  const BlockReport expected = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, alone);
+  for (const int threads : {0, 2, 4}) {
+    options.threads = threads;
+    BlockStore helped = before;
+    const BlockReport report =
+        append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, helped, &executor);
+    EXPECT_TRUE(contents(helped) == contents(alone)) << kind.name << ", " << threads << " threads";
+    EXPECT_EQ(report.status, expected.status);
+    EXPECT_EQ(report.invalid, expected.invalid);
+    EXPECT_EQ(report.behind_camera, expected.behind_camera);
+    EXPECT_EQ(report.singular_rays, expected.singular_rays);
+    EXPECT_EQ(helped.invalid_count(), alone.invalid_count());
+  }
+}
+
+TEST(Threads, blocks_do_not_depend_on_their_number) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  sim::PoolExecutor pool(3);
+  for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
+    for (const double share : {0.05, 0.8, 3.0}) {  // of the last, none has a block
+      SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));
+      sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
+      const std::vector<unsigned char> usable = spoil(random, share, frame);
+      const sim::MatchArrays arrays(frame);
+      Matches matches = arrays.view();
+      matches.usable = usable.data();
+      for (const BlockKind& kind : block_kinds) expect_same_blocks(random, frame, matches, kind, pool);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: MIT
+// The program as its user meets it: what it prints, and how it refuses.
+#include "tests/support/program.hpp"
+#include "sim/frame_reader.hpp"
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+namespace maxlogdet::test {
+namespace {
+
+std::string upper_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+TEST_F(Program, selects_on_the_embedded_frame) {
+  const Outcome outcome = run("select --repeat 3");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
+  for (const char* const text : {"euroc_like_1", "2000", "100", "ok", "median", "p99", "log det"}) {
+    EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
+  }
+}
+
+TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
+  write_frame("frame_001.csv", 150);
+  write_frame("frame_002.csv", 30);
+  for (const std::string& strategy : sim::names_of(sim::strategies)) {
+    const std::string draws = strategy == "stochastic_greedy" ? " --seed 5 --epsilon 0.2" : "";
+    for (const BlockKind& kind : block_kinds) {
+      const std::string stereo = kind.third == ThirdMeasurement::stereo ? " --stereo" : "";
+      const auto objects = run_json("select --input frames --budget 40 --strategy " + strategy + draws +
+                                    " --weighting " + to_string(kind.weighting) + stereo);
+      const auto frames = sim::read_frames(folder_ + "/frames");
+      ASSERT_EQ(objects.size(), 2U);
+      for (std::size_t i = 0; i < 2; ++i) {
+        Options options;
+        options.budget = std::min<std::size_t>(40, frames[i].matches.size());
+        options.seed = 5;
+        options.epsilon = 0.2;
+        options.strategy = sim::find_named(sim::strategies, strategy).value();
+        const auto expected = select_indices(blocks_of(frames[i], kind), options);
+        const auto& object = objects[i];
+        EXPECT_EQ(object["frame"], frames[i].name);
+        EXPECT_EQ(object["candidates"], frames[i].matches.size());
+        EXPECT_EQ(object["budget"], 40);
+        EXPECT_EQ(object["status"], i == 0 ? "ok" : "all_selected");
+        EXPECT_EQ(object["strategy"], strategy);
+        EXPECT_EQ(object["weighting"], to_string(kind.weighting));
+        EXPECT_EQ(object["isa"], active_isa());
+        EXPECT_EQ(object["indices"].get<std::vector<std::uint32_t>>(), expected);
+        EXPECT_EQ(object["gains"].size(), expected.size());
+        EXPECT_TRUE(object["log_det"].is_number());
+        for (std::size_t j = 0; j < expected.size(); ++j) {
+          EXPECT_EQ(object["ids"][j], frames[i].matches[expected[j]].map_point_id);
+        }
+        const auto& latency = object["latency_us"];
+        EXPECT_GT(latency["median"], 0);
+        EXPECT_LE(latency["median"], latency["p99"]);
+        EXPECT_LE(latency["p99"], latency["max"]);
+      }
+    }
+  }
+}
+
+TEST_F(Program, certifies_exchanges_and_tells_the_threads) {
+  write_frame("frame_001.csv", 300);
+  const auto plain = run_json("select --input frames --budget 8 --certify").at(0);
+  EXPECT_GE(plain["upper_bound"], plain["log_det"]);
+  EXPECT_GT(plain["efficiency"], 0);
+  EXPECT_LE(plain["efficiency"], 1);
+  EXPECT_EQ(plain["threads"], 1);
+  const auto tighter = run_json("select --input frames --budget 8 --certify --certificate-passes 8").at(0);
+  EXPECT_LE(tighter["upper_bound"], plain["upper_bound"]);
+  EXPECT_EQ(tighter["indices"], plain["indices"]);
+  const auto better = run_json("select --input frames --budget 8 --exchange-sweeps 2 --certify").at(0);
+  EXPECT_GE(better["log_det"], plain["log_det"]);
+  EXPECT_LE(better["log_det"], tighter["upper_bound"]);
+  EXPECT_FALSE(run_json("select --input frames --budget 8").at(0).contains("upper_bound"));
+  const auto chosen = run_json("select --input frames --budget 250 --strategy automatic --threads 2").at(0);
+  EXPECT_EQ(chosen["strategy_chosen"], "backward_greedy");
+}
+
+TEST_F(Program, keeps_to_a_grid_and_a_time_limit) {
+  write_frame("frame_001.csv", 300);
+  const sim::Frame frame = sim::read_frames(folder_ + "/frames").at(0);
+  const auto object = run_json("select --input frames --budget 60 --grid 4x3 --max-per-cell 2").at(0);
+  EXPECT_LE(object["indices"].size(), 24U);
+  std::map<std::pair<int, int>, int> taken;
+  for (const std::size_t i : object["indices"]) {
+    const int column = std::min(3, static_cast<int>(frame.matches[i].u / frame.width * 4));
+    const int row = std::min(2, static_cast<int>(frame.matches[i].v / frame.height * 3));
+    ++taken[{column, row}];
+  }
+  for (const auto& [cell, count] : taken) EXPECT_LE(count, 2);
+  const auto late = run_json("select --input frames --budget 60 --time-limit-ms 0.000001").at(0);
+  EXPECT_EQ(late["status"], "deadline_reached");
+  EXPECT_EQ(late["indices"].size(), 0U);
+}
+
+TEST_F(Program, stops_at_targets) {
+  write_frame("frame_001.csv", 300);
+  const auto full = run_json("select --input frames --budget 200").at(0);
+  EXPECT_FALSE(full.contains("efficiency_of_all") || full.contains("translation_sigma"));
+  const auto share = run_json("select --input frames --budget 200 --target-efficiency 0.3").at(0);
+  EXPECT_EQ(share["status"], "target_reached");
+  EXPECT_GE(share["efficiency_of_all"], 0.3 - 1e-12);
+  EXPECT_FALSE(share.contains("rotation_sigma"));
+  const std::size_t size = share["indices"].size();
+  ASSERT_LT(size, 200U);
+  EXPECT_TRUE(std::equal(share["indices"].begin(), share["indices"].end(), full["indices"].begin()));
+  const std::string options = " --target-translation-sigma 0.05 --target-rotation-sigma 0.01";
+  const auto sigmas = run_json("select --input frames --budget 200" + options).at(0);
+  EXPECT_EQ(sigmas["status"], "target_reached");
+  EXPECT_LE(sigmas["translation_sigma"], 0.05 + 1e-12);
+  EXPECT_LE(sigmas["rotation_sigma"], 0.01 + 1e-12);
+  const Outcome table = run("select --input frames --repeat 1 --target-efficiency 0.1" + options);
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_NE(table.out.find("D-efficiency against all candidates"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("expected deviation of the rotation"), std::string::npos) << table.out;
+  expect_refused(run("select --target-efficiency 1.1"), "--target-efficiency");
+  expect_refused(run("select --target-rotation-sigma -1"), "--target-rotation-sigma");
+  expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at a target");
+  expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at a target");
+}
+
+TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
+  write_frame("frame_001.csv", 50);
+  write_frame("frame_002.csv", 50, "7,1,2,oops,4,5,-1,1\n");
+  for (const char* const json : {"", " --json"}) {
+    const Outcome outcome = run(std::string("select --input frames") + json);
+    expect_refused(outcome, "frames/frame_002.csv:55: expected a finite number for Z, not 'oops'");
+  }
+}
+
+TEST_F(Program, refuses_arguments_that_make_no_sense) {
+  expect_refused(run(""), "select, simulate or info");
+  expect_refused(run("selct"), "selct");
+  expect_refused(run("select --bogus"), "--bogus");
+  expect_refused(run("select --budget"), "--budget");
+  expect_refused(run("select --budget -1"), "--budget");
+  expect_refused(run("select --budget 1.5"), "--budget");
+  expect_refused(run("select --budget 99999999999999999999"), "--budget");
+  expect_refused(run("select --strategy best"), "best");
+  expect_refused(run("select --weighting best"), "best");
+  expect_refused(run("select --strategy stochastic_greedy --seed x"), "--seed 'x'");
+  expect_refused(run("select --strategy stochastic_greedy --seed -1"), "--seed '-1'");
+  expect_refused(run("select --repeat 0"), "--repeat");
+  expect_refused(run("select --epsilon x"), "--epsilon");
+  for (const char* const epsilon : {"0", "1", "-1", "nan", "inf"}) {
+    expect_refused(run(std::string("select --strategy stochastic_greedy --epsilon ") + epsilon), "0 < epsilon < 1");
+  }
+  expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
+  expect_refused(run("select --input ."), "found none");
+  expect_refused(run("select --plot picture.bmp"), ".svg or .png");
+  for (const char* const seed : {"' -1'", "18446744073709551616", "99999999999999999999999", "1e3"}) {
+    expect_refused(run(std::string("select --strategy stochastic_greedy --seed ") + seed), "--seed '");
+  }
+  EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy --seed 18446744073709551615").exit_code, 0);
+  expect_refused(run("select --weighting measurement_and_map --map-sigma -1"), "--map-sigma of 0 or more");
+  expect_refused(run("select --plot frames"), ".svg or .png");
+  std::filesystem::create_directories(folder_ + "/folder.png");
+  expect_refused(run("select --plot folder.png"), "is a folder");
+  expect_refused(run("select --input 'two\nlines'"), "two?lines: cannot be opened");
+  for (const char* const grid : {"8", "8x", "x6", "0x6", "8x0", "8x6x2", "1001x1", "-1x3", "ax6"}) {
+    expect_refused(run(std::string("select --grid ") + grid), "--grid");
+  }
+  expect_refused(run("select --max-per-cell -1"), "--max-per-cell");
+  expect_refused(run("select --threads -1"), "--threads");
+  expect_refused(run("select --threads two"), "--threads");
+  expect_refused(run("select --time-limit-ms -1"), "--time-limit-ms");
+  expect_refused(run("select --time-limit-ms nan"), "--time-limit-ms");
+  expect_refused(run("select --certificate-passes -1"), "--certificate-passes");
+  expect_refused(run("select --exchange-sweeps x"), "--exchange-sweeps");
+  expect_refused(run("select --strategy relaxed --grid 8x6"), "relaxed cannot keep to --grid");
+  expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy cannot keep to --grid");
+  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+}
+
+// As of a variable that a script did not set. Every option that takes a value, as --help lists them.
+TEST_F(Program, refuses_empty_values_of_all_options) {
+  std::size_t options = 0;
+  for (const char* const command : {"select", "info", "simulate metrics", "simulate budget", "simulate euroc",
+                                    "simulate epsilon", "simulate robustness"}) {
+    std::istringstream help(run(std::string(command) + " --help").out);
+    for (std::string line; std::getline(help, line);) {
+      std::istringstream words(line);
+      std::string option, value;
+      words >> option >> value;
+      if (option.rfind("--", 0) != 0 || value.size() < 3 || value != upper_case(value)) continue;
+      ++options;
+      for (const char* const given : {" ''", "=", "=''"}) {
+        expect_refused(run(std::string(command) + " " + option + given), option);
+      }
+    }
+  }
+  EXPECT_GT(options, 50U);
+}
+
+TEST_F(Program, refuses_options_that_do_nothing_without_another) {
+  write_frame("frame_001.csv", 20);
+  const std::pair<const char*, const char*> idle[] = {
+      {"--certificate-passes 3", "--certify"},
+      {"--max-per-cell 2", "--grid 4x3"},
+      {"--epsilon 0.2", "--strategy stochastic_greedy"},
+      {"--seed 3", "--strategy stochastic_greedy"},
+      {"--map-sigma 0.1", "--weighting measurement_and_map"},
+  };
+  for (const auto& [option, needed] : idle) {
+    const std::string select = std::string("select --input frames --repeat 1 ") + option;
+    const std::string text = option;
+    const std::string name = std::string(needed).substr(0, std::string(needed).find("4x3") - 1);
+    expect_refused(run(select), text.substr(0, text.find(' ')) + " does nothing here; expected with it " + name);
+    EXPECT_EQ(run(select + " " + needed).exit_code, 0) << option;
+  }
+}
+
+// A picture is whole, or what there was before.
+TEST_F(Program, leaves_no_half_of_a_picture) {
+  const std::string select = "select --repeat 1 --json --plot ";
+  std::ofstream(folder_ + "/old.svg") << "an old picture\n";
+  // In blocks of 512 bytes, to some shells 1024: enough for what gnuplot is asked, not for what it draws.
+  const auto limited = [&](const std::string& picture) {
+    return run_script("ulimit -f 280\n" MAXLOGDET_PROGRAM " " + select + picture + " >out.txt 2>err.txt </dev/null");
+  };
+  expect_refused(limited("new.svg"), "new.svg: cannot be written (File too large)");
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/new.svg"));
+  expect_refused(limited("old.svg"), "old.svg: cannot be written (File too large)");
+  EXPECT_EQ(contents_of(folder_ + "/old.svg"), "an old picture\n");
+
+  std::filesystem::create_symlink("/dev/full", folder_ + "/full.svg");
+  expect_refused(run(select + "full.svg"), "full.svg: cannot be written (No space left on device)");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/full.svg"));
+  expect_refused(run(select + std::string(300, 'a') + ".svg"), "a.svg: cannot be written");
+
+  std::filesystem::create_symlink("old.svg", folder_ + "/link.svg");
+  EXPECT_EQ(run(select + "link.svg").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/link.svg"));
+  EXPECT_NE(contents_of(folder_ + "/old.svg").find("</svg>"), std::string::npos);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+    EXPECT_NE(entry.path().extension(), ".new") << entry.path();
+  }
+}
+
+TEST_F(Program, says_if_standard_output_cannot_be_written) {
+  for (const char* const command : {"select --repeat 1", "select --repeat 1 --json", "info", "--help", "--version"}) {
+    const Outcome outcome =
+        run_script(MAXLOGDET_PROGRAM " " + std::string(command) + " >/dev/full 2>err.txt </dev/null");
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_EQ(outcome.err, "maxlogdet: standard output could not be written\n") << command;
+  }
+}
+
+TEST_F(Program, refuses_stereo_rows_for_a_camera_without_baseline) {
+  write_frame("frame_001.csv", 20);
+  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
+  text.replace(text.find("50.45"), text.find('\n') - text.find("50.45"), "0");
+  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  EXPECT_EQ(run("select --input frames").exit_code, 0);
+  expect_refused(run("select --input frames --stereo"), "bf > 0");
+}
+
+TEST_F(Program, warns_about_columns_that_may_be_misspelt_and_stereo_without_stereo) {
+  write_frame("frame_001.csv", 20);
+  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
+  text.replace(text.find("u_right"), 7, "uR");
+  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  const Outcome outcome = run("select --input frames --stereo");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("unknown column 'uR'"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("no match has a right-image column"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Program, says_which_rays_have_no_world_frame_block) {
+  std::ofstream(folder_ + "/frames/frame_001.csv")
+      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 0,-1,0,0,0,0,-1,0,1,0,0,0\n"
+         "mp_id,X,Y,Z,u,v\n1,5,1,0,296,240\n2,5,0,1,376,160\n";
+  const Outcome outcome = run("select --input frames --json --weighting map_bias_world");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["invalid_candidates"], 1);
+}
+
+TEST_F(Program, a_frame_with_everything_behind_the_camera_is_an_answer) {
+  write_frame("frame_001.csv", 20);
+  std::ofstream(folder_ + "/frames/frame_002.csv")
+      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1,0\n"
+         "mp_id,X,Y,Z,u,v\n1,5,1,-3,296,240\n2,5,0,-1,376,160\n";
+  const auto objects = run_json("select --input frames --budget 10");
+  ASSERT_EQ(objects.size(), 2U);
+  EXPECT_EQ(objects[0]["indices"].size(), 10U);
+  EXPECT_EQ(objects[1]["status"], "all_selected");
+  EXPECT_EQ(objects[1]["invalid_candidates"], 2);
+  EXPECT_EQ(objects[1]["indices"].size(), 0U);
+}
+
+TEST_F(Program, draws_the_selected_red_and_in_both_views) {
+  ASSERT_EQ(run("select --repeat 1 --plot picture.svg").exit_code, 0);
+  const std::string svg = contents_of(folder_ + "/picture.svg");
+  // gnuplot marks each point by <use xlink:href=... color='rgb(...)'/>, and once more in the legend of each view.
+  const auto count = [&](const std::string& colour) {
+    std::size_t marks = 0;
+    std::istringstream lines(svg);
+    for (std::string line; std::getline(lines, line);) {
+      if (line.find("<use") != std::string::npos && line.find("color='" + colour + "'") != std::string::npos) ++marks;
+    }
+    return marks;
+  };
+  EXPECT_EQ(count("rgb(214,  32,  32)"), 2U * (100 + 1)) << "every selected match is inside the axes";
+  EXPECT_GT(count("rgb( 52, 101, 196)"), 3500U);
+  EXPECT_LE(count("rgb( 52, 101, 196)"), 2U * (1900 + 1));
+}
+
+TEST_F(Program, draws_pictures) {
+  write_frame("frame_001.csv", 50);
+  EXPECT_EQ(run("select --input frames --repeat 1 --plot \"it's.svg\"").exit_code, 0);
+  const std::string svg = contents_of(folder_ + "/it's.svg");
+  for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
+  write_frame("frame_002.csv", 50);
+  EXPECT_EQ(run("select --input frames --repeat 1 --budget 0 --plot picture.png").exit_code, 0);
+  EXPECT_EQ(contents_of(folder_ + "/picture_frame_001.png").substr(1, 3), "PNG");
+  EXPECT_EQ(contents_of(folder_ + "/picture_frame_002.png").substr(1, 3), "PNG");
+  expect_refused(run("select --repeat 1 --plot nowhere/picture.svg"), "nowhere/picture.svg: cannot be written");
+}
+
+TEST_F(Program, info_tells_version_instruction_sets_and_threads) {
+  const Outcome outcome = run("info");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.out.find(version()), std::string::npos);
+  EXPECT_NE(outcome.out.find(active_isa()), std::string::npos);
+  const auto info = nlohmann::json::parse(run("info --json").out);
+  EXPECT_EQ(info["version"], version());
+  EXPECT_EQ(info["isa_active"], active_isa());
+  EXPECT_GE(info["threads"], 1);
+  EXPECT_EQ(info["isa_built_in"].get<std::vector<std::string>>(), sim::built_in_isas());
+  EXPECT_EQ(run("--version").out, std::string(version()) + "\n");
+  EXPECT_EQ(run("--help").exit_code, 0);
+}
+
+TEST_F(Program, selects_on_every_real_frame) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  const std::string input = std::filesystem::absolute(data_folder()).string() + "/orb_slam2_frames";
+  const auto objects = run_json("select --budget 100 --input '" + input + "'");
+  ASSERT_EQ(objects.size(), 50U);
+  for (const auto& object : objects) {
+    EXPECT_EQ(object["status"], "ok");
+    const auto indices = object["indices"].get<std::vector<std::size_t>>();
+    EXPECT_EQ((std::set<std::size_t>(indices.begin(), indices.end()).size()), 100U);
+    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object["candidates"].get<std::size_t>());
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

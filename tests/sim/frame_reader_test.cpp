@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+#include "sim/frame_reader.hpp"
+#include "sim/latency.hpp"
+#include "tests/support/expect_input_error.hpp"
+#include "tests/support/support.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+const std::vector<std::string> good_lines = {
+    "# a frame",
+    "# fx,fy,cx,cy,bf: 458.654,457.296,367.215,248.375,50.5",
+    "# image width,height: 752,480",
+    "# Tcw_pred (3x4 row-major): 1,0,0,0,0,1,0,0,0,0,1,0",
+    "# Tcw_prior (3x4 row-major, world to camera): 0,-1,0,0.5,0,0,-1,1,1,0,0,2",
+    "kp,mp_id,X,Y,Z,u,v,octave,u_right,depth,inv_sigma2,desc_dist",
+    "3,14,12.35,-1.26,25.45,962,148,0,945.9,23.6,1,30",
+    "33,26,11.93,-0.5,35.14,850,174,2,-1,-1,0.48225,39",
+};
+
+class FrameReader : public ::testing::Test {
+ protected:
+  FrameReader() : folder_(::testing::TempDir() + "maxlogdet_frame_reader_" + std::to_string(Random().seed())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~FrameReader() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::vector<std::string>& lines, const std::string& name = "frame_007.csv") const {
+    std::string file = folder_ + "/" + name;
+    std::ofstream stream(file);
+    for (const std::string& line : lines) stream << line << '\n';
+    return file;
+  }
+
+  // The message must name file, line and what was expected.
+  void expect_error(const std::vector<std::string>& lines, const std::string& place,
+                    const std::string& expected) const {
+    const std::string file = write(lines);
+    expect_input_error([&] { sim::read_frame(file); }, file + place, expected);
+  }
+
+  std::string folder_;
+};
+
+TEST_F(FrameReader, reads_a_frame) {
+  const sim::Frame frame = sim::read_frame(write(good_lines));
+  EXPECT_EQ(frame.name, "frame_007");
+  EXPECT_EQ(frame.camera.fx, 458.654);
+  EXPECT_EQ(frame.camera.bf, 50.5);
+  EXPECT_EQ(frame.width, 752);
+  EXPECT_EQ(frame.height, 480);
+  EXPECT_EQ(frame.T_cw_prior, (std::array<double, 12>{0, -1, 0, 0.5, 0, 0, -1, 1, 1, 0, 0, 2}));
+  ASSERT_EQ(frame.matches.size(), 2U);
+  EXPECT_EQ(frame.matches[0].keypoint, 3);
+  EXPECT_EQ(frame.matches[0].map_point_id, 14);
+  EXPECT_EQ(frame.matches[0].point[2], 25.45);
+  EXPECT_TRUE(frame.matches[0].is_stereo());
+  EXPECT_EQ(frame.matches[1].octave, 2);
+  EXPECT_FALSE(frame.matches[1].is_stereo());
+  EXPECT_EQ(frame.matches[1].inv_sigma2, 0.48225);
+  EXPECT_EQ(frame.matches[1].desc_dist, 39);
+}
+
+TEST_F(FrameReader, forgives_white_space_line_ends_empty_lines_and_the_order_of_columns) {
+  auto lines = good_lines;
+  for (std::string& line : lines) line += "\r";
+  lines.insert(lines.begin() + 3, "");
+  lines[6] = "v, u, Z, Y, X, mp_id\r";
+  lines[7] = " 148 ,962,25.45,-1.26,12.35,14\r";
+  lines.pop_back();
+  const sim::Frame frame = sim::read_frame(write(lines));
+  ASSERT_EQ(frame.matches.size(), 1U);
+  EXPECT_EQ(frame.matches[0].point[0], 12.35);
+  EXPECT_EQ(frame.matches[0].u, 962);
+  EXPECT_FALSE(frame.matches[0].is_stereo());
+  EXPECT_EQ(frame.matches[0].inv_sigma2, 1);
+}
+
+TEST_F(FrameReader, takes_comments_by_their_whole_name) {
+  auto lines = good_lines;
+  lines[1] = "#fx, fy, cx, cy, bf : 458.654, 457.296, 367.215, 248.375, 50.5";
+  lines.emplace_back("# Tcw_prior_gt: 1,0,0,9,0,1,0,9,0,0,1,9");
+  lines.emplace_back("# Tcw_prior_covariance: 1,2,3");
+  lines[0] = "\xEF\xBB\xBF" + lines[0];
+  const sim::Frame frame = sim::read_frame(write(lines));
+  EXPECT_EQ(frame.T_cw_prior[3], 0.5);
+  EXPECT_EQ(frame.camera.cy, 248.375);
+}
+
+TEST_F(FrameReader, tells_unknown_columns) {
+  auto lines = good_lines;
+  EXPECT_TRUE(sim::read_frame(write(lines)).unknown_columns.empty());
+  lines[5] = "kp,mp_id,X,Y,Z,u,v,octave,uR,depth,invSigma2,desc_dist";
+  EXPECT_EQ(sim::read_frame(write(lines)).unknown_columns, (std::vector<std::string>{"uR", "invSigma2"}));
+}
+
+TEST_F(FrameReader, a_frame_without_matches_is_a_frame) {
+  EXPECT_EQ(sim::read_frame(write({good_lines.begin(), good_lines.begin() + 6})).matches.size(), 0U);
+}
+
+TEST_F(FrameReader, names_the_line_and_what_it_expected) {
+  const auto with = [](std::size_t line, const std::string& text) {
+    auto lines = good_lines;
+    lines[line - 1] = text;
+    return lines;
+  };
+  const auto without = [](std::size_t line) {
+    auto lines = good_lines;
+    lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(line) - 1);
+    return lines;
+  };
+  expect_error(with(8, "33,26,11.93"), ":8: ", "12 fields");
+  expect_error(with(8, good_lines[7] + ",5"), ":8: ", "12 fields");
+  expect_error(with(7, "3,14,abc,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "a finite number for X, not 'abc'");
+  expect_error(with(7, "3,14,,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "number for X");
+  expect_error(with(7, "3,14,nan,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "finite number for X");
+  expect_error(with(7, "3,14,1,1e999,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "finite number for Y");
+  expect_error(with(7, "3,14,1,1.5x,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "number for Y");
+  expect_error(with(7, "3,14,1,1,25.45,962,148,0,945.9,inf,1,30"), ":7: ", "number for depth");
+  expect_error(with(7, "3,1.5,1,1,25.45,962,148,0,945.9,2,1,30"), ":7: ", "an integer for mp_id");
+  expect_error(with(7, "3,14,1,1,25.45,962,148,-1,945.9,2,1,30"), ":7: ", "octave from 0");
+  expect_error(with(7, "3,14,1,1,25.45,962,148,0,945.9,2,0,30"), ":7: ", "positive inv_sigma2");
+  expect_error(with(6, "kp,mp_id,X,Y,u,v"), ":6: ", "'Z' is missing");
+  expect_error(with(6, "kp,mp_id,X,Y,Z,u,v,X"), ":6: ", "'X' twice");
+  expect_error(with(2, "# fx,fy,cx,cy,bf: 458.654,457.296,367.215,248.375"), ":2: ", "5 numbers");
+  expect_error(with(2, "# fx,fy,cx,cy,bf: 0,457.296,367.215,248.375,50"), ":2: ", "positive fx and fy");
+  expect_error(with(2, "# fx,fy,cx,cy,bf: 400,457.296,367.215,248.375,-50"), ":2: ", "bf");
+  for (const char* size : {"0,480", "752,0", "-752,480", "1048577,480", "752,1048577"}) {
+    expect_error(with(3, std::string("# image width,height: ") + size), ":3: ", "width and height from 1 to 2^20");
+  }
+  expect_error(with(3, "# image width,height: 752,480,3"), ":3: ", "2 integers");
+  expect_error(with(5, "# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1"), ":5: ", "12 numbers");
+  expect_error(with(5, "# Tcw_prior: 2,0,0,0,0,1,0,0,0,0,1,0"), ":5: ", "rotation");
+  expect_error(with(5, "# Tcw_prior: -1,0,0,0,0,-1,0,0,0,0,-1,0"), ":5: ", "rotation");
+  expect_error(with(4, good_lines[4]), ":5: ", "one comment 'Tcw_prior'");
+  expect_error(with(4, good_lines[1]), ":4: ", "one comment 'fx,fy,cx,cy,bf'");
+  expect_error(with(4, good_lines[2]), ":4: ", "one comment 'imagewidth,height'");
+  expect_error(without(2), ":7: end of file", "fx,fy,cx,cy,bf");
+  expect_error(without(3), ":7: end of file", "image width,height");
+  expect_error(without(5), ":7: end of file", "Tcw_prior");
+  expect_error({good_lines.begin(), good_lines.begin() + 5}, ":5: end of file", "header line");
+  expect_error({}, ":0: end of file", "fx,fy,cx,cy,bf");
+}
+
+TEST_F(FrameReader, reads_a_folder_in_order_and_nothing_else_in_it) {
+  write(good_lines, "frame_002.csv");
+  write(good_lines, "frame_010.csv");
+  write(good_lines, "frame_001.csv");
+  write({"not a frame"}, "ground_truth_T_cw.csv");
+  write({"not a frame"}, "frame_003.txt");
+  const auto frames = sim::read_frames(folder_);
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames[0].name, "frame_001");
+  EXPECT_EQ(frames[1].name, "frame_002");
+  EXPECT_EQ(frames[2].name, "frame_010");
+}
+
+TEST_F(FrameReader, names_what_cannot_be_read) {
+  EXPECT_THROW(sim::read_frames(folder_), sim::InputError) << "an empty folder";
+  EXPECT_THROW(sim::read_frames(folder_ + "/nowhere.csv"), sim::InputError);
+  EXPECT_THROW(sim::read_frame(folder_), sim::InputError) << "a folder";
+}
+
+TEST(MatchArrays, hold_what_the_frame_holds) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 100, 5);
+  const sim::MatchArrays arrays(frame);
+  const Matches view = arrays.view();
+  ASSERT_EQ(view.size, 100U);
+  const auto* const points = static_cast<const double*>(view.points.data());
+  int stereo = 0;
+  for (std::size_t i = 0; i < 100; ++i) {
+    EXPECT_NEAR(view.sigmas[i] * view.sigmas[i] * frame.matches[i].inv_sigma2, 1, 1e-12);
+    for (std::size_t j = 0; j < 3; ++j) EXPECT_EQ(points[3 * i + j], frame.matches[i].point[j]);
+    EXPECT_EQ(view.has_third[i] != 0, frame.matches[i].is_stereo());
+    stereo += view.has_third[i];
+  }
+  EXPECT_GT(stereo, 0);
+  EXPECT_LT(stereo, 100);
+}
+
+TEST(Latency, is_the_nearest_rank) {
+  std::vector<double> times;
+  for (int i = 200; i >= 1; --i) times.push_back(i);
+  const sim::Latency latency = sim::latency_of(times);
+  EXPECT_EQ(latency.median, 100);
+  EXPECT_EQ(latency.p99, 198);
+  EXPECT_EQ(latency.max, 200);
+  EXPECT_EQ(sim::latency_of({7}).p99, 7);
+  int calls = 0;
+  sim::measure_latency("test", 5, [&] { ++calls; });
+  EXPECT_EQ(calls, 6) << "one to warm up";
+}
+
+TEST(Scene, is_the_same_for_the_same_arguments_and_in_front_of_the_camera) {
+  for (const sim::Scene scene : sim::scenes) {
+    const sim::Frame frame = make_scene(scene, 500, 3);
+    EXPECT_EQ(make_scene(scene, 500, 3).matches[499].u, frame.matches[499].u);
+    EXPECT_NE(make_scene(scene, 500, 4).matches[499].u, frame.matches[499].u);
+    ASSERT_EQ(frame.matches.size(), 500U);
+    std::set<int> octaves;
+    for (const sim::Match& match : frame.matches) {
+      const auto p = in_camera(frame, match);
+      EXPECT_GT(p[2], 0);
+      EXPECT_NEAR(frame.camera.fx * p[0] / p[2] + frame.camera.cx, match.u, 1e-8);
+      EXPECT_NEAR(frame.camera.fy * p[1] / p[2] + frame.camera.cy, match.v, 1e-8);
+      EXPECT_GE(match.u, 0);
+      EXPECT_LE(match.u, frame.width);
+      EXPECT_NEAR(match.inv_sigma2, std::pow(1.2, -2 * match.octave), 1e-12);
+      if (match.is_stereo()) {
+        EXPECT_NEAR(match.u - match.u_right, frame.camera.bf / p[2], 1e-8);
+      }
+      octaves.insert(match.octave);
+    }
+    EXPECT_EQ(octaves.size(), 8U);
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "experiments/greedy_metric.hpp"
+
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/oracle.hpp"
+#include "tests/support/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+using Indices = std::vector<std::uint32_t>;
+using sim::GreedyMetric;
+
+const Matrix6 small_prior = default_information();
+
+Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
+  Matrix6 information = Matrix6::Zero();
+  const Block block = stored_block(blocks, i);
+  for (Eigen::Index row = 0; row < block.rows(); ++row) {
+    const Eigen::Matrix<double, 6, 1> h = block.row(row).transpose();
+    information += h * h.transpose();
+  }
+  return information;
+}
+
+Indices valid_ones(const BlockStore& blocks) {
+  Indices valid;
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (blocks.is_valid(i)) valid.push_back(i);
+  }
+  return valid;
+}
+
+// Both metrics of eigenvalues, every candidate decomposed in every round. What is better by less than rounding is a
+// tie; ties go to the lowest index.
+Indices textbook_greedy(GreedyMetric metric, const BlockStore& blocks, std::size_t k, Matrix6 Q) {
+  Indices remaining = valid_ones(blocks);
+  Indices selected;
+  while (selected.size() < k && !remaining.empty()) {
+    std::size_t winner = remaining.size();
+    double best = 0;
+    for (std::size_t r = 0; r < remaining.size(); ++r) {
+      const Matrix6 with_it = Q + information_of(blocks, remaining[r]);
+      const Vector6 values = eigenvalues(with_it);
+      const bool by_condition = metric == GreedyMetric::min_condition;
+      const double value = by_condition ? -values[5] / values[0] : values[0];
+      const double tie = 1e-13 * (by_condition ? best * best : with_it.trace());
+      if (winner != remaining.size() && !(value > best + tie)) continue;
+      winner = r;
+      best = value;
+    }
+    selected.push_back(remaining[winner]);
+    Q += information_of(blocks, remaining[winner]);
+    remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(winner));
+  }
+  return selected;
+}
+
+constexpr GreedyMetric metrics_of_eigenvalues[] = {GreedyMetric::min_condition, GreedyMetric::max_min_eigenvalue};
+
+void expect_textbook_greedy(const BlockStore& blocks, std::size_t k, const Matrix6& prior = small_prior) {
+  for (const GreedyMetric metric : metrics_of_eigenvalues) {
+    EXPECT_EQ(select_greedily(metric, blocks, k, prior), textbook_greedy(metric, blocks, k, prior))
+        << to_string(metric);
+  }
+}
+
+BlockStore random_blocks(Random& random, std::size_t n) {
+  BlockStore blocks;
+  const int rows = random.integer(1, 3);
+  for (std::size_t i = 0; i < n; ++i) push_back(blocks, random_block(random, rows));
+  return blocks;
+}
+
+// Few distinct blocks, many times each.
+BlockStore duplicated_blocks(Random& random, std::size_t n) {
+  std::vector<Block> bases;
+  for (int i = random.integer(2, 8); i > 0; --i) bases.push_back(random_block(random, 2));
+  BlockStore blocks;
+  for (std::size_t i = 0; i < n; ++i) {
+    push_back(blocks, bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))]);
+  }
+  return blocks;
+}
+
+TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t trial = trials(30); trial > 0; --trial) {
+    const auto n = static_cast<std::size_t>(random.integer(5, 80));
+    expect_textbook_greedy(random_blocks(random, n), n / 2);
+    expect_textbook_greedy(awkward_blocks(random, n), n / 2);
+    expect_textbook_greedy(duplicated_blocks(random, n), n);
+    expect_textbook_greedy(random_blocks(random, n), n / 2, random_prior(random));
+  }
+}
+
+TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy_on_scenes) {
+  for_every_family(120, [](const BlockStore& blocks) { expect_textbook_greedy(blocks, 40); });
+}
+
+TEST(GreedyMetric, max_log_det_gives_nothing_away) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t trial = trials(30); trial > 0; --trial) {
+    const auto n = static_cast<std::size_t>(random.integer(5, 80));
+    const Matrix6 prior = random.chance(0.5) ? small_prior : random_prior(random);
+    const BlockStore plain = random_blocks(random, n), awkward = awkward_blocks(random, n);
+    EXPECT_EQ(select_greedily(GreedyMetric::max_log_det, plain, n / 2, prior),
+              GreedyOracle<double>(plain, prior).select(n / 2));
+    EXPECT_LT(gain_given_away(awkward, select_greedily(GreedyMetric::max_log_det, awkward, n / 2, prior), prior), 1e-9);
+  }
+}
+
+double trace_of(const BlockStore& blocks, const Indices& indices) {
+  double trace = 0;
+  for (const std::uint32_t i : indices) trace += stored_block(blocks, i).squaredNorm();
+  return trace;
+}
+
+TEST(GreedyMetric, max_trace_sorts) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t trial = trials(50); trial > 0; --trial) {
+    const auto n = static_cast<std::size_t>(random.integer(1, 80));
+    const BlockStore blocks = random.chance(0.5) ? awkward_blocks(random, n) : duplicated_blocks(random, n);
+    const Indices all = select_greedily(GreedyMetric::max_trace, blocks, n);
+    ASSERT_EQ(all.size(), n);
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      const double trace = trace_of(blocks, {all[i]}), next = trace_of(blocks, {all[i + 1]});
+      EXPECT_GE(trace, next * (1 - 1e-12));
+      if (stored_block(blocks, all[i]) == stored_block(blocks, all[i + 1])) {
+        EXPECT_LT(all[i], all[i + 1]);
+      }
+    }
+  }
+}
+
+TEST(GreedyMetric, max_trace_is_optimal) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t trial = trials(20); trial > 0; --trial) {
+    constexpr std::uint32_t n = 9;
+    const BlockStore blocks = awkward_blocks(random, n);
+    std::vector<double> best(n + 1, 0);
+    for (std::uint32_t mask = 0; mask < (1U << n); ++mask) {
+      Indices subset;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (((mask >> i) & 1U) != 0) subset.push_back(i);
+      }
+      best[subset.size()] = std::max(best[subset.size()], trace_of(blocks, subset));
+    }
+    for (std::size_t k = 0; k <= n; ++k) {
+      const double found = trace_of(blocks, select_greedily(GreedyMetric::max_trace, blocks, k));
+      EXPECT_NEAR(found, best[k], 1e-12 * best[k]) << k;
+    }
+  }
+}
+
+TEST(GreedyMetric, a_smaller_selection_is_the_beginning_of_a_larger_one) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const BlockStore blocks = awkward_blocks(random, 60);
+  for (const GreedyMetric metric : sim::greedy_metrics) {
+    const Indices all = select_greedily(metric, blocks, 60);
+    for (const std::size_t k : {0U, 1U, 7U, 30U, 59U}) {
+      const Indices some = select_greedily(metric, blocks, k);
+      ASSERT_EQ(some.size(), k);
+      EXPECT_TRUE(std::equal(some.begin(), some.end(), all.begin())) << to_string(metric) << ' ' << k;
+    }
+  }
+}
+
+TEST(GreedyMetric, selects_as_if_invalid_blocks_were_not_there_and_at_most_all) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  BlockStore with, without;
+  Indices index_of;
+  for (int i = 0; i < 60; ++i) {
+    if (random.chance(0.3)) {
+      with.push_back_invalid();
+      continue;
+    }
+    const Block block = random_block(random, 2);
+    index_of.push_back(static_cast<std::uint32_t>(push_back(with, block)));
+    push_back(without, block);
+  }
+  for (const GreedyMetric metric : sim::greedy_metrics) {
+    Indices expected = select_greedily(metric, without, 1000);
+    EXPECT_EQ(expected.size(), without.size()) << to_string(metric);
+    for (std::uint32_t& i : expected) i = index_of[i];
+    EXPECT_EQ(select_greedily(metric, with, 1000), expected) << to_string(metric);
+  }
+}
+
+TEST(GreedyMetric, of_nothing_selects_nothing) {
+  BlockStore invalid;
+  invalid.push_back_invalid();
+  for (const GreedyMetric metric : sim::greedy_metrics) {
+    EXPECT_TRUE(select_greedily(metric, BlockStore(), 5).empty());
+    EXPECT_TRUE(select_greedily(metric, invalid, 5).empty());
+  }
+}
+
+TEST(GreedyMetric, values_are_as_computed_by_hand) {
+  const Eigen::Matrix<double, 6, 1> diagonal = {3, 1, 2, 6, 5, 4};
+  const Matrix6 Q = diagonal.asDiagonal();
+  EXPECT_NEAR(value_of(GreedyMetric::max_log_det, Q), std::log(720), 1e-12);
+  EXPECT_NEAR(value_of(GreedyMetric::max_trace, Q), 21, 1e-12);
+  EXPECT_NEAR(value_of(GreedyMetric::min_condition, Q), -6, 1e-12);
+  EXPECT_NEAR(value_of(GreedyMetric::max_min_eigenvalue, Q), 1, 1e-12);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: MIT
+#include "experiments/mapped_world.hpp"
+
+#include "sim/trajectory_error.hpp"
+#include "tests/support/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Frame;
+using sim::MappedWorld;
+using sim::Match;
+using sim::Pose;
+using sim::Trajectory;
+using sim::Vector6;
+using sim::WorldOptions;
+
+constexpr double radians = 0.017453292519943295;
+
+WorldOptions small_world() {
+  WorldOptions options;
+  options.landmarks = 4000;
+  return options;
+}
+
+WorldOptions perfect_world() {
+  WorldOptions options = small_world();
+  options.outlier_rate = options.pixel_sigma = 0;
+  options.batch_translation = options.batch_rotation_deg = options.batch_scale = 0;
+  options.depth_sigma = options.lateral_sigma = 0;
+  return options;
+}
+
+Eigen::Vector2d project(const PinholeCamera& camera, const Eigen::Vector3d& p) {
+  return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
+}
+
+// How far a match is from where its true landmark is seen, px.
+Eigen::Vector2d error_of(const MappedWorld& world, const Frame& frame, const Match& match) {
+  const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
+  return Eigen::Vector2d(match.u, match.v) - project(frame.camera, world.true_T_cw() * landmark.position);
+}
+
+// Calls body(world, frame) for every frame.
+template <class Body>
+void for_every_frame(const Trajectory& trajectory, const WorldOptions& options, std::uint64_t seed, const Body& body) {
+  MappedWorld world(trajectory, sim::forward_rig(), options, seed);
+  Frame frame;
+  while (world.next(frame)) body(world, frame);
+}
+
+std::vector<double> numbers_of(const Trajectory& trajectory, std::uint64_t seed) {
+  std::vector<double> numbers;
+  for_every_frame(trajectory, small_world(), seed, [&](const MappedWorld&, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      numbers.insert(numbers.end(), match.point, match.point + 3);
+      numbers.insert(numbers.end(), {match.u, match.v, match.desc_dist, match.inv_sigma2});
+      numbers.push_back(static_cast<double>(match.map_point_id));
+    }
+  });
+  return numbers;
+}
+
+TEST(MappedWorld, is_drawn_from_its_seed) {
+  const Trajectory trajectory = sim::analytic_trajectory(3);
+  const auto numbers = numbers_of(trajectory, 1);
+  EXPECT_GT(numbers.size(), 61U * 100);
+  EXPECT_EQ(numbers_of(trajectory, 1), numbers);
+  EXPECT_NE(numbers_of(trajectory, 2), numbers);
+}
+
+TEST(MappedWorld, follows_the_trajectory_and_leaves_the_prior_alone) {
+  const Trajectory trajectory = sim::analytic_trajectory(2);
+  MappedWorld world(trajectory, sim::euroc_rig(), small_world(), 1);
+  Frame frame;
+  frame.T_cw_prior[3] = 17;
+  for (const auto& pose : trajectory.poses) {
+    ASSERT_TRUE(world.next(frame));
+    const Pose T_wc = pose.T_wb * sim::euroc_rig().T_bc;
+    EXPECT_LT((world.true_T_cw().matrix() - T_wc.inverse().matrix()).norm(), 1e-12);
+    EXPECT_EQ(frame.width, 752);
+    EXPECT_EQ(frame.T_cw_prior[3], 17);
+  }
+  EXPECT_FALSE(world.next(frame));
+}
+
+TEST(MappedWorld, has_rigs_whose_poses_are_rotations) {
+  for (const sim::Rig& rig : {sim::euroc_rig(), sim::forward_rig()}) {
+    EXPECT_LT((rig.T_bc.linear() * rig.T_bc.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+    EXPECT_NEAR(rig.T_bc.linear().determinant(), 1, 1e-9);
+  }
+  EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(2).isApprox(Eigen::Vector3d::UnitX())) << "looks along x";
+  EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(1).isApprox(-Eigen::Vector3d::UnitZ())) << "its y is down";
+}
+
+TEST(MappedWorld, matches_at_most_so_many_and_none_twice) {
+  WorldOptions options = small_world();
+  options.max_matches = 120;
+  std::size_t full = 0;
+  for_every_frame(sim::analytic_trajectory(5), options, 1, [&](const MappedWorld&, const Frame& frame) {
+    ASSERT_LE(frame.matches.size(), 120U);
+    if (frame.matches.size() == 120) ++full;
+    std::set<std::int64_t> ids;
+    for (const Match& match : frame.matches) ids.insert(match.map_point_id);
+    EXPECT_EQ(ids.size(), frame.matches.size());
+  });
+  EXPECT_GT(full, 0U);
+}
+
+TEST(MappedWorld, matches_know_the_keyframe_that_mapped_their_point) {
+  std::set<std::int64_t> keyframes;
+  for_every_frame(sim::analytic_trajectory(5), small_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      ASSERT_EQ(match.keyframe, world.landmarks()[static_cast<std::size_t>(match.map_point_id)].batch);
+      keyframes.insert(match.keyframe);
+    }
+  });
+  EXPECT_GT(keyframes.size(), 1U);
+  EXPECT_GT(*keyframes.begin(), 0);
+}
+
+TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
+  for_every_frame(sim::analytic_trajectory(10), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
+    EXPECT_GE(frame.matches.size(), 50U);
+    for (const Match& match : frame.matches) {
+      const Eigen::Vector3d p_c = world.true_T_cw() * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
+      ASSERT_GT(p_c.z(), 0.4);
+      const Eigen::Vector2d pixel = project(frame.camera, p_c);
+      ASSERT_LT((pixel - Eigen::Vector2d(match.u, match.v)).norm(), 1e-9);
+      ASSERT_TRUE(match.u > 0 && match.u < frame.width && match.v > 0 && match.v < frame.height);
+      ASSERT_FALSE(match.is_stereo());
+    }
+  });
+}
+
+// What is in view of the camera and mapped, counted again.
+TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
+  WorldOptions options = perfect_world();
+  options.max_matches = 100000;
+  options.detection_rate = 0.7;
+  double mapped = 0, matched = 0;
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    matched += static_cast<double>(frame.matches.size());
+    for (const auto& landmark : world.landmarks()) {
+      const Eigen::Vector3d p_c = world.true_T_cw() * landmark.position;
+      const Eigen::Vector2d pixel = project(frame.camera, p_c);
+      const bool is_inside = p_c.z() >= 0.5 && pixel.x() >= 16 && pixel.x() <= frame.width - 16 && pixel.y() >= 16 &&
+                             pixel.y() <= frame.height - 16;
+      if (is_inside && landmark.batch != 0) ++mapped;
+    }
+  });
+  EXPECT_NEAR(matched, 0.7 * mapped, 5 * std::sqrt(mapped * 0.21));
+}
+
+TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
+  WorldOptions options = small_world();  // errors of the map do not matter here: the truth is compared with
+  options.outlier_rate = 0;
+  options.pixel_sigma = 1.5;
+  std::vector<double> squares(8, 0), counts(8, 0);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      const auto octave = static_cast<std::size_t>(match.octave);
+      ASSERT_LT(octave, 8U);
+      EXPECT_NEAR(match.inv_sigma2, std::pow(1.2, -2.0 * match.octave), 1e-12);
+      const Eigen::Vector2d error = error_of(world, frame, match) / (1.5 * std::pow(1.2, match.octave));
+      sum += error;
+      squares[octave] += error.squaredNorm();
+      counts[octave] += 2;
+    }
+  });
+  double count = 0;
+  for (std::size_t octave = 0; octave < 8; ++octave) {
+    ASSERT_GT(counts[octave], 100) << octave;
+    EXPECT_NEAR(squares[octave] / counts[octave], 1, 5 * std::sqrt(2 / counts[octave])) << octave;
+    count += counts[octave] / 2;
+  }
+  EXPECT_LT(sum.norm(), 6 * std::sqrt(2 * count));
+}
+
+// The nearer the landmark, the larger it is in the image.
+TEST(MappedWorld, octaves_fall_with_distance) {
+  for_every_frame(sim::analytic_trajectory(2), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
+      const double depth = (world.true_T_cw() * landmark.position).z();
+      const double octave = landmark.octave + std::log(landmark.reference_depth / depth) / std::log(1.2);
+      ASSERT_NEAR(match.octave, std::clamp(octave, 0.0, 7.0), 0.5 + 1e-9);
+    }
+  });
+}
+
+TEST(MappedWorld, outliers_are_as_many_as_told_5_to_40_px_off_in_any_direction) {
+  WorldOptions options = perfect_world();
+  options.outlier_rate = 0.2;
+  double matches = 0, outliers = 0, distance = 0;
+  Eigen::Vector2d directions = Eigen::Vector2d::Zero();
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      ++matches;
+      const Eigen::Vector2d error = error_of(world, frame, match);
+      if (error.norm() < 1e-6) continue;
+      ++outliers;
+      distance += error.norm();
+      directions += error.normalized();
+      ASSERT_GT(error.norm(), 5 - 1e-6);
+      ASSERT_LT(error.norm(), 40 + 1e-6);
+    }
+  });
+  EXPECT_NEAR(outliers, 0.2 * matches, 5 * std::sqrt(0.16 * matches));
+  EXPECT_NEAR(distance / outliers, 22.5, 5 * 35 / std::sqrt(12 * outliers));
+  EXPECT_LT(directions.norm(), 5 * std::sqrt(outliers));
+}
+
+double mean_distance(const std::vector<double>& distances) {
+  double sum = 0;
+  for (const double distance : distances) sum += distance / static_cast<double>(distances.size());
+  return sum;
+}
+
+TEST(MappedWorld, descriptor_distances_tell_a_little_about_errors_and_more_about_outliers) {
+  WorldOptions options = small_world();
+  options.outlier_rate = 0;
+  std::vector<double> errors, distances;
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      errors.push_back(error_of(world, frame, match).norm() / std::pow(1.2, match.octave));
+      distances.push_back(match.desc_dist);
+      ASSERT_EQ(match.desc_dist, std::round(match.desc_dist));
+      ASSERT_GE(match.desc_dist, 0);
+    }
+  });
+  const double mean_error = mean_distance(errors), mean = mean_distance(distances);
+  double both = 0, of_errors = 0, of_distances = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    both += (errors[i] - mean_error) * (distances[i] - mean);
+    of_errors += (errors[i] - mean_error) * (errors[i] - mean_error);
+    of_distances += (distances[i] - mean) * (distances[i] - mean);
+  }
+  const double correlation = both / std::sqrt(of_errors * of_distances);
+  EXPECT_GT(correlation, 0.1);
+  EXPECT_LT(correlation, 0.6);
+
+  options = perfect_world();
+  options.outlier_rate = 0.2;
+  std::vector<double> wrong, right;
+  for_every_frame(sim::analytic_trajectory(5), options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (const Match& match : frame.matches) {
+      (error_of(world, frame, match).norm() > 1 ? wrong : right).push_back(match.desc_dist);
+    }
+  });
+  EXPECT_GT(mean_distance(wrong), mean_distance(right) + 10);
+}
+
+// A batch's error as (translation, rotation, log scale), in the frame of the keyframe that mapped it; also how far the
+// points are from it at most.
+struct BatchFit {
+  std::uint32_t batch = 0;
+  Eigen::Matrix<double, 7, 1> error;
+  double residual = 0;
+};
+
+// Of the batch that the last frame made; false if it has too few points.
+bool fit_last_batch(const MappedWorld& world, BatchFit& fit) {
+  fit.batch = static_cast<std::uint32_t>(world.keyframes());
+  std::vector<Eigen::Vector3d> truth, mapped;
+  for (const auto& landmark : world.landmarks()) {
+    if (landmark.batch != fit.batch) continue;
+    truth.push_back(world.true_T_cw() * landmark.position);
+    mapped.push_back(world.true_T_cw() * landmark.mapped);
+  }
+  if (truth.size() < 5) return false;
+  const auto n = static_cast<Eigen::Index>(truth.size());
+  const Eigen::Matrix3Xd from = Eigen::Map<const Eigen::Matrix3Xd>(truth[0].data(), 3, n);
+  const Eigen::Matrix3Xd to = Eigen::Map<const Eigen::Matrix3Xd>(mapped[0].data(), 3, n);
+  const sim::Similarity similarity = sim::align_sim3(from, to);
+  const Eigen::Matrix3Xd moved = (similarity.scale * similarity.R * from).colwise() + similarity.t;
+  fit.residual = (moved - to).colwise().norm().maxCoeff();
+  Pose shift = Pose::Identity();
+  shift.linear() = similarity.R;
+  shift.translation() = similarity.t;
+  fit.error << sim::log_se3(shift), similarity.scale - 1;
+  return true;
+}
+
+std::vector<BatchFit> batches_of(const WorldOptions& options, double seconds, std::uint64_t seed) {
+  std::vector<BatchFit> batches;
+  std::size_t keyframes = 0;
+  for_every_frame(sim::analytic_trajectory(seconds), options, seed, [&](const MappedWorld& world, const Frame&) {
+    BatchFit fit;
+    if (world.keyframes() != keyframes && fit_last_batch(world, fit)) batches.push_back(fit);
+    keyframes = world.keyframes();
+  });
+  return batches;
+}
+
+TEST(MappedWorld, a_batch_is_moved_by_one_similarity) {
+  WorldOptions options = small_world();
+  options.depth_sigma = options.lateral_sigma = 0;
+  const auto batches = batches_of(options, 20, 1);
+  ASSERT_GT(batches.size(), 10U);
+  for (std::size_t i = 0; i < batches.size(); ++i) {
+    EXPECT_LT(batches[i].residual, 1e-9) << i;
+    if (i > 0) {
+      EXPECT_GT((batches[i].error - batches[i - 1].error).norm(), 1e-5) << i;
+    }
+  }
+}
+
+// e' = rho e + sqrt(1 - rho^2) N(0, sigma^2): in units of sigma, what is new has the deviation sqrt(1 - rho^2) and
+// does not depend on what was.
+TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_told) {
+  for (const double rho : {0.0, 0.6, 0.95}) {
+    SCOPED_TRACE(rho);
+    WorldOptions options = small_world();
+    options.landmarks = 2000;
+    options.depth_sigma = options.lateral_sigma = 0;
+    options.batch_translation = 0.02;
+    options.batch_rotation_deg = 0.4;
+    options.batch_scale = 0.03;
+    options.batch_correlation = rho;
+    Eigen::Matrix<double, 7, 1> sigma;
+    sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.4 * radians), 0.03;
+    double pairs = 0, products = 0, squares = 0, fresh = 0;
+    Eigen::Matrix<double, 7, 1> first = Eigen::Matrix<double, 7, 1>::Zero();
+    const auto seeds = static_cast<std::uint64_t>(trials(20));
+    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+      const auto batches = batches_of(options, 10, seed);
+      first += batches.at(0).error.cwiseQuotient(sigma).cwiseAbs2();
+      for (std::size_t i = 1; i < batches.size(); ++i) {
+        if (batches[i].batch != batches[i - 1].batch + 1) continue;
+        const Eigen::Matrix<double, 7, 1> before = batches[i - 1].error.cwiseQuotient(sigma);
+        const Eigen::Matrix<double, 7, 1> now = batches[i].error.cwiseQuotient(sigma);
+        pairs += 7;
+        products += before.dot(now);
+        squares += before.squaredNorm();
+        fresh += (now - rho * before).squaredNorm();
+      }
+    }
+    ASSERT_GT(pairs, 70);
+    EXPECT_NEAR(products / squares, rho, 5 * std::sqrt((1 - rho * rho) / squares));
+    EXPECT_NEAR(fresh / pairs, 1 - rho * rho, 5 * std::sqrt(2 / pairs) * (1 - rho * rho));
+    // The first has the whole deviation already: chi2 with one degree of freedom a seed.
+    const auto n = static_cast<double>(seeds);
+    for (const double of_entry : first) EXPECT_LT(of_entry / n, 1 + 5 * std::sqrt(2 / n) + 10 / n);
+    EXPECT_NEAR(first.sum() / (7 * n), 1, 5 * std::sqrt(2 / (7 * n)));
+  }
+}
+
+TEST(MappedWorld, triangulation_errors_grow_with_depth) {
+  WorldOptions options = perfect_world();
+  options.depth_sigma = 0.005;
+  options.lateral_sigma = 0.002;
+  double points = 0, along = 0, across = 0;
+  std::size_t keyframes = 0;
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame&) {
+    if (world.keyframes() == keyframes) return;
+    keyframes = world.keyframes();
+    for (const auto& landmark : world.landmarks()) {
+      if (landmark.batch != keyframes) continue;
+      const Eigen::Vector3d truth = world.true_T_cw() * landmark.position;
+      const Eigen::Vector3d error = world.true_T_cw() * landmark.mapped - truth;
+      const double depth = truth.z();
+      const double sigma_across = 0.002 * depth, sigma_along = std::min(0.005 * depth * depth, 0.2 * depth);
+      // Across x, y and z alike, and along the ray: of the depth both count.
+      ++points;
+      along += error.z() * error.z() / (sigma_along * sigma_along + sigma_across * sigma_across);
+      const Eigen::Vector3d ray = truth.normalized();
+      across += (error - ray.dot(error) * ray).squaredNorm() / (2 * sigma_across * sigma_across);
+    }
+  });
+  ASSERT_GT(points, 1000);
+  EXPECT_NEAR(along / points, 1, 5 * std::sqrt(2 / points));
+  EXPECT_NEAR(across / points, 1, 5 * std::sqrt(1 / points));
+}
+
+TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_frames) {
+  const Trajectory trajectory = sim::analytic_trajectory(20);
+  std::size_t keyframes = 0, at = 0, frame_number = 0;
+  Pose T_keyframe = Pose::Identity();
+  for_every_frame(trajectory, small_world(), 1, [&](const MappedWorld& world, const Frame&) {
+    if (world.keyframes() != keyframes) {
+      ASSERT_EQ(world.keyframes(), keyframes + 1);
+      if (keyframes > 0) {
+        ASSERT_GE(frame_number - at, 5U);
+      }
+      keyframes = world.keyframes();
+      at = frame_number;
+      T_keyframe = world.true_T_cw();
+    } else if (frame_number - at >= 5) {
+      const Pose motion = world.true_T_cw() * T_keyframe.inverse();
+      ASSERT_LE(motion.translation().norm(), 0.25);
+      ASSERT_LE(sim::rotation_angle(motion.rotation()), 10 * radians);
+    }
+    ++frame_number;
+  });
+  EXPECT_GT(keyframes, 20U);
+
+  Trajectory still = trajectory;
+  for (auto& pose : still.poses) pose.T_wb = trajectory.poses[0].T_wb;
+  for_every_frame(still, small_world(), 1, [&](const MappedWorld& world, const Frame&) {
+    EXPECT_EQ(world.keyframes(), 1U) << "nothing new to see";
+  });
+}
+
+TEST(MappedWorld, forgets_a_landmark_after_10_keyframes_out_of_view_and_no_sooner) {
+  const Trajectory trajectory = sim::analytic_trajectory(60);
+  WorldOptions options = perfect_world();
+  options.landmarks = 1500;
+  std::vector<std::uint32_t> batches(options.landmarks, 0), seen(options.landmarks, 0);
+  std::uint32_t keyframes = 0;
+  int forgotten = 0, remembered = 0;
+  for_every_frame(trajectory, options, 1, [&](const MappedWorld& world, const Frame& frame) {
+    for (std::size_t i = 0; i < options.landmarks; ++i) {
+      const auto& landmark = world.landmarks()[i];
+      const Eigen::Vector3d p_c = world.true_T_cw() * landmark.position;
+      const Eigen::Vector2d pixel = project(frame.camera, p_c);
+      const bool is_in_view = p_c.z() >= 0.5 && pixel.x() >= 16 && pixel.x() <= frame.width - 16 && pixel.y() >= 16 &&
+                              pixel.y() <= frame.height - 16;
+      const bool is_late = is_in_view && keyframes - seen[i] > 10;
+      if (batches[i] != 0) {
+        ASSERT_EQ(landmark.batch != batches[i], is_late) << i;
+        ++(is_late ? forgotten : remembered);
+      }
+      if (is_in_view) seen[i] = static_cast<std::uint32_t>(world.keyframes());
+      batches[i] = landmark.batch;
+    }
+    keyframes = static_cast<std::uint32_t>(world.keyframes());
+  });
+  EXPECT_GT(forgotten, 50);
+  EXPECT_GT(remembered, 50);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+namespace maxlogdet::test {
+
+// What tests of the experiments need of Eigen besides linear_algebra.hpp, compiled once.
+
+/// The largest first.
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
+
+/// Eigenvalues of a symmetric matrix, the smallest first, and their eigenvectors of length 1, as columns.
+struct Spectrum4 {
+  Eigen::Vector4d values;
+  Eigen::Matrix4d vectors;
+};
+Spectrum4 spectrum(const Eigen::Matrix4d& s);
+
+/// The x of least |A x - b| for an A of full column rank, by QR with pivoting; and the matrix that makes x of b.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
+
+}  // namespace maxlogdet::test

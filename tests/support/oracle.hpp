@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "tests/support/support.hpp"
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace maxlogdet::test {
+
+/// What Options::prior stands for where it is not set.
+Matrix6 default_information();
+
+/// The triangle R of a QR decomposition of rows.
+using WideRows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
+using WideSquare = Eigen::Matrix<long double, state_dimension, state_dimension>;
+WideSquare triangle_of(const WideRows& rows);
+
+/// Greedy selection written as obviously as possible, from scratch, on Eigen: shares no formula with the library. The
+/// information is kept as the triangle R of a QR decomposition of everything stacked, R^T R = M0 + sum H^T H, which
+/// squares no condition number; a gain is the relative gain of 2 sum log |R_ii| when a block is stacked below.
+/// Compiled once, for double and long double.
+template <class Scalar>
+class GreedyOracle {
+ public:
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, state_dimension>;
+  using Square = Eigen::Matrix<Scalar, state_dimension, state_dimension>;
+
+  explicit GreedyOracle(const BlockStore& blocks, const Matrix6& prior = default_information());
+
+  /// R, upper triangular.
+  const Square& factor() const { return r_; }
+
+  /// Its inverse.
+  Square inverse_factor() const;
+
+  Scalar log_det() const;
+  Scalar gain(std::size_t i) const;
+
+  /// The remaining candidate of largest gain, the first of them on ties.
+  std::size_t best() const;
+
+  void take(std::size_t i);
+
+  /// With another block in its place.
+  void take(std::size_t i, const Block& block);
+
+  /// Leaves it out from now on.
+  void exclude(std::size_t i) { is_taken_[i] = true; }
+
+  std::size_t size() const { return blocks_.size(); }
+
+  std::vector<std::uint32_t> select(std::size_t budget);
+
+ private:
+  Square stacked(const Matrix& block) const;
+
+  Square r_;
+  std::vector<Matrix> blocks_;
+  std::vector<bool> is_taken_;
+};
+
+extern template class GreedyOracle<double>;
+extern template class GreedyOracle<long double>;
+
+/// The most that any round of an answer gives away: the largest gain there was minus the gain of what was chosen, nats,
+/// as a long double oracle that follows the answer sees it.
+long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
+                            const Matrix6& prior = default_information());
+
+/// log det of prior + sum of H^T H, added up and factorised in long double.
+long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
+                       const Matrix6& prior = default_information());
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "tests/support/support.hpp"
+
+#include "sim/data_folder.hpp"
+#include "sim/frame_reader.hpp"
+#include "sim/hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace maxlogdet::test {
+namespace {
+
+std::string running_test() {
+  const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
+  return info == nullptr ? "no test" : std::string(info->test_suite_name()) + "." + info->name();
+}
+
+}  // namespace
+
+Random::Random(std::uint64_t variation) : Random(running_test(), variation) {}
+
+Random::Random(const std::string& name, std::uint64_t variation)
+    : seed_(sim::hash_of(name) + variation), random_(seed_) {}
+
+double Random::uniform(double low, double high) {
+  return low + (high - low) * (static_cast<double>(random_.bits() >> 11) * 0x1p-53);
+}
+
+int Random::integer(int low, int high) {
+  return low + static_cast<int>(random_.below(static_cast<std::uint32_t>(high - low + 1)));
+}
+
+Block random_block(Random& random, int rows, double scale) {
+  Block block(rows, state_dimension);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < state_dimension; ++j) block(i, j) = random.uniform(-scale, scale);
+  }
+  return block;
+}
+
+Matrix6 random_prior(Random& random) {
+  const Matrix6 a = random_block(random, state_dimension);
+  return a * a.transpose() + 0.1 * Matrix6::Identity();
+}
+
+Block stored_block(const BlockStore& blocks, std::size_t i) {
+  Block block = Block::Zero(blocks.rows(), state_dimension);
+  for (int row = 0; row < blocks.rows() && blocks.is_valid(i); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      block(row, column) = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
+    }
+  }
+  return block;
+}
+
+Block rounded(Block block) {
+  for (double& entry : block.reshaped()) {
+    const volatile auto stored = static_cast<float>(entry);
+    entry = static_cast<double>(stored);
+  }
+  return block;
+}
+
+BlockStore awkward_blocks(Random& random, std::size_t n) {
+  BlockStore blocks;
+  std::vector<Block> made;
+  for (std::size_t i = 0; i < n; ++i) {
+    Block block = random_block(random, random.integer(1, 3));
+    if (!made.empty()) {
+      const Block& other = made[static_cast<std::size_t>(random.integer(0, static_cast<int>(made.size()) - 1))];
+      const int kind = random.integer(0, 9);
+      if (kind == 0) block = other;
+      if (kind == 1) block = other * random.uniform(-2, 2);
+      if (kind == 2) block.setZero();
+      if (kind == 3) block = other + 1e-6 * random_block(random, static_cast<int>(other.rows()));
+      if (kind == 4) block *= 1e3;
+      if (kind == 5) block *= 1e-3;
+    }
+    push_back(blocks, block);
+    made.push_back(block);
+  }
+  return blocks;
+}
+
+BlockStore near_copies(Random& random, double least, double most) {
+  const int rows = random.integer(1, 3);
+  const double scale = std::pow(10.0, random.uniform(least, most));
+  std::vector<Block> bases;
+  for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
+  BlockStore blocks;
+  for (int i = random.integer(17, 120); i > 0; --i) {
+    Block block = bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))];
+    for (double& entry : block.reshaped()) {
+      if (!random.chance(1.0 / 6)) continue;
+      entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
+    }
+    push_back(blocks, block);
+  }
+  return blocks;
+}
+
+std::vector<std::uint32_t> indices_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
+
+std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options) {
+  Selector selector(std::max(blocks.size(), options.budget));
+  return indices_of(selector.select(blocks, options));
+}
+
+std::vector<const simd::Kernel*> supported_kernels() {
+  std::vector<const simd::Kernel*> kernels;
+  for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
+    if (simd::is_supported(**kernel)) kernels.push_back(*kernel);
+  }
+  return kernels;
+}
+
+std::size_t trials(std::size_t count) {
+  const char* const told = std::getenv("MAXLOGDET_TEST_SHARE");
+  const double share = told == nullptr ? 1 : std::strtod(told, nullptr);
+  return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(count) * std::clamp(share, 0.0, 1.0)));
+}
+
+std::string data_folder() { return sim::data_folder(MAXLOGDET_DEFAULT_DATA); }
+
+std::vector<sim::Frame> real_frames() {
+  std::vector<sim::Frame> frames = sim::read_frames(data_folder() + "/orb_slam2_frames");
+  EXPECT_EQ(frames.size(), 50U);
+  return frames;
+}
+
+BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {
+  BlockOptions options;
+  options.weighting = kind.weighting;
+  options.third = kind.third;
+  BlockStore blocks;
+  const BlockReport report = build_blocks(frame, options, blocks);
+  EXPECT_EQ(report.status, BlockStatus::ok) << frame.name << ' ' << kind.name;
+  return blocks;
+}
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: MIT
+// The stereo odometry as its user meets it: which files it writes, what it prints, and how it refuses.
+#include "sim/feature_selector.hpp"
+#include "sim/trajectory.hpp"
+#include "tests/support/program.hpp"
+#include "tests/tracker/rendered_world.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <sstream>
+
+namespace maxlogdet::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t frames = 5;
+
+// A rendered sequence in KITTI's layout, in `images` of the folder that the program is run in.
+class StereoProgram : public Program {
+ protected:
+  StereoProgram() {
+    const RenderedWorld world;
+    for (const char* const side : {"l", "r"}) fs::create_directories(path(std::string("images/image_") + side));
+    std::ofstream poses(path("images/poses.txt"));
+    poses.precision(17);
+    for (std::size_t i = 0; i < frames; ++i) {
+      const sim::Pose T_wc = RenderedWorld::T_wc(i);
+      const stereo_odometry::StereoImages images = world.images(T_wc);
+      write_image(image("l", i), images.left);
+      write_image(image("r", i), images.right);
+      for (int n = 0; n < 12; ++n) poses << T_wc.matrix()(n / 4, n % 4) << (n < 11 ? ' ' : '\n');
+    }
+    write("images/calib.txt", "300 0 239.5 0 0 300 159.5 0 0 0 1 0\n300 0 239.5 -90 0 300 159.5 0 0 0 1 0\n");
+  }
+
+  std::string path(const std::string& file) const { return folder_ + "/" + file; }
+
+  static std::string image(const std::string& side, std::size_t i) {
+    return "images/image_" + side + "/00000" + std::to_string(i) + ".png";
+  }
+
+  void write(const std::string& file, const std::string& text) const { std::ofstream(path(file)) << text; }
+
+  void write_image(const std::string& file, const cv::Mat& pixels) const {
+    ASSERT_TRUE(cv::imwrite(path(file), pixels)) << file;
+  }
+
+  // Few features, so that it takes no longer than it has to.
+  Outcome track(const std::string& arguments) const {
+    return run("--dataset images --output results --features 500 --runs 1 " + arguments);
+  }
+
+  // libpng, which OpenCV reads images with, has its own say about broken ones first.
+  void expect_refused(Outcome outcome, const std::string& message) const {
+    while (outcome.err.rfind("libpng ", 0) == 0) outcome.err.erase(0, outcome.err.find('\n') + 1);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "") << "no partial output";
+    EXPECT_EQ(outcome.err.rfind("stereo_odometry: ", 0), 0U) << outcome.err;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err << "\ndoes not tell: " << message;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_LT(outcome.err.size(), message.size() + 300) << outcome.err;
+    EXPECT_FALSE(fs::exists(path("results/summary.json")));
+  }
+
+  nlohmann::json summary() const { return nlohmann::json::parse(contents_of(path("results/summary.json"))); }
+
+  std::size_t lines_of(const std::string& file) const {
+    const std::string text = contents_of(path("results/" + file));
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  }
+};
+
+std::vector<std::string> selectors() {
+  std::vector<std::string> names = sim::names_of(sim::selector_kinds);
+  names.emplace_back("active");
+  return names;
+}
+
+TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) {
+  const Outcome outcome = run("--dataset images --output results --features 500 --runs 2 --budget 60 --overlays 2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  if (outcome.err.find("no plot") == std::string::npos) {
+    EXPECT_EQ(outcome.err, "");
+    for (const char* const ending : {".svg", ".png"}) {
+      EXPECT_TRUE(fs::exists(path(std::string("results/trajectory") + ending))) << ending;
+    }
+  }
+  EXPECT_EQ(contents_of(path("results/summary.md")), outcome.out) << "the same for people";
+  const nlohmann::json list = summary();
+  ASSERT_TRUE(list.is_array());
+  std::vector<std::string> names;
+  for (const nlohmann::json& entry : list) {
+    names.push_back(entry["selector"]);
+    SCOPED_TRACE(names.back());
+    const auto kind = sim::find_named(sim::selector_kinds, names.back());
+    if (!kind || has_budget(*kind)) {
+      EXPECT_EQ(entry["budget"], 60);
+      EXPECT_LE(entry["selected"], 60);
+    } else {
+      EXPECT_TRUE(entry["budget"].is_null());
+    }
+    EXPECT_EQ(entry["runs"], 2);
+    EXPECT_EQ(entry["tracked_percent"], 100);
+    for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_GT(entry[key], 0) << key;
+    EXPECT_LT(entry["ate_m"], 0.02);
+    for (const char* const stage : {"base", "matching", "selection", "pose_optimization"}) {
+      EXPECT_GE(entry["ms"][stage], 0) << stage;
+    }
+    EXPECT_GT(entry["ms"]["total"], 0);
+    EXPECT_NE(outcome.out.find("| " + names.back()), std::string::npos) << outcome.out;
+
+    EXPECT_EQ(sim::read_tum(path("results/" + names.back() + "/trajectory_tum.txt")).poses.size(), frames);
+    EXPECT_EQ(lines_of(names.back() + "/trajectory_kitti.txt"), frames);
+    EXPECT_EQ(lines_of(names.back() + "/frames.csv"), frames + 1);
+    for (std::size_t i = 0; i < frames; ++i) {
+      const std::string overlay = path("results/" + names.back() + "/overlay_00000" + std::to_string(i) + ".png");
+      EXPECT_EQ(fs::exists(overlay), i % 2 == 0) << "every second one";
+      if (i % 2 == 0) {
+        EXPECT_EQ(cv::imread(overlay).size(), cv::Size(480, 320));
+      }
+    }
+  }
+  EXPECT_EQ(names, selectors());
+}
+
+TEST_F(StereoProgram, does_one_selector_with_several_budgets_on_the_first_frames) {
+  const Outcome outcome = track("--selectors md,inl --budget 30,80 --frames 3 --overlays 0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json list = summary();
+  ASSERT_EQ(list.size(), 3U);
+  EXPECT_EQ(list[0]["budget"], 30);
+  EXPECT_EQ(list[1]["budget"], 80);
+  EXPECT_LT(list[0]["selected"], list[1]["selected"]);
+  EXPECT_TRUE(list[2]["budget"].is_null());
+  for (const char* const name : {"md_30", "md_80", "inl"}) {
+    EXPECT_EQ(lines_of(std::string(name) + "/trajectory_kitti.txt"), 3U);
+    EXPECT_FALSE(fs::exists(path(std::string("results/") + name + "/overlay_000000.png")));
+  }
+}
+
+TEST_F(StereoProgram, gives_the_same_trajectory_every_time_whatever_the_threads) {
+  std::string expected;
+  for (const char* const threads : {"1", "1", "2"}) {
+    ASSERT_EQ(
+        track("--selectors md,random,active --budget 40 --overlays 0 --threads " + std::string(threads)).exit_code, 0);
+    std::string all;
+    for (const char* const name : {"md", "random", "active"}) {
+      all += contents_of(path(std::string("results/") + name + "/trajectory_kitti.txt"));
+    }
+    if (expected.empty()) expected = all;
+    EXPECT_EQ(all, expected);
+  }
+  ASSERT_EQ(track("--selectors random --budget 40 --overlays 0 --seed 1").exit_code, 0);
+  EXPECT_EQ(expected.find(contents_of(path("results/random/trajectory_kitti.txt"))), std::string::npos)
+      << "other random numbers";
+}
+
+TEST_F(StereoProgram, does_without_a_truth) {
+  fs::remove(path("images/poses.txt"));
+  const Outcome outcome = track("--selectors md,inl --overlays 0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json list = summary();
+  for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_TRUE(list[0][key].is_null()) << key;
+  EXPECT_EQ(list[0]["tracked_percent"], 100);
+}
+
+TEST_F(StereoProgram, tells_frames_that_show_nothing_and_goes_on) {
+  write_image(image("l", 2), RenderedWorld::blank().left);
+  const Outcome outcome = track("--selectors md --overlays 1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("stereo_odometry: md: frame 2: ", 0), 0U) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_NEAR(summary()[0]["tracked_percent"], 80, 1e-9);
+}
+
+TEST_F(StereoProgram, refuses_arguments_that_make_no_sense) {
+  expect_refused(run(""), "--dataset");
+  expect_refused(run("--dataset images"), "--output");
+  expect_refused(track("--selectors best"), "best");
+  expect_refused(track("--selectors ''"), "--selectors");
+  expect_refused(track("--budget 0"), "--budget");
+  expect_refused(track("--budget -5"), "--budget");
+  expect_refused(track("--budget many"), "--budget");
+  expect_refused(track("--budget 100,0"), "--budget");
+  expect_refused(run("--dataset images --output results --runs 0"), "--runs");
+  expect_refused(run("--dataset images --output results --features 5"), "--features");
+  expect_refused(track("--threads 0"), "--threads");
+  expect_refused(track("--frames -1"), "--frames");
+  expect_refused(track("--overlays -1"), "--overlays");
+  expect_refused(track("--pool -1"), "--pool");
+  expect_refused(track("--strategy fastest"), "fastest");
+  expect_refused(track("--weighting none"), "--weighting");
+  expect_refused(track("--residuals both"), "--residuals");
+  expect_refused(track("--bogus"), "--bogus");
+  for (const char* const option : {"--seed", "--pool", "--budget", "--weighting", "--epsilon", "--frames"}) {
+    expect_refused(track(std::string(option) + " ''"), option);
+  }
+  const char* const idle[] = {"--selectors inl --budget 50",
+                              "--selectors random --strategy greedy",
+                              "--selectors md --epsilon 0.2",
+                              "--selectors random --weighting measurement",
+                              "--selectors md --batch 4",
+                              "--selectors md --pool 150",
+                              "--selectors inl,md --strategy greedy --epsilon 0.2"};
+  for (const char* const options : idle) expect_refused(track(options), " does nothing here; expected with it ");
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_NE(help.out.find("--dataset"), std::string::npos);
+}
+
+TEST_F(StereoProgram, refuses_datasets_that_are_not_whole) {
+  expect_refused(run("--dataset nowhere --output results"), "nowhere: is not a folder");
+  fs::create_directories(path("empty"));
+  expect_refused(run("--dataset empty --output results"), "empty: holds no stereo images");
+
+  const std::string bytes = contents_of(path(image("r", 3)));
+  fs::remove(path(image("r", 3)));
+  expect_refused(track("--selectors md"), "image_l/000003.png: has no partner");
+  write(image("r", 3), bytes.substr(0, bytes.size() / 2));
+  expect_refused(track("--selectors md"), "image_r/000003.png");
+  write(image("r", 3), "no picture");
+  expect_refused(track("--selectors md"), "image_r/000003.png: cannot be read");
+  write_image(image("r", 3), cv::Mat(10, 10, CV_8UC1, cv::Scalar(1)));
+  expect_refused(track("--selectors md"), "image_r/000003.png: is an image of 10 x 10 px");
+  write(image("r", 3), bytes);
+
+  write("images/calib.txt", "300 0 239.5 0 0 oops\n");
+  expect_refused(track("--selectors md"), "images/calib.txt:1: ");
+  fs::remove(path("images/calib.txt"));
+  expect_refused(track("--selectors md"), "images/calib.txt");
+}
+
+TEST_F(StereoProgram, refuses_an_output_folder_that_cannot_be_made) {
+  write("file", "");
+  expect_refused(run("--dataset images --output file/results --selectors md"), "file/results");
+  expect_refused(run("--dataset images --output file --selectors md"), "file: cannot be made");
+}
+
+TEST_F(StereoProgram, stops_at_targets_of_efficiency) {
+  const Outcome outcome = track("--selectors md,inl --budget 50 --target-efficiency 0.6,0.9 --frames 4");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json found = summary();
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(found[0]["budget"], 50);
+  EXPECT_TRUE(found[0]["target_efficiency"].is_null());
+  EXPECT_EQ(found[1]["target_efficiency"], 0.6);
+  EXPECT_TRUE(found[1]["budget"].is_null());
+  EXPECT_LT(found[1]["selected"], found[2]["selected"]) << "0.9 takes more";
+  EXPECT_LT(found[2]["selected"], found[3]["selected"]) << "than 0.9 of everything is";
+  EXPECT_LE(found[1]["selected_min"], found[1]["selected_max"]);
+  EXPECT_TRUE(fs::exists(path("results/md_efficiency_0.6/frames.csv")));
+  for (const auto& entry : found) {
+    if (entry["selector"] == "inl") continue;
+    EXPECT_TRUE(entry["against"].contains("inl"));
+    EXPECT_TRUE(entry["against"]["inl"]["rpe"]["ci95"].is_number());
+  }
+}
+
+TEST_F(StereoProgram, writes_residuals) {
+  ASSERT_EQ(track("--selectors inl --frames 4 --write-residuals --noise online").exit_code, 0);
+  EXPECT_GT(lines_of("inl/residuals.csv"), 300U);
+}
+
+TEST_F(StereoProgram, noise_is_used) {
+  const auto errors_with = [&](const std::string& noise) {
+    EXPECT_EQ(track("--selectors inl --frames 5 " + noise).exit_code, 0);
+    return summary()[0]["rpe_m_per_s"].get<double>();
+  };
+  const double motion = errors_with("");
+  EXPECT_EQ(motion, errors_with("--noise motion"));
+  EXPECT_NE(motion, errors_with("--noise constant"));
+  EXPECT_NE(motion, errors_with("--noise online"));
+  EXPECT_NE(motion, errors_with("--noise-growth 0.3"));
+  EXPECT_NE(motion, errors_with("--weights measurement"));
+}
+
+TEST_F(StereoProgram, refuses_options_that_change_nothing) {
+  expect_refused(track("--selectors random --target-efficiency 0.5"), "--target-efficiency");
+  expect_refused(track("--selectors md --tau 1"), "--tau");
+  expect_refused(track("--selectors md --slack 3"), "--slack");
+  expect_refused(track("--selectors md --noise constant --noise-growth 0.1"), "--noise-growth");
+  expect_refused(track("--selectors md --target-efficiency 1.5"), "--target-efficiency");
+  expect_refused(track("--selectors md --target-efficiency 0.5,0.5"), "--target-efficiency");
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
