@@ -23,15 +23,15 @@ class InformationMixture {
   const double* inverse() const noexcept { return factor_.inverse(); }
 
  private:
-  static constexpr int most = 12;  // selections that are kept apart
+  static constexpr int max_selections = 12;  // kept apart
 
   bool refactorise() noexcept;
   bool balance(double min_difference) noexcept;
   bool move(int from, int to) noexcept;
   void merge_lightest() noexcept;
 
-  Information selections_[most];
-  double weights_[most];
+  Information selections_[max_selections];
+  double weights_[max_selections];
   int count_ = 0;
   Information sum_;
   InformationFactor factor_;

@@ -11,7 +11,7 @@
 
 namespace maxlogdet {
 
-struct SearchMemory;
+struct SelectorMemory;
 
 /// Selects candidates. Owns all the memory that a selection needs, so that select() never allocates; keep one per
 /// thread for the life of the tracker. Distinct selectors share nothing but an executor.
@@ -40,7 +40,7 @@ class Selector {
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:
-  std::unique_ptr<SearchMemory> memory_;
+  std::unique_ptr<SelectorMemory> memory_;
   Executor* executor_;
 };
 
