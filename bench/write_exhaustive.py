@@ -83,7 +83,7 @@ def lowest_family(summaries, answer):
 def short(text):
     """A number of nats in a few digits."""
     value = float(text)
-    return text if value < 1e4 else f"{value:.0e}".replace("e+", "e")
+    return text if value < 1e4 else f"{value:.0e}".replace("e+0", "e").replace("e+", "e")
 
 
 def page_lines(answers, bounds, problems, large):
