@@ -29,7 +29,9 @@
 namespace maxlogdet {
 
 /// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match.
-/// Landmarks with two observations or fewer are selected in any case: with fewer than two, Basalt deletes them.
+/// A landmark that is left out keeps its earlier observations, and is asked for again. Those with two observations or
+/// fewer are selected in any case, because Basalt deletes a landmark with fewer than two (min_num_obs); a budget far
+/// below the number of tracks still loses many.
 class Basalt : public LeftOutHook {
  public:
   /// Deviation of a measurement, px: its own vio_obs_std_dev.

@@ -22,14 +22,15 @@
 //   good_features.keep_selected(*state, feature_vec);
 //
 // and max_msckf_in_update at some four times the budget. In step 3 take out `(*it1)->to_delete = true;` where
-// triangulation has failed if many more are offered: it throws away features that a later image could have
-// triangulated.
+// triangulation has failed (the erasing stays) if many more are offered: it throws away features that a later image
+// could have triangulated, a quarter to two thirds of the pool if all are offered. UpdaterSLAM is no place for this
+// call: it never sets Feature::p_FinG.
 
 namespace maxlogdet {
 
 /// Selection among OpenVINS's triangulated MSCKF features, by the block that each would have as a match of camera 0 at
-/// the newest clone. Measured, it does not pay in OpenVINS as it is (docs/integration.md): triangulating all features
-/// costs more than the update saves.
+/// the newest clone, by OpenVINS's own camera model; the IMU chains the other clones to it. Measured, it does not pay
+/// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves.
 class OpenVins {
  public:
   GoodFeatures features;    ///< of the last image; its block_options may be changed
@@ -118,7 +119,7 @@ class OpenVins {
 /// `first_column` on, of OpenVINS's H_x after nullspace_project_inplace, in deviations of `sigma_pixels`. They have
 /// rank 3 at most, and are appended without loss, in OpenVINS's own order (rotation, position); a prior for them is the
 /// inverse of StateHelper::get_marginal_covariance(state, {clone}) as it is. Do not mix them with blocks of
-/// append_blocks.
+/// append_blocks. They need the Jacobians of all candidates.
 inline std::size_t push_back_projected(const Eigen::MatrixXd& H_x, Eigen::Index first_column, double sigma_pixels,
                                        BlockStore& blocks) {
   const Eigen::MatrixXd H = H_x.middleCols(first_column, state_dimension) / sigma_pixels;
