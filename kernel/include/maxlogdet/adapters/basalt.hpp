@@ -28,8 +28,10 @@
 
 namespace maxlogdet {
 
-/// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match.
-/// Landmarks with at most two observations are always selected: with fewer than two, Basalt deletes them.
+/// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match. A
+/// landmark that is left out keeps its earlier observations, and is asked for again. Those with at most two
+/// observations are always selected, because Basalt deletes a landmark with fewer than two (min_num_obs); a budget far
+/// below the number of tracks still loses many.
 class Basalt : public LeftOutHook {
  public:
   /// Standard deviation of a measurement, px: Basalt's own vio_obs_std_dev.

@@ -22,14 +22,15 @@
 //   good_features.keep_selected(*state, feature_vec);
 //
 // and set max_msckf_in_update to some four times the budget. If many more are offered, remove from step 3 the line
-// `(*it1)->to_delete = true;` after a failed triangulation: it discards features that a later image could have
-// triangulated.
+// `(*it1)->to_delete = true;` after a failed triangulation (the erasing stays): it discards features that a later image
+// could have triangulated, a quarter to two thirds of the pool if all are offered. UpdaterSLAM is no place for this
+// call: it never sets Feature::p_FinG.
 
 namespace maxlogdet {
 
 /// Selection among OpenVINS's triangulated MSCKF features, by the block that each would have as a match of camera 0 at
-/// the newest clone. Measured, it does not pay in OpenVINS as it is (docs/integration.md): triangulating all features
-/// costs more than the update saves.
+/// the newest clone, by OpenVINS's own camera model; the IMU chains the other clones to it. Measured, it does not pay
+/// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves.
 class OpenVins {
  public:
   GoodFeatures features;    ///< of the last image; its block_options may be changed
@@ -118,7 +119,7 @@ class OpenVins {
 /// from `first_column` on, of OpenVINS's H_x after nullspace_project_inplace, in standard deviations of `sigma_pixels`.
 /// They have rank 3 at most, and are appended without loss, in OpenVINS's own order (rotation, position); their prior
 /// is the inverse of StateHelper::get_marginal_covariance(state, {clone}) unchanged. Do not mix them with blocks of
-/// append_blocks.
+/// append_blocks. They need the Jacobians of all candidates.
 inline std::size_t push_back_projected(const Eigen::MatrixXd& H_x, Eigen::Index first_column, double sigma_pixels,
                                        BlockStore& blocks) {
   const Eigen::MatrixXd H = H_x.middleCols(first_column, state_dimension) / sigma_pixels;

@@ -20,14 +20,16 @@
 namespace maxlogdet {
 
 /// Pose optimisation with the selected matches only, in trackers whose optimiser uses every map point of
-/// frame.mvpMapPoints that is not null, and marks outliers in frame.mvbOutlier. All matches are in the frame again
-/// afterwards, because the inlier count, keyframes, new map points and the next motion model depend on them; unselected
-/// ones are judged at the new pose.
+/// frame.mvpMapPoints that is not null, and marks outliers in frame.mvbOutlier: it resets these flags, so that setting
+/// them beforehand is a no-op, and unselected matches are set to null. All matches are in the frame again afterwards.
+/// Without them tracking starves: inliers are too few (it is lost below 30, or 50 after a relocalisation), a keyframe
+/// is inserted every frame, map points are made twice, and the next motion model lacks its matches. Unselected matches
+/// are judged at the new pose (GoodFeatures::is_outlier).
 class OrbSlamHook {
  public:
   GoodFeatures features;         ///< of the last frame; its block_options may be changed
   Options options;               ///< of the selection: budget, prior, time_limit, ...
-  bool use_covariances = false;  ///< measurement_and_map, from the observations of each map point
+  bool use_covariances = false;  ///< measurement_and_map, from the keyframes that observe each map point
   std::size_t max_new = 100;     ///< match(): maximum number of local map points to find
   HookLog log;                   ///< open() it for a line per frame
 

@@ -16,7 +16,8 @@
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
-// All other calls of PoseOptimization stay as they are: they reject outliers among few matches.
+// All other calls of PoseOptimization (TrackWithMotionModel, TrackReferenceKeyFrame, Relocalization) stay as they are:
+// they reject outliers among few matches.
 
 namespace maxlogdet {
 
@@ -37,7 +38,9 @@ class OrbSlam2 : public OrbSlamHook {
 
   /// Active matching, in Tracking::SearchLocalPoints instead of matcher.SearchByProjection(frame, local, th): searches
   /// the local map points in view that add most to the existing matches, until max_new of them are found. Returns how
-  /// many were. Local mapping and NeedNewKeyFrame count matches: lower their ratios with it.
+  /// many were. The other matches are truly missing from the frame: keep those of the motion model and max_new together
+  /// well above 100, and lower the ratios of local mapping and NeedNewKeyFrame, which compare inliers with the tracked
+  /// points of the reference keyframe.
   template <class Frame, class MapPoint, class Matcher>
   int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, float th) {
     const auto search = [&](const std::vector<MapPoint*>& points) {

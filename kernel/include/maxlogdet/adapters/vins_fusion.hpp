@@ -24,8 +24,9 @@
 
 namespace maxlogdet {
 
-/// Selection among the features of VINS-Fusion's window that the newest frame sees, by the block that each would have
-/// as a match of the left camera there. Those whose track has ended stay in: they constrain the older frames.
+/// Selection among the features of VINS-Fusion's window that the newest frame sees, which stands for the window, by the
+/// block that each would have as a match of the left camera there: its stereo pairs are not rectified. Those whose
+/// track has ended stay in: they constrain the older frames.
 class VinsFusion : public LeftOutHook {
  public:
   /// Standard deviation of a measurement in normalised image coordinates: VINS-Fusion's own 1.5 px over FOCAL_LENGTH.
