@@ -444,7 +444,7 @@ static void blocks_are_made_for_any_camera(void) {
         refused);
   matches.camera_ids = NULL;
   matches.jacobians = NULL;
-  fisheye.model = 4;
+  fisheye.model = 1000;
   CHECK(maxlogdet_append_blocks(&fisheye, identity_pose, &matches, &options, blocks, NULL)->status ==
         MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL);
   matches.point_stride = 10;
