@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes how far answers and bounds were from the best of all subsets into docs/trust.md.
+"""Writes how far answers and bounds were from the best of all subsets: by family of instances into bench/results, and
+over all families into docs/trust.md.
 
 Usage: write_exhaustive.py EXHAUSTIVE.csv    (of tests/core/exhaustive_test.cpp)
 """
@@ -14,6 +15,7 @@ from write_tables import replace_between, table
 
 OPTIMAL = 1e-10  # nats: what the test allows for its own rounding
 TIGHT = 1e-6  # nats
+RECORDED = ROOT / "bench/results"
 
 
 def quantile(values, share):
@@ -26,7 +28,7 @@ def share(value):
 
 
 def percent(part, whole):
-    return f"{100 * part / whole:.1f} %"
+    return f"{100 * part / whole:.1f}"
 
 
 def nats(value):
@@ -37,24 +39,78 @@ def in_order(rows, key):
     return list(dict.fromkeys(row[key] for row in rows))
 
 
-def answer_rows(rows):
+def by_family(rows):
+    """(answer, family, its rows) for each answer, first of all families together."""
     for answer in in_order(rows, "answer"):
         for family in ["all", *in_order(rows, "family")]:
-            found = [r for r in rows if r["answer"] == answer and family in ("all", r["family"])]
-            shares = [float(r["share_of_optimum"]) for r in found]
-            optimal = sum(float(r["distance_nats"]) <= OPTIMAL for r in found)
-            yield [answer if family == "all" else "", family, share(min(shares)), share(quantile(shares, 0.01)),
-                   share(quantile(shares, 0.5)), percent(optimal, len(found))]  # fmt: skip
+            yield answer, family, [r for r in rows if r["answer"] == answer and family in ("all", r["family"])]
 
 
-def bound_rows(rows):
-    for answer in in_order(rows, "answer"):
-        for family in ["all", *in_order(rows, "family")]:
-            distances = [float(r["distance_nats"]) for r in rows if r["answer"] == answer and family in ("all", r["family"])]
-            tight = sum(distance <= TIGHT for distance in distances)
-            yield [answer if family == "all" else "", family, *(nats(value) for value in (
-                min(distances), quantile(distances, 0.01), quantile(distances, 0.5), quantile(distances, 0.99),
-                max(distances))), percent(tight, len(distances))]  # fmt: skip
+def answer_summaries(rows):
+    for answer, family, found in by_family(rows):
+        shares = [float(r["share_of_optimum"]) for r in found]
+        optimal = sum(float(r["distance_nats"]) <= OPTIMAL for r in found)
+        yield {"answer": answer, "family": family, "minimum": share(min(shares)),
+               "one_percent": share(quantile(shares, 0.01)), "median": share(quantile(shares, 0.5)),
+               "optimal_percent": percent(optimal, len(found))}  # fmt: skip
+
+
+def bound_summaries(rows):
+    for bound, family, found in by_family(rows):
+        distances = [float(r["distance_nats"]) for r in found]
+        tight = sum(distance <= TIGHT for distance in distances)
+        yield {"bound": bound, "family": family, "minimum": nats(min(distances)),
+               "one_percent": nats(quantile(distances, 0.01)), "median": nats(quantile(distances, 0.5)),
+               "99_percent": nats(quantile(distances, 0.99)), "maximum": nats(max(distances)),
+               "tight_percent": percent(tight, len(distances))}  # fmt: skip
+
+
+def record(name, summaries):
+    RECORDED.mkdir(exist_ok=True)
+    with open(RECORDED / f"{name}.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, summaries[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(summaries)
+    print(f"rewrote bench/results/{name}.csv")
+
+
+def lowest_family(summaries, answer):
+    """The family that a minimum over all families is of."""
+    own = [s for s in summaries if s["answer"] == answer]
+    return next(s["family"] for s in own[1:] if s["minimum"] == own[0]["minimum"])
+
+
+def short(text):
+    """A number of nats in a few digits."""
+    value = float(text)
+    return text if value < 1e4 else f"{value:.0e}".replace("e+0", "e").replace("e+", "e")
+
+
+def page_lines(answers, bounds, problems, large):
+    alike = {}  # answers with the same figures stand in one row
+    for s in (s for s in answers if s["family"] == "all"):
+        cells = (s["minimum"], lowest_family(answers, s["answer"]), s["one_percent"], s["median"], s["optimal_percent"])
+        alike.setdefault(cells, []).append(s["answer"])
+    answer_rows = [[", ".join(names), *cells] for cells, names in alike.items()]
+    distances = ["minimum", "median", "99_percent", "maximum"]
+    bound_rows = [[s["bound"], *(short(s[c]) for c in distances), s["tight_percent"]]
+                  for s in bounds if s["family"] == "all"]  # fmt: skip
+    return [
+        f"{problems} problems (an instance and a budget that leaves a choice), {large} of them of 14 to 16 candidates.",
+        "The gain over the prior, as a share of the optimum's:",
+        "",
+        *table(["answer", "minimum", "of family", "1 %", "median", "optimal (%)"], answer_rows),
+        "",
+        f"The upper bound less the optimum, nats (tight: within {TIGHT:.0e}):",
+        "",
+        *table(["bound", "minimum", "median", "99 %", "maximum", "tight (%)"], bound_rows),
+    ]
+
+
+def write(answers, bounds, problems, large):
+    record("exhaustive_answers", answers)
+    record("exhaustive_bounds", bounds)
+    replace_between(ROOT / "docs/trust.md", "exhaustive", page_lines(answers, bounds, problems, large))
 
 
 def main():
@@ -66,19 +122,7 @@ def main():
     bounds = [r for r in rows if r["answer"].startswith("upper_bound")]
     problems = sum(r["answer"] == "greedy" for r in answers)
     large = sum(r["answer"] == "greedy" and int(r["n"]) >= 14 for r in answers)
-    replace_between(ROOT / "docs/trust.md", "exhaustive", [
-        f"{problems} problems (an instance and a budget that leaves a choice), {large} of them of 14 to 16 candidates.",
-        "",
-        "The gain of log det over the prior, as a share of the optimum's:",
-        "",
-        *table(["answer", "family", "least", "1 %", "median", "optimal"], answer_rows(answers)),
-        "",
-        f"`upper_bound` less the optimum, nats (tight: within {TIGHT:.0e}):",
-        "",
-        *table(["bound", "family", "least", "1 %", "median", "99 %", "most", "tight"], bound_rows(bounds)),
-        "",
-        "`bench/exhaustive`; the same on every machine.",
-    ])  # fmt: skip
+    write(list(answer_summaries(answers)), list(bound_summaries(bounds)), problems, large)
 
 
 if __name__ == "__main__":

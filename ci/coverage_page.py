@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Coverage a folder from gcovr's JSON summary: the last line of ci/coverage, and the table of docs/trust.md.
+"""Coverage of each folder from gcovr's JSON summary: the last line of ci/coverage, and the table of docs/trust.md.
 
-Usage: coverage_page.py SUMMARY LEAST_PERCENT_OF_LINES LEAST_PERCENT_OF_BRANCHES yes|no
+Usage: coverage_page.py SUMMARY MIN_PERCENT_OF_LINES MIN_PERCENT_OF_BRANCHES yes|no
 """
 
 import json

@@ -3,11 +3,13 @@
 
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/search/search.hpp"
+#include "kernel/selector_checks.hpp"
 #include "kernel/strategies/lazy_greedy.hpp"
 
 #include <algorithm>
 #include <new>
 #include <type_traits>
+#include <vector>
 
 namespace maxlogdet {
 
@@ -18,11 +20,8 @@ namespace {
 
 // From one start() to the next.
 struct Proposals {
-  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
-      : search(blocks, options, memory),
-        status(search.start(blocks, options)),
-        rounds(search),
-        lanes(memory.pool.data()) {
+  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, std::uint32_t* best) noexcept
+      : search(blocks, options, memory), status(search.start(blocks, options)), rounds(search), lanes(best) {
     search.screening.use_store(search.constraints.free(), search.candidates.size());
     search.screening.expect_withdrawals();
   }
@@ -145,9 +144,10 @@ Status check_active(const BlockStore& candidates, const Options& options, const 
 }  // namespace
 
 struct ActiveSelection::State {
-  explicit State(std::size_t capacity) : memory(capacity) {}
+  explicit State(std::size_t capacity) : memory(capacity), best(capacity) {}
 
   SearchMemory memory;
+  std::vector<std::uint32_t> best;  // lanes of the best candidates, in order
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type place;
   Proposals* proposals = nullptr;           // in its place; nullptr: not started, or an error
   Status error = Status::nothing_proposed;  // why
@@ -175,7 +175,7 @@ Status ActiveSelection::start(const BlockStore& candidates, const Options& optio
   state.invalid_candidates = candidates.invalid_count();
   state.error = check_active(candidates, options, state.memory);
   if (state.error != Status::ok) return state.error;
-  auto* const proposals = new (&state.place) Proposals(candidates, options, state.memory);
+  auto* const proposals = new (&state.place) Proposals(candidates, options, state.memory, state.best.data());
   state.error = proposals->status;
   if (state.error == Status::ok) state.proposals = proposals;
   return state.error;

@@ -3,21 +3,47 @@
 
 #include "kernel/information/certificate.hpp"
 #include "kernel/search/search.hpp"
+#include "kernel/selector_checks.hpp"
+#include "kernel/strategies/exchange.hpp"
 #include "kernel/strategies/method.hpp"
+
+#include <algorithm>
 
 #include <limits>
 
 namespace maxlogdet {
 
+/// All the memory of a Selector; nothing is allocated later.
+struct SelectorMemory {
+  explicit SelectorMemory(std::size_t capacity)
+      : search(capacity), strategies(capacity), exchange(capacity), certificate(capacity) {}
+  SearchMemory search;
+  Workspaces strategies;
+  ExchangeWorkspace exchange;
+  CertificateMemory certificate;
+};
+
 Selector::Selector(std::size_t capacity, Executor* executor)
-    : memory_(new SearchMemory(capacity)), executor_(executor) {}
+    : memory_(new SelectorMemory(capacity)), executor_(executor) {}
 Selector::~Selector() = default;
 Selector::Selector(Selector&&) noexcept = default;
 Selector& Selector::operator=(Selector&&) noexcept = default;
 
-std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity : 0; }
+std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->search.capacity : 0; }
 
 namespace {
+
+// Where no more candidates may be selected no selection is longer than the answer, whether groups are full or not: the
+// bases of a matroid have one size.
+std::size_t max_size(const Search& search) noexcept {
+  if (search.remaining == 0) return search.selected;
+  return std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
+}
+
+double upper_bound(const Search& search, std::size_t passes, CertificateMemory& memory) noexcept {
+  const Incumbent incumbent = {search.indices, search.selected, search.factor.inverse(), max_size(search)};
+  return upper_bound(search.problem(), incumbent, passes, search.deadline, memory);
+}
 
 // Where log det itself may have no digits, or is above its bound by more than rounding explains, nothing is known of
 // the answer (docs/numerics.md). By less than that rounding may put the computed log det of an optimal answer above it.
@@ -36,9 +62,9 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: no capacity for anything
-  selection.status = check(candidates, options, *memory_);
+  selection.status = check(candidates, options, memory_->search);
   if (selection.status != Status::ok) return selection;
-  Search search(candidates, options, *memory_);
+  Search search(candidates, options, memory_->search);
   selection.status = search.start(candidates, options);
   if (selection.status != Status::ok) return selection;
 
@@ -46,10 +72,11 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
   const Method& method = *method_of(selection.strategy);
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining, method.crossover);
-  memory_->team.run(executor_, selection.threads, [&] {
-    status = method.run(search, options);
-    if (status == Status::ok && options.exchange_sweeps > 0) status = exchange(search, options.exchange_sweeps);
-    if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes);
+  memory_->search.team.run(executor_, selection.threads, [&] {
+    status = method.run(search, options, memory_->strategies.of(selection.strategy));
+    if (status == Status::ok && options.exchange_sweeps > 0)
+      status = exchange(search, options.exchange_sweeps, memory_->exchange);
+    if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes, memory_->certificate);
   });
   search.report(status, selection);
   if (options.certify) selection.upper_bound = reconciled(selection, search.factor.relative_error());

@@ -133,9 +133,8 @@ class OwnActiveSelection {
 void bind_active_selection(py::module_& module) {
   py::class_<OwnActiveSelection>(module, "ActiveSelection", R"(ActiveSelection(capacity)
 
-Selection hand in hand with matching: candidates are points not matched yet, each proposal is the one that adds most to
-what has been accepted, and is answered with accept() or reject(). If everything is accepted as proposed the answer is
-that of lazy_greedy.
+Active matching: candidates are points that are not matched yet; each proposal is the candidate of maximum gain, and is
+answered with accept() or reject(). If everything is accepted as proposed, the answer is that of lazy_greedy.
 
     with maxlogdet.ActiveSelection(2000) as active:
         active.start(blocks, budget=100)
@@ -143,51 +142,51 @@ that of lazy_greedy.
             active.accept() if match(i) else active.reject()
         selection = active.selection()
 
-From start() to stop() the store cannot change; the next start(), the end of the `with` and of the object stop too.)")
+From start() to stop() the store cannot change; the next start(), the end of `with` and deletion also stop.)")
       .def(py::init<const py::object&>(), py::arg("capacity"))
       .def(
           "start", &OwnActiveSelection::start, py::arg("blocks"), py::arg("budget") = 100,
           R"(start(self, blocks, budget=100, *, strategy='lazy_greedy', prior=None, time_limit=0.0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
-Begins anew, with arguments as of Selector.select(); the time limit includes the matching, groups count what is accepted,
-target_efficiency compares with all blocks as offered.
-Strategies are 'greedy', 'lazy_greedy' and 'automatic', here all the same.)")
+Starts a new selection, with the arguments of Selector.select(); the time limit includes the matching, groups count
+accepted candidates, target_efficiency compares with all blocks as offered. strategy is 'greedy', 'lazy_greedy' or
+'automatic', which are the same here.)")
       .def("next", &OwnActiveSelection::next, R"(next(self)
 --
 
-The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again. None
-when the budget is reached, nothing is left, the time limit has passed, or the targets are met.)")
+Returns the candidate of maximum gain that is neither accepted nor rejected; while proposals are unanswered, the first
+of these again. None when the budget is reached, nothing is left, the time limit has passed, or the targets are met.)")
       .def("next_batch", &OwnActiveSelection::next_batch, py::arg("count"), R"(next_batch(self, count)
 --
 
-The `count` best by their gains now, best first: their indices, an array. Fewer only where no more may all be accepted:
-what is left, what the budget still asks for, and of a group what its maximum leaves. While proposals are unanswered,
-these again, at most `count`.)")
+Returns the indices of the `count` candidates of maximum current gain, best first, as an array. There are fewer only
+where no more may all be accepted: by what is left, by the budget, and by the maximum of a group. While proposals are
+unanswered, returns these again, at most `count`.)")
       .def("accept", &OwnActiveSelection::accept, py::arg("block") = py::none(), py::kw_only(),
            py::arg("index") = py::none(), R"(accept(self, block=None, *, index=None)
 --
 
-The first unanswered proposal, or that of an index, is matched: it enters the selection as proposed, or with the (r, 6)
-block as measured, r in {1, 2, 3}.)")
+Adds the first unanswered proposal, or that of an index, to the selection: as proposed, or with the (r, 6) block as
+measured, r in {1, 2, 3}.)")
       .def("reject", &OwnActiveSelection::reject, py::kw_only(), py::arg("index") = py::none(),
            R"(reject(self, *, index=None)
 --
 
-The first unanswered proposal, or that of an index, is not matched, and not proposed again.)")
+Rejects the first unanswered proposal, or that of an index: it is not proposed again.)")
       .def("answer", &OwnActiveSelection::answer, py::arg("matched"), R"(answer(self, matched)
 --
 
-Answers all unanswered proposals together, in their order: a bool for each, True accepts.)")
+Answers all unanswered proposals in their order: one bool for each, True accepts.)")
       .def("selection", &OwnActiveSelection::selection, R"(selection(self)
 --
 
-A Selection of what has been accepted so far, in that order.)")
+Returns a Selection of what has been accepted so far, in that order.)")
       .def("stop", &OwnActiveSelection::stop, R"(stop(self)
 --
 
-Lets go of the store, and ends what start() began.)")
-      .def_property_readonly("capacity", &OwnActiveSelection::capacity, "Most candidates that start() accepts.")
+Ends the selection and releases the store.)")
+      .def_property_readonly("capacity", &OwnActiveSelection::capacity, "The maximum number of candidates of start().")
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &OwnActiveSelection::next_of_iteration)
       .def("__enter__", [](const py::object& self) { return self; })

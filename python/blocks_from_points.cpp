@@ -269,18 +269,19 @@ void bind_weights(py::module_& module) {
       R"(match_information(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
 --
 
-(n, r, r): the weight of each match's residual, (u, v) or (u, v, third), in an optimiser that holds the points fixed: the
-inverse of Sigma_z + J Sigma_p J^T, the noise that its block is whitened by, at T_cw; r = 3 with a third measurement, else
-2. Zeros in the third row and column of a match that has none, NaN where the point has no image or numbers are not usable.
+Returns (n, r, r): the weight of each match's residual, (u, v) or (u, v, third), in an optimiser that holds points
+fixed: the inverse of Sigma_z + J Sigma_p J^T, the noise that whitens its block, at T_cw; r = 3 with a third
+measurement, else 2. Zero in the third row and column of a match without one; NaN where the point has no image or
+numbers are unusable.
 
-Arguments are those of BlockStore.append_blocks. map_covariances count with weighting 'measurement_and_map'.)");
+Arguments are those of BlockStore.append_blocks. map_covariances count only with weighting 'measurement_and_map'.)");
   def_weights(
       module, "match_whitening", &weights<true>,
       R"(match_whitening(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
 --
 
-(n, r, r): W of each match, lower triangular, W^T W its match_information: W times the residual has independent entries of
-variance 1. Otherwise as match_information.)");
+Returns (n, r, r): W of each match, lower triangular, W^T W its match_information: W times the residual has independent
+entries of variance 1. Otherwise as match_information.)");
 }
 
 }  // namespace
@@ -311,10 +312,10 @@ A rectified pinhole camera, px; bf: stereo baseline times fx, px m, 0 if monocul
 
   py::class_<Camera> any_camera(module, "Camera", R"(Camera(pinhole)
 
-A camera of any model; where one is expected, a PinholeCamera will do.
+A camera of any model; a PinholeCamera converts to it.
 
-p_c: x right, y down, z forward, m. u = fx m_x + cx, v = fy m_y + cy, of the image as the model has it: distorted, unless
-it has been rectified. bf is of pinholes only.)");
+p_c: x right, y down, z forward, m. u = fx m_x + cx, v = fy m_y + cy, of the image as the model has it: distorted,
+unless it has been rectified. Only pinholes have a bf.)");
   any_camera.def(py::init<const PinholeCamera&>(), py::arg("pinhole"))
       .def_static("radial_tangential", &Camera::radial_tangential, py::arg("pinhole"), py::arg("k1"), py::arg("k2"),
                   py::arg("p1"), py::arg("p2"), py::arg("k3") = 0.0,
@@ -327,25 +328,25 @@ it has been rectified. bf is of pinholes only.)");
           "double_sphere", &Camera::double_sphere, py::arg("pinhole"), py::arg("xi"), py::arg("alpha"),
           "double_sphere(pinhole, xi, alpha)\n--\n\nUsenko, Demmel, Cremers, 3DV 2018; xi > -1, alpha in [0, 1].")
       .def_property_readonly(
-          "model", [](const Camera& self) { return to_string(self.model); }, "Its name.")
+          "model", [](const Camera& self) { return to_string(self.model); }, "The model's name.")
       .def_property_readonly(
           "pinhole", [](const Camera& self) { return self.pinhole; }, "fx, fy, cx, cy.")
-      .def_property_readonly("parameters", &parameters_of, "In the order of its constructor.")
+      .def_property_readonly("parameters", &parameters_of, "The model's parameters, in the order of its constructor.")
       .def("project", &projected, py::arg("points"),
-           "project(self, points)\n--\n\n(n, 2), px, of points (n, 3) in the camera's frame; NaN where the model has "
-           "no image.")
+           "project(self, points)\n--\n\nReturns (n, 2), px, of points (n, 3) in the camera's frame; NaN where the "
+           "model has no image.")
       .def("__repr__", py::overload_cast<const Camera&>(&text_of));
   any_camera.def(py::pickle([](const Camera& self) { return state_of(self); }, &camera_of_state));
   py::implicitly_convertible<PinholeCamera, Camera>();
 
-  py::class_<BlockReport> report(module, "BlockReport", "What BlockStore.append_blocks appended.");
+  py::class_<BlockReport> report(module, "BlockReport", "The result of BlockStore.append_blocks.");
   report
       .def_property_readonly(
           "status", [](const BlockReport& self) { return to_string(self.status); },
           "'ok'; 'singular_rays' (map_bias_world) if some rays are orthogonal to the world's z axis; "
           "'invalid_jacobians' "
           "if some are not finite.")
-      .def_readonly("appended", &BlockReport::appended, "How many candidates: n.")
+      .def_readonly("appended", &BlockReport::appended, "The number of candidates, n.")
       .def_readonly("invalid", &BlockReport::invalid, "Of these, how many are kept as invalid, for any reason.")
       .def_readonly("unusable", &BlockReport::unusable, "Of these, how many are not usable.")
       .def_readonly("behind_camera", &BlockReport::behind_camera,
@@ -371,26 +372,26 @@ it has been rectified. bf is of pinholes only.)");
       R"(append_blocks(self, camera, T_cw, points, *, sigmas=None, has_third=None, usable=None, weights=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05, min_depth=0.01, threads=0)
 --
 
-Appends one block a match, in their order. Returns a BlockReport; raises SelectionError ('invalid_camera',
-'invalid_pose', 'invalid_options', 'invalid_camera_id'), and then appends nothing. C-contiguous float64 arrays, and points
-of float32 too, are read where they are, others are converted.
+Appends one block per match, in their order. Returns a BlockReport; raises SelectionError ('invalid_camera',
+'invalid_pose', 'invalid_options', 'invalid_camera_id'), and then appends nothing. C-contiguous float64 arrays, and
+points of float32 too, are read in place; others are converted.
 
-camera: PinholeCamera or Camera; or a rig, a list of (camera, T_cb), T_cb body to camera: T_cw then is that of the body.
+camera: PinholeCamera or Camera; or a rig, a list of (camera, T_cb), T_cb body to camera: T_cw is then the body's.
 T_cw: (3, 4) or (4, 4), world to camera, camera frame x right, y down, z forward, m. The blocks are about xi =
   (translation, rotation) of T_cw <- exp(xi^) T_cw, m and rad.
 points: (n, 3), world frame, m; float32 or float64.
-sigmas: (n,), px, deviation of each measurement; None: 1.
+sigmas: (n,), px, standard deviation of each measurement; None: 1.
 has_third: (n,) bool, where the third measurement exists; None: everywhere.
 usable: (n,) bool, False keeps a match as an invalid candidate; None: all are usable.
 weights: (n,), not negative, multiplies H^T H; None: 1.
 map_covariances: (n, 3, 3), world frame, m^2 (measurement_and_map), the upper triangle is read; None: map_sigma^2 I.
 jacobians: (n, 2, 3), d (u, v) / d p_c, px per m, of a camera model of your own; None: the camera's.
-camera_ids: (n,) integers, which camera of the rig; None: the first.
-weighting: 'measurement', 'measurement_and_map', 'map_bias' (the paper's H_c) or 'map_bias_world'; None: 'measurement', or
-  with map_covariances 'measurement_and_map'.
-third: 'none', 'stereo' (px, needs camera.bf) or 'depth' (m, of deviation depth_sigma).
+camera_ids: (n,) integers, index of the match's camera in the rig; None: 0.
+weighting: 'measurement', 'measurement_and_map', 'map_bias' (the paper's H_c) or 'map_bias_world'; None: 'measurement',
+  or with map_covariances 'measurement_and_map'.
+third: 'none', 'stereo' (px, needs camera.bf) or 'depth' (m, of standard deviation depth_sigma).
 min_depth: m, nearer matches are no candidates.
-threads: 1: the calling one alone; 0: as many as pay off; n: at most n.)");
+threads: 1: only the calling one; 0: as many as pay off; n: at most n.)");
   bind_weights(module);
 }
 

@@ -73,8 +73,8 @@ StatusError::StatusError(BlockStatus status) : StatusError(to_string(status), ex
 void bind_errors(py::module_& module) {
   module.attr("SelectionError") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
       "maxlogdet.SelectionError",
-      "The library refused what it was asked. `status` is the name of the reason, as 'invalid_prior'.",
-      PyExc_ValueError, nullptr));
+      "The library refused the request. `status` is the name of the reason, as 'invalid_prior'.", PyExc_ValueError,
+      nullptr));
   py::register_exception_translator([](std::exception_ptr pointer) {  // NOLINT(performance-unnecessary-value-param)
     try {
       if (pointer) std::rethrow_exception(pointer);

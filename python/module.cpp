@@ -22,9 +22,9 @@ PYBIND11_MODULE(_core, module) {
   module.def("isa", &maxlogdet::active_isa, R"(isa()
 --
 
-The instruction set that a Selector made now would run on: 'sse2', 'avx2', 'avx512' or 'neon'; the environment variable
-MAXLOGDET_ISA forces one. 'none' if that names one which is not built in or which this machine lacks: selecting then
-raises SelectionError ('unsupported_isa'). Answers do not depend on it.)");
+The instruction set of a Selector made now: 'sse2', 'avx2', 'avx512' or 'neon'; the environment variable MAXLOGDET_ISA
+selects one. 'none' if that is not built in or not supported by this machine: selecting then raises SelectionError
+('unsupported_isa'). Answers do not depend on it.)");
   module.attr("__version__") = maxlogdet::version();
   module.attr("strategies") = strategy_names();
   module.attr("has_tbb") = has_executor();

@@ -46,33 +46,33 @@ Answer answer_of(const Selection& selection) {
 void bind_selection(py::module_& module) {
   const auto number = [](auto member) { return [member](const Answer& self) { return self.selection.*member; }; };
   py::class_<Answer>(module, "Selection",
-                     R"(What was selected. Its arrays are its own: the next select() leaves them alone.
+                     R"(The answer. It owns its arrays: the next select() does not change them.
 
-len() is the number selected; iterating gives their indices.)")
+len() is the number selected; iteration gives their indices.)")
       .def_readonly("indices", &Answer::indices,
                     "(k,) of numpy.intp: required ones, then in order of selection; of backward_greedy by index.")
-      .def_readonly("gains", &Answer::gains, "(k,): the growth of log det by each after those before it, nats.")
+      .def_readonly("gains", &Answer::gains, "(k,): the increase of log det by each after those before it, nats.")
       .def_property_readonly("log_det", number(&Selection::log_det), "log det(prior + sum of selected H^T H), nats.")
       .def_property_readonly("upper_bound", number(&Selection::upper_bound),
-                             "No selection within the budget that keeps to required and excluded has a greater log "
-                             "det: proved, nats. NaN unless certify=True.")
+                             "Proved bound, nats: no selection within the budget that respects required and excluded "
+                             "has a greater log det. NaN unless certify=True.")
       .def_property_readonly(
           "efficiency", [](const Answer& self) { return self.selection.efficiency(); },
           "(det M / det of the bound)^(1/6); NaN unless certify=True.")
       .def_property_readonly(
           "status", [](const Answer& self) { return to_string(self.selection.status); },
-          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': what was found until then; "
+          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': the answer so far; "
           "'target_reached': all targets given are met.")
       .def_property_readonly(
           "strategy", [](const Answer& self) { return to_string(self.selection.strategy); },
-          "The one asked for, or what 'automatic' chose.")
+          "The requested one, or what 'automatic' chose.")
       .def_property_readonly("efficiency_of_all", number(&Selection::efficiency_of_all),
                              "(det M / det M_all)^(1/6), the share of the information of all valid candidates that are "
                              "not excluded; NaN without target_efficiency.")
       .def_property_readonly("translation_sigma", number(&Selection::translation_sigma),
-                             "Expected deviation of the translation, m; NaN without target_translation_sigma.")
+                             "Expected standard deviation of the translation, m; NaN without target_translation_sigma.")
       .def_property_readonly("rotation_sigma", number(&Selection::rotation_sigma),
-                             "Expected deviation of the rotation, rad; NaN without target_rotation_sigma.")
+                             "Expected standard deviation of the rotation, rad; NaN without target_rotation_sigma.")
       .def_property_readonly("evaluations", number(&Selection::evaluations),
                              "Gains computed in float32; may differ between machines.")
       .def_property_readonly("float64_decisions", number(&Selection::float64_decisions),

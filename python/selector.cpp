@@ -77,9 +77,9 @@ Answer select_once(const py::object& blocks, const py::object& budget, const py:
 void bind_selector(py::module_& module) {
   py::class_<OwnSelector>(module, "Selector", R"(Selector(capacity, threads=0)
 
-Owns all the memory that selecting from up to `capacity` candidates needs: keep one for a loop over frames, one a thread.
-threads: 1: the calling one alone; 0: as many as pay off; n: at most n, with oneTBB (has_tbb; always one without). The
-answer does not depend on it. The GIL is released meanwhile; select() raises RuntimeError in a second thread.)")
+Owns all the memory for selecting from up to `capacity` candidates: keep one per thread for all frames. threads: 1:
+only the calling one; 0: as many as pay off; n: at most n, with oneTBB (has_tbb; always 1 without). The answer does not
+depend on it. select() releases the GIL, and raises RuntimeError in a second thread.)")
       .def(py::init([](const py::object& capacity, const py::object& threads) {
              return std::make_unique<OwnSelector>(count_from(capacity, "capacity"), int_from(threads, "threads"));
            }),
@@ -89,28 +89,28 @@ answer does not depend on it. The GIL is released meanwhile; select() raises Run
           R"(select(self, blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
-Selects `budget` of the candidates of a BlockStore (or of what makes one): those that maximise
-log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError, whose status says what is wrong.
+Selects `budget` candidates of a BlockStore (or of what makes one): those that maximise
+log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError, whose status names the error.
 
-strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster, 'stochastic_greedy' takes epsilon
-  and seed, 'automatic' chooses another by the size of the problem.
+strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster; 'stochastic_greedy' uses epsilon
+  and seed; 'automatic' chooses by the size of the problem.
 prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
-time_limit: s; 0: none. What there is by then is the answer, with the status 'deadline_reached'.
-threads: as of Selector(), whose value None stands for.
+time_limit: s; 0: none. The answer so far is then returned, with the status 'deadline_reached'.
+threads: as of Selector(); None: the value given there.
 certify: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
-exchange_sweeps: at most so many sweeps of swaps after the search; pays for budgets of 20 or less.
+exchange_sweeps: maximum number of sweeps of swaps after the search; pays for budgets of 20 or less.
 target_efficiency: in (0, 1]; 0: none. Stops, with the status 'target_reached', when (det M / det M_all)^(1/6) is that
-  much, M the information of prior and selected, M_all with all valid candidates that are not excluded.
-target_translation_sigma, target_rotation_sigma: m, rad; 0: none. Stops when the expected deviations are at most these,
-  the root of the trace of the block of M^-1. Of several targets all have to be met. The greedy strategies take targets.
-required, excluded: (n,) bool: selected in any case, and not at all.
+  high, M the information of prior and selected, M_all with all valid candidates that are not excluded.
+target_translation_sigma, target_rotation_sigma: m, rad; 0: none. Stops when the expected standard deviations are at
+  most these, the root of the trace of the block of M^-1. Several targets must all be met; greedy strategies take them.
+required, excluded: (n,) bool: selected in any case, never selected.
 groups: (n,) integers from 0 on, the group of each; at most group_maxima[g], (groups,), of each are selected, or
   max_per_group if that is None.
 
 All arrays are copied before the search begins.)")
       .def_property_readonly(
           "capacity", [](const OwnSelector& self) { return self.selector.capacity(); },
-          "Most candidates, and largest budget, that select() accepts.")
+          "The maximum number of candidates, and the maximum budget, of select().")
       .def("__repr__", [](const OwnSelector& self) {
         return "<maxlogdet.Selector: capacity " + std::to_string(self.selector.capacity()) + ">";
       });
@@ -119,7 +119,7 @@ All arrays are copied before the search begins.)")
       R"(select(blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
-Selector.select() with a Selector of its own, just large enough; in a loop over frames keep a Selector instead.
+Calls select() of a temporary Selector, just large enough; in a loop over frames keep a Selector instead.
 `blocks` is a BlockStore, an (n, r, 6) array of floats, or a list of (r, 6) arrays. Any number of threads may call it.)");
 }
 

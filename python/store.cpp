@@ -197,9 +197,9 @@ void bind_store(py::module_& module) {
   py::class_<Store, std::shared_ptr<Store>> store(module, "BlockStore", R"(BlockStore(blocks=None, capacity=0)
 
 Candidate blocks H_i, r x 6 with r in {1, 2, 3}, columns (translation, rotation), rounded to float32. `blocks` is an
-(n, r, 6) array of floats, or a list of (r, 6) arrays of any mix of r; shorter blocks are filled up with zero rows. A
+(n, r, 6) array of floats, or a list of (r, 6) arrays with any mix of r; shorter blocks are padded with zero rows. A
 None in the list, and a block that float32 cannot hold (NaN, infinity, overflow), is kept as an invalid candidate: it
-takes an index and is never selected. `capacity` candidates fit in without allocating; BlockStore(1000) is empty and has
+takes an index and is never selected. `capacity` candidates fit without allocating; BlockStore(1000) is empty and has
 a capacity of 1000.
 
 While arrays view the store (planes, indices, valid) or a selection uses it, changing it raises BufferError.)");
@@ -207,11 +207,11 @@ While arrays view the store (planes, indices, valid) or a selection uses it, cha
       .def("append", &append, py::arg("block"), R"(append(self, block)
 --
 
-Appends one candidate, an (r, 6) array, or None for one that is invalid; returns its index.)")
+Appends one candidate, an (r, 6) array, or None for an invalid one; returns its index.)")
       .def("extend", &extend, py::arg("blocks"), R"(extend(self, blocks)
 --
 
-Appends candidates, given as to BlockStore(). Those of an array or a list with a mistake in it not at all.)")
+Appends candidates, as BlockStore() takes them; none of them if the array or list has an error.)")
       .def(
           "clear", [](Store& self) { self.changeable().clear(); }, R"(clear(self)
 --
@@ -223,11 +223,11 @@ Removes all candidates; keeps the memory.)")
           py::arg("capacity"), R"(reserve(self, capacity)
 --
 
-Makes room for so many candidates; what is stored stays.)")
+Makes room for `capacity` candidates, and keeps those stored.)")
       .def("copy", &copy, R"(copy(self)
 --
 
-A store of its own with the same candidates.)")
+Returns an independent store with the same candidates.)")
       .def("__copy__", &copy)
       .def("__deepcopy__", [](const Store& self, const py::object&) { return copy(self); })
       .def(py::pickle(&state_of, &unpickled))
@@ -235,16 +235,16 @@ A store of its own with the same candidates.)")
       .def("__repr__", &text_of)
       .def_property_readonly(
           "capacity", [](const Store& self) { return self.blocks().capacity(); },
-          "How many candidates fit in without allocating.")
+          "The number of candidates that fit without allocating.")
       .def_property_readonly(
           "rows", [](const Store& self) { return self.blocks().rows(); },
-          "Rows of the tallest block; 0 while there is no valid one.")
+          "The maximum number of rows of a block; 0 while none is valid.")
       .def_property_readonly(
           "invalid_count", [](const Store& self) { return self.blocks().invalid_count(); },
-          "How many candidates are invalid.")
+          "The number of invalid candidates.")
       .def_property_readonly(
           "stored", [](const Store& self) { return self.blocks().stored(); },
-          "How many candidates have a block: len(store) - invalid_count.")
+          "The number of candidates with a block: len(store) - invalid_count.")
       .def_property_readonly("planes", &planes,
                              "(rows, 6, stored) float32, read-only: the store's own memory, not a copy. Column j is "
                              "candidate indices[j]: invalid ones have none. The array keeps the store alive, and the "

@@ -5,9 +5,10 @@
 #   <!-- file: NAME -->     a file in the session's folder, there from here on
 # A block of commands without a marker is an error: whatever a guide tells its readers to type is run.
 #
-# Usage: awk -v name=NAME_IN_MESSAGES -v out=FOLDER -f extract.awk GUIDE    (FOLDER/files must be there)
-# Writes FOLDER/session and FOLDER/checkout, shell code in which every command has the line number that it has in the
-# guide; FOLDER/files/LINE; and FOLDER/session.plan and FOLDER/checkout.plan, what will be done in words.
+# Usage: awk -v out=FOLDER -f extract.awk PAGE...    (FOLDER/0/files must be there for the first one, and so on)
+# Writes FOLDER/0/session and FOLDER/0/checkout, shell code in which every command has the line number that it has in
+# the first page; FOLDER/0/files/LINE; and FOLDER/0/session.plan and FOLDER/0/checkout.plan, what will be done in words;
+# and so on for the others. None of them needs a command, as long as one has.
 
 function fail(line, what) {
   print name ":" line ": " what >"/dev/stderr"
@@ -15,7 +16,12 @@ function fail(line, what) {
   exit 1
 }
 
-function plan(script, what, detail) { print name ":" NR ": " what ": " detail >(out "/" script ".plan") }
+function plan(script, what, detail) { print name ":" FNR ": " what ": " detail >(folder "/" script ".plan") }
+
+function end_page() {
+  if (in_fence) fail(in_fence, "a block without an end")
+  if (kind != "") fail(marker_line, "a marker stands directly above its block")
+}
 
 function read_marker() {
   if ($0 == "<!-- run -->") kind = "session"
@@ -23,26 +29,26 @@ function read_marker() {
   else if ($0 ~ /^<!-- file: [A-Za-z0-9_.\/-]+ -->$/) {
     kind = "file"
     file = $3
-    if (file ~ /^\/|(^|\/)\.\.(\/|$)|\/$/) fail(NR, "a file's name stays in the session's folder: " file)
-  } else fail(NR, "no such marker: " $0)
-  marker_line = NR
+    if (file ~ /^\/|(^|\/)\.\.(\/|$)|\/$/) fail(FNR, "a file's name stays in the session's folder: " file)
+  } else fail(FNR, "no such marker: " $0)
+  marker_line = FNR
 }
 
 function open_fence(language) {
-  if ($0 !~ /^```[^`]*$/) fail(NR, "a fence is three backticks at the start of a line")
+  if ($0 !~ /^```[^`]*$/) fail(FNR, "a fence is three backticks at the start of a line")
   language = substr($0, 4)
   sub(/[ \t].*/, "", language)
   if (kind == "" && language ~ /^(sh|bash|zsh|shell|console)$/)
-    fail(NR, "commands without a marker: <!-- run -->, <!-- run: checkout --> or <!-- file: NAME -->")
-  if ((kind == "session" || kind == "checkout") && language != "sh") fail(NR, "what is run is written as ```sh")
+    fail(FNR, "commands without a marker: <!-- run -->, <!-- run: checkout --> or <!-- file: NAME -->")
+  if ((kind == "session" || kind == "checkout") && language != "sh") fail(FNR, "what is run is written as ```sh")
   if (kind == "file") {
     target = "\"$guide_folder/" file "\""
-    session = "mkdir -p \"$(dirname " target ")\"; cp \"$guide_files/" NR "\" " target
-    target = out "/files/" NR
+    session = "mkdir -p \"$(dirname " target ")\"; cp \"$guide_files/" FNR "\" " target
+    target = folder "/files/" FNR
     printf "" >target
     plan("session", "file", file)
   }
-  in_fence = NR
+  in_fence = FNR
 }
 
 function close_fence() {
@@ -56,6 +62,12 @@ function read_command(script) {
   continued = $0 ~ /\\$/
 }
 
+FNR == 1 {
+  end_page()
+  name = FILENAME
+  folder = out "/" number++
+}
+
 {
   session = checkout = ""
   if (in_fence) {
@@ -66,13 +78,12 @@ function read_command(script) {
   } else if ($0 ~ /^[ \t>]*(```|~~~)/) open_fence()
   else if (kind != "") fail(marker_line, "a marker stands directly above its block")
   else if (tolower($0) ~ /^[ \t]*<!--[ \t]*(run|file)[^a-z]/) read_marker()
-  print session >(out "/session")
-  print checkout >(out "/checkout")
+  print session >(folder "/session")
+  print checkout >(folder "/checkout")
 }
 
 END {
   if (failed) exit 1
-  if (in_fence) fail(in_fence, "a block without an end")
-  if (kind != "") fail(marker_line, "a marker stands directly above its block")
-  if (!commands) fail(NR, "a guide without a command")
+  end_page()
+  if (!commands) fail(FNR, "a guide without a command")
 }

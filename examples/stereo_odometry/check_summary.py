@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Checks the accuracy in a summary.json of the stereo odometry. Usage: check_summary.py SUMMARY.json TRAJECTORIES
 
-Prints a line of figures, the last one; names what does not hold and exits with 1. TRAJECTORIES: how many were found to be
-the same with one thread and with two, for that line.
+Prints a line of figures; names what does not hold and exits with 1. TRAJECTORIES: how many were found to be the same
+with one thread and with two.
 """
 
 import json
 import sys
 
-SELECTORS = {"quality", "bucket", "observability", "md", "quality_md", "random", "leverage", "half_random", "md_cells", "md_keyframes",
-             "shared_cells", "shared_keyframes", "inl", "all", "all_weighted", "active"}  # fmt: skip
+SELECTORS = {"quality", "bucket", "observability", "md", "quality_md", "random", "leverage", "half_random", "md_cells",
+             "md_keyframes", "shared_cells", "shared_keyframes", "inl", "all", "all_weighted", "active"}  # fmt: skip
 
 results = {entry["selector"]: entry for entry in json.load(open(sys.argv[1]))}
 same = int(sys.argv[2])
@@ -27,5 +27,5 @@ failures += [f"md's {key} is {md[key]:.4f}, that of {rival} {results[rival][key]
              for rival in ("random", "quality") for key in share if not md[key] < results[rival][key]]  # fmt: skip
 if failures:
     sys.exit("\n".join(failures))
-print(f"all frames tracked, {same} trajectories the same with 1 and 2 threads; md has {share['rpe_m_per_s']:.2f} x inl's RPE, "
-      f"{share['roe_deg_per_s']:.2f} x its ROE")  # fmt: skip
+print(f"all frames tracked, {same} trajectories the same with 1 and 2 threads; md has "
+      f"{share['rpe_m_per_s']:.2f} x inl's RPE, {share['roe_deg_per_s']:.2f} x its ROE")  # fmt: skip

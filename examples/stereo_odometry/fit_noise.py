@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What residuals depend on. Reads RESULTS/residuals/SET/inl/residuals.csv of every set that is there, fits one model of
-the variance for each quantity that might explain it, to all sets but one, and judges it by the one that was left out.
+"""What residuals depend on: models of their variance, each fitted to all sets but one and judged by that one.
 
 Usage: fit_noise.py RESULTS    RESULTS: the folder that ci/tracker_page fills
-Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET and fitted_to_all (base and growth of
-sim::MotionNoise) and docs/images/tracker_residuals.svg.
+Reads RESULTS/residuals/SET/inl/residuals.csv. Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET and
+fitted_to_all (base and growth of sim::MotionNoise) and docs/images/tracker_residuals.svg.
 
-A residual is a Student t with 4 degrees of freedom, for matches that are wrong, whose scale squared is a + b x. EM: weights
-w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
+A residual is a Student t with 4 degrees of freedom, for matches that are wrong, whose scale squared is a + b x. EM:
+weights w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
 """
 
 import csv
@@ -22,8 +21,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PICTURE = ROOT / "docs/images/tracker_residuals.svg"
 NU = 4.0
-LEAST = 0.03**2  # px^2
-FARTHEST = 4.0  # px: beyond that a match is of another point
+MIN_VARIANCE = 0.03**2  # px^2
+MAX_RESIDUAL = 4.0  # px: beyond that a match is of another point
 EVERY = 4  # of the residuals, for time's sake
 # What may explain a variance, and how many levels of it the picture shows.
 QUANTITIES = {
@@ -48,7 +47,7 @@ AXES = {
 def read(path):
     with open(path) as file:
         rows = [row for row in csv.DictReader(file)]
-    return [row for row in rows if math.hypot(float(row["e_u"]), float(row["e_v"])) < FARTHEST]
+    return [row for row in rows if math.hypot(float(row["e_u"]), float(row["e_v"])) < MAX_RESIDUAL]
 
 
 def samples_of(rows, quantity):
@@ -73,14 +72,14 @@ def fit(samples):
         a, b = r0 / s00, 0.0
         if determinant > 1e-12 * s00 * s11:
             a, b = (s11 * r0 - s01 * r1) / determinant, (s00 * r1 - s01 * r0) / determinant
-            if a < LEAST:
-                a, b = LEAST, (r1 - LEAST * s01) / s11
+            if a < MIN_VARIANCE:
+                a, b = MIN_VARIANCE, (r1 - MIN_VARIANCE * s01) / s11
             if b < 0:
                 a, b = r0 / s00, 0.0
     return a, b
 
 
-def surprise(samples, a, b):
+def mean_nll(samples, a, b):
     """Mean negative log likelihood, nats, but for a constant."""
     return statistics.fmean(0.5 * math.log(a + b * x) + (NU + 1) / 2 * math.log1p(square / (NU * (a + b * x)))
                             for x, square in samples)
@@ -100,7 +99,8 @@ def levels(rows, quantity):
 
 def draw(sets):
     script = ["set terminal svg size 900,520 dynamic background '#ffffff'", f"set output '{PICTURE}'",
-              "set multiplot layout 2,3", "set yrange [0:1.4]", "set grid", "set key top left", "set ylabel 'RMS of u, v (px)'"]
+              "set multiplot layout 2,3", "set yrange [0:1.4]", "set grid", "set key top left",
+              "set ylabel 'RMS of u, v (px)'"]  # fmt: skip
     for number, (name, quantity) in enumerate(AXES.items()):
         blocks = []
         for i, (which, rows) in enumerate(sets.items()):
@@ -111,28 +111,37 @@ def draw(sets):
     subprocess.run(["gnuplot"], input="\n".join(script) + "\nunset multiplot\n", text=True, check=True)
 
 
-def main():
-    results = pathlib.Path(sys.argv[1])
-    found = sorted(results.glob("residuals/*/inl/residuals.csv"))
-    sets = {path.parent.parent.name: read(path) for path in found}
-    if len(sets) < 2:
-        sys.exit(f"{results}/residuals: {len(sets)} sets; expected at least 2, to judge one by what was fitted to the others")
-    (results / "noise").mkdir(parents=True, exist_ok=True)
+def fit_models(sets, folder):
+    """{x: {set: a, b and the mean negative log likelihood of the set by what was fitted to the others}}"""
     models = {}
     for name, quantity in QUANTITIES.items():
         samples = {which: samples_of(rows, quantity) for which, rows in sets.items()}
         models[name] = {}
         for held_out in sets:
-            others = [s for which, all in samples.items() if which != held_out for s in all]
-            a, b = fit(others)
-            models[name][held_out] = {"a": a, "b": b, "surprise": surprise(samples[held_out], a, b)}
-            if name == "motion":
-                (results / f"noise/fitted_without_{held_out}").write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
+            a, b = fit([s for which, of in samples.items() if which != held_out for s in of])
+            models[name][held_out] = {"a": a, "b": b, "mean_nll": mean_nll(samples[held_out], a, b)}
         if name == "motion":
-            a, b = fit([s for all in samples.values() for s in all])
-            (results / "noise/fitted_to_all").write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
-        print(name, {which: round(model["surprise"], 3) for which, model in models[name].items()}, flush=True)
-    (results / "noise/models.json").write_text(json.dumps(models, indent=1) + "\n")
+            write_constants(models[name], fit([s for of in samples.values() for s in of]), folder)
+        print(name, {which: round(model["mean_nll"], 3) for which, model in models[name].items()}, flush=True)
+    return models
+
+
+def write_constants(motion, fitted_to_all, folder):
+    constants = {f"fitted_without_{which}": (model["a"], model["b"]) for which, model in motion.items()}
+    for name, (a, b) in {**constants, "fitted_to_all": fitted_to_all}.items():
+        (folder / name).write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
+
+
+def main():
+    results = pathlib.Path(sys.argv[1])
+    found = sorted(results.glob("residuals/*/inl/residuals.csv"))
+    sets = {path.parent.parent.name: read(path) for path in found}
+    if len(sets) < 2:
+        sys.exit(f"{results}/residuals: {len(sets)} sets; expected at least 2, to judge one by what the others say")
+    folder = results / "noise"
+    folder.mkdir(parents=True, exist_ok=True)
+    models = fit_models(sets, folder)
+    (folder / "models.json").write_text(json.dumps(models, indent=1) + "\n")
     draw(sets)
 
 

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Rewrites the tables of docs/tracker.md from what the stereo odometry wrote, and copies its picture beside them.
 
-Usage: write_page.py RESULTS    RESULTS: the folder that ci/tracker_page fills
-A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'.
+Usage: write_page.py RESULTS [--mean-budgets SET/N]    RESULTS: the folder that ci/tracker_page fills
+A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'. All rows and columns of those that the
+page shortens go to examples/stereo_odometry/results/*.csv. --mean-budgets only prints what the targets have selected.
 """
 
 import csv
@@ -14,6 +15,10 @@ import pathlib
 import shutil
 import statistics
 import sys
+import textwrap
+
+from summaries import (ROE, RPE, SETS, both, changes, contestants, entry_of, every, find, geometric_mean, interval,
+                       ratio, results_of)  # fmt: skip
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
@@ -22,203 +27,232 @@ from results import cpu_model  # noqa: E402
 from write_tables import replace_between, table  # noqa: E402
 
 PAGE = ROOT / "docs/tracker.md"
+TABLES = ROOT / "examples/stereo_odometry/results"
 BATCHES = (5, 10, 20, 40, 100)
-BUDGETS = (30, 60, 100, 200)
-SETS = ("kitti_clip_1", "kitti_0039_a", "tum_fr1_rpy_a")
-RPE, ROE = "rpe_m_per_s", "roe_deg_per_s"
+BLOCKS = ("measurement", "measurement_and_map", "map_bias")
+WEIGHTS = ("measurement", "measurement_and_map")
+STREETS = ("kitti_clip_1", "kitti_0039_a")
+# What the page shows; the rest is in the CSV files.
+SHOWN = [("kitti_clip_1", 30), ("kitti_clip_1", 100),
+         ("kitti_0039_a", 30), ("kitti_0039_a", 100), ("kitti_0039_a", 200), ("tum_fr1_rpy_a", 100)]  # fmt: skip
+SHOWN_TARGETS = [(name, level) for name in STREETS for level in (0.5, 0.7)]
+HIDDEN = ("quality_md", "all_weighted")
+STAGES = ("matching", "selection", "pose_optimization")
 
 
-def results_of(folder):
-    return json.loads((folder / "summary.json").read_text())
+def write_csv(name, header, rows):
+    TABLES.mkdir(exist_ok=True)
+    with open(TABLES / name, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+    print(f"wrote {(TABLES / name).relative_to(ROOT)}")
 
 
-def find(results, selector, budget=100):
-    return next(e for e in results if e["selector"] == selector and e["budget"] in (budget, None))
+def origin(results):
+    """Of what the numbers are, and when the last of them was recorded."""
+    newest = max(path.stat().st_mtime for path in results.rglob("summary.json"))
+    day = datetime.date.fromtimestamp(newest).isoformat()
+    return f"{cpu_model()}, one thread, recorded {day}; `ci/tracker_page`."
 
 
-def relative(results, selector, key, budget=100):
-    return f"{find(results, selector, budget)[key] / find(results, 'inl')[key]:.2f}"
+# Every set, every selector.
 
 
-def markdown_of(folder, number):
-    """The table with that number in a summary.md, as it is."""
-    return (folder / "summary.md").read_text().strip().split("\n\n")[number].splitlines()
+def error_records(summary):
+    """A line a set, selector and budget, for the CSV file."""
+    for name, runs in summary.items():
+        for selector, budget in [*contestants(runs), ("inl", None)]:
+            at = {"selector": selector, "budget": budget}
+            mean = lambda value: statistics.fmean(value(entry_of(r, **at)) for r in runs)
+            shares = [f"{ratio(runs, key, **at):.3f}" for key in (RPE, ROE)]
+            halves = ["", ""] if selector == "inl" else [
+                f"{interval(runs, error, **at)[1] / 100:.3f}" for error in ("rpe", "roe")]
+            yield [name, selector, budget or "all", shares[0], halves[0], shares[1], halves[1],
+                   f"{mean(lambda e: e[RPE]):.4f}", f"{mean(lambda e: e[ROE]):.3f}",
+                   f"{mean(lambda e: e['inliers']):.0f}", f"{mean(lambda e: e['selected']):.0f}",
+                   "" if selector == "active" else f"{mean(lambda e: e['efficiency']):.3f}",
+                   *(f"{mean(lambda e: e['ms'][stage]):.3f}" for stage in STAGES)]  # fmt: skip
 
 
-def machine():
-    today = datetime.date.today().isoformat()
-    load = pathlib.Path("/proc/loadavg").read_text().split()[0]
-    return f"{cpu_model()}, one thread, {today}, load {load} at the end; `ci/tracker_page`."
+def set_rows(summary):
+    for name, runs in summary.items():
+        mean = lambda key: statistics.fmean(find(r, "inl")[key] for r in runs)
+        yield [name, SETS[name], f"{mean(RPE):.3f}", f"{mean(ROE):.2f}", f"{mean('inliers'):.0f}"]
 
 
-def yes(holds):
-    return "yes" if holds else "**no**"
+def error_rows(summary):
+    """A row a selector, errors at the budgets that are shown; and the intervals."""
+    selectors = dict.fromkeys(selector for selector, _ in contestants(summary[STREETS[0]]))
+    for selector in (s for s in selectors if s not in HIDDEN):
+        has_budget = find(summary[STREETS[0]][0], selector)["budget"] is not None
+        cells = [both(summary[name], selector=selector, budget=budget if has_budget else None)
+                 if has_budget or budget == 100 else "" for name, budget in SHOWN]
+        yield [f"`{selector}`", *cells]
+    yield ["± (median)", *(half_widths(summary[name], budget) for name, budget in SHOWN)]
 
 
-def every(results, folder):
-    """{set: [results of each number of keypoints]} of a folder that ci/tracker_page has filled everywhere."""
-    return {name: [results_of(path) for path in sorted((results / folder / name).iterdir())]
-            for name in SETS if (results / folder / name).is_dir()}
+def half_widths(runs, budget):
+    """The 95 % intervals of all selectors with that budget, the median of their half widths."""
+    selectors = [selector for selector, k in contestants(runs) if k == budget]
+    median = lambda error: statistics.median(interval(runs, error, selector=s, budget=budget)[1] for s in selectors)
+    return f"{median('rpe') / 100:.2f} / {median('roe') / 100:.2f}"
 
 
-def ratio(runs, key, **which):
-    """To inl's of the same run, the geometric mean over runs."""
-    shares = [entry_of(r, **which)[key] / find(r, "inl")[key] for r in runs]
-    return math.exp(statistics.fmean(math.log(share) for share in shares))
+def write_errors(results, summary):
+    header = ["set", "selector", "budget", "rpe_ratio", "rpe_ci95", "roe_ratio", "roe_ci95", RPE, ROE,
+              "inliers", "selected", "efficiency", *(f"{stage}_ms" for stage in STAGES)]  # fmt: skip
+    write_csv("errors.csv", header, error_records(summary))
+    replace_between(PAGE, "sets", table(["set", "images", "RPE (m/s)", "ROE (deg/s)", "inliers"], set_rows(summary)))
+    lines = table(["selector", *(f"{name}, {budget}" for name, budget in SHOWN)], error_rows(summary))
+    replace_between(PAGE, "errors", lines + ["", origin(results)])
 
 
-def entry_of(run, **which):
-    return next(e for e in run if all(e[key] == value for key, value in which.items()))
+# Goals, met and missed.
 
 
-def both(runs, **which):
-    return f"{ratio(runs, RPE, **which):.2f} / {ratio(runs, ROE, **which):.2f}"
+def error_goal(summary, selector, budget, target):
+    """{set: (what was found, whether it holds)}: the larger of both errors, of inl's."""
+    found = {}
+    for name, runs in summary.items():
+        worst = max(ratio(runs, key, selector=selector, budget=budget) for key in (RPE, ROE))
+        found[name] = (f"{worst:.3f}", worst <= target)
+    return found
 
 
-def interval(runs, error, against="inl", **which):
-    """(difference, half width of its 95 % interval), percent, means over runs: runs of one set are no independent
-    witnesses, so the interval gets no narrower."""
-    differences = [entry_of(r, **which)["against"][against][error] for r in runs]
-    return [statistics.fmean(d[key] for d in differences) for key in ("percent", "ci95")]
+def chance_goal(summary, selector):
+    """Against random selection and buckets: whichever error is farthest above its interval."""
+    found = {}
+    for name, runs in summary.items():
+        against = [interval(runs, error, rival, selector=selector, budget=100)
+                   for rival in ("random", "bucket") for error in ("rpe", "roe")]
+        percent, half = max(against, key=lambda d: d[0] - d[1])
+        found[name] = (f"{percent:+.0f} ± {half:.0f} %", percent <= half)
+    return found
 
 
-def with_interval(runs, **which):
-    cells = []
-    for error, key in (("rpe", RPE), ("roe", ROE)):
-        _, half = interval(runs, error, **which)
-        cells.append(f"{ratio(runs, key, **which):.2f} ± {half / 100:.2f}")
-    return " / ".join(cells)
-
-
-def summary_rows(runs):
-    """A row a selector: errors at each budget, and stages at 100, ms."""
-    rows = []
-    names = dict.fromkeys(e["selector"] for e in runs[0] if e["selector"] != "inl")
-    for name in names:
-        has_budget = any(e["selector"] == name and e["budget"] for e in runs[0])
-        cells = [with_interval(runs, selector=name, budget=k) if has_budget else "" for k in BUDGETS]
-        if not has_budget:
-            cells[-1] = with_interval(runs, selector=name) + " (all)"
-        at = {"selector": name, "budget": 100 if has_budget else None}
-        ms = [statistics.fmean(entry_of(r, **at)["ms"][stage] for r in runs)
-              for stage in ("matching", "selection", "pose_optimization")]
-        rows.append([f"`{name}`", *cells, " / ".join(f"{t:.2f}" for t in ms)])
-    inl = [entry_of(r, selector="inl") for r in runs]
-    mean = lambda key: statistics.fmean(e[key] for e in inl)
-    ms = [statistics.fmean(e["ms"][stage] for e in inl) for stage in ("matching", "selection", "pose_optimization")]
-    rows.append(["`inl`", *[""] * (len(BUDGETS) - 1), f"{mean(RPE):.3f} m/s, {mean(ROE):.2f} deg/s; {mean('inliers'):.0f} matches",
-                 " / ".join(f"{t:.2f}" for t in ms)])
-    return rows
-
-
-def judged_rows(summary, name):
-    """What is asked of a selector on every set: as good as all, and better than chance."""
-    rows = []
-    for which, runs in summary.items():
-        for budget, target in ((100, 1.05), (200, 1.02)):
-            shares = [ratio(runs, key, selector=name, budget=budget) for key in (RPE, ROE)]
-            rows.append([which, f"RPE / ROE of {budget}, of inl's", f"≤ {target}", f"{shares[0]:.3f} / {shares[1]:.3f}",
-                         yes(max(shares) <= target)])
-        worse = []
-        for rival in ("random", "bucket"):
-            for error in ("rpe", "roe"):
-                percent, half = interval(runs, error, rival, selector=name, budget=100)
-                worse.append((percent, half))
-        worst = max(worse, key=lambda d: d[0] - d[1])
-        rows.append([which, "100 against `random` and `bucket`, the worst", "not above beyond the interval",
-                     f"{worst[0]:+.0f} ± {worst[1]:.0f} %", yes(worst[0] <= worst[1])])
+def excess_goal(summary, selector, rival, target):
     excess = lambda one: statistics.fmean(ratio(runs, key, selector=one, budget=30) - 1
                                           for runs in summary.values() for key in (RPE, ROE))
-    mine = excess(name)
-    for rival, share in (("random", 1 / 2), ("bucket", 2 / 3)):
-        rows.append(["all", f"excess over inl at 30, of `{rival}`'s", f"≤ {share:.2f}", f"{mine:.3f} / {excess(rival):.3f} = {mine / excess(rival):.2f}",
-                     yes(mine <= share * excess(rival))])
-    return rows
+    share = excess(selector) / excess(rival)
+    return {"mean of all": (f"{share:.2f}", share <= target)}
 
 
-def active_rows(summary):
-    rows = []
-    for which, runs in summary.items():
-        shares = [ratio(runs, key, selector="active", budget=100) / ratio(runs, key, selector="md", budget=100)
-                  for key in (RPE, ROE)]
-        rows.append([which, f"{shares[0]:.2f} / {shares[1]:.2f}", yes(max(shares) <= 1.05)])
-    return rows
+def active_goal(summary):
+    found = {}
+    for name, runs in summary.items():
+        worst = max(ratio(runs, key, selector="active", budget=100) / ratio(runs, key, selector="md", budget=100)
+                    for key in (RPE, ROE))
+        found[name] = (f"{worst:.3f}", worst <= 1.05)
+    return found
 
 
-def weights_rows(results):
-    rows = []
-    unweighted = every(results, "weights/measurement/measurement")
-    for blocks in ("measurement", "measurement_and_map", "map_bias"):
-        for weights in ("measurement", "measurement_and_map"):
-            runs = every(results, f"weights/{blocks}/{weights}")
-            rows.append([f"`{blocks}`", f"`{weights}`", *(both(runs[name], selector="md") for name in runs)])
-    weighted = every(results, "weights/measurement/measurement_and_map")
-    gain = lambda name, key: math.exp(statistics.fmean(
-        math.log(find(w, "inl")[key] / find(u, "inl")[key]) for w, u in zip(weighted[name], unweighted[name])))
-    rows.append(["`inl`, weighted", "of `inl`, not weighted",
-                 *(f"{gain(name, RPE):.2f} / {gain(name, ROE):.2f}" for name in unweighted)])
-    return rows, list(unweighted)
+def goals(summary):
+    """(what is asked, selector, what was found on each set)."""
+    for selector in ("md", "md_cells"):
+        yield "100, errors at most 1.05 of `inl`'s", selector, error_goal(summary, selector, 100, 1.05)
+        yield "200, errors at most 1.02 of `inl`'s", selector, error_goal(summary, selector, 200, 1.02)
+        yield "100, not above `random` or `bucket` beyond the interval", selector, chance_goal(summary, selector)
+        for rival, share, text in (("random", 1 / 2, "half"), ("bucket", 2 / 3, "two thirds")):
+            yield (f"30, mean excess over `inl` at most {text} of `{rival}`'s", selector,
+                   excess_goal(summary, selector, rival, share))
+    yield "100, errors at most 1.05 of `md`'s", "active", active_goal(summary)
 
 
-def model_rows(results):
+def write_goals(summary):
+    rows, lines = [], []
+    for goal, selector, found in goals(summary):
+        rows += [[goal.replace("`", ""), selector, name, text, "yes" if holds else "no"]
+                 for name, (text, holds) in found.items()]
+        if selector != "md_cells":
+            shown = ", ".join(text if holds else f"**{text}**" for text, holds in found.values())
+            lines.append(f"- `{selector}`, {goal}: {shown}")
+    write_csv("goals.csv", ["goal", "selector", "set", "found", "holds"], rows)
+    replace_between(PAGE, "goals", lines)
+
+
+# Blocks and weights, and the noise they know.
+
+
+def weights_records(results):
+    """(set, blocks, weights, RPE, ROE): md of inl with the same weights; and inl with weights of inl without."""
+    runs = {(blocks, weights): every(results, f"weights/{blocks}/{weights}")
+            for blocks in BLOCKS for weights in WEIGHTS}
+    for name in SETS:
+        for (blocks, weights), of in runs.items():
+            yield [name, blocks, weights, *both(of[name], selector="md").split(" / ")]
+        plain, weighted = (runs["measurement", weights][name] for weights in WEIGHTS)
+        yield [name, "inl weighted, of unweighted", WEIGHTS[1], *changes(weighted, plain, "inl").split(" / ")]
+
+
+def write_weights(results):
+    records = list(weights_records(results))
+    write_csv("weights.csv", ["set", "blocks", "weights", "rpe_ratio", "roe_ratio"], records)
+    cells = {(name, blocks, weights): " / ".join(errors) for name, blocks, weights, *errors in records}
+    columns = [(name, weights) for name in STREETS for weights in WEIGHTS]
+    rows = [[blocks, *(cells.get((name, blocks, weights), "") for name, weights in columns)]
+            for blocks in dict.fromkeys(record[1] for record in records)]
+    replace_between(PAGE, "weights", table(["blocks", *(f"{name}: `{weights}`" for name, weights in columns)], rows))
+
+
+def write_noise(results):
     models = json.loads((results / "noise/models.json").read_text())
     names = [name for name in SETS if name in models["nothing"]]
-    return [[name, *(f"{models[name][s]['surprise'] - models['nothing'][s]['surprise']:+.3f}" for s in names)]
-            for name in models if name != "nothing"], names
+    rows = [[x, *(f"{models[x][s]['mean_nll'] - models['nothing'][s]['mean_nll']:+.3f}" for s in names)]
+            for x in models if x != "nothing"]
+    replace_between(PAGE, "models", table(["x", *names], rows))
 
-
-def noise_rows(results):
     constant = every(results, "noise/constant")
     rows = []
-    for label, folder in (("0.5 px for all", "noise/constant"), ("motion, fitted to the other sets", "noise/held_out"),
-                          ("motion, estimated as it goes", "noise/online")):
-        runs = every(results, folder)
-        cells = []
-        for name in runs:
-            for one in ("inl", "md"):
-                shares = [math.exp(statistics.fmean(math.log(find(r, one)[key] / find(c, one)[key])
-                                                    for r, c in zip(runs[name], constant[name]))) for key in (RPE, ROE)]
-                cells.append(f"{shares[0]:.2f} / {shares[1]:.2f}")
-        rows.append([label, *cells])
-    header = ["noise"] + [f"{name}: `{one}`" for name in constant for one in ("inl", "md")]
-    return header, rows
+    for label, folder in (("fitted to the other sets", "held_out"), ("estimated online", "online")):
+        runs = every(results, f"noise/{folder}")
+        rows.append([label, *(changes(runs[name], constant[name], one) for name in runs for one in ("inl", "md"))])
+    header = ["motion noise"] + [f"{name}: `{one}`" for name in constant for one in ("inl", "md")]
+    replace_between(PAGE, "noise", table(header, rows))
 
 
-def target_rows(results):
-    """For each set and target: how many, errors, and those of a fixed number, the mean of it."""
+# Targets in accuracy.
+
+
+def fixed_ratio(targets, fixed, level, key):
+    """The error of md with a fixed budget, the mean of what the target took in the same run."""
+    shares = []
+    for run, other in zip(targets, fixed):
+        taken = entry_of(run, selector="md", target_efficiency=level)["selected"]
+        e = entry_of(other, selector="md", budget=max(20, round(taken)))
+        shares.append(e[key] / find(other, "inl")[key])
+    return geometric_mean(shares)
+
+
+def target_records(results):
+    """{(set, target): share of the matches, mean, minimum and maximum of a frame, errors, those of a fixed budget}"""
     targets, fixed = every(results, "targets"), every(results, "fixed")
-    rows = []
+    records = {}
     for name, runs in targets.items():
-        levels = sorted({e["target_efficiency"] for e in runs[0] if e["target_efficiency"]})
-        for level in levels:
+        for level in sorted({e["target_efficiency"] for e in runs[0] if e["target_efficiency"]}):
             at = {"selector": "md", "target_efficiency": level}
-            mean = lambda key: statistics.fmean(entry_of(r, **at)[key] for r in runs)
             share = statistics.fmean(entry_of(r, **at)["selected"] / find(r, "inl")["selected"] for r in runs)
-            logs = {key: [] for key in (RPE, ROE)}
-            for r, f in zip(runs, fixed[name]):
-                budget = max(20, round(entry_of(r, **at)["selected"]))
-                for key in logs:
-                    logs[key].append(math.log(entry_of(f, selector="md", budget=budget)[key] / find(f, "inl")[key]))
-            same = " / ".join(f"{math.exp(statistics.fmean(logs[key])):.2f}" for key in (RPE, ROE))
-            rows.append([name, f"{level}", f"{100 * share:.0f} %", f"{mean('selected'):.0f}",
-                         f"{mean('selected_min'):.0f} to {mean('selected_max'):.0f}", both(runs, **at), same])
-    return rows
+            numbers = [statistics.fmean(entry_of(r, **at)[key] for r in runs)
+                       for key in ("selected", "selected_min", "selected_max")]
+            errors = [ratio(runs, key, **at) for key in (RPE, ROE)]
+            records[name, level] = [share, *numbers, *errors,
+                                    *(fixed_ratio(runs, fixed[name], level, key) for key in (RPE, ROE))]  # fmt: skip
+    return records
 
 
-def cost_rows(name, results):
-    """What the stages that selection is meant to make cheaper cost, with and without what active's keyframes match."""
-    inl = find(results, "inl")
-    stages = lambda e: [e["ms"][stage] for stage in ("matching", "selection", "pose_optimization")]
+def write_targets(results):
+    records = target_records(results)
+    write_csv("targets.csv", ["set", "target", "share", "mean", "min", "max", "rpe_ratio", "roe_ratio",
+                              "fixed_rpe_ratio", "fixed_roe_ratio"],
+              ([*key, *(f"{x:.{0 if 0 < i < 4 else 3}f}" for i, x in enumerate(record))]
+               for key, record in records.items()))  # fmt: skip
     rows = []
-    for one in ("inl", "md", "active"):
-        e = find(results, one)
-        together = sum(stages(e))
-        target = "" if one != "active" else "≤ 0.5, yes" if together <= 0.5 * sum(stages(inl)) else "≤ 0.5, **no**"
-        rows.append([name, one, *(f"{ms:.3f}" for ms in stages(e)), f"{together:.3f}",
-                     f"{together / sum(stages(inl)):.2f}", target,
-                     f"{(together + e['ms_matching_the_rest']) / sum(stages(inl)):.2f}",
-                     f"{relative(results, one, RPE)} / {relative(results, one, ROE)}"])  # fmt: skip
-    return rows
+    for name, level in SHOWN_TARGETS:
+        share, mean, low, high, *errors = records[name, level]
+        rows.append([name, f"{level}", f"{100 * share:.0f} %", f"{mean:.0f}", f"{low:.0f} to {high:.0f}",
+                     *(f"{a:.2f} / {b:.2f}" for a, b in (errors[:2], errors[2:]))])  # fmt: skip
+    header = ["set", "target", "of the matches", "mean", "per frame", "RPE / ROE", "fixed budget"]
+    replace_between(PAGE, "targets", table(header, rows))
 
 
 def mean_budgets(folder):
@@ -227,57 +261,100 @@ def mean_budgets(folder):
     return ",".join(str(k) for k in sorted(budgets))
 
 
-def main():
-    folder = pathlib.Path(sys.argv[1])
-    if "--mean-budgets" in sys.argv:
-        print(mean_budgets(folder / "targets" / sys.argv[3]))
-        return
-    summary = every(folder, "summary")
-    for name, runs in summary.items():
-        replace_between(PAGE, f"summary {name}", table(["selector", *(f"{k}" for k in BUDGETS), "ms of 100"], summary_rows(runs)))
-    header = ["set", "what", "target", "found", "holds"]
-    for name in ("md", "md_cells"):
-        replace_between(PAGE, f"judged {name}", table(header, judged_rows(summary, name)) + ["", machine()])
-    replace_between(PAGE, "active", table(["set", "RPE / ROE of `active`, of `md`'s", "≤ 1.05"], active_rows(summary)))
-    rows, names = weights_rows(folder)
-    replace_between(PAGE, "weights", table(["blocks of the selection", "weights of the optimiser", *names], rows))
-    rows, names = model_rows(folder)
-    replace_between(PAGE, "models", table(["variance a + b x, x being", *names], rows))
-    replace_between(PAGE, "noise", table(*noise_rows(folder)))
-    header = ["set", "target", "of the matches", "mean", "easiest to hardest frame", "RPE / ROE", "a fixed number"]
-    replace_between(PAGE, "targets", table(header, target_rows(folder)))
+# Active matching.
 
-    everything = results_of(folder / "all")
-    replace_between(PAGE, "selectors", markdown_of(folder / "all", 0))
-    replace_between(PAGE, "comparison", markdown_of(folder / "all", 1))
 
-    rows = cost_rows("kitti_0039_a", results_of(folder / "second")) + cost_rows("kitti_clip_1", everything)
-    header = ["clip", "selector", "matching (ms)", "selection (ms)", "pose opt. (ms)", "together (ms)", "of inl's", "target",
-              "with keyframes' rest", "RPE / ROE, of inl's"]  # fmt: skip
+def cost_rows(name, results):
+    """What the stages that selection makes cheaper cost, with and without what active's keyframes match afterwards."""
+    total = lambda e: sum(e["ms"][stage] for stage in STAGES)
+    all_inliers = total(find(results, "inl"))
+    for one in ("inl", "md", "active"):
+        e = find(results, one)
+        share = "" if one == "inl" else f"{total(e) / all_inliers:.2f}"
+        rest = f"{(total(e) + e['ms_matching_the_rest']) / all_inliers:.2f}" if one == "active" else ""
+        yield [name, f"`{one}`", *(f"{e['ms'][stage]:.3f}" for stage in STAGES), share, rest]
+
+
+def write_active(results):
+    rows = [*cost_rows("kitti_0039_a", results_of(results / "second")),
+            *cost_rows("kitti_clip_1", results_of(results / "all"))]
+    header = ["set", "selector", "matching (ms)", "selection (ms)", "pose opt. (ms)", "sum, of `inl`'s",
+              "with keyframes' rest"]  # fmt: skip
     replace_between(PAGE, "cost", table(header, rows))
+    rows = [[name, *(both([results_of(results / f"batch_{n}_{name}")], selector="active") for n in BATCHES)]
+            for name in ("kitti_0039_a", "kitti_clip_1")]
+    replace_between(PAGE, "batches", table(["set", *(f"{n}" for n in BATCHES)], rows))
 
-    rows = []
-    for clip in ("kitti_0039_a", "kitti_clip_1"):
-        runs = [results_of(folder / f"batch_{n}_{clip}") for n in BATCHES]
-        shares = [[find(r, "active")[key] / find(r, "inl")[key] for r in runs] for key in (RPE, ROE)]
-        rows.append([clip, *(f"{a:.2f} / {b:.2f}" for a, b in zip(*shares)),
-                     " / ".join(f"{sum(s) / len(s):.2f}" for s in shares)])  # fmt: skip
-    replace_between(PAGE, "batches", table(["clip", *(f"batches of {n}" for n in BATCHES), "mean"], rows))
 
-    stochastic = find(results_of(folder / "stochastic"), "md")
-    greedy = find(everything, "md")
-    rows = [[name, f"{e['ms']['selection']:.3f}", f"{e['efficiency']:.3f}", f"{e[RPE]:.4f}", f"{e[ROE]:.4f}"]
-            for name, e in (("lazy_greedy", greedy), ("stochastic_greedy, ε = 0.1", stochastic))]  # fmt: skip
-    replace_between(PAGE, "strategies", table(["search", "selection (ms)", "efficiency", "RPE (m/s)", "ROE (deg/s)"], rows))
+# KITTI clip 1, and a camera at rest.
 
-    at_rest = [line.split() for line in (folder / "rest/md/trajectory_tum.txt").read_text().splitlines() if line[0] != "#"]
-    drift = max(sum(float(x) ** 2 for x in line[1:4]) ** 0.5 for line in at_rest)
-    active, md = (find(results_of(folder / "rest"), one) for one in ("active", "md"))
-    keyframes = sum(row["keyframe"] == "1" for row in csv.DictReader(open(folder / "rest/md/frames.csv")))
-    replace_between(PAGE, "rest", [f"Over {float(at_rest[-1][0]) - float(at_rest[0][0]):.1f} s the camera seems to move by "
-                                   f"{1000 * drift:.1f} mm at most (`md`), and {keyframes} keyframe(s) are made: matching "
-                                   f"takes {md['ms']['matching']:.2f} ms with `md`, {active['ms']['matching']:.2f} ms with `active`."])  # fmt: skip
-    shutil.copy(folder / "all/trajectory.svg", ROOT / "docs/images/tracker_trajectory.svg")
+
+def clip_record(run, e):
+    """All that summary.json says of a selector but the intervals against others than inl."""
+    against = [f"{e['against']['inl'][error][key]:.1f}" if e["selector"] != "inl" else ""
+               for error in ("rpe", "roe") for key in ("percent", "ci95")]
+    efficiency = "" if e["efficiency"] is None else f"{e['efficiency']:.3f}"
+    return [run, e["selector"], f"{e['ate_m']:.3f}", f"{e[RPE]:.4f}", f"{e[ROE]:.4f}", *against,
+            f"{e['rpe_1s_m_per_s']:.4f}", f"{e['roe_1s_deg_per_s']:.4f}", f"{e['tracked_percent']:.1f}",
+            *(f"{e['ms'][stage]:.3f}" for stage in ("base", *STAGES, "total")),
+            f"{e['inliers']:.0f}", f"{e['selected']:.0f}", efficiency]  # fmt: skip
+
+
+def beyond(run, error):
+    """Which selectors have a higher and a lower error than inl, beyond the interval; in words."""
+    found = {1: [], -1: []}
+    for e in (e for e in run if e["selector"] not in ("inl", "all_weighted")):
+        percent, half = (e["against"]["inl"][error][key] for key in ("percent", "ci95"))
+        if abs(percent) > half:
+            found[math.copysign(1, percent)].append(f"`{e['selector']}`")
+    return ", ".join(f"{word} with {', '.join(found[sign])}" for sign, word in ((1, "higher"), (-1, "lower"))
+                     if found[sign]) or "no different"
+
+
+def write_clip(results):
+    runs = {name: results_of(results / name) for name in ("all", "stochastic", "monocular")}
+    write_csv("kitti_clip_1.csv",
+              ["run", "selector", "ate_m", RPE, ROE, "rpe_percent", "rpe_ci95", "roe_percent", "roe_ci95",
+               "rpe_1s_m_per_s", "roe_1s_deg_per_s", "tracked_percent",
+               *(f"{stage}_ms" for stage in ("base", *STAGES, "total")), "inliers", "selected", "efficiency"],
+              (clip_record(name, e) for name, run in runs.items() for e in run))  # fmt: skip
+    greedy, stochastic = (find(runs[name], "md") for name in ("all", "stochastic"))
+    of = lambda e: (f"{e['ms']['selection']:.3f} ms, efficiency {e['efficiency']:.3f}, RPE {e[RPE]:.4f} m/s and "
+                    f"ROE {e[ROE]:.4f} deg/s")
+    replace_between(PAGE, "clip", textwrap.wrap(
+        f"Beyond the 95 % interval, compared with `inl`, RPE is {beyond(runs['all'], 'rpe')}; "
+        f"ROE is {beyond(runs['all'], 'roe')}. Lazy greedy takes {of(greedy)}; "
+        f"stochastic greedy, ε = 0.1, {of(stochastic)}.", 118))  # fmt: skip
+    shutil.copy(results / "all/trajectory.svg", ROOT / "docs/images/tracker_trajectory.svg")
+
+
+def write_rest(results):
+    lines = (results / "rest/md/trajectory_tum.txt").read_text().splitlines()
+    poses = [line.split() for line in lines if line[0] != "#"]
+    drift = max(math.hypot(*(float(x) for x in pose[1:4])) for pose in poses)
+    active, md = (find(results_of(results / "rest"), one) for one in ("active", "md"))
+    with open(results / "rest/md/frames.csv") as file:
+        keyframes = sum(row["keyframe"] == "1" for row in csv.DictReader(file))
+    replace_between(PAGE, "rest", textwrap.wrap(
+        f"Over {float(poses[-1][0]) - float(poses[0][0]):.1f} s the camera seems to move by {1000 * drift:.1f} mm at "
+        f"most (`md`), and {keyframes} keyframe(s) are made: matching takes {md['ms']['matching']:.2f} ms with `md`, "
+        f"{active['ms']['matching']:.2f} ms with `active`.", 118))  # fmt: skip
+
+
+def main():
+    results = pathlib.Path(sys.argv[1])
+    if "--mean-budgets" in sys.argv:
+        print(mean_budgets(results / "targets" / sys.argv[3]))
+        return
+    summary = every(results, "summary")
+    write_errors(results, summary)
+    write_goals(summary)
+    write_weights(results)
+    write_noise(results)
+    write_targets(results)
+    write_active(results)
+    write_clip(results)
+    write_rest(results)
 
 
 main()

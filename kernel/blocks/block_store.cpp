@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/block_store.hpp>
 
-#include "kernel/blocks/aligned_array.hpp"
+#include "kernel/base/aligned_array.hpp"
 #include "kernel/blocks/block_writer.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "simd/kernel.hpp"

@@ -2,6 +2,7 @@
 #include "kernel/blocks/candidates.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 namespace maxlogdet {
@@ -68,6 +69,12 @@ Candidates without_excluded(const BlockStore& blocks, const Options& options, co
     candidates.largest_of_form = memory.factored_max;
   }
   return candidates;
+}
+
+double max_row_norm(const double* column_max) noexcept {
+  double squares = 0;
+  for (int column = 0; column < simd::dimension; ++column) squares += column_max[column] * column_max[column];
+  return std::sqrt(squares);
 }
 
 }  // namespace maxlogdet

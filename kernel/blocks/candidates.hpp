@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/blocks/aligned_array.hpp"
+#include "kernel/base/aligned_array.hpp"
 #include "simd/kernel.hpp"
 
 #include <maxlogdet/block_store.hpp>
@@ -35,6 +35,9 @@ struct Candidates {
 
 /// All that a store holds.
 Candidates all_of(const BlockStore& blocks) noexcept;
+
+/// No row whose entries are at most these is longer.
+double max_row_norm(const double* column_max) noexcept;
 
 /// Room for a copy of up to `capacity` candidates.
 struct CandidatesMemory {

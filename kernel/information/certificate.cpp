@@ -2,7 +2,7 @@
 #include "kernel/information/certificate.hpp"
 
 #include "kernel/information/information_mixture.hpp"
-#include "kernel/information/top_traces.hpp"
+#include "simd/rounding.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +11,15 @@
 namespace maxlogdet {
 namespace {
 
+using simd::double_unit_roundoff;
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 // In units of 2^-53, relative to the magnitudes that are summed (docs/numerics.md).
 constexpr double sum_errors = 128;
 
-// What a pass has to promise, nats: less is rounding.
+// The improvement that a pass must promise, nats: less is rounding.
 constexpr double min_promise = 1e-9;
-// Passes in which the bound has to fall by that much, nats, for more of them to be made: a number of passes without end
-// ends.
+// Guarantees termination: stops when `patience` passes improve the bound by less than `min_progress`, nats.
 constexpr std::size_t patience = 32;
 constexpr double min_progress = 1e-6;
 
@@ -51,57 +51,54 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
   return sum;
 }
 
-// The bound that W proves, and with it which candidates it takes for the best.
-double bound_at(Search& search, const double* w, const Information& prior, std::size_t budget,
-                TopTraces& top) noexcept {
-  const std::size_t required = search.constraints.required_count();
-  search.evaluator.exact_traces(w, search.constraints.required(), required, search.relative_gains);
+// The bound that W proves, and with it the candidates that it ranks first.
+double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
+                CertificateMemory& memory) noexcept {
+  const std::size_t required = problem.required_count;
+  problem.evaluator.exact_traces(w, problem.required, required, memory.required.data());
   double traces = 0;
-  for (std::size_t j = 0; j < required; ++j) traces += search.relative_gains[j];
-  top = find_top_traces(search, w, budget - required, top.threshold);
+  for (std::size_t j = 0; j < required; ++j) traces += memory.required[j];
+  top = find_top_traces(problem, w, budget - required, top.threshold, memory.traces);
   traces += top.sum;
 
   const auto count = static_cast<double>(required + top.count);
-  const double error = unit_roundoff * trace_root_error(search, w);  // of the root of each
+  const double error = double_unit_roundoff * trace_root_error(problem.candidates, w);  // of the root of each
   const Sum rest = bound_of_prior(w, prior);
-  const double rounding = (sum_errors + count) * unit_roundoff * (traces + rest.magnitude) +
+  const double rounding = (sum_errors + count) * double_unit_roundoff * (traces + rest.magnitude) +
                           error * (3 * std::sqrt(count * traces) + 2 * count * error);
   const double bound = rest.value + traces + rounding;
   return bound < infinity ? bound : infinity;  // NaN too
 }
 
+Information sum_of(const Problem& problem, const std::uint32_t* list, std::size_t count, Information sum) noexcept {
+  add_blocks(problem.candidates, list, count, sum);
+  return sum;
+}
+
 }  // namespace
 
-double upper_bound(Search& search, std::size_t passes) noexcept {
-  const Information prior = prior_information(search.prior_matrix);
-  // Where no more may be selected nothing is longer than the answer, full groups or not (a matroid's bases are of one
-  // size).
-  const std::size_t budget =
-      search.remaining == 0
-          ? search.selected
-          : std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
+double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
+                   CertificateMemory& memory) noexcept {
+  const Information prior = prior_information(problem.prior);
+  const std::size_t budget = incumbent.budget;
   TopTraces top{nullptr, 0, 0, first_guess(budget)};
-  double least = bound_at(search, search.factor.inverse(), prior, budget, top);
-  if (passes == 0) return least;
+  double lowest = bound_at(problem, incumbent.inverse, prior, budget, top, memory);
+  if (passes == 0) return lowest;
 
-  Information required = prior;
-  add_blocks(search.candidates, search.constraints.required(), search.constraints.required_count(), required);
+  const Information required = sum_of(problem, problem.required, problem.required_count, prior);
   InformationMixture mixture;
-  Information selected = prior;
-  add_blocks(search.candidates, search.indices, search.selected, selected);
-  if (!mixture.reset(selected)) return least;
+  if (!mixture.reset(sum_of(problem, incumbent.selected, incumbent.count, prior))) return lowest;
   double at_last_check = infinity;
-  for (std::size_t pass = 0; pass < passes && !search.deadline.has_passed(); ++pass) {
+  for (std::size_t pass = 0; pass < passes && !deadline.has_passed(); ++pass) {
     if (pass % patience == patience - 1) {
-      if (at_last_check - least < min_progress) break;
-      at_last_check = least;
+      if (at_last_check - lowest < min_progress) break;
+      at_last_check = lowest;
     }
-    Information best = required;
-    add_blocks(search.candidates, top.candidates, top.count, best);
+    const Information best = sum_of(problem, top.candidates, top.count, required);
     if (!mixture.add(best, min_promise)) break;
-    least = std::min(least, bound_at(search, mixture.inverse(), prior, budget, top));
+    lowest = std::min(lowest, bound_at(problem, mixture.inverse(), prior, budget, top, memory));
   }
-  return least;
+  return lowest;
 }
 
 }  // namespace maxlogdet

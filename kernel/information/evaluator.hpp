@@ -11,21 +11,20 @@
 #include <numeric>
 
 namespace maxlogdet {
-namespace threading {
 
 /// Runs the kernels over candidates: on the calling thread, or in chunks over a team where there is enough to do. What
 /// it computes does not depend on that.
 class Evaluator {
  public:
   /// `rows` (1, 2 or 3) is that of the tallest block: planes of further rows are not read.
-  Evaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows, Team& team) noexcept
+  Evaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows, threading::Team& team) noexcept
       : kernel_(kernel), planes_(planes), rows_(rows), team_(team) {}
 
   const simd::Kernel& kernel() const noexcept { return kernel_; }
   const simd::Planes& planes() const noexcept { return planes_; }
   int rows() const noexcept { return rows_; }
 
-  /// relative gains[j], in float64, for candidate indices[j], j in [0, count).
+  /// relative_gains[j], in float64, for candidate indices[j], j in [0, count).
   void decide(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
               double* relative_gains) const noexcept {
     team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -60,7 +59,7 @@ class Evaluator {
 
   /// As simd::CountAtLeast.
   std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
-    std::size_t counts[Team::max_chunks];
+    std::size_t counts[threading::Team::max_chunks];
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           counts[chunk] = kernel_.count_at_least(values + first, size, threshold);
@@ -72,8 +71,8 @@ class Evaluator {
   /// `list_room` more than `count` is needed.
   std::size_t list_at_least(const float* values, std::size_t count, float threshold,
                             std::uint32_t* list) const noexcept {
-    std::size_t counts[Team::max_chunks];
-    std::uint32_t* lists[Team::max_chunks];
+    std::size_t counts[threading::Team::max_chunks];
+    std::uint32_t* lists[threading::Team::max_chunks];
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           lists[chunk] = list + first + simd::tile_size * chunk;
@@ -88,7 +87,7 @@ class Evaluator {
     }
     return found;
   }
-  static constexpr std::size_t list_room = simd::tile_size * (Team::max_chunks + 1);
+  static constexpr std::size_t list_room = simd::tile_size * (threading::Team::max_chunks + 1);
 
   /// As simd::MakeRecords.
   void make_records(simd::Form form, std::size_t count, float* records) const noexcept {
@@ -123,7 +122,7 @@ class Evaluator {
   /// Of the chunks that gains are evaluated in: half a microsecond of work.
   static constexpr std::size_t min_tiles = 32;
 
-  Team& team() const noexcept { return team_; }
+  threading::Team& team() const noexcept { return team_; }
 
  private:
   static constexpr std::size_t min_loss_tiles = 8;   // of a chunk in float64
@@ -134,8 +133,7 @@ class Evaluator {
   const simd::Kernel& kernel_;
   simd::Planes planes_;
   int rows_;
-  Team& team_;
+  threading::Team& team_;
 };
 
-}  // namespace threading
 }  // namespace maxlogdet

@@ -35,7 +35,7 @@ class InformationFactor {
   /// directions have units of unlike size, which the determinant does not notice.
   double determinant_error(const double* prior, const double* added, double roundings) const noexcept;
 
-  /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative relative gain of det M.
+  /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative gain of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 
   /// M <- M - H^T H, for rows that were added. False if too few digits would be left of what remains, or if that is not

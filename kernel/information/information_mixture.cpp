@@ -45,16 +45,16 @@ double slope_at(double g, const Information& b) noexcept {
   return slope;
 }
 
-// Where in [0, most] log det(I + g B) is largest: it is concave, and its slope falls. By turns in half and by false
-// position, which alone creeps where the slope has a pole just beyond `most`.
-double best_step(const Information& b, double most) noexcept {
+// The step g in [0, max_step] that maximises log det(I + g B), which is concave. Alternates bisection with false
+// position, which alone converges slowly where the slope has a pole just beyond `max_step`.
+double best_step(const Information& b, double max_step) noexcept {
   double low = 0;
-  double high = most;
+  double high = max_step;
   double at_low = slope_at(low, b);
   double at_high = slope_at(high, b);
   const double flat = flat_slope * at_low;
   if (!(at_low > 0)) return 0;
-  if (at_high >= 0) return most;
+  if (at_high >= 0) return max_step;
   for (int i = 0; i < line_search_steps; ++i) {
     const double share = i % 2 == 0 ? at_low / (at_low - at_high) : 0.5;
     const double g = low + (high - low) * share;
@@ -129,7 +129,7 @@ bool InformationMixture::reset(const Information& first) noexcept {
 bool InformationMixture::refactorise() noexcept { return factor_.reset(&sum_.entry[0][0]); }
 
 bool InformationMixture::add(const Information& next, double min_promise) noexcept {
-  if (count_ == most) merge_lightest();
+  if (count_ == max_selections) merge_lightest();
   const Information towards = difference(next, sum_);
   const double promised = trace_of_product(inverse_information(inverse()), towards);
   if (!(promised > min_promise)) return false;
@@ -179,16 +179,17 @@ bool InformationMixture::move(int from, int to) noexcept {
 
 // Two of the least weight become one, of the same information in the sum.
 void InformationMixture::merge_lightest() noexcept {
-  for (int place : {most - 1, most - 2}) {
+  for (int place : {max_selections - 1, max_selections - 2}) {
     const int lightest = static_cast<int>(std::min_element(weights_, weights_ + place + 1) - weights_);
     std::swap(weights_[lightest], weights_[place]);
     std::swap(selections_[lightest], selections_[place]);
   }
-  const double both = weights_[most - 2] + weights_[most - 1];
-  const double share = both > 0 ? weights_[most - 1] / both : 0;
-  add_scaled(share, difference(selections_[most - 1], selections_[most - 2]), selections_[most - 2]);
-  weights_[most - 2] = both;
-  count_ = most - 1;
+  const double both = weights_[max_selections - 2] + weights_[max_selections - 1];
+  const double share = both > 0 ? weights_[max_selections - 1] / both : 0;
+  add_scaled(share, difference(selections_[max_selections - 1], selections_[max_selections - 2]),
+             selections_[max_selections - 2]);
+  weights_[max_selections - 2] = both;
+  count_ = max_selections - 1;
 }
 
 }  // namespace maxlogdet

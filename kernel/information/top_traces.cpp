@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/top_traces.hpp"
 
+#include "kernel/information/whitened_rows.hpp"
+#include "simd/rounding.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +12,8 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
+using simd::float_unit_roundoff;
+
 // Of the root of a trace, by the sum of 18 squares, in units of 2^-24 (docs/numerics.md).
 constexpr double sum_errors = 16;
 // Of the root of a trace, by underflow in its squares.
@@ -24,7 +28,7 @@ std::size_t enough(std::size_t n, std::size_t wanted) noexcept { return wanted +
 
 // A value that at least `wanted` of `count` are not below (so many are not negative), and not many more unless they are
 // equal. In growing steps from a guess, then by turns in half and where counts that grow evenly would be met.
-float threshold_for(const threading::Evaluator& evaluator, const float* values, std::size_t count, std::size_t wanted,
+float threshold_for(const Evaluator& evaluator, const float* values, std::size_t count, std::size_t wanted,
                     float guess) noexcept {
   const std::size_t most = enough(count, wanted);
   if (!(guess > 0)) guess = first_guess(wanted);
@@ -62,54 +66,56 @@ float threshold_for(const threading::Evaluator& evaluator, const float* values, 
 }
 
 // Lists the free candidates that may be among the `wanted` of largest exact trace, in ascending order.
-std::size_t list_contenders(Search& search, const double* w, std::size_t wanted, float& threshold) noexcept {
-  const std::size_t n = search.candidates.size();
-  const unsigned char* const free = search.constraints.free();
-  const double unit_error = trace_root_error(search, w);  // 8 |W| |h|
+std::size_t list_contenders(const Problem& problem, const double* w, std::size_t wanted, float& threshold,
+                            TraceMemory& memory) noexcept {
+  const std::size_t n = problem.candidates.size();
+  std::uint32_t* const contenders = memory.contenders.data();
+  const double unit_error = trace_root_error(problem.candidates, w);  // 8 |W| |h|
   const double norm = unit_error / 8;
-  if (!(norm < largest_norm && norm > smallest_norm) || wanted >= search.constraints.free_count()) {
+  if (!(norm < largest_norm && norm > smallest_norm) || wanted >= problem.free_count) {
     std::size_t listed = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      search.lanes[listed] = static_cast<std::uint32_t>(i);
-      listed += free[i] != 0 ? 1 : 0;
+      contenders[listed] = static_cast<std::uint32_t>(i);
+      listed += problem.is_free[i] != 0 ? 1 : 0;
     }
     return listed;
   }
-  search.evaluator.traces(w, free, n, search.traces);
-  threshold = threshold_for(search.evaluator, search.traces, n, wanted, threshold);
-  const double error = unit_error * unit_roundoff + underflow_error;
-  const double root = std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * unit_roundoff) - 2 * error;
+  problem.evaluator.traces(w, problem.is_free, n, memory.traces);
+  threshold = threshold_for(problem.evaluator, memory.traces, n, wanted, threshold);
+  const double error = unit_error * float_unit_roundoff + underflow_error;
+  const double root =
+      std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * float_unit_roundoff) - 2 * error;
   const float least = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
-  return search.evaluator.list_at_least(search.traces, n, least, search.lanes);
+  return problem.evaluator.list_at_least(memory.traces, n, least, contenders);
 }
 
 }  // namespace
 
-double trace_root_error(const Search& search, const double* w) noexcept {
-  const double* const column_max = search.candidates.column_max();
-  double squares = 0;  // of | |W| |h| | for the row h whose entries are the largest of their columns
-  for (int c = 0; c < state_dimension; ++c) {
-    double sum = 0;
-    for (int d = 0; d <= c; ++d) {
-      sum += std::max(std::abs(w[simd::padded_dimension * c + d]), simd::smallest_entry) * column_max[d];
-    }
-    squares += sum * sum;
-  }
-  return 8 * std::sqrt(search.evaluator.rows() * squares);
+TraceMemory::TraceMemory(std::size_t capacity)
+    : traces(capacity + simd::tile_size),
+      contenders(capacity + Evaluator::list_room),
+      exact(capacity),
+      places(capacity),
+      top(capacity) {}
+
+double trace_root_error(const Candidates& candidates, const double* w) noexcept {
+  const double squares = bound_whitened_rows(w, candidates.column_max()).squares;
+  return 8 * std::sqrt(std::max(candidates.rows(), 1) * squares);
 }
 
-TopTraces find_top_traces(Search& search, const double* w, std::size_t wanted, float guess) noexcept {
-  TopTraces top{search.contenders, 0, 0, guess};
+TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t wanted, float guess,
+                          TraceMemory& memory) noexcept {
+  TopTraces top{memory.top.data(), 0, 0, guess};
   if (wanted == 0) return top;
-  const std::size_t listed = list_contenders(search, w, wanted, top.threshold);
+  const std::size_t listed = list_contenders(problem, w, wanted, top.threshold, memory);
   if (listed == 0) return top;
-  const std::uint32_t* const candidate = search.lanes;
-  const double* const exact = search.relative_gains;
-  search.evaluator.exact_traces(w, candidate, listed, search.relative_gains);
+  const std::uint32_t* const contenders = memory.contenders.data();
+  double* const exact = memory.exact.data();
+  problem.evaluator.exact_traces(w, contenders, listed, exact);
 
   std::size_t last = listed - 1;  // the last one in order of traces, then of indices, that is taken
   if (listed > wanted) {
-    std::uint32_t* const places = search.contenders;
+    std::uint32_t* const places = memory.places.data();
     std::iota(places, places + listed, 0U);
     std::nth_element(places, places + (wanted - 1), places + listed, [exact](std::uint32_t a, std::uint32_t b) {
       return exact[a] > exact[b] || (exact[a] == exact[b] && a < b);
@@ -118,7 +124,7 @@ TopTraces find_top_traces(Search& search, const double* w, std::size_t wanted, f
   }
   for (std::size_t j = 0; j < listed; ++j) {
     if (listed > wanted && !(exact[j] > exact[last] || (exact[j] == exact[last] && j <= last))) continue;
-    search.contenders[top.count++] = candidate[j];
+    memory.top[top.count++] = contenders[j];
     top.sum += exact[j];
   }
   return top;

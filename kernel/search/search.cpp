@@ -2,7 +2,6 @@
 #include "kernel/search/search.hpp"
 
 #include "kernel/blocks/stored_rows.hpp"
-#include "kernel/strategies/method.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -24,48 +23,34 @@ std::size_t checked(std::size_t capacity) {
 
 }  // namespace
 
-SearchMemory::SearchMemory(std::size_t most)
-    : capacity(checked(most)),
-      kernel(simd::active()),
-      candidates(most),
-      screening(most),
-      losses(most),
-      constraints(most),
-      relative_gains(most),
-      lanes(most + threading::Evaluator::list_room),
-      contenders(most),
-      pool(most),
-      draws(most),
-      unselected(most),
-      open(most),
-      selected(most),
-      indices(most),
-      gains(most),
-      traces(most + simd::tile_size) {}
+DecisionMemory::DecisionMemory(std::size_t capacity)
+    : lanes(lanes_for(capacity)), candidates(capacity), relative_gains(capacity), order(capacity) {}
 
-Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept
-    : candidates(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
-      kernel(*memory.kernel),
-      evaluator(kernel, candidates.planes, std::max(candidates.rows(), 1), memory.team),
-      screening_memory(memory.screening),
-      losses(memory.losses),
-      screening(evaluator, candidates.form, candidates.largest_of_form, memory.screening),
-      constraints(memory.constraints),
+SearchMemory::SearchMemory(std::size_t capacity_)
+    : capacity(checked(capacity_)),
+      kernel(simd::active()),
+      candidates(capacity_),
+      screening(capacity_),
+      constraints(capacity_),
+      decisions(capacity_),
+      is_counted(capacity_),
+      selected(capacity_),
+      reported(capacity_),
+      gains(capacity_) {}
+
+Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory_) noexcept
+    : memory(memory_),
+      candidates(without_excluded(blocks, options, *memory_.kernel, memory_.candidates)),
+      kernel(*memory_.kernel),
+      evaluator(kernel, candidates.planes, std::max(candidates.rows(), 1), memory_.team),
+      screening(evaluator, candidates.form, candidates.largest_of_form, memory_.screening),
+      constraints(memory_.constraints),
       deadline(options.time_limit),
       target(options),
       budget(options.budget),
       has_candidates(blocks.size() > 0),
-      relative_gains(memory.relative_gains.data()),
-      lanes(memory.lanes.data()),
-      contenders(memory.contenders.data()),
-      pool(memory.pool.data()),
-      draws(memory.draws.data()),
-      unselected(memory.unselected.data()),
-      open(memory.open.data()),
-      indices(memory.selected.data()),
-      reported(memory.indices.data()),
-      gains(memory.gains.data()),
-      traces(memory.traces) {}
+      indices(memory_.selected.data()),
+      gains(memory_.gains.data()) {}
 
 Status Search::start(const BlockStore& blocks, const Options& options) noexcept {
   const Status status = constraints.reset(blocks, candidates, options);
@@ -81,10 +66,11 @@ Status Search::start(const BlockStore& blocks, const Options& options) noexcept 
 
 void Search::set_target(const Options& options) noexcept {
   if (target.needs_all()) {
+    unsigned char* const counted = memory.is_counted.data();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      open[i] = options.excluded == nullptr || options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
+      counted[i] = options.excluded == nullptr || options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
     }
-    target.compare_with(factor_of_all(open));
+    target.compare_with(factor_of_all(counted));
   }
   is_enough = target.is_met(factor);
 }
@@ -110,40 +96,42 @@ double Search::sum_up(const unsigned char* counted, double* sum) const noexcept 
 }
 
 std::size_t Search::find_best() noexcept {
+  std::uint32_t* const lanes = memory.decisions.lanes.data();
   const std::size_t count = screening.survivors(lanes);
-  if (count == 0) return screening.lanes();
-  std::size_t best = 0;
+  if (count <= 1) return count == 0 ? screening.lanes() : lanes[0];
+  std::uint32_t* const contenders = memory.decisions.candidates.data();
+  double* const relative_gains = memory.decisions.relative_gains.data();
   for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
-  if (count > 1) {
-    evaluator.decide(factor.inverse(), contenders, count, relative_gains);
-    float64_decisions += count;
-    for (std::size_t j = 1; j < count; ++j) {
-      const bool ties = relative_gains[j] == relative_gains[best];
-      if (relative_gains[j] > relative_gains[best] || (ties && contenders[j] < contenders[best])) best = j;
-    }
+  evaluator.decide(factor.inverse(), contenders, count, relative_gains);
+  float64_decisions += count;
+  std::size_t best = 0;
+  for (std::size_t j = 1; j < count; ++j) {
+    const bool ties = relative_gains[j] == relative_gains[best];
+    if (relative_gains[j] > relative_gains[best] || (ties && contenders[j] < contenders[best])) best = j;
   }
   return lanes[best];
 }
 
 std::size_t Search::find_best(std::size_t wanted, std::uint32_t* best) noexcept {
+  std::uint32_t* const lanes = memory.decisions.lanes.data();
+  std::uint32_t* const contenders = memory.decisions.candidates.data();
+  double* const relative_gains = memory.decisions.relative_gains.data();
   const std::size_t count = screening.survivors(wanted, lanes);
   for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
   evaluator.decide(factor.inverse(), contenders, count, relative_gains);
   float64_decisions += count;
-  std::uint32_t* const order = draws;
+  std::uint32_t* const order = memory.decisions.order.data();
   std::iota(order, order + count, 0U);
-  std::sort(order, order + count, [this](std::uint32_t a, std::uint32_t b) {
+  std::sort(order, order + count, [=](std::uint32_t a, std::uint32_t b) {
     return relative_gains[a] > relative_gains[b] ||
            (relative_gains[a] == relative_gains[b] && contenders[a] < contenders[b]);
   });
-  std::size_t known = 0;  // nobody who is not a survivor gains as much
+  std::size_t known = 0;  // no other candidate gains as much
   while (known < count && relative_gains[order[known]] >= screening.assured()) ++known;
   known = std::max(known, std::min(wanted, count));
   for (std::size_t j = 0; j < known; ++j) best[j] = lanes[order[j]];
   return known;
 }
-
-double Search::add_rows(std::uint32_t candidate) noexcept { return add_rows(candidate, factor); }
 
 double Search::add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept {
   double rows[max_block_rows][state_dimension];
@@ -156,8 +144,6 @@ bool Search::remove_rows(std::uint32_t candidate) noexcept {
   read_rows(candidates, candidate, rows);
   return factor.remove_block(kernel, rows, candidates.rows());
 }
-
-void Search::add(std::uint32_t candidate) noexcept { append(candidate, add_rows(candidate)); }
 
 void Search::add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept {
   append(candidate, factor.add_block(kernel, rows, count));
@@ -207,7 +193,18 @@ void Search::reject(std::size_t lane, bool is_round_open) noexcept {
   --remaining;
 }
 
+Problem Search::problem() const noexcept {
+  return {candidates,
+          evaluator,
+          prior_matrix,
+          constraints.free(),
+          constraints.free_count(),
+          constraints.required(),
+          constraints.required_count()};
+}
+
 void Search::report(Status status, Selection& selection) const noexcept {
+  std::uint32_t* const reported = memory.reported.data();
   for (std::size_t j = 0; j < selected; ++j) reported[j] = candidates.indices[indices[j]];
   const bool takes_all = has_candidates && budget > 0 && remaining == 0;
   selection.status = is_enough                           ? Status::target_reached
@@ -220,30 +217,6 @@ void Search::report(Status status, Selection& selection) const noexcept {
   target.report(factor, selection);
   selection.evaluations = screening.evaluations() + losses_evaluated;
   selection.float64_decisions = float64_decisions;
-}
-
-Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
-  if (memory.kernel == nullptr) return Status::unsupported_isa;
-  if (candidates.size() > memory.capacity) return Status::capacity_exceeded;
-  if (options.budget > memory.capacity) return Status::invalid_budget;
-  if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
-  if (options.threads < 0) return Status::invalid_threads;
-  const Status of_target = Target::check(options);
-  if (of_target != Status::ok) return of_target;
-  const Method* const method = method_of(options.strategy);
-  return method == nullptr ? Status::invalid_strategy : method->check(options);
-}
-
-Selection empty_selection(Status status) noexcept {
-  Selection selection{};
-  selection.status = status;
-  selection.log_det = std::numeric_limits<double>::quiet_NaN();
-  selection.upper_bound = std::numeric_limits<double>::quiet_NaN();
-  selection.threads = 1;
-  selection.efficiency_of_all = std::numeric_limits<double>::quiet_NaN();
-  selection.translation_sigma = std::numeric_limits<double>::quiet_NaN();
-  selection.rotation_sigma = std::numeric_limits<double>::quiet_NaN();
-  return selection;
 }
 
 }  // namespace maxlogdet

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/screening/losses.hpp"
-#include "kernel/search/search.hpp"
-#include "kernel/strategies/method.hpp"
+#include "kernel/strategies/backward_greedy.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -9,34 +7,26 @@
 namespace maxlogdet {
 namespace {
 
-// With more candidates than that the least loss is below 1/2: the shares tr(H M^-1 H^T) of all add up to 6 at most, and
-// no loss is above its share. So taking that candidate out costs the factor one bit at most.
+// With more candidates than that the minimum loss is below 1/2: the shares tr(H M^-1 H^T) of all sum to at most 6, and
+// no relative loss exceeds its share. So removing that candidate costs the factor at most one bit.
 constexpr std::size_t few = 12;
 static_assert(few >= std::size_t{2} * state_dimension, "6 / few is 1/2 at most");
-// A factor made anew with a large error is left alone until that has grown so many times.
-constexpr double useless_growth = 16;
+// A refactorised factor of large error is not refactorised again until its error has increased this many times.
+constexpr double useless_increase = 16;
 
 // Candidates leaving the information one by one.
 class Removal {
  public:
-  explicit Removal(Search& search) noexcept : search_(search), required_(search.factor), left_(search.unselected) {
+  Removal(Search& search, BackwardWorkspace& own) noexcept
+      : search_(search), own_(own), required_(search.factor), left_(own.is_left.data()) {
     std::copy_n(search.constraints.free(), search.candidates.size(), left_);
   }
 
   // Until `kept` remain.
   Status run(std::size_t kept, bool lazily) noexcept {
     if (search_.remaining > few) {
-      if (!sum_up()) add_what_is_left();
-      Losses losses(search_.evaluator, search_.candidates.column_max(), search_.screening_memory, search_.losses);
-      losses.start(left_, search_.candidates.size(), search_.factor);
-      const Status status = remove_many(losses, std::max(kept, few), lazily);
-      const bool is_late = status != Status::ok;
-      if (is_late) {
-        const std::size_t count = losses.list_all_but(kept, search_.pool);
-        for (std::size_t j = 0; j < count; ++j) left_[search_.pool[j]] = 0;
-      }
-      search_.losses_evaluated += losses.evaluations();
-      if (is_late) return status;
+      const Status status = remove_many(kept, lazily);
+      if (status != Status::ok) return status;
     }
     return search_.remaining > kept ? remove_of_few(kept) : Status::ok;
   }
@@ -50,32 +40,45 @@ class Removal {
   }
 
  private:
-  Status remove_many(Losses& losses, std::size_t kept, bool lazily) noexcept {
+  Status remove_many(std::size_t kept, bool lazily) noexcept {
+    if (!sum_up()) refactorise();
+    Losses losses(search_.evaluator, search_.candidates.column_max(), search_.memory.screening, own_.losses);
+    losses.start(left_, search_.candidates.size(), search_.factor);
+    const Status status = remove_one_by_one(losses, std::max(kept, few), lazily);
+    if (status != Status::ok) {
+      const std::size_t count = losses.list_all_but(kept, own_.dropped.data());
+      for (std::size_t j = 0; j < count; ++j) left_[own_.dropped[j]] = 0;
+    }
+    search_.losses_evaluated += losses.evaluations();
+    return status;
+  }
+
+  Status remove_one_by_one(Losses& losses, std::size_t kept, bool lazily) noexcept {
     double limit = error_limit();
     while (search_.remaining > kept) {
       if (search_.deadline.has_passed()) return Status::deadline_reached;
-      const std::size_t lane = losses.least(search_.factor, lazily);
+      const std::size_t lane = losses.find_min(search_.factor, lazily);
       const std::uint32_t candidate = losses.candidate(lane);
       losses.remove(lane);
       left_[candidate] = 0;
       --search_.remaining;
       if (!search_.remove_rows(candidate) || search_.factor.relative_error() > limit) {
-        add_what_is_left();
+        refactorise();
         limit = error_limit();
       }
     }
     return Status::ok;
   }
 
-  // Of a factor just made. Where even that is known to be nothing, making it in every round would help nobody.
+  // The error above which a factor just made is refactorised. Where even that factor has no digits, never.
   double error_limit() const noexcept {
     const double f = search_.factor.relative_error();
-    return f < hopeless_error ? std::max(large_error, useless_growth * f) : std::numeric_limits<double>::infinity();
+    return f < hopeless_error ? std::max(large_error, useless_increase * f) : std::numeric_limits<double>::infinity();
   }
 
-  // With so few each of them may be the only one to see a direction, where 1 - det has no digits. What a candidate
-  // gains if it is added last to all others has them; but of identical ones, whose others are added in different
-  // orders, not the last bit.
+  // With so few candidates each may be the only one to observe a direction, where 1 - det has no digits. The gain of
+  // adding it last to all others has them; but for identical ones, whose others are added in different orders, not the
+  // last bit.
   Status remove_of_few(std::size_t kept) noexcept {
     std::uint32_t list[few];
     std::size_t count = 0;
@@ -123,7 +126,7 @@ class Removal {
 
   // False if the squared condition number leaves too few digits.
   bool sum_up() noexcept {
-    unsigned char* const counted = search_.open;
+    unsigned char* const counted = own_.is_counted.data();
     std::copy_n(left_, search_.candidates.size(), counted);
     for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
     double sum[state_dimension * state_dimension];
@@ -131,7 +134,7 @@ class Removal {
     return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
   }
 
-  void add_what_is_left() noexcept {
+  void refactorise() noexcept {
     search_.factor = required_;
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
       if (left_[i] != 0) search_.add_rows(i);
@@ -139,16 +142,17 @@ class Removal {
   }
 
   Search& search_;
+  BackwardWorkspace& own_;
   InformationFactor required_;  // the prior and what is required
   unsigned char* left_;         // per candidate
 };
 
 }  // namespace
 
-Status backward_greedy(Search& search, bool lazily) noexcept {
+Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily) noexcept {
   const std::size_t kept = std::min(search.budget - search.selected, search.remaining);
   const std::size_t free_count = search.remaining;
-  Removal removal(search);
+  Removal removal(search, own);
   const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
   if (kept > 0) removal.list();
   search.remaining = free_count - kept;
@@ -157,10 +161,13 @@ Status backward_greedy(Search& search, bool lazily) noexcept {
 
 namespace {
 
-Status run(Search& search, const Options& /*options*/) noexcept { return backward_greedy(search); }
+Status run(Search& search, const Options& /*options*/, Workspace* workspace) noexcept {
+  return backward_greedy(search, *static_cast<BackwardWorkspace*>(workspace));
+}
 
 }  // namespace
 
-constexpr Method backward_greedy_method = {run, no_groups_or_targets, one_thread_only};
+constexpr Method backward_greedy_method = {run, no_groups_or_targets, one_thread_only,
+                                           make_workspace<BackwardWorkspace>};
 
 }  // namespace maxlogdet

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/search/search.hpp"
+#include "kernel/strategies/exchange.hpp"
+
+#include "simd/rounding.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -12,9 +12,10 @@ namespace {
 // that log det never falls; what screens is float32, as in a round of greedy (docs/numerics.md).
 class Exchange {
  public:
-  explicit Exchange(Search& search) noexcept : search_(search) {
-    std::copy_n(search.constraints.free(), search.candidates.size(), search.unselected);
-    for (std::size_t j = 0; j < search.selected; ++j) search.unselected[search.indices[j]] = 0;
+  Exchange(Search& search, ExchangeWorkspace& own) noexcept
+      : search_(search), unselected_(own.is_unselected.data()), open_(own.is_open.data()) {
+    std::copy_n(search.constraints.free(), search.candidates.size(), unselected_);
+    for (std::size_t j = 0; j < search.selected; ++j) unselected_[search.indices[j]] = 0;
   }
 
   // Puts the best candidate for it into this place of the answer; whether that is another one.
@@ -57,7 +58,7 @@ class Exchange {
  private:
   // With the information as it is, for all that is not selected, whether its group is full or not.
   void bound_relative_gains() noexcept {
-    search_.screening.use_store(search_.unselected, search_.candidates.size());
+    search_.screening.use_store(unselected_, search_.candidates.size());
     search_.screening.restart(search_.candidates.largest_of_form);
     search_.screening.begin_round(search_.factor);
     search_.screening.evaluate_all();
@@ -82,8 +83,8 @@ class Exchange {
   }
 
   void put_in(std::uint32_t candidate, std::size_t place) noexcept {
-    search_.unselected[search_.indices[place]] = 1;
-    search_.unselected[candidate] = 0;
+    unselected_[search_.indices[place]] = 1;
+    unselected_[candidate] = 0;
     search_.indices[place] = candidate;
     search_.add_rows(candidate);
     has_bounds_ = false;
@@ -92,38 +93,35 @@ class Exchange {
   // Leaves out of the screening those whose group is full.
   void open_lanes() noexcept {
     for (std::size_t i = 0; i < search_.candidates.size(); ++i) {
-      const bool is_open = search_.unselected[i] != 0 && search_.constraints.has_place(static_cast<std::uint32_t>(i));
-      search_.open[i] = is_open ? 1 : 0;
+      const bool is_open = unselected_[i] != 0 && search_.constraints.has_place(static_cast<std::uint32_t>(i));
+      open_[i] = is_open ? 1 : 0;
     }
-    search_.screening.use_store(search_.open, search_.candidates.size());
+    search_.screening.use_store(open_, search_.candidates.size());
   }
 
   bool gains_more(std::uint32_t candidate, std::uint32_t than) const noexcept {
-    constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
     const std::uint32_t both[2] = {candidate, than};
     double relative_gains[2];
     search_.evaluator.decide(search_.factor.inverse(), both, 2, relative_gains);
-    double squares = 0;
-    for (int column = 0; column < state_dimension; ++column) {
-      squares += search_.candidates.column_max()[column] * search_.candidates.column_max()[column];
-    }
     const double f = search_.factor.relative_error();
-    const double omega = search_.factor.inverse_norm() * std::sqrt(squares);
+    const double omega = search_.factor.inverse_norm() * max_row_norm(search_.candidates.column_max());
     // Of the difference of two gains, nats.
-    const double error = 2.5 * search_.candidates.rows() * f + 128 * unit_roundoff * omega;
+    const double error = 2.5 * search_.candidates.rows() * f + 128 * simd::double_unit_roundoff * omega;
     return f < hopeless_error && relative_gains[0] - relative_gains[1] > error * (1 + relative_gains[0]);
   }
 
   Search& search_;
+  unsigned char* unselected_;  // per candidate
+  unsigned char* open_;        // per candidate
   bool has_bounds_ = false;
 };
 
 }  // namespace
 
-Status exchange(Search& search, std::size_t sweeps) noexcept {
+Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noexcept {
   const std::size_t first = search.constraints.required_count();
   const std::size_t places = search.selected - std::min(first, search.selected);
-  Exchange exchange(search);
+  Exchange exchange(search, own);
   std::size_t unchanged = 0;  // places since the last swap
   bool any = false;
   bool is_late = false;

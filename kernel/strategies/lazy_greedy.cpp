@@ -59,7 +59,9 @@ Status lazy_greedy(Search& search) noexcept {
 
 namespace {
 
-Status run(Search& search, const Options& /*options*/) noexcept { return lazy_greedy(search); }
+Status run(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
+  return lazy_greedy(search);
+}
 
 }  // namespace
 

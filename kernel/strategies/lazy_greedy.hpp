@@ -7,6 +7,13 @@
 
 namespace maxlogdet {
 
+/// The answer of greedy for less work: gains only decrease (submodularity), so a candidate whose last known gain is
+/// below the best found in this round need not be evaluated again (Minoux 1978), here by tiles of candidates.
+Status lazy_greedy(Search& search) noexcept;
+
+/// The same among what the screening holds, in the order of the store or as listed.
+Status search_lazily(Search& search) noexcept;
+
 /// What lazy greedy evaluates in a round. Until the selected rows span the state, gains are those against the prior and
 /// say little about later ones; so three rounds at least evaluate every candidate. The round after that does so once
 /// more, and orders them by what it finds.

@@ -3,13 +3,20 @@
 
 namespace maxlogdet {
 
-// The switch has no default, so that compilers tell of an enumerator that MAXLOGDET_STRATEGIES lacks.
+// The switch has no default, so that compilers report an enumerator that MAXLOGDET_STRATEGIES lacks.
 const Method* method_of(Strategy strategy) noexcept {
 #define MAXLOGDET_CASE(name) \
   case Strategy::name: return &name##_method;
   switch (strategy) { MAXLOGDET_STRATEGIES(MAXLOGDET_CASE) }
 #undef MAXLOGDET_CASE
   return nullptr;
+}
+
+Workspaces::Workspaces(std::size_t capacity) {
+  for (const Strategy strategy : strategies) {
+    const auto make = method_of(strategy)->make_workspace;
+    if (make != nullptr) workspaces_[static_cast<std::size_t>(strategy)] = make(capacity);
+  }
 }
 
 }  // namespace maxlogdet

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/information_mixture.hpp"
 #include "kernel/information/top_traces.hpp"
+#include "kernel/strategies/lazy_greedy.hpp"
 #include "kernel/strategies/method.hpp"
 #include "kernel/strategies/swaps.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -12,13 +15,24 @@ namespace {
 // Candidates to start from, by budget: lazy greedy on these gives the relaxation an information that observes the whole
 // state.
 constexpr std::size_t sample_per_selected = 8;
-// Frank-Wolfe sweeps at most: with eight, one clustered frame in three thousand lost 2e-3 nats, with six one in three
-// hundred up to 6e-3.
+// Maximum number of Frank-Wolfe sweeps: with eight, one clustered frame in three thousand lost 2e-3 nats, with six one
+// in three hundred up to 6e-3.
 constexpr int max_sweeps = 12;
-// Nats from its optimum at which a relaxation is good enough: rounding it costs more. Most frames are there after 4.
-constexpr double enough = 5e-3;
+// Distance from its optimum, nats, at which a relaxation is good enough: rounding it costs more. Most frames are there
+// after 4 sweeps.
+constexpr double good_enough = 5e-3;
 
-// What a search starts from, to start again.
+struct RelaxedWorkspace : Workspace {
+  explicit RelaxedWorkspace(std::size_t capacity)
+      : shortlist(capacity), united(capacity), best_answer(capacity), traces(capacity), swaps(capacity) {}
+  std::vector<std::uint32_t> shortlist;    // candidates to search among, in ascending order
+  std::vector<std::uint32_t> united;       // the shortlist with others, before it replaces the shortlist
+  std::vector<std::uint32_t> best_answer;  // so far
+  TraceMemory traces;
+  SwapMemory swaps;
+};
+
+// The state that a search starts from, to start again.
 class Start {
  public:
   explicit Start(const Search& search) noexcept
@@ -48,87 +62,115 @@ class Start {
   std::size_t remaining_;
 };
 
-// Lists the free candidates of every so manieth tile, `wanted` of them if all are free.
-std::size_t list_sample(Search& search, std::size_t wanted) noexcept {
-  const std::size_t n = search.candidates.size();
-  const unsigned char* const free = search.constraints.free();
-  const std::size_t step = std::max<std::size_t>(1, n / wanted) * simd::tile_size;
-  std::size_t count = 0;
-  for (std::size_t first = 0; first < n; first += step) {
-    for (std::size_t i = first; i < std::min(first + simd::tile_size, n); ++i) {
-      search.pool[count] = static_cast<std::uint32_t>(i);
-      count += free[i] != 0 ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-// The pool becomes its union with another list; both ascend.
-std::size_t unite(Search& search, std::size_t count, const std::uint32_t* list, std::size_t size) noexcept {
-  std::uint32_t* const end = std::set_union(search.pool, search.pool + count, list, list + size, search.lanes);
-  std::copy(search.lanes, end, search.pool);
-  return static_cast<std::size_t>(end - search.lanes);
-}
-
-// The relaxation, 0 <= w_i <= 1, sum w_i = k, as a mixture of selections: one in the pool, of this information, and
-// those that each sweep finds best at the information so far. What they hold is all that has a weight; it is listed in
-// the pool. Returns how many, a few times k; 0 if the deadline passed.
-std::size_t list_relaxed(Search& search, const Information& required, const Information& selected,
-                         std::size_t wanted) noexcept {
-  std::size_t count = wanted;
-  float threshold = first_guess(wanted);
-  InformationMixture mixture;
-  bool goes_on = mixture.reset(selected);
-  for (int sweep = 0; goes_on && sweep < max_sweeps; ++sweep) {
-    if (search.deadline.has_passed()) return 0;
-    const TopTraces top = find_top_traces(search, mixture.inverse(), wanted, threshold);
-    threshold = top.threshold;
-    count = unite(search, count, top.candidates, top.count);
-    Information best = required;
-    add_blocks(search.candidates, top.candidates, top.count, best);
-    goes_on = mixture.add(best, enough);
-  }
-  return count;
-}
-
 // Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates that it gives weight to and a few more
 // (docs/performance.md).
-Status relaxed(Search& search, const Options& /*options*/) noexcept {
-  const Start start(search);
-  const std::size_t wanted = start.wanted(search);
-  const std::size_t sample = sample_per_selected * wanted;
-  if (search.candidates.size() < 2 * sample || wanted == 0) return lazy_greedy(search);
-  const std::size_t listed = list_sample(search, sample);
-  if (listed < sample / 2) return lazy_greedy(search);
-  if (start.search_listed(search, search.pool, listed) != Status::ok) return Status::deadline_reached;
+class Relaxation {
+ public:
+  Relaxation(Search& search, RelaxedWorkspace& own) noexcept
+      : search_(search),
+        own_(own),
+        start_(search),
+        wanted_(start_.wanted(search)),
+        found_(search.indices + start_.selected()) {}
 
-  Information required = prior_information(search.prior_matrix);
-  add_blocks(search.candidates, search.indices, start.selected(), required);
-  std::uint32_t* const found = search.indices + start.selected();
-  std::uint32_t* const answer = search.draws;  // the best so far
-  std::copy_n(found, wanted, answer);
-  Information selected = required;
-  add_blocks(search.candidates, found, wanted, selected);
-  std::copy_n(found, wanted, search.pool);
-  std::sort(search.pool, search.pool + wanted);
-  const std::size_t count = list_relaxed(search, required, selected, wanted);
-  if (count == 0) return Status::deadline_reached;
+  Status run() noexcept {
+    const std::size_t sample = sample_per_selected * wanted_;
+    if (search_.candidates.size() < 2 * sample || wanted_ == 0) return lazy_greedy(search_);
+    const std::size_t listed = list_sample(sample);
+    if (listed < sample / 2) return lazy_greedy(search_);
+    if (start_.search_listed(search_, own_.shortlist.data(), listed) != Status::ok) return Status::deadline_reached;
 
-  Status status = start.search_listed(search, search.pool, count);
-  if (status == Status::ok) {
-    selected = required;
-    add_blocks(search.candidates, found, wanted, selected);
-    status = swap_least_valuable(search, found, wanted, count - wanted, selected);
-    std::copy_n(found, wanted, answer);
+    required_ = prior_information(search_.prior_matrix);
+    add_blocks(search_.candidates, search_.indices, start_.selected(), required_);
+    const Information selected = keep_answer();
+    std::copy_n(found_, wanted_, own_.shortlist.begin());
+    std::sort(own_.shortlist.begin(), own_.shortlist.begin() + static_cast<std::ptrdiff_t>(wanted_));
+    const std::size_t count = list_relaxed(selected);
+    return count == 0 ? Status::deadline_reached : round(count);
   }
-  start.restore(search);
-  for (std::size_t j = 0; j < wanted; ++j) search.add(answer[j]);
-  search.remaining -= wanted;
-  return status;
+
+ private:
+  // Lists the free candidates of every `step`-th tile, `wanted` of them if all are free.
+  std::size_t list_sample(std::size_t wanted) noexcept {
+    const std::size_t n = search_.candidates.size();
+    const unsigned char* const free = search_.constraints.free();
+    const std::size_t step = std::max<std::size_t>(1, n / wanted) * simd::tile_size;
+    std::size_t count = 0;
+    for (std::size_t first = 0; first < n; first += step) {
+      for (std::size_t i = first; i < std::min(first + simd::tile_size, n); ++i) {
+        own_.shortlist[count] = static_cast<std::uint32_t>(i);
+        count += free[i] != 0 ? 1 : 0;
+      }
+    }
+    return count;
+  }
+
+  // Makes what was found the best answer so far; returns its information.
+  Information keep_answer() noexcept {
+    std::copy_n(found_, wanted_, own_.best_answer.begin());
+    Information selected = required_;
+    add_blocks(search_.candidates, found_, wanted_, selected);
+    return selected;
+  }
+
+  // The relaxation, 0 <= w_i <= 1, sum w_i = k, as a mixture of selections: one in the shortlist, of this information,
+  // and those that each sweep finds best at the information so far. The shortlist becomes all that has a weight.
+  // Returns how many, a few times k; 0 if the deadline passed.
+  std::size_t list_relaxed(const Information& selected) noexcept {
+    const Problem problem = search_.problem();
+    std::size_t count = wanted_;
+    float threshold = first_guess(wanted_);
+    InformationMixture mixture;
+    bool goes_on = mixture.reset(selected);
+    for (int sweep = 0; goes_on && sweep < max_sweeps; ++sweep) {
+      if (search_.deadline.has_passed()) return 0;
+      const TopTraces top = find_top_traces(problem, mixture.inverse(), wanted_, threshold, own_.traces);
+      threshold = top.threshold;
+      count = unite(count, top);
+      Information best = required_;
+      add_blocks(search_.candidates, top.candidates, top.count, best);
+      goes_on = mixture.add(best, good_enough);
+    }
+    return count;
+  }
+
+  // The shortlist becomes its union with another list; both ascend.
+  std::size_t unite(std::size_t count, const TopTraces& top) noexcept {
+    const std::uint32_t* const first = own_.shortlist.data();
+    std::uint32_t* const united = own_.united.data();
+    const std::uint32_t* const end =
+        std::set_union(first, first + count, top.candidates, top.candidates + top.count, united);
+    own_.shortlist.swap(own_.united);
+    return static_cast<std::size_t>(end - united);
+  }
+
+  // Lazy greedy and a few swaps among the shortlist; the best answer by then is that of the search.
+  Status round(std::size_t count) noexcept {
+    Status status = start_.search_listed(search_, own_.shortlist.data(), count);
+    if (status == Status::ok) {
+      const Information selected = keep_answer();
+      status = swap_least_valuable(search_, own_.best_answer.data(), wanted_, count - wanted_, selected, own_.swaps);
+    }
+    start_.restore(search_);
+    for (std::size_t j = 0; j < wanted_; ++j) search_.add(own_.best_answer[j]);
+    search_.remaining -= wanted_;
+    return status;
+  }
+
+  Search& search_;
+  RelaxedWorkspace& own_;
+  Start start_;
+  std::size_t wanted_;
+  std::uint32_t* found_;    // the answer of the search, less what is required
+  Information required_{};  // of the prior and what is required
+};
+
+Status relaxed(Search& search, const Options& /*options*/, Workspace* workspace) noexcept {
+  return Relaxation(search, *static_cast<RelaxedWorkspace*>(workspace)).run();
 }
 
 }  // namespace
 
-constexpr Method relaxed_method = {relaxed, no_groups_or_targets, 50000};
+constexpr Method relaxed_method = {relaxed, no_groups_or_targets, 50000, make_workspace<RelaxedWorkspace>};
 
 }  // namespace maxlogdet

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -14,9 +16,17 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
   return std::max(1.0, std::ceil(s - 1e-9));
 }
 
+struct StochasticWorkspace : Workspace {
+  explicit StochasticWorkspace(std::size_t capacity) : pool(capacity), draws(capacity) {}
+  std::vector<std::uint32_t> pool;   // candidates that remain; a round moves its sample to the front
+  std::vector<std::uint32_t> draws;  // of a round: offsets of the Fisher-Yates shuffle
+};
+
 // Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
-Status stochastic_greedy(Search& search, const Options& options) noexcept {
-  std::uint32_t* const pool = search.pool;  // what remains; a round moves its sample to the front
+Status stochastic_greedy(Search& search, const Options& options, Workspace* workspace) noexcept {
+  auto& own = *static_cast<StochasticWorkspace*>(workspace);
+  std::uint32_t* const pool = own.pool.data();
+  std::uint32_t* const draws = own.draws.data();
   std::size_t filled = 0;
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
     if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
@@ -31,8 +41,8 @@ Status stochastic_greedy(Search& search, const Options& options) noexcept {
     const std::size_t s =
         wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted) : search.remaining;
     // Without replacement: the first s steps of a Fisher-Yates shuffle.
-    search.kernel.draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining), s, search.draws);
-    for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + search.draws[j]]);
+    search.kernel.draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining), s, draws);
+    for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws[j]]);
     drawn += s;
     search.screening.use_listed(pool, s);
     search.screening.begin_round(search.factor);
@@ -54,6 +64,7 @@ Status check_epsilon(const Options& options) noexcept {
 
 }  // namespace
 
-constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only};
+constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only,
+                                             make_workspace<StochasticWorkspace>};
 
 }  // namespace maxlogdet

@@ -10,17 +10,17 @@ namespace {
 // Of 3168 relaxed selections on generated frames 42 fell up to 1e-2 nats short of greedy without a swap, 1 with one;
 // further swaps gain something on others.
 constexpr std::size_t max_swaps = 4;
-// Selected candidates that are tried for each: those of least trace, which is about what losing them costs.
+// Selected candidates that are tried for each: those of minimum trace, which is about what removing them costs.
 constexpr std::size_t max_tried = 8;
-// Of determinants: what is below it is rounding.
+// A smaller ratio of determinants is rounding.
 constexpr double min_ratio = 1 + 1e-7;
 
-// Places of the selected candidates of least trace; returns how many.
-std::size_t list_least_valuable(Search& search, const std::uint32_t* selected, std::size_t count,
+// Places of the selected candidates of minimum trace; returns how many.
+std::size_t list_least_valuable(Search& search, const std::uint32_t* selected, std::size_t count, SwapMemory& memory,
                                 std::uint32_t (&places)[max_tried]) noexcept {
-  const double* const traces = search.relative_gains;
-  search.evaluator.exact_traces(search.factor.inverse(), selected, count, search.relative_gains);
-  std::uint32_t* const order = search.contenders;
+  double* const traces = memory.traces.data();
+  search.evaluator.exact_traces(search.factor.inverse(), selected, count, traces);
+  std::uint32_t* const order = memory.order.data();
   std::iota(order, order + count, 0U);
   const std::size_t tried = std::min(max_tried, count);
   std::partial_sort(order, order + tried, order + count, [traces](std::uint32_t a, std::uint32_t b) {
@@ -32,11 +32,11 @@ std::size_t list_least_valuable(Search& search, const std::uint32_t* selected, s
 
 struct Swap {
   double ratio;       // of the determinants after and before
-  std::size_t lane;   // of what comes in
-  std::size_t place;  // of what goes out
+  std::size_t lane;   // of the candidate that enters
+  std::size_t place;  // of the one that leaves
 };
 
-// The best one instead of selected[place].
+// The best swap of selected[place].
 Swap best_swap(Search& search, const std::uint32_t* selected, std::size_t place,
                const Information& information) noexcept {
   Information without = information;
@@ -55,12 +55,12 @@ Swap best_swap(Search& search, const std::uint32_t* selected, std::size_t place,
 }  // namespace
 
 Status swap_least_valuable(Search& search, std::uint32_t* selected, std::size_t count, std::size_t available,
-                           Information information) noexcept {
+                           Information information, SwapMemory& memory) noexcept {
   for (std::size_t swaps = 0; swaps < std::min(max_swaps, available); ++swaps) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     if (!search.factor.reset(&information.entry[0][0])) return Status::ok;
     std::uint32_t places[max_tried];
-    const std::size_t tried = list_least_valuable(search, selected, count, places);
+    const std::size_t tried = list_least_valuable(search, selected, count, memory, places);
     Swap best{min_ratio, 0, 0};
     for (std::size_t j = 0; j < tried; ++j) {
       const Swap swap = best_swap(search, selected, places[j], information);

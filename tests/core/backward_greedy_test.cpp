@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Backward greedy against an oracle that removes step by step, and lazily against not lazily.
-#include "kernel/search/search.hpp"
+#include "kernel/strategies/backward_greedy.hpp"
 #include "sim/hash.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/linear_algebra.hpp"
@@ -72,7 +72,8 @@ std::vector<std::uint32_t> removed_from(const BlockStore& blocks, const Options&
   SearchMemory memory(blocks.size());
   Search search(blocks, options, memory);
   EXPECT_EQ(search.start(blocks, options), Status::ok);
-  EXPECT_EQ(backward_greedy(search, lazily), Status::ok);
+  BackwardWorkspace workspace(blocks.size());
+  EXPECT_EQ(backward_greedy(search, workspace, lazily), Status::ok);
   return {search.indices, search.indices + search.selected};
 }
 

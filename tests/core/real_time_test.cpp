@@ -311,7 +311,9 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 1 + arrays_of_store);
   const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
   EXPECT_GT(of_selector, 10);
-  EXPECT_EQ(failures_of([&] { return maxlogdet_active_selection_create(10, &active); }), of_selector);
+  const long of_active = failures_of([&] { return maxlogdet_active_selection_create(10, &active); });
+  EXPECT_GT(of_active, 10);
+  EXPECT_LT(of_active, of_selector) << "a search alone, without the workspaces of strategies";
 
   const double block[6] = {1, 2, 3, 4, 5, 6};
   for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);

@@ -96,7 +96,7 @@ class Screened {
   void expect_bounds_hold() const {
     std::vector<bool> seen(candidates_.size(), false);
     for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
-      if (!(memory_.remaining[lane] > 0)) continue;
+      if (!(memory_.tiles.remaining[lane] > 0)) continue;
       const std::uint32_t i = screening_.candidate(lane);
       ASSERT_FALSE(seen[i]) << "twice";
       seen[i] = true;
@@ -134,7 +134,7 @@ class Screened {
   Candidates candidates_;
   simd::Planes planes_;
   threading::Team team_;
-  threading::Evaluator evaluator_;
+  Evaluator evaluator_;
   ScreeningMemory memory_;
   Screening screening_;
   InformationFactor factor_;
@@ -344,14 +344,15 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
     SCOPED_TRACE(kernel->isa);
     threading::Team team;
     const simd::Form form = simd::form_of_rows(blocks.rows());
-    const threading::Evaluator evaluator(*kernel, planes, blocks.rows(), team);
+    const Evaluator evaluator(*kernel, planes, blocks.rows(), team);
     ScreeningMemory of_all(blocks.size());
     ScreeningMemory of_list(blocks.size());
     Screening(evaluator, form, blocks.column_max(), of_all).make_records(blocks.size());
     Screening(evaluator, form, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
     const std::size_t size = simd::record_size(form);
     for (const std::uint32_t i : listed) {
-      EXPECT_TRUE(std::equal(&of_all.records[i * size], &of_all.records[i * size] + size, &of_list.records[i * size]));
+      EXPECT_TRUE(std::equal(&of_all.tiles.records[i * size], &of_all.tiles.records[i * size] + size,
+                             &of_list.tiles.records[i * size]));
     }
   }
 }

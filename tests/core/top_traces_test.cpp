@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The largest traces against an oracle in long double.
 #include "kernel/information/top_traces.hpp"
+#include "kernel/search/search.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/support.hpp"
 
@@ -47,7 +48,8 @@ Top top_traces(const BlockStore& blocks, const Options& options, std::size_t add
   Search search(blocks, options, memory);
   EXPECT_EQ(search.start(blocks, options), Status::ok);
   for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
-  const TopTraces top = find_top_traces(search, search.factor.inverse(), wanted, first_guess(wanted));
+  TraceMemory traces(blocks.size());
+  const TopTraces top = find_top_traces(search.problem(), search.factor.inverse(), wanted, first_guess(wanted), traces);
   Top result{{top.candidates, top.candidates + top.count}, top.sum};
   check(search, result);
   return result;
@@ -68,7 +70,7 @@ void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
   }
   EXPECT_TRUE(std::is_sorted(top.candidates.begin(), top.candidates.end()));
   EXPECT_EQ(top.candidates.size(), std::min(wanted, search.constraints.free_count()));
-  const double root_error = 0x1p-53 * trace_root_error(search, w);
+  const double root_error = 0x1p-53 * trace_root_error(search.candidates, w);
   const auto rounded = [root_error](long double trace) {  // what float64 may make of it
     return 2 * root_error * std::sqrt(static_cast<double>(trace)) + root_error * root_error +
            1e-14 * static_cast<double>(trace);

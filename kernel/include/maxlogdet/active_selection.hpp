@@ -12,90 +12,89 @@
 
 namespace maxlogdet {
 
-/// Selection hand in hand with matching (Zhao & Vela, Good Feature Matching, 2020): candidates are map points not
-/// matched yet, next() proposes those that add most to what has been accepted, the tracker tries to match them, and
-/// answers. Only what is proposed need be matched.
+/// Active matching (Zhao & Vela, Good Feature Matching, 2020): candidates are map points that are not matched yet,
+/// next() proposes those of maximum gain, and the tracker tries to match them and answers. Only proposals need
+/// matching.
 ///
 ///   active.start(candidates, options);
 ///   for (std::uint32_t i; (i = active.next()) != ActiveSelection::none;) match(i) ? active.accept() : active.reject();
 ///
-/// One at a time this is greedy on the candidates that are not rejected: if everything is accepted as proposed the
-/// answer is that of lazy_greedy, index for index. Batches are proposed by their gains before any of them is accepted:
-/// they save time, here and in matching, and give away a little log det (docs/performance.md).
+/// One at a time, this is greedy on the candidates that are not rejected: if everything is accepted as proposed, the
+/// answer is that of lazy_greedy, index for index. A batch is proposed by the gains before any of it is accepted, which
+/// saves time, here and in matching, and loses a little log det (docs/performance.md).
 ///
-/// What has been evaluated since the last acceptance is not evaluated again: a proposal after a rejection costs a look
-/// at the maxima of what has been, a sixteenth of the candidates at most, and fewer than that once some are selected.
-/// Owns its memory as a Selector does; nothing but the constructor allocates, and it uses the calling thread alone.
+/// What has been evaluated since the last acceptance is not evaluated again: a proposal after a rejection reads the
+/// maxima of evaluated tiles, at most a sixteenth of the candidates, and fewer once some are selected. Owns its memory
+/// as a Selector does; only the constructor allocates, and only the calling thread is used.
 class ActiveSelection {
  public:
   /// What next() returns when there is nothing to propose.
   static constexpr std::uint32_t none = 0xFFFFFFFFU;
 
-  /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
+  /// Reserves room for stores of up to `capacity` candidates, at most 2^32 - 1. Throws std::bad_alloc, also above that.
   explicit ActiveSelection(std::size_t capacity);
   ~ActiveSelection();
-  /// Takes over memory and selection; the other has a capacity of 0 from then on.
+  /// Takes over memory and selection; the source is left with a capacity of 0.
   ActiveSelection(ActiveSelection&&) noexcept;
-  /// Takes over memory and selection; the other has a capacity of 0 from then on.
+  /// Takes over memory and selection; the source is left with a capacity of 0.
   ActiveSelection& operator=(ActiveSelection&&) noexcept;
 
-  /// Most candidates, and largest budget, that start() accepts; 0 once moved from.
+  /// The maximum number of candidates, and the maximum budget, of start(); 0 after a move.
   std::size_t capacity() const noexcept;
 
-  /// Begins anew, and with it the time limit, which so includes the matching. The candidates and all arrays of the
-  /// options (groups above all) are the caller's, and must stay as they are until the last call of any other function.
-  /// Of the options it takes budget, prior, time_limit, the targets and the constraints (groups count what is accepted;
-  /// what is required is accepted from the start); strategy is greedy, lazy_greedy or automatic, which are the same
-  /// here. There is no certificate and no exchange;
-  /// exchange_sweeps beside a target is an error, as it is of Selector::select. target_efficiency compares with all
-  /// blocks as offered, those that are rejected later among them; what is measured may so come to more than 1. The
-  /// statuses are those of Selector::select; after an error there is nothing to propose.
+  /// Starts a new selection and its time limit, which includes the matching. The caller owns the candidates and all
+  /// arrays of the options (groups above all), which must not change until the last call of any other function. The
+  /// options in use are budget, prior, time_limit, the targets and the constraints (groups count accepted candidates;
+  /// required ones are accepted at the start); strategy must be greedy, lazy_greedy or automatic, which are the same
+  /// here. There is neither certificate nor exchange; exchange_sweeps with a target is an error, as in
+  /// Selector::select. target_efficiency compares with all blocks as offered, including those rejected later; measured
+  /// blocks may thus reach more than 1. The statuses are those of Selector::select; after an error nothing is proposed.
   Status start(const BlockStore& candidates, const Options& options) noexcept;
 
-  /// The best of what has been neither accepted nor rejected; while proposals are unanswered, the first of these again,
-  /// after the time limit too. `none` when the budget is reached, nothing is left, or the time limit has passed; and
-  /// once the targets are met, also while proposals of a batch are unanswered, which may still be answered.
+  /// Returns the candidate of maximum gain that is neither accepted nor rejected; while proposals are unanswered, the
+  /// first of these again, also after the time limit. Returns `none` when the budget is reached, nothing is left, or
+  /// the time limit has passed; and once the targets are met, even if proposals of a batch are unanswered, which may
+  /// still be answered.
   std::uint32_t next() noexcept;
 
-  /// The `count` best by their gains now, best first, ties to the lowest index, written to `indices`; returns how many.
-  /// Fewer only where no more may all be accepted: what is left, what the budget still asks for, and of a group what
-  /// its maximum leaves, in whose place the next best are proposed. While proposals are unanswered, these again, at
-  /// most `count`. With `count` = 1 this is next(). 0 where next() is `none`, and for a `count` of 0 or a null pointer,
-  /// which change nothing.
+  /// Writes the `count` candidates of maximum current gain to `indices`, best first, ties to the lowest index, and
+  /// returns how many. There are fewer only where no more may all be accepted: by what is left, by the budget, and by
+  /// the maximum of a group, in whose place the next best are proposed. While proposals are unanswered, returns these
+  /// again, at most `count`. `count` = 1 is next(). Returns 0 where next() is `none`, and for a `count` of 0 or a null
+  /// pointer, which change nothing.
   std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
 
-  /// The first unanswered proposal is matched: it enters the selection as proposed. ok or nothing_proposed.
+  /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.
   Status accept() noexcept;
-  /// It enters with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (a stereo row added, say).
-  /// nothing_proposed, or invalid_block (null, other rows, not finite), else ok; after invalid_block it is still
-  /// proposed.
+  /// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (with a stereo row, for example).
+  /// Returns ok, nothing_proposed, or invalid_block (null, other rows, not finite), after which it is still proposed.
   Status accept(const double* block, int rows) noexcept;
-  /// It is not matched, and not proposed again. ok or nothing_proposed.
+  /// Rejects it: it is not proposed again. Returns ok or nothing_proposed.
   Status reject() noexcept;
 
-  /// accept() for any of the unanswered proposals, in any order; nothing_proposed if this candidate is none of them.
+  /// The same for any unanswered proposal, in any order; nothing_proposed if this candidate is not one.
   Status accept(std::uint32_t index) noexcept;
-  /// accept(block, rows) likewise.
+  /// The same with the block as measured.
   Status accept(std::uint32_t index, const double* block, int rows) noexcept;
-  /// reject() likewise.
+  /// Rejects any unanswered proposal.
   Status reject(std::uint32_t index) noexcept;
-  /// Whether it is matched is no index.
+  /// A bool is not an index.
   template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
   Status accept(Bool) = delete;
-  /// Likewise.
+  /// A bool is not an index.
   template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
   Status reject(Bool) = delete;
 
-  /// Answers all unanswered proposals together, in their order: `matched` has a byte for each, where nonzero accepts,
-  /// and `count` is how many they are, what next() has returned if none is answered yet. nothing_proposed, without
-  /// effect, if there are none, or not as many, or for a null pointer; else ok.
+  /// Answers all unanswered proposals in their order: `matched` has `count` bytes, where nonzero accepts, and `count`
+  /// is the number of unanswered proposals. Returns nothing_proposed, without effect, if there are none or not as many,
+  /// or for a null pointer; else ok.
   Status answer(const unsigned char* matched, std::size_t count) noexcept;
 
-  /// What has been accepted, in that order; valid until the next call of anything but this. Status nothing_proposed
-  /// before start(), `ok` also while there is more to propose, target_reached as soon as the targets are met;
-  /// that the time limit has passed is known when next() is asked.
+  /// Returns what has been accepted, in that order; valid until the next call of any other function. The status is
+  /// nothing_proposed before start(), `ok` also while there is more to propose, and target_reached once the targets are
+  /// met; an expired time limit is noticed by next().
   Selection selection() const& noexcept;
-  /// What it points to would end with this.
+  /// The selection would point into a destroyed object.
   Selection selection() const&& = delete;
 
  private:

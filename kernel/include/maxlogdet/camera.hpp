@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <maxlogdet/camera_model.hpp>
 #include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
@@ -19,84 +20,68 @@ struct PinholeCamera {
   double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
 
   constexpr PinholeCamera() noexcept = default;
-  /// In this order.
+  /// Arguments are in the order of the members.
   constexpr PinholeCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0) noexcept
       : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
 };
 
-/// What takes (X, Y, Z) to (m_x, m_y), where u = fx m_x + cx, v = fy m_y + cy.
-enum class CameraModel {
-  pinhole,            ///< (X / Z, Y / Z)
-  radial_tangential,  ///< (x r + 2 p1 x y + p2 (rho + 2 x^2), y r + p1 (rho + 2 y^2) + 2 p2 x y), x = X / Z, y = Y / Z,
-                      ///< rho = x^2 + y^2, r = 1 + k1 rho + k2 rho^2 + k3 rho^3: OpenCV's
-  kannala_brandt,     ///< (X, Y) d / sqrt(X^2 + Y^2), theta = atan2(sqrt(X^2 + Y^2), Z), d = theta + k1 theta^3 + k2
-                      ///< theta^5 + k3 theta^7 + k4 theta^9: OpenCV's fisheye, OpenVINS's equidistant, ORB-SLAM3's and
-                      ///< Basalt's KannalaBrandt8
-  double_sphere,      ///< (X, Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)), d1 = |p_c|, d2 = |(X, Y, xi d1 + Z)|: Usenko,
-                      ///< Demmel, Cremers, 3DV 2018
-};
-
-/// All of them, in their order.
-constexpr CameraModel camera_models[] = {CameraModel::pinhole, CameraModel::radial_tangential,
-                                         CameraModel::kannala_brandt, CameraModel::double_sphere};
-
-/// A camera of any of these models.
+/// A camera of any model.
 struct Camera {
-  CameraModel model = CameraModel::pinhole;  ///< which
-  PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf: of pinholes only
+  CameraModel model = CameraModel::pinhole;  ///< model of the parameters
+  PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf of pinholes only
   double parameters[5] = {};                 ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
 
   Camera() = default;
-  /// A pinhole.
+  /// Makes a pinhole.
   Camera(const PinholeCamera& rectified) noexcept : pinhole(rectified) {}  // NOLINT(google-explicit-constructor)
-  /// A pinhole from fx, fy, cx, cy and, with stereo rows, bf.
+  /// Makes a pinhole from fx, fy, cx, cy and, for stereo rows, bf.
   Camera(double fx, double fy, double cx, double cy, double bf = 0) noexcept : pinhole{fx, fy, cx, cy, bf} {}
 
-  /// Parameters as OpenCV orders them; pinhole.bf is not used.
+  /// Takes parameters in OpenCV's order; pinhole.bf is ignored.
   static Camera radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
                                   double k3 = 0) noexcept;
-  /// Parameters as OpenCV's fisheye model orders them.
+  /// Takes parameters in the order of OpenCV's fisheye model.
   static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
-  /// -1 < xi (rarely above 1), 0 <= alpha <= 1; otherwise BlockStatus::invalid_camera.
+  /// Requires -1 < xi (rarely above 1), 0 <= alpha <= 1; else the blocks' status is BlockStatus::invalid_camera.
   static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
 };
 
-/// Projects p_c, 3 entries, m, to u, v, px. False, and uv is as it was, for a camera that append_blocks refuses as
-/// unknown_camera_model or invalid_camera, where something is not finite, and where the model has no image of the
-/// point:
-///   - behind the camera: Z <= 0; of kannala_brandt the axis behind it alone; of double_sphere the cone Z <= -w_2 |p_c|
+/// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that append_blocks
+/// refuses as unknown_camera_model or invalid_camera, for input that is not finite, and where the model has no image of
+/// the point:
+///   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
 ///     (its paper has w_2);
 ///   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
 ///     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
-///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two look at the point
-///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass there.
+///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two test the point
+///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
-/// The same with d (u, v) / d p_c, 2 x 3 row-major, px per m.
+/// Also writes d (u, v) / d p_c, 2 x 3 row-major, px per m.
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;
 
-/// One camera of a rig: T_cb takes points of the body frame to that of the camera.
+/// One camera of a rig; T_cb transforms points from the body frame to that of the camera.
 struct RigCamera {
   Camera camera;                                     ///< its model
   RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
 
   RigCamera() = default;
-  /// By default in the place of the body.
+  /// By default the camera is at the body frame.
   RigCamera(const Camera& camera_,  // NOLINT(google-explicit-constructor)
             const RigidTransform& T_cb_ = RigidTransform::identity()) noexcept
       : camera(camera_), T_cb(T_cb_) {}
 };
 
-/// Cameras on one body, the caller's array.
+/// Cameras on one body; the array belongs to the caller.
 struct Rig {
   const RigCamera* cameras = nullptr;  ///< `size` of them
   std::size_t size = 0;                ///< 1 to 256
 
   constexpr Rig() noexcept = default;
-  /// These.
+  /// Refers to `size_` cameras.
   constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
 };
 
-/// How many of Camera::parameters the model has; 0 for any other value.
+/// The number of Camera::parameters that the model has; 0 for any other value.
 std::size_t parameter_count(CameraModel model) noexcept;
 
 /// Name of the enumerator; "unknown" for any other value.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Header-only adapter for trackers that hold Eigen types. The library itself has no Eigen symbol: what is here is
-/// compiled by the tracker with the tracker's flags, and reads unaligned memory, so alignment never matters.
+/// Header-only adapter for trackers with Eigen types. The library has no Eigen symbol: the tracker compiles this with
+/// its own flags. Unaligned memory is allowed.
 
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/jacobian.hpp>
@@ -15,7 +15,7 @@
 namespace maxlogdet {
 
 /// Appends an r x 6 block, r in {1, 2, 3}, of any scalar type and storage order; returns its index. Another number of
-/// rows is kept as an invalid candidate; another number of columns does not compile, or, if known at run time only, is
+/// rows is kept as an invalid candidate; another number of columns does not compile, or, if known only at run time, is
 /// kept as invalid.
 template <class Derived>
 std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& block) {
@@ -44,7 +44,7 @@ class EigenPrior {
     Eigen::Map<Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>> rows(entries_);
     rows = information.template cast<double>();
   }
-  /// What Options::prior takes: 6 x 6 row-major, of this object.
+  /// Returns the entries for Options::prior, 6 x 6 row-major, owned by this object.
   const double* data() const& noexcept { return entries_; }
   const double* data() const&& = delete;  // would dangle
 
@@ -52,8 +52,8 @@ class EigenPrior {
   double entries_[state_dimension * state_dimension];
 };
 
-/// From a 3 x 4 or 4 x 4 matrix or expression of any scalar type and storage order; of an Isometry3d, an SE3d of Sophus
-/// its matrix(). One of another size is refused as BlockStatus::invalid_pose.
+/// Converts a 3 x 4 or 4 x 4 matrix or expression of any scalar type and storage order; for an Isometry3d or Sophus'
+/// SE3d pass its matrix(). Any other size is refused as BlockStatus::invalid_pose.
 template <class Derived>
 RigidTransform rigid_transform(const Eigen::MatrixBase<Derived>& T) {
   if (T.cols() != 4 || T.rows() < 3 || T.rows() > 4) return nullptr;
@@ -63,13 +63,13 @@ RigidTransform rigid_transform(const Eigen::MatrixBase<Derived>& T) {
   return entries;
 }
 
-/// The columns of a 3 x n matrix of float or double, where they are.
+/// Returns a view of the columns of a 3 x n matrix of float or double.
 template <class Scalar, int Options, int MaxRows, int MaxColumns>
 Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
   static_assert((Options & Eigen::RowMajor) == 0, "the entries of a column have to be side by side: column-major");
   return Points(points.data());
 }
-/// Eigen's vectors of float or double, where they are.
+/// Returns a view of Eigen vectors of float or double.
 template <class Scalar, class Allocator>
 Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
   return points.empty() ? Points() : Points(points.front().data(), sizeof points.front());
@@ -82,18 +82,18 @@ Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows
 template <class Scalar, class Allocator>
 Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>&&) = delete;
 
-/// How many these are.
+/// The number of points.
 template <class Scalar, int Options, int MaxRows, int MaxColumns>
 std::size_t count_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
   return static_cast<std::size_t>(points.cols());
 }
-/// How many these are.
+/// The number of points.
 template <class Scalar, class Allocator>
 std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
   return points.size();
 }
 
-/// `matches` with these points in the place of theirs.
+/// Returns `matches` with these points.
 template <class EigenPoints>
 Matches with_points(Matches matches, const EigenPoints& points) noexcept {
   matches.points = points_of(points);
@@ -101,8 +101,8 @@ Matches with_points(Matches matches, const EigenPoints& points) noexcept {
   return matches;
 }
 
-/// As append_blocks in jacobian.hpp, with T_cw as rigid_transform() takes it, and the points as points_of() does, which
-/// take the place of matches.points and matches.size.
+/// As append_blocks in jacobian.hpp, with T_cw as for rigid_transform(), and points as for points_of(), which replace
+/// matches.points and matches.size.
 template <class PoseDerived, class EigenPoints>
 BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
                           const Matches& matches, const BlockOptions& options, BlockStore& blocks,

@@ -11,21 +11,21 @@
 
 namespace maxlogdet {
 
-/// Where n points are: x, y, z of float or double one after the other, `stride` bytes from one point to the next. A
-/// view: nothing is copied.
+/// A view of n points, which are not copied: x, y, z of float or double one after the other, `stride` bytes from one
+/// point to the next.
 class Points {
  public:
-  /// No points.
+  /// Makes a view without points.
   constexpr Points() noexcept = default;
-  /// No points.
+  /// Makes a view without points.
   constexpr Points(std::nullptr_t) noexcept {}  // NOLINT(google-explicit-constructor): a pointer, as before
-  /// n x 3 row-major, or rows of `stride` bytes: at least 3 doubles, and a whole number of them.
+  /// Takes n x 3 row-major, or rows of `stride` bytes: at least 3 doubles, and a whole number of them.
   constexpr Points(const double* xyz, std::size_t stride = 3 * sizeof(double)) noexcept  // NOLINT
       : data_(xyz), stride_(stride) {}
-  /// n x 3 row-major, or rows of `stride` bytes: at least 3 floats, and a whole number of them.
+  /// Takes n x 3 row-major, or rows of `stride` bytes: at least 3 floats, and a whole number of them.
   constexpr Points(const float* xyz, std::size_t stride = 3 * sizeof(float)) noexcept  // NOLINT
       : data_(xyz), stride_(stride), are_float_(true) {}
-  /// An array of structs with members x, y, z, in this order and next to each other, such as cv::Point3f.
+  /// Takes structs with members x, y, z, in this order and next to each other, such as cv::Point3f.
   template <class Point, class Scalar = typename std::decay<decltype(std::declval<const Point&>().z)>::type,
             class = typename std::enable_if<std::is_floating_point<Scalar>::value>::type>
   Points(const Point* points) noexcept {  // NOLINT(google-explicit-constructor)
@@ -36,7 +36,7 @@ class Points {
 
   /// The first x; nullptr without points.
   const void* data() const noexcept { return data_; }
-  /// Bytes from one point to the next.
+  /// The number of bytes from one point to the next.
   std::size_t stride() const noexcept { return stride_; }
   /// Whether entries are float, not double.
   bool are_float() const noexcept { return are_float_; }
@@ -47,29 +47,29 @@ class Points {
   bool are_float_ = false;
 };
 
-/// A rigid transform [R | t], 3 x 4, kept as double. T_ab takes points of frame b to frame a: T_cw, world to camera.
+/// A rigid transform [R | t], 3 x 4, stored as double. T_ab takes points of frame b to frame a: T_cw, world to camera.
 class RigidTransform {
  public:
-  /// 3 x 4 or 4 x 4 row-major, of which 12 entries are read; a null pointer makes one that is refused as
+  /// Reads 12 entries of 3 x 4 or 4 x 4 row-major; a null pointer makes a transform that is refused as
   /// BlockStatus::invalid_pose.
   RigidTransform(const double* row_major) noexcept { read(row_major, 4, 1); }  // NOLINT(google-explicit-constructor)
   /// The same of float.
   RigidTransform(const float* row_major) noexcept { read(row_major, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// The same of neither: refused.
+  /// Makes a transform that is refused.
   RigidTransform(std::nullptr_t) noexcept { read<double>(nullptr, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// A rotation alone is none.
+  /// A rotation alone is not a transform.
   RigidTransform(const double (&)[9]) = delete;
-  /// A rotation alone is none.
+  /// A rotation alone is not a transform.
   RigidTransform(const float (&)[9]) = delete;
-  /// Column-major: `rows` is 4 for a 4 x 4 matrix (OpenGL's order, Eigen's default) and 3 for a 3 x 4 one. Read as
-  /// row-major a 4 x 4 one would be a rotation, too, the transposed one: nothing could tell.
+  /// Reads column-major entries: `rows` is 4 for a 4 x 4 matrix (OpenGL's order, Eigen's default), 3 for a 3 x 4 one.
+  /// Read as row-major, a 4 x 4 one would be the transposed rotation, which no check could detect.
   template <class Scalar>
   static RigidTransform column_major(const Scalar* entries, int rows) noexcept {
     RigidTransform transform;
     transform.read(entries, 1, rows);
     return transform;
   }
-  /// R 3 x 3 row-major and t apart, as OpenCV has them; neither may be null, or it is refused.
+  /// Reads R, 3 x 3 row-major, and t apart, as OpenCV has them; if either is null, the result is refused.
   template <class Scalar>
   static RigidTransform from(const Scalar* R, const Scalar* t) noexcept {
     if (R == nullptr || t == nullptr) return nullptr;
@@ -80,7 +80,7 @@ class RigidTransform {
     }
     return transform;
   }
-  /// R = I, t = 0.
+  /// Returns R = I, t = 0.
   static RigidTransform identity() noexcept {
     RigidTransform transform;
     for (std::size_t i = 0; i < 12; ++i) transform.entries_[i] = i % 5 == 0 ? 1 : 0;
@@ -89,7 +89,7 @@ class RigidTransform {
 
   /// 3 x 4 row-major.
   const double* data() const noexcept { return entries_; }
-  /// R p + t, written to 3 entries that are not those of p.
+  /// Writes R p + t to 3 entries that do not overlap p.
   void transform(const double* p, double* to) const noexcept {
     for (std::size_t row = 0; row < 3; ++row) {
       const double* const r = entries_ + 4 * row;

@@ -19,43 +19,43 @@
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
 //
-// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ]. Then
-// read p_b for the p_c of a block's form, and for map_bias the camera's own p_c all the same.
+// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ]. There,
+// p_b replaces the p_c of a block's form, but map_bias uses the camera's own p_c.
 //
-// With both measurements, or whitened by both noises, the rows of a block are those of the measurements but for a
-// rotation Q among them, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a
-// stereo row they are those of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), say.
+// With `measurement` and `measurement_and_map` the rows of a block are those of the whitened measurements up to a
+// rotation Q, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a stereo row
+// they are for example those of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)).
 //
-// A prior that goes with these blocks is an information about this xi, in this order, and in the units of the blocks:
-// with `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` it is
-// one only up to the variance of the map error.
+// A prior for these blocks is an information of this xi, in this order and in the units of the blocks: with
+// `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` only up to
+// the variance of the map error.
 //
 // Which weighting? `measurement`, the default, assumes that pixel noise dominates, and makes the information that of
 // the tracker's own optimiser. `measurement_and_map` weighs noise and map errors when both are known, with the
-// covariance of each point. `map_bias` is the paper's: it assumes that errors of the map dominate, and looks at
-// geometry alone, not at octaves. It takes all points to be equally wrong, in metres; of a stereo or triangulated map,
-// where far points are far more wrong, it selects the farthest (docs/tracker.md).
+// covariance of each point. `map_bias` is the paper's: it assumes that errors of the map dominate, and considers only
+// geometry, not octaves. It assumes the same error in metres for all points; of a stereo or triangulated map, where the
+// error grows with distance, it selects the farthest points (docs/tracker.md).
 
 namespace maxlogdet {
 
-/// Which linearised problem a block describes. sigma is the match's measurement deviation. map_bias and map_bias_world
-/// do not depend on the camera's model, and ask for Z > 0 and Z >= min_depth of every one.
+/// Which linearised problem a block describes. sigma is the standard deviation of the match's measurement. map_bias and
+/// map_bias_world do not depend on the camera's model, and always require Z > 0 and Z >= min_depth.
 enum class Weighting {
   map_bias,  ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
-             ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi.
-             ///< With a third measurement H_p is square as it is: H_c = [I | -[p_c]x], 3 x 6. No sigma.
-  map_bias_world,  ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as the paper writes
-                   ///< it. Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
-  measurement,     ///< Q H_x / sigma: measurement noise alone.
+             ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi. With a
+             ///< third measurement H_p is square: H_c = [I | -[p_c]x], 3 x 6. No sigma.
+  map_bias_world,       ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as in the paper.
+                        ///< Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
+  measurement,          ///< Q H_x / sigma: measurement noise alone.
   measurement_and_map,  ///< Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises
                         ///< whitened.
 };
 
-/// All of them, in their order.
+/// All weightings, in their order.
 constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
                                     Weighting::measurement_and_map};
 
-/// What stands for it where the covariances of the points are known: of `measurement` measurement_and_map, of every
+/// The weighting to use when the covariances of the points are known: measurement_and_map for `measurement`, every
 /// other one itself.
 constexpr Weighting with_covariances(Weighting weighting) noexcept {
   return weighting == Weighting::measurement ? Weighting::measurement_and_map : weighting;
@@ -64,16 +64,16 @@ constexpr Weighting with_covariances(Weighting weighting) noexcept {
 /// What a third row measures, for the matches that have one.
 enum class ThirdMeasurement {
   none,    ///< all matches are monocular, whatever has_third says
-  stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with Jacobians of the caller's; its deviation is the
-           ///< match's sigma
-  depth,   ///< depth, m; its deviation is BlockOptions::depth_sigma
+  stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with the caller's Jacobians; its standard deviation is
+           ///< the match's sigma
+  depth,   ///< depth, m; its standard deviation is BlockOptions::depth_sigma
 };
 
-/// n matches as the caller's own arrays; nothing is copied or kept. A null optional array means its default for all.
+/// n matches as arrays of the caller, neither copied nor kept. A null optional array means its default for all matches.
 struct Matches {
-  std::size_t size = 0;                      ///< n
-  Points points;                             ///< n: p_w, m, float or double, with any stride
-  const double* sigmas = nullptr;            ///< n: sigma, px: scale_factor^octave times the base deviation; default 1
+  std::size_t size = 0;            ///< n
+  Points points;                   ///< n: p_w, m, float or double, with any stride
+  const double* sigmas = nullptr;  ///< n: sigma, px: scale_factor^octave times the base standard deviation; default 1
   const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
   const unsigned char* usable = nullptr;     ///< n: zero keeps a match as an invalid candidate (an empty slot, an
                                              ///< outlier); default: all are usable
@@ -82,58 +82,58 @@ struct Matches {
                                             ///< (the upper triangle is read, row-major); default
                                             ///< BlockOptions::map_sigma^2 I (measurement_and_map only)
   const double* jacobians = nullptr;  ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m, of a camera model of the
-                                      ///< caller's own; default: the camera's. map_bias needs none, and takes its rays
-                                      ///< to meet in one point
-  const unsigned char* camera_ids = nullptr;  ///< n: which camera of the rig, below its size; default 0
+                                      ///< caller's own; default: the camera's. map_bias does not use them, and assumes
+                                      ///< that its rays meet in one point
+  const unsigned char* camera_ids = nullptr;  ///< n: index of the match's camera in the rig; default 0
 };
 
 /// How blocks are made of matches.
 struct BlockOptions {
   Weighting weighting = Weighting::measurement;     ///< which block
   ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
-  double map_sigma = 0.05;                          ///< m, deviation of a map point (measurement_and_map)
-  double depth_sigma = 0.05;                        ///< m, deviation of a depth measurement
-  double min_depth = 0.01;  ///< m: a match nearer than this is no candidate. Z for models that end in front of the
-                            ///< camera (pinhole, radial_tangential, the caller's Jacobians), else |p_c|; at least 0
+  double map_sigma = 0.05;                          ///< m, standard deviation of a map point (measurement_and_map)
+  double depth_sigma = 0.05;                        ///< m, standard deviation of a depth measurement
+  double min_depth = 0.01;  ///< m: a nearer match is no candidate. Z for models that end in front of the camera
+                            ///< (pinhole, radial_tangential, the caller's Jacobians), else |p_c|; at least 0
   int threads = 0;          ///< as Options::threads; the blocks do not depend on it
 };
 
 /// How append_blocks ended.
 enum class BlockStatus {
-  ok,              ///< n blocks appended; those that have no Jacobian as invalid candidates
-  singular_rays,   ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
-                   ///< invalid
-  invalid_camera,  ///< fx, fy not positive and finite, distortion not finite or out of its range (neither is read with
-                   ///< Jacobians of the caller's), or stereo rows without a pinhole's bf > 0, of every camera of a rig;
-                   ///< nothing appended
-  invalid_pose,    ///< T_cw, T_bw or a T_cb null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0);
-                   ///< nothing appended
+  ok,               ///< n blocks appended; matches without a Jacobian are invalid candidates
+  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
+                    ///< invalid
+  invalid_camera,   ///< of any camera, fx, fy not positive and finite, distortion not finite or out of its range
+                    ///< (neither is read with the caller's Jacobians), or stereo rows without a pinhole's bf > 0;
+                    ///< nothing appended
+  invalid_pose,     ///< T_cw, T_bw or a T_cb null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0);
+                    ///< nothing appended
   invalid_options,  ///< map_sigma or min_depth negative, depth_sigma not positive, any not finite, threads negative, or
                     ///< an unknown enumerator; nothing appended
   missing_points,   ///< size > 0 without points; nothing appended
-  invalid_stride,  ///< of points: less than 3 entries, not a whole number of them, or x, y, z not side by side; nothing
-                   ///< appended
-  unknown_camera_model,  ///< Camera::model is not one of the enumerators; nothing appended
-  invalid_camera_id,  ///< of a usable match not below the size of the rig, ids beside a single camera, or a rig without
+  invalid_stride,   ///< of points: less than 3 entries, not a whole number of them, or x, y, z not adjacent; nothing
+                    ///< appended
+  unknown_camera_model,  ///< Camera::model is not an enumerator; nothing appended
+  invalid_camera_id,  ///< of a usable match not below the size of the rig; ids with a single camera; or a rig without
                       ///< cameras or of more than 256; nothing appended
   invalid_jacobians,  ///< as ok, but some of the caller's Jacobians are not finite: their blocks are invalid
 };
 
-/// What append_blocks has done.
+/// The result of append_blocks.
 struct BlockReport {
   BlockStatus status = BlockStatus::ok;  ///< ok, singular_rays or (if there are none of these) invalid_jacobians: done;
                                          ///< else why not
-  std::size_t appended = 0;              ///< n, or 0 on an error
-  std::size_t invalid = 0;               ///< of these, kept as invalid candidates, for whatever reason
-  std::size_t unusable = 0;              ///< Matches::usable is 0
-  std::size_t behind_camera = 0;         ///< Z <= 0, or where else the camera's model has no image
-  std::size_t too_near = 0;              ///< in front of it, nearer than min_depth
+  std::size_t appended = 0;              ///< n, or 0 after an error
+  std::size_t invalid = 0;               ///< of these, the invalid candidates, for whatever reason
+  std::size_t unusable = 0;              ///< matches with Matches::usable 0
+  std::size_t behind_camera = 0;         ///< Z <= 0, or where the camera's model has no image
+  std::size_t too_near = 0;              ///< in front of the camera, nearer than min_depth
   std::size_t singular_rays = 0;         ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
   std::size_t unsound_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
                                         ///< keeps no digits across it (docs/numerics.md)
-  std::size_t invalid_jacobians = 0;    ///< of the caller, not finite
+  std::size_t invalid_jacobians = 0;    ///< the caller's Jacobians that are not finite
 
-  /// Whether blocks were appended: ok, or only some of them are invalid.
+  /// Returns whether blocks were appended, even if some are invalid.
   bool is_done() const noexcept {
     return status == BlockStatus::ok || status == BlockStatus::singular_rays ||
            status == BlockStatus::invalid_jacobians;
@@ -145,16 +145,16 @@ const char* to_string(Weighting weighting) noexcept;
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(BlockStatus status) noexcept;
 
-/// Appends one block a match, in their order, so that candidate first + i is match i, first = blocks.size() before. A
-/// match that is behind the camera, nearer than min_depth or not usable, with a value that is not finite, a sigma that
-/// is not positive, a negative weight, or a covariance with which Sigma is not positive definite, or has no digits
-/// left, becomes an invalid candidate. Allocates only when the blocks' capacity does not suffice. `executor`: where
-/// helpers come from; nullptr: the calling thread alone.
+/// Appends one block per match, in their order: candidate first + i is match i, where first = blocks.size() before. A
+/// match becomes an invalid candidate if it is behind the camera, nearer than min_depth or not usable, has a value that
+/// is not finite, a sigma that is not positive, a negative weight, or a covariance with which Sigma is not positive
+/// definite or keeps no digits. Allocates only when the capacity of the blocks does not suffice. `executor` provides
+/// helper threads; nullptr: the calling thread alone.
 BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
-/// The same for a rig, whose blocks are about the pose of its body, T_bw: Matches::camera_ids says which camera has
-/// seen what, and Options::groups gives each of them its share, if asked to.
+/// The same for a rig; the blocks are about the pose of its body, T_bw. Matches::camera_ids says which camera has seen
+/// each match, and Options::groups can give each camera its share.
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 

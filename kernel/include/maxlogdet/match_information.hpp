@@ -12,14 +12,14 @@
 //
 //   Sigma = Sigma_z + J Sigma_p J^T,   J = d h / d p_w at T_cw,   Sigma_z = diag(sigma^2, sigma^2, that of the third),
 //
-// Sigma_p being the covariance of the point. Omega = Sigma^-1 is what g2o calls the information matrix of an edge; W =
-// L^-1, Sigma = L L^T, is what Ceres calls its square root: W e has independent entries of variance 1, and W^T W =
-// Omega. Both are such that H_x^T Omega H_x is the H^T H of the match's block with Weighting::measurement_and_map.
+// where Sigma_p is the covariance of the point. Omega = Sigma^-1 is g2o's information matrix of an edge; W = L^-1,
+// Sigma = L L^T, is what Ceres calls its square root: W e has independent entries of variance 1, and W^T W = Omega.
+// H_x^T Omega H_x is the H^T H of the match's block with Weighting::measurement_and_map.
 //
-// Weights stay as they are while the pose moves: compute them once, at the pose that optimisation starts from, the one
-// that the blocks are made at. Were Sigma to follow the pose, the optimiser could lower its cost by moving to where
-// Sigma is large. And they are for points that are held fixed: where points are estimated together with poses (bundle
-// adjustment, filters), their errors are in the problem already, and would be counted twice.
+// Compute weights once, at the pose that optimisation starts from and the blocks are made at, and keep them while the
+// pose moves. If Sigma followed the pose, the optimiser could lower its cost by moving to where Sigma is large. The
+// weights are for points that are held fixed: where points are estimated together with poses (bundle adjustment,
+// filters), their errors are part of the problem already, and would be counted twice.
 //
 //   maxlogdet::MatchNoise noise;
 //   noise.sigma = sigma_of_octave;
@@ -29,40 +29,40 @@
 
 namespace maxlogdet {
 
-/// What is wrong with the residual of a match.
+/// The noise of a match's residual.
 struct MatchNoise {
-  double sigma = 1;                                 ///< deviation of u, v and u_right, px
+  double sigma = 1;                                 ///< standard deviation of u, v and u_right, px
   const double* covariance = nullptr;               ///< Sigma_p, 3 x 3, world frame, m^2, symmetric positive
                                                     ///< semidefinite (the upper triangle is read, row-major)
   double map_sigma = 0;                             ///< m: without a covariance Sigma_p is map_sigma^2 I; 0: none
   ThirdMeasurement third = ThirdMeasurement::none;  ///< what this match has measured besides u and v
-  double depth_sigma = 0.05;                        ///< deviation of a depth, m
+  double depth_sigma = 0.05;                        ///< standard deviation of a depth, m
   const double* jacobian = nullptr;                 ///< d (u, v) / d p_c, 2 x 3 row-major, px per m; nullptr: the
                                                     ///< camera's
 };
 
-/// How many rows a residual has: 2, or 3 with a third measurement.
+/// The number of rows of a residual: 2, or 3 with a third measurement.
 constexpr std::size_t residual_rows(ThirdMeasurement third) noexcept { return third == ThirdMeasurement::none ? 2 : 3; }
 
-/// That of match i as append_blocks takes it: Sigma_p counts with Weighting::measurement_and_map alone. It points into
-/// the arrays of the matches.
+/// The noise of match i as append_blocks assumes it: Sigma_p counts only with Weighting::measurement_and_map. It points
+/// into the arrays of the matches.
 MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept;
 
 /// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.third), in the order
-/// u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. False, and nothing is written, where
-/// append_blocks would refuse the camera, where the point has no image, where a deviation is not positive or an entry
-/// not finite, and where Sigma is not positive definite or keeps no digits (BlockReport::unsound_covariances). An
-/// optimiser then takes I / sigma^2, as before.
+/// u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
+/// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
+/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::unsound_covariances). An optimiser then
+/// uses I / sigma^2, as before.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
-/// The same of a camera on a rig; T_bw: world to body.
+/// The same for a camera of a rig; T_bw: world to body.
 bool match_information(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
 
 /// Writes W, r x r row-major, lower triangular with zeros above; otherwise as match_information.
 bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                      double* W) noexcept;
-/// The same of a camera on a rig; T_bw: world to body.
+/// The same for a camera of a rig; T_bw: world to body.
 bool match_whitening(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
                      double* W) noexcept;
 

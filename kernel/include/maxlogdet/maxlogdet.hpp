@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// maxlogdet: picks the k feature matches that keep a camera-pose least-squares problem best conditioned.
+/// maxlogdet: selects the k feature matches that keep a camera-pose least-squares problem best conditioned.
 ///
 ///   maximise  log det( M0 + sum_{i in S} H_i^T H_i )   over  |S| = k,
 ///

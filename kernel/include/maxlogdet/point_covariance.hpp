@@ -6,22 +6,22 @@
 
 namespace maxlogdet {
 
-/// The covariance of a map point, from the cameras that have observed it: the inverse of what the observations tell of
-/// it, sum of H_p^T H_p / sigma^2 with H_p = J R_cw, with the poses of the cameras held fixed. One stereo observation
-/// is enough; what one camera has seen once has no depth, but a covariance: along the ray some ten thousand times as
-/// much as across it.
+/// The covariance of a map point from the cameras that have observed it, with their poses held fixed: the inverse of
+/// the information of the observations, sum of H_p^T H_p / sigma^2 with H_p = J R_cw. One stereo observation suffices;
+/// a point that one camera has seen once has no depth, but a covariance, some ten thousand times as large along the ray
+/// as across it.
 ///
 ///   PointCovariance point(p_w);
 ///   for (observation) point.observe(camera, T_cw, sigma, is_stereo);
 ///   if (point.covariance(covariance)) match.covariance = covariance;
 class PointCovariance {
  public:
-  /// p_w: 3 entries, m.
+  /// Takes p_w: 3 entries, m.
   template <class Scalar>
   explicit PointCovariance(const Scalar* p_w) noexcept : p_w_{double(p_w[0]), double(p_w[1]), double(p_w[2])} {}
 
-  /// Adds what a rectified pinhole at T_cw (world to camera) has seen of it, with deviation sigma, px, and as a stereo
-  /// observation if it has a bf and `is_stereo`. Nothing for a point that is not in front of it (Z <= 0).
+  /// Adds an observation by a rectified pinhole at T_cw (world to camera) with standard deviation sigma, px, with a
+  /// stereo row if the camera has a bf and `is_stereo`. No-op for a point that is not in front of it (Z <= 0).
   void observe(const PinholeCamera& camera, const RigidTransform& T_cw, double sigma, bool is_stereo) noexcept {
     const double* const T = T_cw.data();
     double p[3];
@@ -36,10 +36,11 @@ class PointCovariance {
     ++observations_;
   }
 
-  /// How many observations have been added.
+  /// The number of observations added.
   int observations() const noexcept { return observations_; }
 
-  /// Writes it, 3 x 3, world frame, m^2. False, and nothing written, without an observation, or where it is not finite.
+  /// Writes the covariance, 3 x 3, world frame, m^2. Returns false, and writes nothing, without an observation, or
+  /// where it is not finite.
   bool covariance(double* entries) const noexcept {
     double a[3][3];
     const double trace = information_[0][0] + information_[1][1] + information_[2][2];
@@ -70,8 +71,8 @@ class PointCovariance {
     }
   }
 
-  // What is taken to be known of every direction, as a share of all that is: a depth that no observation has told
-  // leaves whitening its digits (docs/numerics.md).
+  // The information assumed in every direction, as a share of the total: a depth that no observation has told leaves
+  // whitening its digits (docs/numerics.md).
   static constexpr double unknown_share = 1e-8;
 
   double p_w_[3];

@@ -15,23 +15,24 @@
 #include <limits>
 #include <vector>
 
-// One call, for scripts and tests. It allocates: a tracker keeps a GoodFeatures, or a BlockStore and a Selector.
+// Selection by one call, for scripts and tests. It allocates: a tracker keeps a GoodFeatures, or a BlockStore and a
+// Selector.
 
 namespace maxlogdet {
 
 /// A selection that owns its indices.
 struct SelectedMatches {
-  Status status = Status::invalid_block;       ///< how the selection ended; invalid_block where block_status says why
+  Status status = Status::invalid_block;       ///< how the selection ended; invalid_block if block_status is an error
   BlockStatus block_status = BlockStatus::ok;  ///< how append_blocks ended; nothing is selected after an error
   std::vector<std::uint32_t> indices;          ///< of the matches, in order of selection; none after an error
   double log_det = std::numeric_limits<double>::quiet_NaN();  ///< log det(prior + sum of selected H^T H), nats; NaN
                                                               ///< after an error
-  std::size_t invalid = 0;                                    ///< matches that were no candidates
+  std::size_t invalid = 0;                                    ///< matches that were not candidates
   double efficiency_of_all = std::numeric_limits<double>::quiet_NaN();  ///< this and the following as in Selection: NaN
-                                                                        ///< without the target that is about them
+                                                                        ///< without their target
   double translation_sigma = std::numeric_limits<double>::quiet_NaN();  ///< m
   double rotation_sigma = std::numeric_limits<double>::quiet_NaN();     ///< rad
-  bool has_answer = false;                                              ///< whether this is one, not an error
+  bool has_answer = false;                                              ///< whether there is an answer, not an error
 };
 
 /// Selects options.budget of the blocks, or the first of them that meet the targets. Throws std::bad_alloc.

@@ -11,36 +11,36 @@
 
 namespace maxlogdet {
 
-struct SearchMemory;
+struct SelectorMemory;
 
 /// Selects candidates. Owns all the memory that a selection needs, so that select() never allocates; keep one per
 /// thread for the life of the tracker. Distinct selectors share nothing but an executor.
 class Selector {
  public:
-  /// Room for stores of up to `capacity` candidates (at most 2^32 - 1). Throws std::bad_alloc, also above that.
-  /// `executor`: where helpers come from, the caller's, which outlives this; nullptr: select() uses the calling thread
+  /// Reserves room for stores of up to `capacity` candidates, at most 2^32 - 1. Throws std::bad_alloc, also above that.
+  /// `executor` provides helper threads; it belongs to the caller and must outlive this. nullptr: the calling thread
   /// alone.
   explicit Selector(std::size_t capacity, Executor* executor = nullptr);
   ~Selector();
-  /// Takes over the memory; the other has a capacity of 0 from then on.
+  /// Takes over the memory; the source is left with a capacity of 0.
   Selector(Selector&&) noexcept;
-  /// Takes over the memory; the other has a capacity of 0 from then on.
+  /// Takes over the memory; the source is left with a capacity of 0.
   Selector& operator=(Selector&&) noexcept;
 
-  /// Most candidates, and largest budget, that select() accepts; 0 once moved from.
+  /// The maximum number of candidates, and the maximum budget, of select(); 0 after a move.
   std::size_t capacity() const noexcept;
 
   /// Selects options.budget of the candidates, or the first of them that meet the targets. Never allocates, locks,
-  /// throws or prints; of the system it asks only the time, and that only when options.time_limit is set; what an
-  /// executor does when several threads work is its own affair (docs/threading.md). Indices are the same on every
-  /// processor, compiler, instruction set and number of threads; ties (equal computed gains, as of identical blocks) go
-  /// to the lowest index. Errors are named by Selection::status.
+  /// throws or prints; its only system call is the clock, and only when options.time_limit is set. What an executor
+  /// does is its own affair (docs/threading.md). Indices are the same on every processor, compiler, instruction set and
+  /// number of threads; ties (equal computed gains, as of identical blocks) go to the lowest index. Selection::status
+  /// names errors.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;
-  /// What a selection points to would end with the selector: give it a name, or see maxlogdet/select.hpp.
+  /// The selection would point into a destroyed selector: give it a name, or see maxlogdet/select.hpp.
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:
-  std::unique_ptr<SearchMemory> memory_;
+  std::unique_ptr<SelectorMemory> memory_;
   Executor* executor_;
 };
 

@@ -5,7 +5,7 @@
 
 namespace maxlogdet {
 
-/// Version of the library that was linked; differs from MAXLOGDET_VERSION if headers and library do not match.
+/// Version of the linked library; differs from MAXLOGDET_VERSION if headers and library do not match.
 const char* version() noexcept;
 
 }  // namespace maxlogdet

@@ -3,22 +3,22 @@
 
 namespace maxlogdet {
 
-/// How a selection gets help from threads that are not its own: maxlogdet::TbbExecutor, or a few lines around a
-/// tracker's own pool (docs/threading.md). The library starts no thread.
+/// Provides helper threads for a selection: maxlogdet::TbbExecutor, or a few lines around a tracker's own pool
+/// (docs/threading.md). The library starts no thread.
 class Executor {
  public:
-  /// What run() calls: `worker` is 0 on the calling thread, else a number of its own from 1 on.
+  /// The function that run() calls: `worker` is 0 on the calling thread, else a distinct number from 1 on.
   using Body = void (*)(void* context, int worker);
 
   virtual ~Executor() = default;
 
-  /// Most workers that run() called from this thread may have, the caller among them; at least 1.
+  /// The maximum number of workers of a run() called from this thread, including the caller; at least 1.
   virtual int concurrency() const noexcept = 0;
 
-  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to others. Helpers
-  /// may come late or never: the caller does not need them. A helper that comes after body(context, 0) has ended
-  /// returns at once, on whatever thread. Returns when body(context, 0) and all helpers that have begun have returned,
-  /// and none will begin any more.
+  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to other threads.
+  /// Helpers may come late or never: the caller does not need them. A helper that starts after body(context, 0) has
+  /// ended returns at once, on whatever thread. Returns when body(context, 0) and all helpers that have started have
+  /// returned, and none will start any more.
   virtual void run(int workers, Body body, void* context) noexcept = 0;
 
  protected:

@@ -7,9 +7,9 @@
 extern "C" {
 #endif
 
-/// Help from oneTBB, from the arena that the calling thread is in: an executor to hand to maxlogdet_selector_create and
-/// maxlogdet_append_blocks, with nothing to end. In the library maxlogdet::tbb, libmaxlogdet_tbb.a. The status is that
-/// of maxlogdet_executor_init; a struct too short for the functions is an invalid_argument, too.
+/// Initialises an executor of oneTBB, which uses the arena of the calling thread, for maxlogdet_selector_create and
+/// maxlogdet_append_blocks; it needs no destruction. In the library maxlogdet::tbb, libmaxlogdet_tbb.a. The status is
+/// that of maxlogdet_executor_init; a struct too short for the functions is an invalid_argument, too.
 maxlogdet_status maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size);
 
 #ifdef __cplusplus

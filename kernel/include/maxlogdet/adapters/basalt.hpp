@@ -10,37 +10,39 @@
 #include <type_traits>
 #include <utility>
 
-// Basalt. In include/basalt/vi_estimator/sqrt_keypoint_vio.h this header and a member of the class
+// Basalt. In include/basalt/vi_estimator/sqrt_keypoint_vio.h include this header and add a member to the class
 //
 //   maxlogdet::Basalt good_features{100};
 //
-// in SqrtKeypointVioEstimator::measure, before the observations of the optical flow enter lmdb,
+// in SqrtKeypointVioEstimator::measure, before the observations of the optical flow enter lmdb, add
 //
 //   good_features.ask(lmdb, opt_flow_meas->observations[0], this->calib,
 //                     frame_states.at(last_state_t_ns).getState().T_w_i,
 //                     [this](int64_t frame) { return this->getPoseStateWithLin(frame).getPose(); });
 //
-// and in the place of lmdb.addObservation(tcid_target, kobs)
+// and replace lmdb.addObservation(tcid_target, kobs) by
 //
 //   if (!good_features.leaves_out(kpt_id)) lmdb.addObservation(tcid_target, kobs);
 //
-// Leave the counting (connected0, num_points_connected) as it is: keyframes and marginalisation go by it.
+// Leave the counting (connected0, num_points_connected) unchanged: keyframes and marginalisation depend on it.
 
 namespace maxlogdet {
 
-/// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match.
-/// Landmarks with two observations or fewer are selected in any case: with fewer than two, Basalt deletes them.
+/// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match. A
+/// landmark that is left out keeps its earlier observations, and is asked for again. Those with at most two
+/// observations are always selected, because Basalt deletes a landmark with fewer than two (min_num_obs); a budget far
+/// below the number of tracks still loses many.
 class Basalt : public LeftOutHook {
  public:
-  /// Deviation of a measurement, px: its own vio_obs_std_dev.
+  /// Standard deviation of a measurement, px: Basalt's own vio_obs_std_dev.
   double sigma_pixels = 0.5;
 
-  /// `budget`: how many landmarks to observe. `capacity`: most that a frame sees.
+  /// `budget`: how many landmarks to observe. `capacity`: maximum number that a frame sees.
   explicit Basalt(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
 
-  /// Which landmarks not to enter an observation of: see leaves_out(). None whenever something is wrong; cost().status
-  /// says why. `seen`: the observations of camera 0, whose keys are landmark ids; T_w_i: the pose of the body as the
-  /// IMU predicts it; pose_of(frame_id): T_w_i of a frame of the window.
+  /// Decides which landmarks should get no observation: see leaves_out(). None on any error; cost().status says why.
+  /// `seen`: the observations of camera 0, whose keys are landmark ids; T_w_i: the pose of the body as the IMU predicts
+  /// it; pose_of(frame_id): T_w_i of a frame of the window.
   template <class Landmarks, class Observations, class Calibration, class SE3, class PoseOf>
   void ask(const Landmarks& lmdb, const Observations& seen, const Calibration& calib, const SE3& T_w_i,
            const PoseOf& pose_of) {
@@ -64,7 +66,7 @@ class Basalt : public LeftOutHook {
 
  private:
   // A landmark is a direction, by stereographic projection, and an inverse distance in its host camera. One at infinity
-  // has no position, but tells the rotation: 10 km is as good.
+  // has no position, but informs the rotation: 10 km is as good.
   template <class Landmark, class Calibration, class PoseOf,
             class Scalar = typename std::decay<decltype(std::declval<const Landmark&>().inv_dist)>::type>
   static Eigen::Matrix<Scalar, 3, 1> position_of(const Landmark& landmark, const Calibration& calib,
@@ -76,8 +78,7 @@ class Basalt : public LeftOutHook {
     return pose_of(landmark.host_kf_id.frame_id) * (calib.T_i_c[landmark.host_kf_id.cam_id] * p_host);
   }
 
-  // d (u, v) / d p_c by Basalt's own camera, whichever it is; NaN, and so no candidate, where it has no image of the
-  // point.
+  // d (u, v) / d p_c by Basalt's own camera of any model; NaN, and so no candidate, where it has no image of the point.
   template <class GenericCamera, class Scalar>
   static Eigen::Matrix<double, 2, 3, Eigen::RowMajor> jacobian_of(const GenericCamera& camera,
                                                                   const Eigen::Matrix<Scalar, 3, 1>& p_c) {

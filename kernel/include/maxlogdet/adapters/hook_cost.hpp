@@ -6,28 +6,28 @@
 #include <cstdio>
 #include <memory>
 
-// What selection has cost a tracker in a frame, and a log of that. Shared by the adapters.
+// The time that selection costs a tracker in a frame, and its log. Shared by the adapters.
 
 namespace maxlogdet {
 
-/// One frame's use of an adapter. All but optimize_us is the hook's own time.
+/// One frame's use of an adapter. All times but optimize_us are the hook's own.
 struct HookCost {
-  const char* status = "none";  ///< GoodFeatures::reason(), or that no frame has come yet
-  std::size_t candidates = 0;   ///< what there was to select from
-  std::size_t selected = 0;     ///< what the tracker has gone on with
+  const char* status = "none";  ///< GoodFeatures::reason(), or "none" before the first frame
+  std::size_t candidates = 0;   ///< how many there were to select from
+  std::size_t selected = 0;     ///< how many the tracker continued with
   double gather_us = 0;         ///< reading the tracker's matches, us
   double select_us = 0;         ///< blocks and selection, us
   double optimize_us = 0;       ///< the tracker's own optimisation, where the adapter calls it, us
-  double restore_us = 0;        ///< giving back what was not selected, with its outlier flags, us
+  double restore_us = 0;        ///< restoring what was not selected, with its outlier flags, us
 
-  /// What the hook costs.
+  /// The time of the hook, us.
   double hook_us() const noexcept { return gather_us + select_us + restore_us; }
 };
 
-/// Writes a line a frame, CSV, once it is open.
+/// Writes a CSV line per frame, once it is open.
 class HookLog {
  public:
-  /// Begins a file, with a header. False if it cannot be written; there is no log then.
+  /// Creates the file, with a header. Returns false, without a log, if it cannot be written.
   bool open(const char* path) {
     file_.reset(std::fopen(path, "w"));
     frame_ = 0;
@@ -35,7 +35,7 @@ class HookLog {
     if (file_ && std::fputs(header, file_.get()) < 0) file_.reset();
     return file_ != nullptr;
   }
-  /// One line, if it is open.
+  /// Writes a line, if the log is open.
   void write(const HookCost& cost) {
     if (!file_) return;
     std::fprintf(file_.get(), "%zu,%s,%zu,%zu,%lld,%lld,%lld,%lld\n", frame_++, cost.status, cost.candidates,
@@ -43,7 +43,7 @@ class HookLog {
   }
 
  private:
-  // Whole numbers: a locale may have a comma for the decimal point.
+  // Integers, because a locale may have a comma for the decimal point.
   static long long ns(double us) noexcept { return static_cast<long long>(1000 * us); }
 
   struct Close {
@@ -53,10 +53,10 @@ class HookLog {
   std::size_t frame_ = 0;
 };
 
-/// Microseconds since the last lap.
+/// Measures microseconds since the last lap.
 class HookTimer {
  public:
-  /// Starts the next lap.
+  /// Returns them, and starts the next lap.
   double lap() noexcept {
     const auto now = std::chrono::steady_clock::now();
     const double us = std::chrono::duration<double, std::micro>(now - last_).count();

@@ -9,25 +9,25 @@
 #include <cstdint>
 #include <vector>
 
-// What the adapters of VINS-Fusion and Basalt share.
+// Shared by the adapters of VINS-Fusion and Basalt.
 
 namespace maxlogdet {
 
-/// Asks which features of a window not to optimise with.
+/// Decides which features of a window to leave out of the optimisation.
 class LeftOutHook {
  public:
   GoodFeatures features;  ///< of the newest frame; its block_options may be changed
   Options options;        ///< of the selection
-  HookLog log;            ///< open() it for a line a frame
+  HookLog log;            ///< open() it for a line per frame
 
-  /// Whether the feature of that number is one of those not to optimise with, by the last question.
+  /// Returns whether the last question left out the feature of that number.
   template <class Id>
   bool leaves_out(Id id) const noexcept {
     return std::binary_search(left_out_.begin(), left_out_.end(), static_cast<std::uint64_t>(id));
   }
-  /// How many these are.
+  /// The number of features left out.
   std::size_t left_out_count() const noexcept { return left_out_.size(); }
-  /// What the last question has cost.
+  /// The cost of the last question.
   const HookCost& cost() const noexcept { return cost_; }
 
  protected:
@@ -38,7 +38,7 @@ class LeftOutHook {
     left_out_.reserve(capacity);
   }
 
-  /// One more candidate, of the tracker's own number.
+  /// Adds a candidate with the tracker's own number.
   void add(FeatureMatch match, std::uint64_t id) {
     match.id = static_cast<std::uint32_t>(ids_.size());
     features.add(match);

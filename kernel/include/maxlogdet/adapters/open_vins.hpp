@@ -13,38 +13,39 @@
 #include <utility>
 #include <vector>
 
-// OpenVINS. In ov_msckf/src/update/UpdaterMSCKF.h this header and a member of the class
+// OpenVINS. In ov_msckf/src/update/UpdaterMSCKF.h include this header and add a member to the class
 //
 //   maxlogdet::OpenVins good_features{40};
 //
-// in UpdaterMSCKF::update between its steps 3, which triangulates, and 4, which makes a Jacobian of each feature,
+// in UpdaterMSCKF::update between its steps 3, which triangulates, and 4, which makes a Jacobian of each feature, add
 //
 //   good_features.keep_selected(*state, feature_vec);
 //
-// and max_msckf_in_update at some four times the budget. In step 3 take out `(*it1)->to_delete = true;` where
-// triangulation has failed if many more are offered: it throws away features that a later image could have
-// triangulated.
+// and set max_msckf_in_update to some four times the budget. If many more are offered, remove from step 3 the line
+// `(*it1)->to_delete = true;` after a failed triangulation (the erasing stays): it discards features that a later image
+// could have triangulated, a quarter to two thirds of the pool if all are offered. UpdaterSLAM is no place for this
+// call: it never sets Feature::p_FinG.
 
 namespace maxlogdet {
 
 /// Selection among OpenVINS's triangulated MSCKF features, by the block that each would have as a match of camera 0 at
-/// the newest clone. Measured, it does not pay in OpenVINS as it is (docs/integration.md): triangulating all features
-/// costs more than the update saves.
+/// the newest clone, by OpenVINS's own camera model; the IMU chains the other clones to it. Measured, it does not pay
+/// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves.
 class OpenVins {
  public:
   GoodFeatures features;    ///< of the last image; its block_options may be changed
   Options options;          ///< of the selection
-  double sigma_pixels = 1;  ///< deviation of a measurement, px
-  HookLog log;              ///< open() it for a line an image
+  double sigma_pixels = 1;  ///< standard deviation of a measurement, px
+  HookLog log;              ///< open() it for a line per image
 
-  /// `budget`: how many features to update with. `capacity`: most features that are offered at once.
+  /// `budget`: how many features to update with. `capacity`: maximum number of features offered at once.
   explicit OpenVins(std::size_t budget = 40, std::size_t capacity = 5000) : features(capacity) {
     options.budget = budget;
   }
 
   /// Erases from `offered` (std::vector<std::shared_ptr<ov_core::Feature>>, triangulated) what is not selected, without
-  /// marking it to_delete, so that it is offered again while clones that saw it exist. What is behind camera 0 stays.
-  /// Whenever something is wrong all stay; cost().status says why.
+  /// setting to_delete, so that it is offered again while clones that saw it exist. Features behind camera 0 stay. On
+  /// any error all stay; cost().status says why.
   template <class State, class Feature>
   void keep_selected(const State& state, std::vector<std::shared_ptr<Feature>>& offered) {
     HookTimer timer;
@@ -67,11 +68,11 @@ class OpenVins {
     log.write(cost_);
   }
 
-  /// What the last keep_selected() has cost.
+  /// The cost of the last keep_selected().
   const HookCost& cost() const noexcept { return cost_; }
 
-  /// T_cw of a camera at the newest clone. OpenVINS keeps R_GtoI and p_IinG of a clone (JPL quaternions, whose Rot() is
-  /// R_GtoI), and R_ItoC, p_IinC of a camera.
+  /// Returns T_cw of a camera at the newest clone. OpenVINS keeps R_GtoI and p_IinG of a clone (JPL quaternions, whose
+  /// Rot() is R_GtoI), and R_ItoC, p_IinC of a camera.
   template <class State>
   static Eigen::Matrix<double, 3, 4> newest_camera(const State& state, std::size_t camera_id) {
     const auto& clone = state._clones_IMU.rbegin()->second;
@@ -114,11 +115,11 @@ class OpenVins {
   HookCost cost_;
 };
 
-/// The exact block of a feature for the newest clone, the others held fixed: the six columns of the clone, from
-/// `first_column` on, of OpenVINS's H_x after nullspace_project_inplace, in deviations of `sigma_pixels`. They have
-/// rank 3 at most, and are appended without loss, in OpenVINS's own order (rotation, position); a prior for them is the
-/// inverse of StateHelper::get_marginal_covariance(state, {clone}) as it is. Do not mix them with blocks of
-/// append_blocks.
+/// Appends the exact block of a feature for the newest clone, with the others held fixed: the six columns of the clone,
+/// from `first_column` on, of OpenVINS's H_x after nullspace_project_inplace, in standard deviations of `sigma_pixels`.
+/// They have rank 3 at most, and are appended without loss, in OpenVINS's own order (rotation, position); their prior
+/// is the inverse of StateHelper::get_marginal_covariance(state, {clone}) unchanged. Do not mix them with blocks of
+/// append_blocks. They need the Jacobians of all candidates.
 inline std::size_t push_back_projected(const Eigen::MatrixXd& H_x, Eigen::Index first_column, double sigma_pixels,
                                        BlockStore& blocks) {
   const Eigen::MatrixXd H = H_x.middleCols(first_column, state_dimension) / sigma_pixels;

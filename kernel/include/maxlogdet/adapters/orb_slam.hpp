@@ -15,25 +15,27 @@
 #include <utility>
 #include <vector>
 
-// What the adapters of ORB-SLAM2 and ORB-SLAM3 share.
+// Shared by the adapters of ORB-SLAM2 and ORB-SLAM3.
 
 namespace maxlogdet {
 
-/// Pose optimisation with the selected matches alone, in trackers whose optimiser uses every map point of
-/// frame.mvpMapPoints that is not null, and says in frame.mvbOutlier which were outliers. All matches are in the frame
-/// again afterwards, because the inlier count, keyframes, new map points and the next motion model live on them; those
-/// that were not selected are judged at the new pose.
+/// Pose optimisation with the selected matches only, in trackers whose optimiser uses every map point of
+/// frame.mvpMapPoints that is not null, and marks outliers in frame.mvbOutlier: it resets these flags, so that setting
+/// them beforehand is a no-op, and unselected matches are set to null. All matches are in the frame again afterwards.
+/// Without them tracking starves: inliers are too few (it is lost below 30, or 50 after a relocalisation), a keyframe
+/// is inserted every frame, map points are made twice, and the next motion model lacks its matches. Unselected matches
+/// are judged at the new pose (GoodFeatures::is_outlier).
 class OrbSlamHook {
  public:
   GoodFeatures features;         ///< of the last frame; its block_options may be changed
   Options options;               ///< of the selection: budget, prior, time_limit, ...
-  bool use_covariances = false;  ///< measurement_and_map, from the observations of each map point
-  std::size_t max_new = 100;     ///< match(): most local map points to find
-  HookLog log;                   ///< open() it for a line a frame
+  bool use_covariances = false;  ///< measurement_and_map, from the keyframes that observe each map point
+  std::size_t max_new = 100;     ///< match(): maximum number of local map points to find
+  HookLog log;                   ///< open() it for a line per frame
 
-  /// Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that takes it
-  /// from here, within optimize(); `features.is_weighted` then has the others judged by it. With use_covariances it is
-  /// more than the octave's. False where there is none, and the octave's has to do.
+  /// Writes Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that
+  /// reads it within optimize(); set `features.is_weighted` to judge the others by it. With use_covariances it includes
+  /// more than the octave's weight. Returns false where there is none: use the octave's.
   bool information(std::size_t slot, double* omega) const noexcept {
     std::size_t first = 0, last = features.size();  // slots are in order
     while (first < last) {
@@ -43,7 +45,7 @@ class OrbSlamHook {
     return first < features.size() && features.id(first) == slot && features.information(first, omega);
   }
 
-  /// What the last optimize() has cost.
+  /// The cost of the last optimize().
   const HookCost& cost() const noexcept { return cost_; }
 
  protected:
@@ -89,7 +91,7 @@ class OrbSlamHook {
   }
 
   /// Proposes the points of `local` that are in view, beside the matches that gather() has added, and searches them one
-  /// by one. set_point(point, match) reads a map point. Of the options it takes the prior.
+  /// by one. set_point(point, match) reads a map point. Of the options it uses only the prior.
   template <class Frame, class MapPoint, class SetPoint, class Search>
   int match_selected(const Frame& frame, const std::vector<MapPoint*>& local, const SetPoint& set_point,
                      const Search& search) {
@@ -124,7 +126,7 @@ class OrbSlamHook {
       is_found ? active_.accept() : active_.reject();
       if (is_found) ++found;
     }
-    // SearchLocalPoints has counted every point in view as visible. One that was never tried would lose its found
+    // SearchLocalPoints has counted every point in view as visible. A point that was never tried would lose its found
     // ratio.
     for (std::size_t i = matched; i < features.size(); ++i) {
       if (was_tried_[i] == 0) local[features.id(i)]->IncreaseVisible(-1);
@@ -132,7 +134,7 @@ class OrbSlamHook {
     return found;
   }
 
-  /// Calls add(slot) for every slot with a map point. These lie scattered in memory, and are cold in the cache when a
+  /// Calls add(slot) for every slot with a map point. Map points lie scattered in memory and out of the cache when a
   /// frame is gathered: those of the next slots are prefetched.
   template <class MapPoint, class Add>
   static void for_each_match(const std::vector<MapPoint*>& points, const Add& add) {
@@ -146,7 +148,7 @@ class OrbSlamHook {
   }
 
   /// The covariance of a map point, kept until the number of its observations changes, or it has moved by half a
-  /// deviation: when the whole map is turned or scaled, say. `observe` adds the observations.
+  /// standard deviation, for example when the whole map is rotated or scaled. `observe` adds the observations.
   template <class MapPoint, class Scalar, class Observe>
   const double* covariance_of(MapPoint& point, const Scalar* p_w, const Observe& observe) {
     Covariance& kept = covariances_[point.mnId];
@@ -165,7 +167,7 @@ class OrbSlamHook {
     return kept.is_known ? kept.entries : nullptr;
   }
 
-  /// Forgets the covariances of points that have not been seen for some frames. Once a frame.
+  /// Forgets the covariances of points that have not been seen for some frames. Call once per frame.
   void forget_old_covariances() {
     constexpr std::uint64_t kept_for = 100;
     if (++frame_ % kept_for != 0) return;
@@ -186,8 +188,7 @@ class OrbSlamHook {
 #endif
   }
 
-  // Takes the matches that are not selected out of the frame, and puts them back at its end, also if the optimiser
-  // throws.
+  // Takes the unselected matches out of the frame, and puts them back on destruction, also if the optimiser throws.
   template <class Frame>
   class Stash {
    public:

@@ -3,41 +3,44 @@
 
 #include <maxlogdet/adapters/orb_slam.hpp>
 
-// ORB-SLAM2. In its CMakeLists.txt
+// ORB-SLAM2. In its CMakeLists.txt add
 //
 //   find_package(maxlogdet REQUIRED)
 //   target_link_libraries(${PROJECT_NAME} maxlogdet::maxlogdet)
 //
-// in include/Tracking.h this header and a member of the class Tracking
+// in include/Tracking.h include this header and add a member to the class Tracking
 //
 //   maxlogdet::OrbSlam2 mGoodFeatures{100};
 //
-// and in Tracking::TrackLocalMap, in the place of Optimizer::PoseOptimization(&mCurrentFrame),
+// and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
-// All other calls of PoseOptimization stay as they are: they reject outliers among few matches.
+// All other calls of PoseOptimization (TrackWithMotionModel, TrackReferenceKeyFrame, Relocalization) stay as they are:
+// they reject outliers among few matches.
 
 namespace maxlogdet {
 
 /// Selection in ORB-SLAM2's tracking thread, monocular, stereo and RGB-D (whose depth is a virtual right column there).
 class OrbSlam2 : public OrbSlamHook {
  public:
-  /// `budget`: how many matches to optimise with. `capacity`: most matches of a frame, and with match() most matches
-  /// and local map points together; a frame with more is optimised with all.
+  /// `budget`: how many matches to optimise with. `capacity`: maximum number of matches of a frame, for match() of
+  /// matches and local map points together; a frame with more is optimised with all.
   explicit OrbSlam2(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
 
-  /// pose_optimization(&frame) with the selected matches alone; returns the number of inliers among all. With few
-  /// matches, and whenever something is wrong, it is called as before; cost().status says why.
+  /// Calls pose_optimization(&frame) with the selected matches only; returns the number of inliers among all. With few
+  /// matches, and on any error, it is called with all; cost().status says why.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     return optimize_selected(
         frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
   }
 
-  /// Active matching, in Tracking::SearchLocalPoints in the place of matcher.SearchByProjection(frame, local, th):
-  /// looks for those local map points in view that add most to the matches that there are, until max_new of them are
-  /// found. Returns how many were. Local mapping and NeedNewKeyFrame count matches: lower their ratios with it.
+  /// Active matching, in Tracking::SearchLocalPoints instead of matcher.SearchByProjection(frame, local, th): searches
+  /// the local map points in view that add most to the existing matches, until max_new of them are found. Returns how
+  /// many were. The other matches are truly missing from the frame: keep those of the motion model and max_new together
+  /// well above 100, and lower the ratios of local mapping and NeedNewKeyFrame, which compare inliers with the tracked
+  /// points of the reference keyframe.
   template <class Frame, class MapPoint, class Matcher>
   int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, float th) {
     const auto search = [&](const std::vector<MapPoint*>& points) {

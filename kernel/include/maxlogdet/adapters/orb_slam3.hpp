@@ -6,30 +6,33 @@
 
 #include <tuple>
 
-// ORB-SLAM3. In its CMakeLists.txt
+// ORB-SLAM3. In its CMakeLists.txt add
 //
 //   find_package(maxlogdet REQUIRED)
 //   target_link_libraries(${PROJECT_NAME} maxlogdet::maxlogdet)
 //
-// in include/Tracking.h this header and a member of the class Tracking
+// in include/Tracking.h include this header and add a member to the class Tracking
 //
 //   maxlogdet::OrbSlam3 mGoodFeatures{100};
 //
-// and in Tracking::TrackLocalMap, in the place of Optimizer::PoseOptimization(&mCurrentFrame),
+// and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
-// and likewise for the two inertial ones, by a lambda, for they have a default argument:
+// and likewise the two inertial ones, by a lambda, because they have a default argument:
 //
 //   mGoodFeatures.optimize(mCurrentFrame, [](Frame* f) { return Optimizer::PoseInertialOptimizationLastFrame(f); });
 //
-// Both hand the information of their matches on as the next frame's prior, which then knows of the selected ones only.
+// Both also optimise velocity and biases, which matches inform through the pose alone: the six dimensions are the right
+// ones. Both pass the information of their matches on as the next frame's prior, which then includes only the selected
+// ones: a loss, but no error. With an IMU the optimiser forgives near points up to 1.5 times the threshold; unselected
+// matches are judged by the plain one.
 
 namespace maxlogdet {
 
 /// Selection in ORB-SLAM3's tracking thread: pinhole and Kannala-Brandt cameras; monocular, stereo, RGB-D, and rigs of
-/// two fisheyes (mpCamera2), whose blocks are about the left one.
-/// use_covariances takes every keyframe for a rectified pinhole, and leaves out those of rigs.
+/// two fisheyes (mpCamera2), whose blocks are about the left one. use_covariances assumes that every keyframe is a
+/// rectified pinhole, and leaves out those of rigs.
 class OrbSlam3 : public OrbSlamHook {
  public:
   /// As OrbSlam2.
@@ -42,7 +45,7 @@ class OrbSlam3 : public OrbSlamHook {
         frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
   }
 
-  /// As OrbSlam2::match; `arguments` are those of SearchByProjection behind the points. On a rig of two cameras all are
+  /// As OrbSlam2::match; `arguments` are those of SearchByProjection after the points. On a rig of two cameras all are
   /// searched.
   template <class Frame, class MapPoint, class Matcher, class... Arguments>
   int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, const Arguments&... arguments) {

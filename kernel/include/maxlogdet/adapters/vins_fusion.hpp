@@ -6,37 +6,38 @@
 
 #include <Eigen/Core>
 
-// VINS-Fusion. In vins_estimator/src/estimator/estimator.h this header and a member of the class Estimator
+// VINS-Fusion. In vins_estimator/src/estimator/estimator.h include this header and add a member to the class Estimator
 //
 //   maxlogdet::VinsFusion good_features{100};
 //
-// at the top of Estimator::optimization
+// at the top of Estimator::optimization add
 //
 //   good_features.ask(*this);
 //
 // and in its loop over f_manager.feature, in that of MARGIN_OLD and in that of outliersRejection, after ++feature_index
-// where there is one (para_Feature counts all features),
+// where there is one (para_Feature counts all features), add
 //
 //   if (good_features.leaves_out(it_per_id.feature_id)) continue;
 //
-// What was not optimised should not be marginalised into the prior either, nor removed for the reprojection error that
-// the depth makes which was not refined.
+// What was not optimised should neither be marginalised into the prior nor removed because of a reprojection error that
+// its unrefined depth causes.
 
 namespace maxlogdet {
 
-/// Selection among the features of VINS-Fusion's window that the newest frame sees, by the block that each would have
-/// as a match of the left camera there. Those whose track has ended stay in: they hold the older frames.
+/// Selection among the features of VINS-Fusion's window that the newest frame sees, which stands for the window, by the
+/// block that each would have as a match of the left camera there: its stereo pairs are not rectified. Those whose
+/// track has ended stay in: they constrain the older frames.
 class VinsFusion : public LeftOutHook {
  public:
-  /// Deviation of a measurement in normalised image coordinates: its own 1.5 px over FOCAL_LENGTH.
+  /// Standard deviation of a measurement in normalised image coordinates: VINS-Fusion's own 1.5 px over FOCAL_LENGTH.
   double sigma = 1.5 / 460;
 
-  /// `budget`: how many of the features that the newest frame sees to optimise with. `capacity`: most features of the
-  /// window.
+  /// `budget`: how many of the features that the newest frame sees to optimise with. `capacity`: maximum number of
+  /// features of the window.
   explicit VinsFusion(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
 
-  /// Which features to leave out: see leaves_out(). None whenever something is wrong; cost().status says why. Features
-  /// whose depth has never been optimised (solve_flag 0) are selected in any case.
+  /// Decides which features to leave out: see leaves_out(). None on any error; cost().status says why. Features whose
+  /// depth has never been optimised (solve_flag 0) are always selected.
   template <class Estimator>
   void ask(const Estimator& window) {
     ask_about([&] { gather(window); });

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Reads what `maxlogdet simulate` wrote, and records full tables as CSV files in experiments/results."""
+
+import csv
+import pathlib
+import re
+import sys
+
+RECORDED = pathlib.Path(__file__).resolve().parent / "results"
+VERDICTS = {"▲": "better", "·": "open", "▼": "worse"}
+ESTIMATE = re.compile(r"(?P<value>-?[\d.]+|-)(?: ± (?P<ci95>[\d.]+))?(?: %)?(?: (?P<sign>[▲·▼]))?")
+
+
+class Experiment:
+    """One folder of results: the tables of its NAME.md by their headings, and its CSV files."""
+
+    def __init__(self, results, folder):
+        self.folder = pathlib.Path(results) / folder
+        self.name = folder.split("_")[0]
+        text = (self.folder / f"{self.name}.md").read_text()
+        self.sections = re.findall(r"^([^|\n].*)\n\n((?:\|.*\n)+)", text, flags=re.MULTILINE)
+
+    def rows(self, *words):
+        """The one table whose heading has all these words, as lists of cells; first the header."""
+        found = [lines for heading, lines in self.sections if all(word in heading for word in words)]
+        if len(found) != 1:
+            sys.exit(f"{self.folder}: expected one table about {words}, found {len(found)}")
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in found[0].rstrip("\n").split("\n")]
+        return [rows[0], *rows[2:]]
+
+    def cells(self, *words):
+        """The same as a dictionary from a row's first cell to its cells by column."""
+        rows = self.rows(*words)
+        return {row[0]: dict(zip(rows[0], row)) for row in rows[1:]}
+
+    def csv(self, file):
+        with open(self.folder / file, newline="") as lines:
+            return list(csv.DictReader(lines))
+
+    def seconds(self):
+        return float((self.folder / "seconds").read_text())
+
+
+def estimate(cell):
+    """Value, half width of the 95 % interval and verdict of a cell as `-8.1 ± 0.3 % ▲`; empty where it has none."""
+    match = ESTIMATE.fullmatch(cell)
+    if match is None:
+        sys.exit(f"expected a number, or one as -8.1 ± 0.3 % ▲, found {cell!r}")
+    value = "" if match["value"] == "-" else match["value"]
+    return [value, match["ci95"] or "", VERDICTS.get(match["sign"], "")]
+
+
+def write_csv(name, header, rows):
+    """Rewrites experiments/results/NAME.csv."""
+    RECORDED.mkdir(exist_ok=True)
+    with open(RECORDED / f"{name}.csv", "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+    print(f"rewrote experiments/results/{name}.csv")

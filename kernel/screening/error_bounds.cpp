@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/screening/error_bounds.hpp"
+
+#include "kernel/information/whitened_rows.hpp"
+#include "simd/rounding.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet {
+namespace {
+
+using simd::float_unit_roundoff;
+
+// Rounding errors in units of 2^-24 (docs/numerics.md): of a row of Y by form, and of the sum of minors by rows.
+constexpr double whitening_errors[simd::forms] = {8, 8, 8, 12};
+constexpr double minors_errors[] = {8, 32, 160};
+// Within these |Y| no float32 operation of the kernels overflows, or loses to underflow what it must not.
+constexpr double largest_norm = 1e6;
+constexpr double smallest_norm = 1e-15;
+// An error of sqrt(det) below which one bound for all candidates is as good as one for each.
+constexpr double small_volume_error = 1e-3;
+// Bounds are renewed when no relative gain exceeds this share of the highest bound that they were made with.
+constexpr float outdated_share = 0.75F;
+// The largest drift for which bounds of |Y| are kept from round to round.
+constexpr double small_drift = 1e-3;
+
+}  // namespace
+
+void ErrorBounds::restart(const double* column_max) noexcept {
+  std::copy_n(column_max, simd::dimension, column_max_);
+  with_care_ = false;
+  is_lasting_ = false;
+}
+
+bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volume_error; }
+
+void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest_bound) noexcept {
+  const double f = factor.relative_error();
+  drift_ = f < hopeless_error ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
+  // Once the error is small its bound may be the wider one of an earlier round.
+  may_last = may_last && !with_care_ && is_small() && drift_ < small_drift;
+  const bool is_outdated = highest_bound < outdated_share * highest_then_ || drift_ > drift_limit_;
+  is_new_ = !(may_last && is_lasting_) || is_outdated;
+  if (!is_new_) return;
+  is_lasting_ = may_last;
+  bound_rows(factor.inverse());
+}
+
+void ErrorBounds::bound_rows(const double* w) noexcept {
+  const WhitenedRowBounds bounds = bound_whitened_rows(w, column_max_);
+  row_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
+  const double norm = std::sqrt(row_squares_);
+  delta_ = whitening_errors[form_] * float_unit_roundoff * norm;
+  bound_volumes(row_squares_);
+
+  const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
+  // Three long rows are hardly ever far from parallel.
+  const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
+  with_care_ = overflows || is_hopeless || (with_care_ && !is_small());
+}
+
+// With no row of Y longer than the root of `squares`.
+void ErrorBounds::bound_volumes(double squares) noexcept {
+  const double length = std::sqrt(1 + squares) + delta_;
+  shrink_ = std::min(1.0, std::sqrt(squares));
+  volume_error_ = rows_ * delta_;
+  double relative_gain = squares;  // (1 + squares)^rows - 1, without cancellation
+  for (int row = 1; row < rows_; ++row) {
+    volume_error_ *= length;
+    relative_gain += squares + relative_gain * squares;
+  }
+  minors_error_ = minors_errors[rows_ - 1] * float_unit_roundoff * relative_gain + 1e-36;
+}
+
+// det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y.
+void ErrorBounds::tighten(double highest_bound) noexcept {
+  keep_wide(highest_bound);
+  if (with_care_) return;
+  const double squares = highest_bound + (1 + highest_bound) * drift_limit_;
+  bound_volumes(std::min(row_squares_, 1.1 * std::max(0.0, squares) + 12 * delta_ * delta_));
+}
+
+// |relative gain - exact| <= minors error + 2 sqrt(1 + relative gain) error + error^2, with the root replaced by its
+// tangent, which is never below it.
+void ErrorBounds::set_tangent(double relative_gain) noexcept {
+  if (with_care_) {  // what is evaluated are bounds themselves
+    slope_ = 1;
+    offset_ = 0;
+    return;
+  }
+  tangent_ = relative_gain;
+  const double root = std::sqrt(1 + relative_gain);
+  const double error = volume_error_ * shrink_;
+  slope_ = 1 + error / root;
+  offset_ = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
+}
+
+ErrorBounds::Line ErrorBounds::upper_line() const noexcept {
+  constexpr double room = 1 + 1e-6;  // for the rounding of the line and of its values
+  return {simd::rounded_up(slope_ * room), simd::rounded_up(offset_)};
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/search/search.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace maxlogdet {
+
+/// Memory of exchange among up to `capacity` candidates.
+struct ExchangeWorkspace {
+  explicit ExchangeWorkspace(std::size_t capacity) : is_unselected(capacity), is_open(capacity) {}
+  std::vector<unsigned char> is_unselected;  ///< per candidate: whether it is free and not in the answer
+  std::vector<unsigned char> is_open;        ///< per candidate: whether its group has a place besides
+};
+
+/// At most `sweeps` sweeps over the answer. In each, every candidate that is not required is replaced by the best of
+/// those that are not selected if that increases log det (Fedorov 1972). log det never decreases. At the deadline the
+/// answer is what it is by then.
+Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noexcept;
+
+}  // namespace maxlogdet
