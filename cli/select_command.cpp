@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "cli/plot.hpp"
 #include "experiments/simulation.hpp"
 #include "sim/command_line.hpp"
 #include "sim/executor.hpp"
 #include "sim/frame_reader.hpp"
-#include "sim/gnuplot.hpp"
 #include "sim/image_grid.hpp"
+#include "sim/json_file.hpp"
 #include "sim/latency.hpp"
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
+#include "sim/selection_data.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -38,7 +38,7 @@ struct SelectArguments {
   bool stereo = false;
   std::int64_t repeat = 100;
   bool as_json = false;
-  std::string plot;
+  std::string plot_data;
   std::int64_t threads = 0;
   std::int64_t certificate_passes = 0;
   std::int64_t exchange_sweeps = 0;
@@ -168,7 +168,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["repeat"] = arguments.repeat;
   line["isa"] = active_isa();
   line["version"] = version();
-  std::cout << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+  std::cout << sim::to_text(line) << std::endl;
 }
 
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing) {
@@ -225,15 +225,22 @@ void print_selected(const sim::Frame& frame, const Selection& selection) {
   std::cout << '\n';
 }
 
-// A folder's frames are drawn side by side: selection.svg becomes selection_frame_001.svg and so on.
-std::string plot_file_of(const sim::Frame& frame, const std::string& plot, bool is_only) {
-  if (is_only) return plot;
-  const std::filesystem::path path(plot);
+// A folder's frames have a file each: selection.json becomes selection_frame_001.json and so on.
+std::string plot_data_of(const sim::Frame& frame, const std::string& file, bool is_only) {
+  if (is_only) return file;
+  const std::filesystem::path path(file);
   return (path.parent_path() / (path.stem().string() + "_" + frame.name + path.extension().string())).string();
 }
 
+void check_plot_data(const std::string& file) {
+  if (std::filesystem::path(file).extension() != ".json") {
+    throw sim::InputError("--plot-data '" + file + "'; expected a file that ends in .json");
+  }
+  sim::check_output_file(file);
+}
+
 void run(const SelectArguments& arguments) {
-  if (!arguments.plot.empty()) sim::check_plot_file(arguments.plot);
+  if (!arguments.plot_data.empty()) check_plot_data(arguments.plot_data);
   const std::vector<sim::Frame> frames =
       arguments.input.empty()
           ? std::vector<sim::Frame>{sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)}
@@ -259,7 +266,9 @@ void run(const SelectArguments& arguments) {
   const auto repeat = static_cast<std::size_t>(arguments.repeat);
 
   for (const auto& frame : frames) {  // nothing is printed unless every frame can be
-    if (!arguments.plot.empty()) sim::check_plot_file(plot_file_of(frame, arguments.plot, frames.size() == 1));
+    if (!arguments.plot_data.empty()) {
+      sim::check_output_file(plot_data_of(frame, arguments.plot_data, frames.size() == 1));
+    }
     warn(frame, arguments);
     check(frame, build_blocks(frame, arguments.block_options, blocks));
     use_cells_of(frame);
@@ -269,7 +278,6 @@ void run(const SelectArguments& arguments) {
     if (!selection.has_answer()) throw sim::InputError(explained(selection.status, options));
   }
 
-  std::vector<std::string> pictures;
   for (const auto& frame : frames) {
     use_cells_of(frame);
     const sim::MatchArrays matches(frame);
@@ -279,9 +287,9 @@ void run(const SelectArguments& arguments) {
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector.select(blocks, options); });
-    if (!arguments.plot.empty()) {  // first: where it fails nothing is printed of the frame
-      pictures.push_back(plot_file_of(frame, arguments.plot, frames.size() == 1));
-      plot_selection(frame, {selection.begin(), selection.end()}, pictures.back());
+    if (!arguments.plot_data.empty()) {  // first: where it fails nothing is printed of the frame
+      const auto data = selection_data(frame, {selection.begin(), selection.end()});
+      sim::write_json(plot_data_of(frame, arguments.plot_data, frames.size() == 1), data);
     }
     if (arguments.as_json) {
       print_json(frame, arguments, selection, timing);
@@ -292,9 +300,6 @@ void run(const SelectArguments& arguments) {
     if (frames.size() == 1) print_reached(options, selection);
     if (frames.size() == 1) print_selected(frame, selection);
   }
-  if (arguments.as_json) return;
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    std::cout << (i == 0 ? "\n" : "") << "picture: " << pictures[i] << '\n';
 }
 
 // Options that would change nothing are mistakes.
@@ -369,8 +374,8 @@ void add_select_command(CLI::App& program) {
       ->check(CLI::Range(std::int64_t{0}, most))
       ->capture_default_str();
   command->add_flag("--json", arguments->as_json, "One JSON object a frame, one a line");
-  command->add_option("--plot", arguments->plot,
-                      "Draw map view and camera view into this .svg or .png file; of a folder, one a frame");
+  command->add_option("--plot-data", arguments->plot_data,
+                      "Write what tools/draw_selection.py draws, as JSON, into this file; of a folder, one a frame");
   command->callback([command, arguments] {
     check_used(*command, *arguments);
     arguments->options.seed = seed_of(arguments->seed);

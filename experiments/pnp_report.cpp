@@ -2,12 +2,10 @@
 #include "experiments/pnp_report.hpp"
 
 #include "experiments/greedy_metric.hpp"
-#include "sim/plot_style.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <tuple>
 
 namespace maxlogdet::sim {
@@ -245,45 +243,6 @@ Table crossing_table(const PnpOptions& options, const std::vector<PnpRow>& rows,
     table.rows.push_back(row);
   }
   return table;
-}
-
-std::string metrics_plot(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting) {
-  const Rows found(rows, weighting);
-  std::ostringstream script;
-  std::vector<std::size_t> sizes = options.sizes;
-  std::sort(sizes.begin(), sizes.end());
-  const std::vector<std::string> selectors = selector_names();
-  for (std::size_t n = 0; n < options.noises.size(); ++n) {
-    for (const std::string& selector : selectors) {
-      script << '$' << selector << '_' << n << " << EOD\n";
-      for (const std::size_t size : sizes) {
-        const PnpRow& row = found.at(options.noises[n], size, selector);
-        script << size << ' ' << exact(row.translation_m.value) << ' ' << exact(row.translation_m.ci95) << ' '
-               << exact(row.rotation_deg.value) << ' ' << exact(row.rotation_deg.ci95) << '\n';
-      }
-      script << "EOD\n";
-    }
-  }
-  script << plot_style() << "set multiplot layout " << options.noises.size() << ",2 title '" << to_string(weighting)
-         << " blocks, " << found.at(options.noises[0], sizes[0], "all").runs
-         << " runs; bars: 95 % confidence'\nset xlabel 'subset size'\n";
-  for (std::size_t n = 0; n < options.noises.size(); ++n) {
-    for (int panel = 0; panel < 2; ++panel) {
-      script << "set title 'noise " << px(options.noises[n]) << "'\nset ylabel '"
-             << (panel == 0 ? "RMS translation error (m)" : "RMS rotation error (deg)") << "'\nplot ";
-      for (std::size_t s = 0; s < selectors.size(); ++s) {
-        const std::string data = "$" + selectors[s] + "_" + std::to_string(n);
-        const std::string columns = panel == 0 ? "1:2:3" : "1:4:5";
-        const bool is_line = selectors[s] == "all" || selectors[s] == "all_weighted";
-        script << (s == 0 ? "" : ", \\\n") << data << " using " << (is_line ? columns.substr(0, 3) : columns)
-               << " with " << (is_line ? "lines" : "yerrorlines") << ' ' << line_style(selectors[s]) << " title '"
-               << selectors[s] << "'";
-      }
-      script << '\n';
-    }
-  }
-  script << "unset multiplot\n";
-  return script.str();
 }
 
 }  // namespace maxlogdet::sim

@@ -30,7 +30,4 @@ Table comparison_table(const PnpOptions& options, const std::vector<std::vector<
 /// of it, and from which on it stays below it.
 Table crossing_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting);
 
-/// A gnuplot script without terminal and output: RMS errors over size, four panels as the paper has them.
-std::string metrics_plot(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting);
-
 }  // namespace maxlogdet::sim

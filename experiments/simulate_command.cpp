@@ -6,7 +6,7 @@
 namespace maxlogdet::cli {
 
 void add_simulate_command(CLI::App& program) {
-  CLI::App* const command = program.add_subcommand("simulate", "The paper's experiments: tables, plots, every run");
+  CLI::App* const command = program.add_subcommand("simulate", "The paper's experiments: tables and every run");
   command->require_subcommand(0, 1);
   add_metrics_experiment(*command);
   add_budget_experiment(*command);

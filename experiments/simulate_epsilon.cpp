@@ -59,9 +59,6 @@ void run(const Arguments& arguments) {
     simulation.print("At n = 1000, k = 100, where the paper's 43 × is k / ln(1/0.1):",
                      speedup_table(options, runs, paper_n, paper_k));
   }
-  simulation.plot("epsilon_time", epsilon_plot(options, runs, sim::EpsilonMap::time_us), 1300, 760);
-  simulation.plot("epsilon_gap", epsilon_plot(options, runs, sim::EpsilonMap::gap_nats), 1300, 760);
-  simulation.plot("epsilon_differing", epsilon_plot(options, runs, sim::EpsilonMap::differing_percent), 1300, 760);
   simulation.finish(table);
 }
 

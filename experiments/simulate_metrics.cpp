@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "cli/plot.hpp"
 #include "experiments/greedy_metric.hpp"
 #include "experiments/pnp_report.hpp"
 #include "experiments/simulation.hpp"
 #include "sim/names.hpp"
+#include "sim/selection_data.hpp"
 
 #include <memory>
 
@@ -18,7 +18,7 @@ struct Arguments {
 };
 
 // Figure 2 of the paper: the scene, with what Max-logDet selects.
-void plot_scene(Simulation& simulation, const sim::PnpOptions& options) {
+void write_scene(const Simulation& simulation, const sim::PnpOptions& options) {
   const sim::Frame frame = sim::pnp_frame(options, 0);
   BlockOptions block_options;
   block_options.weighting = options.weightings.front();
@@ -27,11 +27,7 @@ void plot_scene(Simulation& simulation, const sim::PnpOptions& options) {
   build_blocks(frame, block_options, blocks);
   const auto selected = select_greedily(sim::GreedyMetric::max_log_det, blocks, options.sizes.front(),
                                         options.prior * sim::Matrix6::Identity());
-  simulation.try_to_draw([&] {
-    for (const char* const ending : {".svg", ".png"}) {
-      plot_selection(frame, selected, simulation.path_of(std::string("metrics_scene") + ending));
-    }
-  });
+  simulation.write_json("metrics_scene", selection_data(frame, selected));
 }
 
 void run(const Arguments& arguments) {
@@ -67,9 +63,8 @@ void run(const Arguments& arguments) {
       simulation.print("Theory (section II) and measurement at " + std::to_string(options.sizes.front()) +
                            " points, `" + name + "` blocks, the first noise:",
                        expectation_table(options, rows, weighting, options.sizes.front()));
-      simulation.plot("metrics_" + name, metrics_plot(options, rows, weighting), 1200, 800);
     }
-    plot_scene(simulation, options);
+    write_scene(simulation, options);
   }
   simulation.finish(table);
 }

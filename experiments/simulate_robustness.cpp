@@ -26,10 +26,6 @@ void report(Simulation& simulation, const sim::RobustnessOptions& options, const
             of_budget + "; ▲ it is better, ▼ worse, · cannot be told:",
         robustness_differences(options, runs, budget));
   }
-  simulation.plot("robustness_translation", robustness_plot(options, rows, &sim::RobustnessOutcome::translation_m),
-                  1500, 1000);
-  simulation.plot("robustness_rotation", robustness_plot(options, rows, &sim::RobustnessOutcome::rotation_deg), 1500,
-                  1000);
 }
 
 void run(const Arguments& arguments) {

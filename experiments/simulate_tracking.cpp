@@ -214,7 +214,6 @@ void run_euroc(const Arguments& arguments) {
                            "worse, · cannot be told:",
                        claims);
     }
-    simulation.plot("euroc", euroc_plot(runs), 1300, 1100);
   }
   simulation.finish(table);
 }
@@ -230,7 +229,6 @@ void run_budget(const Arguments& arguments) {
                          "worse, · cannot be told; " +
                          weights_of(arguments) + ':',
                      budget_summary(runs, arguments.options.selectors));
-    simulation.plot("budget", budget_plot(runs, arguments.options.selectors), 1300, 460);
   }
   simulation.finish(table);
 }

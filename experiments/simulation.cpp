@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/simulation.hpp"
 
-#include "sim/frame_reader.hpp"
+#include "sim/json_file.hpp"
 #include "sim/names.hpp"
+#include "sim/output_file.hpp"
 
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/version.hpp>
@@ -62,8 +63,7 @@ void SimulationArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command.add_option("--seed", seed, "Same seed, same errors, for any number of threads")->capture_default_str();
-  command
-      .add_option("--output", output, "Folder for tables, plots and finished runs; a rerun goes on where it stopped")
+  command.add_option("--output", output, "Folder for tables and finished runs; a rerun goes on where it stopped")
       ->capture_default_str();
 }
 
@@ -91,29 +91,22 @@ void Simulation::write_csv(const std::string& file, const sim::Table& table) con
   sim::write_file(path_of(file + ".csv"), to_csv(table));
 }
 
+void Simulation::write_json(const std::string& file, const nlohmann::ordered_json& json) const {
+  sim::write_json(path_of(file + ".json"), json, 1);
+}
+
 void Simulation::print(const std::string& heading, const sim::Table& table) {
   const std::string text = heading + "\n\n" + to_markdown(table) + '\n';
   std::cout << text;
   report_ += text;
 }
 
-void Simulation::warn(const std::string& why) {
-  cannot_draw_ = true;
-  std::cerr << "maxlogdet: no plots: " << why << '\n';
-}
-
-void Simulation::plot(const std::string& file, const std::string& script, int width, int height) {
-  try_to_draw([&] {
-    for (const char* const ending : {".svg", ".png"}) sim::draw(script, path_of(file + ending), width, height);
-  });
-}
-
 void Simulation::finish(const sim::Table& table) {
   const nlohmann::ordered_json all = {
       {"settings", settings_}, {"runs_finished", finished_}, {"runs_asked_for", asked_for_}, {"table", json_of(table)}};
-  sim::write_file(path_of(name_ + ".json"), all.dump(1) + '\n');
+  write_json(name_, all);
   sim::write_file(path_of(name_ + ".md"), report_);
-  std::cout << "tables, plots and every run: " << folder_ << "/" << name_ << "*\n";
+  std::cout << "tables and every run: " << folder_ << "/" << name_ << "*\n";
   if (finished_ < asked_for_) {
     throw Interrupted("stopped: " + std::to_string(finished_) + " of " + std::to_string(asked_for_) +
                       " runs are finished and in " + folder_ + "; the same command goes on from there");

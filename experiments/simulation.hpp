@@ -3,7 +3,6 @@
 
 #include "experiments/runs.hpp"
 #include "sim/frame_reader.hpp"
-#include "sim/gnuplot.hpp"
 #include "sim/table.hpp"
 
 #include <CLI/CLI.hpp>
@@ -59,32 +58,18 @@ class Simulation {
                           " is damaged; expected what this program wrote: delete the file to begin anew");
   }
 
-  /// FILE.csv.
+  /// FILE.csv, FILE.json.
   void write_csv(const std::string& file, const sim::Table& table) const;
+  void write_json(const std::string& file, const nlohmann::ordered_json& json) const;
   /// Prints a headed table, and keeps it for NAME.md.
   void print(const std::string& heading, const sim::Table& table);
-  /// FILE.svg and FILE.png; without gnuplot only a warning.
-  void plot(const std::string& file, const std::string& script, int width, int height);
   std::string path_of(const std::string& file) const { return folder_ + "/" + file; }
 
   /// Writes NAME.md and NAME.json (settings, and `table` as objects), and says where all is. Throws Interrupted if runs
   /// are missing.
   void finish(const sim::Table& table);
 
-  /// A picture that gnuplot does not draw is no reason to lose the numbers; one that cannot be written throws.
-  template <class Draw>
-  void try_to_draw(const Draw& draw) {
-    if (cannot_draw_) return;
-    try {
-      draw();
-    } catch (const sim::DrawError& error) {
-      warn(error.what());
-    }
-  }
-
  private:
-  void warn(const std::string& why);
-
   std::string name_;
   std::string folder_;
   int threads_;
@@ -93,7 +78,6 @@ class Simulation {
   std::size_t asked_for_ = 0;
   std::size_t finished_ = 0;
   std::string report_;
-  bool cannot_draw_ = false;
 };
 
 /// What to say of a MAXLOGDET_ISA that is of no use here.

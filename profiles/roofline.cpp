@@ -6,6 +6,7 @@
 #include "profiles/full_round.hpp"
 #include "sim/latency.hpp"
 #include "sim/statistics.hpp"
+#include "simd/isas.hpp"
 
 #include <unistd.h>
 #include <maxlogdet/maxlogdet.hpp>
@@ -25,21 +26,15 @@
 
 namespace maxlogdet::profiles {
 
-#if defined(__x86_64__)
-extern const Core sse2_core;
-extern const Core avx2_core;
-extern const Core avx512_core;
-#else
-extern const Core neon_core;
-#endif
+#define MAXLOGDET_DECLARE(name, is_there) extern const Core name##_core;
+MAXLOGDET_ISAS(MAXLOGDET_DECLARE)
+#undef MAXLOGDET_DECLARE
 
 namespace {
 
-#if defined(__x86_64__)
-const Core* const cores[] = {&sse2_core, &avx2_core, &avx512_core};
-#else
-const Core* const cores[] = {&neon_core};
-#endif
+#define MAXLOGDET_ADDRESS(name, is_there) &name##_core,
+const Core* const cores[] = {MAXLOGDET_ISAS(MAXLOGDET_ADDRESS)};
+#undef MAXLOGDET_ADDRESS
 
 constexpr std::size_t turns = 2000;
 constexpr double piece_seconds = 30e-6;  // longer than reading the clock takes, shorter than a time slice

@@ -33,11 +33,4 @@ std::string fixed(const Estimate& estimate, int decimals);
 /// lower, ▼ higher, · cannot be told. "-" without any.
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
 
-/// Throws the InputError of a file that could not be written, with what errno says of it.
-[[noreturn]] void fail_to_write(const std::string& file);
-
-/// Writes a whole file, which replaces an old one only when it is whole. Throws InputError if it cannot be written, and
-/// then leaves what there was.
-void write_file(const std::string& file, const std::string& text);
-
 }  // namespace maxlogdet::sim

@@ -2,8 +2,8 @@
 #include "examples/stereo_odometry/report.hpp"
 #include "sim/command_line.hpp"
 #include "sim/draws.hpp"
-#include "sim/gnuplot.hpp"
 #include "sim/input_error.hpp"
+#include "sim/json_file.hpp"
 #include "sim/names.hpp"
 #include "sim/progress.hpp"
 #include "sim/stopwatch.hpp"
@@ -268,14 +268,7 @@ void write(const Arguments& arguments, const StereoDataset& dataset, const std::
     sim::write_file(folder + "/frames.csv", to_csv(frame_table(runs[c])));
     if (arguments.writes_residuals) sim::write_file(folder + "/residuals.csv", residual_header() + runs[c].residuals);
   }
-  const std::string script = trajectory_plot(contestants, runs, dataset);
-  try {
-    for (const char* const ending : {".svg", ".png"}) {
-      sim::draw(script, arguments.output + "/trajectory" + ending, 900, 500);
-    }
-  } catch (const sim::DrawError& error) {  // no reason to lose the numbers
-    std::cerr << "stereo_odometry: no plot: " << sim::one_line(error.what()) << '\n';
-  }
+  sim::write_json(arguments.output + "/trajectories.json", trajectories_to_json(contestants, runs, dataset));
 }
 
 void run(const Arguments& arguments) {
@@ -314,7 +307,7 @@ void run(const Arguments& arguments) {
   if (!comparison.rows.empty()) report += '\n' + to_markdown(comparison);
   std::cout << report;
   sim::write_file(arguments.output + "/summary.md", report);
-  sim::write_file(arguments.output + "/summary.json", to_json(summaries).dump(1) + '\n');
+  sim::write_json(arguments.output + "/summary.json", to_json(summaries), 1);
 }
 
 int fail(const std::string& message) {

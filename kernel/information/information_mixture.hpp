@@ -8,8 +8,9 @@ namespace maxlogdet {
 
 /// Information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j. It
 /// grows as Frank and Wolfe (1956) do it, by one selection at a time and the step of largest log det towards it; then a
-/// few pairs of weights are balanced likewise, which makes the next selection a better one (simplicial decomposition,
-/// Holloway 1974; docs/numerics.md). + - * / and square roots in one order: the same bits everywhere.
+/// few pairs of weights are balanced likewise, without a look at candidates, which makes the next selection a better
+/// one (simplicial decomposition, Holloway 1974): on clustered frames it converges several times faster than
+/// Frank-Wolfe's steps alone. + - * / and square roots in one order: the same bits everywhere.
 class InformationMixture {
  public:
   /// One selection, of weight 1. False if it cannot be factorised: then, here and below, inverse() is of no use.

@@ -163,20 +163,31 @@ struct Instance {
 
 // The header is read as text: nothing in C could loop over its enumerators, and one that is missing has no name to
 // test.
-TEST(CApi, every_strategy_has_its_enumerator) {
+template <class Enum, std::size_t count>
+void expect_enumerators(const Enum (&all)[count], const std::string& type, const char* (*name_in_c)(std::int32_t)) {
   std::ifstream file(MAXLOGDET_C_HEADER);
   const std::string header((std::istreambuf_iterator<char>(file)), {});
-  ASSERT_NE(header.find("typedef int32_t maxlogdet_strategy;"), std::string::npos) << MAXLOGDET_C_HEADER;
-  for (std::size_t i = 0; i < std::size(strategies); ++i) {
-    EXPECT_EQ(static_cast<std::size_t>(strategies[i]), i) << "MAXLOGDET_STRATEGIES is in the order of the enumerators";
-    std::string name = to_string(strategies[i]);
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
-    const std::string line = "MAXLOGDET_STRATEGY_" + name + " = " + std::to_string(i);
+  const auto upper = [](std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
+    return text;
+  };
+  ASSERT_NE(header.find("typedef int32_t " + type + ";"), std::string::npos) << MAXLOGDET_C_HEADER;
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(all[i]), i) << "the list of C++ is in the order of the enumerators";
+    const std::string line = upper(type + "_" + to_string(all[i])) + " = " + std::to_string(i);
     const std::size_t at = header.find("  " + line);
     const bool is_there = at != std::string::npos && std::isdigit(header[at + 2 + line.size()]) == 0;
     EXPECT_TRUE(is_there) << "maxlogdet.h lacks " << line;
-    EXPECT_STREQ(maxlogdet_strategy_name(static_cast<maxlogdet_strategy>(i)), to_string(strategies[i]));
+    EXPECT_STREQ(name_in_c(static_cast<std::int32_t>(i)), to_string(all[i]));
   }
+}
+
+TEST(CApi, every_strategy_has_its_enumerator) {
+  expect_enumerators(strategies, "maxlogdet_strategy", maxlogdet_strategy_name);
+}
+
+TEST(CApi, every_camera_model_has_its_enumerator) {
+  expect_enumerators(camera_models, "maxlogdet_camera_model", maxlogdet_camera_model_name);
 }
 
 TEST(CApi, selections_equal_those_of_cpp) {

@@ -67,7 +67,7 @@ std::array<long double, 2> image_of(const Camera& camera, const WideVector3& p) 
 Camera camera_of(CameraModel model) {
   const PinholeCamera pinhole = {458, 457, 367, 248, 50};
   switch (model) {
-    case CameraModel::pinhole: break;
+    default: break;
     case CameraModel::radial_tangential: return Camera::radial_tangential(pinhole, -0.05, 0.01, 2e-4, -1e-4, 1e-3);
     case CameraModel::kannala_brandt: return Camera::kannala_brandt(pinhole, -0.01, 0.02, -0.003, 0.0004);
     case CameraModel::double_sphere: return Camera::double_sphere(pinhole, -0.2, 0.6);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <maxlogdet/camera_model.hpp>
 #include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
@@ -24,23 +25,7 @@ struct PinholeCamera {
       : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
 };
 
-/// The function from (X, Y, Z) to (m_x, m_y), where u = fx m_x + cx, v = fy m_y + cy.
-enum class CameraModel {
-  pinhole,            ///< (X / Z, Y / Z)
-  radial_tangential,  ///< (x r + 2 p1 x y + p2 (rho + 2 x^2), y r + p1 (rho + 2 y^2) + 2 p2 x y), x = X / Z, y = Y / Z,
-                      ///< rho = x^2 + y^2, r = 1 + k1 rho + k2 rho^2 + k3 rho^3: OpenCV's
-  kannala_brandt,     ///< (X, Y) d / sqrt(X^2 + Y^2), theta = atan2(sqrt(X^2 + Y^2), Z), d = theta + k1 theta^3 + k2
-                      ///< theta^5 + k3 theta^7 + k4 theta^9: OpenCV's fisheye, OpenVINS's equidistant, ORB-SLAM3's and
-                      ///< Basalt's KannalaBrandt8
-  double_sphere,      ///< (X, Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)), d1 = |p_c|, d2 = |(X, Y, xi d1 + Z)|: Usenko,
-                      ///< Demmel, Cremers, 3DV 2018
-};
-
-/// All camera models, in their order.
-constexpr CameraModel camera_models[] = {CameraModel::pinhole, CameraModel::radial_tangential,
-                                         CameraModel::kannala_brandt, CameraModel::double_sphere};
-
-/// A camera of any of these models.
+/// A camera of any model.
 struct Camera {
   CameraModel model = CameraModel::pinhole;  ///< model of the parameters
   PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf of pinholes only
