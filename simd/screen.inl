@@ -56,8 +56,10 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
         h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
       }
     }
+#pragma GCC unroll 6
     for (int c = 0; c < dimension; ++c) {
       Floats y[Rows];
+#pragma GCC unroll 6
       for (int d = 0; d <= c; ++d) {
         const Floats weight(w[padded_dimension * c + d]);
         for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
