@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The limits that docs/numerics.md lists, from both sides, against an oracle in long double. What degenerate_test.cpp
 // and others hold already is not repeated here; the page names them.
+#include "simd/rounding.hpp"
 #include "tests/support/flushed_denormals.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
@@ -146,7 +147,7 @@ TEST(Limits, stores_changed_for_the_worse) {
         largest = std::max(largest, std::abs(information.log_det() - before - selection.gains[i]));
       }
       const double omega = longest_row(store) / std::sqrt(default_prior);
-      return static_cast<double>(largest) / (20 * 0x1p-53 * omega);
+      return static_cast<double>(largest) / (20 * simd::double_unit_roundoff * omega);
     };
     double worst = share_of_what_is_proved();
     for (int step = 0; step < 2000; ++step) {

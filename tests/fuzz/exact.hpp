@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/rounding.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/support/oracle.hpp"
 
@@ -74,7 +75,7 @@ class Exact {
   }
 
  private:
-  static constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
+  static constexpr Wide unit = simd::double_unit_roundoff;
   static constexpr Wide update_error = 192 * unit;
 
   // Of W = R^-T.

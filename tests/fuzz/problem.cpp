@@ -2,6 +2,7 @@
 #include "tests/fuzz/problem.hpp"
 
 #include "simd/counter_random.hpp"
+#include "simd/rounding.hpp"
 #include "tests/fuzz/require.hpp"
 
 #include <algorithm>
@@ -96,7 +97,7 @@ enum class Verdict { good, bad, unclear };
 // proportion to the inverse so far; nearer to a limit than that it is unclear.
 Verdict judge_prior(const double* prior) {
   using Wide = long double;
-  constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
+  constexpr Wide unit = simd::double_unit_roundoff;
   Wide root[n];
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
