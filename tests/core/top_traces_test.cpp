@@ -2,6 +2,7 @@
 // The largest traces against an oracle in long double.
 #include "kernel/information/top_traces.hpp"
 #include "kernel/search/search.hpp"
+#include "simd/rounding.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/support.hpp"
 
@@ -70,7 +71,7 @@ void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
   }
   EXPECT_TRUE(std::is_sorted(top.candidates.begin(), top.candidates.end()));
   EXPECT_EQ(top.candidates.size(), std::min(wanted, search.constraints.free_count()));
-  const double root_error = 0x1p-53 * trace_root_error(search.candidates, w);
+  const double root_error = simd::double_unit_roundoff * trace_root_error(search.candidates, w);
   const auto rounded = [root_error](long double trace) {  // what float64 may make of it
     return 2 * root_error * std::sqrt(static_cast<double>(trace)) + root_error * root_error +
            1e-14 * static_cast<double>(trace);
