@@ -18,12 +18,6 @@ Strategy strategy_for(const BlockStore& blocks, Options options) {
   return chosen;
 }
 
-Options with_budget(std::size_t budget) {
-  Options options;
-  options.budget = budget;
-  return options;
-}
-
 TEST(Automatic, goes_backwards_from_two_thirds_on) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 300, 1), block_kinds[0]);
   EXPECT_EQ(strategy_for(blocks, with_budget(1)), Strategy::lazy_greedy);

@@ -6,6 +6,7 @@
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
+#include "tests/fuzz/rules.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/pool_executor.hpp"
 

@@ -11,7 +11,10 @@
 namespace maxlogdet::test {
 
 /// What Options::prior stands for where it is not set.
+constexpr double default_prior = 1e-5;  // times the identity
 Matrix6 default_information();
+
+constexpr long double allowed_loss = 1e-9L;  // nats that a round of greedy may give away on ordinary frames
 
 /// The triangle R of a QR decomposition of rows.
 using WideRows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
@@ -72,6 +75,10 @@ long double gain_given_away(const BlockStore& blocks, const std::vector<std::uin
 
 /// log det of prior + sum of H^T H, added up and factorised in long double.
 long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
+                       const Matrix6& prior = default_information());
+
+/// Expects gains and log det of an answer to be those of its indices, to `tolerance` nats.
+void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance,
                        const Matrix6& prior = default_information());
 
 }  // namespace maxlogdet::test

@@ -101,6 +101,13 @@ BlockStore near_copies(Random& random, double least, double most) {
   return blocks;
 }
 
+Options with_budget(std::size_t budget, Strategy strategy) {
+  Options options;
+  options.budget = budget;
+  options.strategy = strategy;
+  return options;
+}
+
 std::vector<std::uint32_t> indices_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
 
 std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options) {

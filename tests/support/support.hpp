@@ -38,6 +38,7 @@ class Random {
 
   double uniform(double low, double high);
   int integer(int low, int high);  ///< low <= result <= high
+  std::size_t index(std::size_t count) { return static_cast<std::size_t>(integer(0, static_cast<int>(count) - 1)); }
   bool chance(double probability) { return uniform(0, 1) < probability; }
   std::uint64_t seed() const { return seed_; }
   std::string name() const { return "seed " + std::to_string(seed_); }
@@ -69,7 +70,9 @@ BlockStore awkward_blocks(Random& random, std::size_t n);
 /// is as small as rounding.
 BlockStore near_copies(Random& random, double least, double most);
 
-/// The indices of an answer, or of an error none.
+Options with_budget(std::size_t budget, Strategy strategy = Options().strategy);
+
+/// The indices of an answer; of an error none.
 std::vector<std::uint32_t> indices_of(const Selection& selection);
 
 /// Selects with a selector of just enough capacity; indices only.
@@ -112,7 +115,17 @@ void for_every_family(std::size_t n, const Body& body) {
   }
 }
 
-/// The same for every so many-th real frame; data_folder() must not be empty.
+/// Calls body(blocks) with n candidates of every scene and kind of block, always the same: recorded answers are about
+/// these.
+template <class Body>
+void for_every_recorded(std::size_t n, const Body& body) {
+  constexpr std::uint64_t seed = 7;
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) body(blocks_of(make_scene(scene, n, seed), kind));
+  }
+}
+
+/// As for_every_family with every `every`-th real frame; data_folder() must not be empty.
 constexpr char no_real_frames[] = "no real frames here; MAXLOGDET_DATA names their folder";
 std::vector<sim::Frame> real_frames();
 
