@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t n = 2000;
 
-// A frame's matches as arrays, and room for their blocks.
+// A frame's matches as arrays, and memory for their blocks.
 struct Tracker {
   sim::Frame frame = make_scene(sim::Scene::euroc_like, n, scene_seed);
   sim::MatchArrays matches{frame};
@@ -30,11 +30,9 @@ Work append_work(const BlockOptions& options) {
   return {[=](std::size_t) { build_blocks(tracker->frame, tracker->matches, options, tracker->blocks); }, {}};
 }
 
-// What a camera of another kind, or two of them, take more: the same points, seen by a fisheye, or by a rig of two
-// pinholes that see every other one.
+// Other cameras: the same points seen by a fisheye, or by a rig of two pinholes, each of which sees every second point.
 enum class Seen { by_fisheye, by_rig };
-constexpr std::pair<Seen, const char*> kinds_of_cameras[] = {{Seen::by_fisheye, "fisheye"},
-                                                             {Seen::by_rig, "rig_of_two"}};
+constexpr std::pair<Seen, const char*> camera_setups[] = {{Seen::by_fisheye, "fisheye"}, {Seen::by_rig, "rig_of_two"}};
 
 Work append_work(const BlockOptions& options, Seen seen) {
   const auto tracker = std::make_shared<Tracker>();
@@ -80,7 +78,7 @@ void add_append_cases() {
     }
   }
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-    for (const auto& [seen, name] : kinds_of_cameras) {
+    for (const auto& [seen, name] : camera_setups) {
       BlockOptions options;
       options.weighting = weighting;
       add_case(std::string("append_blocks_seen/camera:") + name + "/weighting:" + to_string(weighting) + "/n:2000",

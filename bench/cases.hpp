@@ -3,16 +3,16 @@
 
 namespace maxlogdet::bench {
 
-/// Latency and quality of select() and of the baselines; `full`: more of the grid.
+/// Latency and quality of select() and of the baselines; `full`: a larger grid.
 void add_selection_cases(bool full);
 
-/// append_blocks, and the way from points to indices.
+/// append_blocks, alone and followed by a selection.
 void add_append_cases();
 
-/// select() and append_blocks on several threads, and selectors side by side.
+/// select() and append_blocks on several threads, and several selectors at once.
 void add_threading_cases();
 
-/// What a tracker pays a frame: frames of some hundred matches, with hot and with cold caches.
+/// The cost per frame of a tracker: some hundred matches, with hot and with cold caches.
 void add_tracker_cases();
 
 }  // namespace maxlogdet::bench

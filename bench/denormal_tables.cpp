@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether denormal float32 slow a selection down: against blocks as tiny that are not denormal.
+// Whether denormal float32 numbers slow a selection down, compared with normal numbers nearly as small.
 #include "bench/interleaved.hpp"
 #include "bench/search_tables.hpp"
 #include "sim/latency.hpp"
@@ -17,17 +17,13 @@ constexpr std::size_t n = 2000;
 constexpr std::size_t turns = 201;
 constexpr Strategy strategies[] = {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy};
 
-// Every so many-th candidate scaled.
-BlockStore scaled(const BlockStore& blocks, double scale, std::size_t every) {
+// Scales every `step`-th candidate.
+BlockStore scaled(const BlockStore& blocks, double scale, std::size_t step) {
   BlockStore result(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    double block[max_block_rows * state_dimension];
-    double* entry = block;
-    for (int row = 0; row < blocks.rows(); ++row) {
-      for (int column = 0; column < state_dimension; ++column) {
-        *entry++ = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]) * (i % every == 0 ? scale : 1);
-      }
-    }
+    double block[max_block_entries] = {};
+    read_block(blocks, i, block);
+    for (double& entry : block) entry *= i % step == 0 ? scale : 1;
     result.push_back(block, blocks.rows());
   }
   return result;
@@ -36,7 +32,7 @@ BlockStore scaled(const BlockStore& blocks, double scale, std::size_t every) {
 struct Case {
   std::string name;
   BlockStore store;
-  std::size_t compared_with;  // another case
+  std::size_t compared_with;  // index of another case
 };
 
 std::vector<Case> cases_of(const BlockStore& blocks) {
@@ -52,7 +48,7 @@ std::vector<Case> cases_of(const BlockStore& blocks) {
   return cases;
 }
 
-// Median microseconds of each case, taken by turns.
+// Median microseconds of each case; the cases take turns, so that a transient load slows all of them down.
 std::vector<double> medians(const std::vector<Case>& cases, Strategy strategy) {
   using Clock = std::chrono::steady_clock;
   Selector selector(n);

@@ -82,7 +82,8 @@ def heat_map(results, counter, title, number_format):
     epsilons = ", ".join(f"'{e}' {i}" for i, e in enumerate(EPSILONS))
     return block(name, lines) + (
         f"set title '{title}'\nset xlabel 'budget k'\nset ylabel 'ε'\nset xtics ({budgets}) scale 0\n"
-        f"set ytics ({epsilons}) scale 0\nset xrange [-0.5:{len(BUDGETS) - 0.5}]\nset yrange [-0.5:{len(EPSILONS) - 0.5}]\n"
+        f"set ytics ({epsilons}) scale 0\n"
+        f"set xrange [-0.5:{len(BUDGETS) - 0.5}]\nset yrange [-0.5:{len(EPSILONS) - 0.5}]\n"
         f"unset key\nunset colorbox\nplot ${name} using 1:2:3 with image, "
         f"${name} using 1:2:4 with labels font ',14'\n"
     )
@@ -125,10 +126,10 @@ def pareto(results):
 
 
 def threads_over_n(results):
-    most = results.max_threads()
+    threads = results.max_threads()
     body, curves = "", []
     for method, style in STYLES.items():
-        points = [(n, speedup_of_threads(results, method, n, most)) for n in THREADED_SIZES]
+        points = [(n, speedup_of_threads(results, method, n, threads)) for n in THREADED_SIZES]
         points = [(n, value) for n, value in points if not math.isnan(value)]
         if not points:
             continue
@@ -136,9 +137,9 @@ def threads_over_n(results):
         curves.append(f"${method} using 1:2 with linespoints lw 2 ps 1 {style} title '{label_of(method)}'")
     ticks = ", ".join(f"'{n}' {n}" for n in THREADED_SIZES)
     return (
-        body + f"set title '{most} threads against one, k = 100; EuRoC-like frame, 2 rows'\nset logscale x\n"
+        body + f"set title '{threads} threads against one, k = 100; EuRoC-like frame, 2 rows'\nset logscale x\n"
         f"set xlabel 'candidates n'\nset ylabel 'times faster'\nset xtics ({ticks})\nset xrange [1700:120000]\n"
-        f"set yrange [0:{most + 0.5}]\n"
+        f"set yrange [0:{threads + 0.5}]\n"
         f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\nplot 1 lc rgb '#808080' notitle, "
         + ", \\\n".join(curves) + "\n"
     )

@@ -31,7 +31,7 @@ struct Entry {
   std::uint32_t index;
   std::uint32_t round;  // in which the gain was computed
 
-  // For a heap with the greatest gain on top, and of equal gains the lowest index.
+  // The order of a heap: the greatest gain is on top, and among equal gains the lowest index.
   bool operator<(const Entry& other) const { return gain < other.gain || (gain == other.gain && index > other.index); }
 };
 
@@ -42,7 +42,7 @@ class FixedSizeSelector : public EigenSelector {
 
   void load(const BlockStore& store) override {
     blocks_.clear();
-    names_.clear();
+    store_indices_.clear();
     for (std::size_t i = 0; i < store.size(); ++i) {
       if (!store.is_valid(i)) continue;
       Block block;
@@ -51,7 +51,7 @@ class FixedSizeSelector : public EigenSelector {
           block.col(row)[column] = static_cast<double>(store.plane(row, column)[store.place(i)]);
       }
       blocks_.push_back(block);
-      names_.push_back(static_cast<std::uint32_t>(i));
+      store_indices_.push_back(static_cast<std::uint32_t>(i));
     }
     pool_.resize(blocks_.size());
     indices_.reserve(blocks_.size());
@@ -76,7 +76,7 @@ class FixedSizeSelector : public EigenSelector {
   void factorise() {
     inverse_.setIdentity();
     const Eigen::LLT<Matrix6> cholesky(information_);
-    // By columns: Eigen unrolls the solve for a vector, not for a small matrix.
+    // Column by column: Eigen unrolls the solve for a vector, but not for a small matrix.
     for (int j = 0; j < 6; ++j) {
       auto column = inverse_.col(j);
       cholesky.matrixL().solveInPlace(column);
@@ -86,13 +86,13 @@ class FixedSizeSelector : public EigenSelector {
   double gain(std::uint32_t i) const { return determinant(Block(inverse_ * blocks_[i])); }
 
   void take(std::uint32_t i) {
-    indices_.push_back(names_[i]);
+    indices_.push_back(store_indices_[i]);
     information_.noalias() += blocks_[i] * blocks_[i].transpose();
   }
 
   std::vector<Block> blocks_;
-  std::vector<std::uint32_t> names_;  // of the blocks in the store
-  std::vector<std::uint32_t> pool_;   // what remains, in its first entries
+  std::vector<std::uint32_t> store_indices_;  // of the blocks
+  std::vector<std::uint32_t> pool_;           // its first entries are the remaining candidates
   Matrix6 information_ = prior_information * Matrix6::Identity();
   Matrix6 inverse_ = Matrix6::Identity();  // of its lower Cholesky factor
 };
@@ -220,7 +220,7 @@ class Lazy : public FixedSizeSelector<rows> {
   }
 
  private:
-  // Puts an entry in the place of the top, which it is not greater than.
+  // Replaces the top by an entry that is not greater.
   void sift_down(const Entry& entry, std::size_t size) {
     std::size_t at = 0;
     for (std::size_t child = 1; child < size; child = 2 * at + 1) {
@@ -264,10 +264,10 @@ class LazyScan : public FixedSizeSelector<rows> {
   }
 
  private:
-  std::vector<double> gains_;  // when last evaluated
+  std::vector<double> gains_;  // as last evaluated
 };
 
-// What the two stochastic methods share; Self::value(i) is what is maximised.
+// The search that the two stochastic methods share; it maximises Self::value(i).
 template <int rows, class Self>
 class Sampling : public FixedSizeSelector<rows> {
  public:

@@ -10,7 +10,7 @@ namespace maxlogdet::bench {
 std::vector<Measured> measure(const BlockStore& store, const std::vector<Options>& cases) {
   using Clock = std::chrono::steady_clock;
   using Seconds = std::chrono::duration<double>;
-  // Some hundred turns of most cases, all tables in about a minute. Those of a second a call must do with three.
+  // Some hundred turns of a typical case, and all tables in about a minute. Cases of a second per call get three turns.
   constexpr Seconds min_time(0.03);
   constexpr int min_turns = 3;
   Selector selector(store.size());

@@ -11,17 +11,17 @@
 #include <string>
 #include <vector>
 
-// What all tables of maxlogdet_search_tables share: how they measure, over which frames, and their form.
+// The measurement, the frames, and the format that all tables of maxlogdet_search_tables share.
 
 namespace maxlogdet::bench {
 
 struct Measured {
-  double microseconds = std::numeric_limits<double>::infinity();  ///< of the fastest call
+  double microseconds = std::numeric_limits<double>::infinity();  ///< time of the fastest call
   double log_det = 0;                                             ///< nats
-  double gap = 0;                                                 ///< upper bound less log det, nats
+  double gap = 0;                                                 ///< upper bound minus log det, nats
 };
 
-/// Selects with each of the `cases` by turns, so that what slows the machine down for a while slows all of them down.
+/// Selects with the `cases` in turn, so that a transient load slows all of them down.
 std::vector<Measured> measure(const BlockStore& store, const std::vector<Options>& cases);
 
 Options options_of(Strategy strategy, std::size_t budget);
@@ -29,7 +29,7 @@ Options options_of(Strategy strategy, std::size_t budget);
 constexpr Blocks block_kinds[] = {Blocks::two_rows, Blocks::two_rows_measurement, Blocks::three_rows,
                                   Blocks::three_rows_measurement};
 
-/// Synthetic frames: of each family, size and seed, with each kind of block.
+/// Synthetic frames of each family, size and seed, with each kind of block.
 struct Frames {
   std::vector<std::string> families;
   std::vector<std::size_t> sizes;
@@ -43,7 +43,7 @@ struct Problem {
   BlockStore store;
 };
 
-/// Calls body(problem) for each of them; only one is in memory at a time.
+/// Calls body(problem) for each of the frames; only one is in memory at a time.
 template <class Body>
 void for_every_problem(const Frames& frames, const Body& body) {
   for (const std::string& family : frames.families) {
@@ -57,7 +57,7 @@ void for_every_problem(const Frames& frames, const Body& body) {
   }
 }
 
-/// Writes the line "table NAME" and the header to stdout, and to stderr what is measured now.
+/// Writes the line "table NAME" and the table's header to stdout, and a line of progress to stderr.
 void begin_table(const char* name, const std::vector<const char*>& columns);
 
 }  // namespace maxlogdet::bench

@@ -10,7 +10,7 @@
 #include <vector>
 
 int main(int argc, char** argv) {
-  // What is given overrides these; min_time does not apply, see measure.hpp.
+  // Defaults, which arguments override. Benchmark's min_time does not apply: see measure.hpp.
   std::string repetitions = "--benchmark_repetitions=3";
   std::string interleaving = "--benchmark_enable_random_interleaving=true";
   std::vector<char*> arguments = {argv[0], repetitions.data(), interleaving.data()};

@@ -21,8 +21,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t fewest_calls = 3;  // in a repetition, however slow
-constexpr double warm_up = 0.003;        // s
+constexpr std::size_t min_calls = 3;  // of a repetition, however slow the work is
+constexpr double warm_up = 0.003;     // s
 
 double repetition_seconds = 0.2;
 
@@ -32,13 +32,13 @@ std::size_t expected_runs = 0;  // 0: unknown
 
 struct Samples {
   std::vector<double> microseconds;
-  std::vector<double> undisturbed;  // those of calls that were not preempted
+  std::vector<double> undisturbed;  // microseconds of the calls that were not preempted
   Sums sums;
 };
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// How often another process got this one's processor.
+// How often the scheduler took the processor from this process.
 long preemptions_so_far() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -57,7 +57,7 @@ void show_progress(const std::string& name) {
   show("run " + std::to_string(++runs) + of + ", " + std::to_string(std::lround(seconds_since(start))) + " s: " + name);
 }
 
-// One call by the clock, with all that is kept of it.
+// Times one call, and records its counters.
 void time_call(const Work& work, std::size_t call, Samples& samples) {
   const long preemptions_before = preemptions_so_far();
   const auto start = Clock::now();
@@ -78,9 +78,9 @@ void run_repetition(const Work& work, std::size_t calls, Samples& samples) {
   const auto start_of_run = Clock::now();
   const auto is_done = [&](std::size_t call) {
     if (calls > 0) return call >= calls;
-    return call >= fewest_calls && seconds_since(start_of_run) >= repetition_seconds;
+    return call >= min_calls && seconds_since(start_of_run) >= repetition_seconds;
   };
-  const std::size_t first = samples.microseconds.size();  // stochastic strategies: seeds not used so far
+  const std::size_t first = samples.microseconds.size();  // new seeds for the stochastic strategies
   for (std::size_t call = 0; !is_done(call); ++call) time_call(work, first + call, samples);
 }
 
@@ -99,7 +99,7 @@ void report(const Samples& samples, benchmark::State& state) {
   for (const auto& [counter, sum] : samples.sums) state.counters[counter] = sum / count;
 }
 
-// What every case is to Google Benchmark: an iteration that calls `measure`, which adds to the samples.
+// Every case is one iteration of Google Benchmark, which calls `measure` to add to the samples.
 class Case : public benchmark::internal::Benchmark {
  public:
   Case(const std::string& name, bool is_repeated, std::function<const Samples&()> measure)
@@ -114,7 +114,8 @@ class Case : public benchmark::internal::Benchmark {
     for (auto iteration : state) {
       (void)iteration;
       const Samples& samples = measure_();
-      if (samples.microseconds.empty()) return state.SkipWithError("its group was measured without it");
+      if (samples.microseconds.empty())
+        return state.SkipWithError("the filter excluded this case when its group was measured");
       state.SetIterationTime(1e-6 * sim::latency_of(samples.microseconds).median);
       report(samples, state);
     }
@@ -126,11 +127,12 @@ class Case : public benchmark::internal::Benchmark {
 };
 
 void add(const std::string& name, bool is_repeated, std::function<const Samples&()> measure) {
-  auto* const added = new Case(name, is_repeated, std::move(measure));  // Google Benchmark takes it over
+  auto* const added = new Case(name, is_repeated, std::move(measure));  // Google Benchmark owns it
   benchmark::internal::RegisterBenchmarkInternal(added);  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
 }
 
-// Whether a group's case of this name is run; all are taken for it if the filter says what is not, with a minus.
+// Whether the filter runs a group's case of this name. With a negative filter, which begins with a minus, all cases
+// count as run.
 bool passes_filter(const std::string& name) {
   const std::string filter = benchmark::GetBenchmarkFilter();
   if (filter.empty() || filter == "all" || filter.front() == '-') return true;
@@ -151,7 +153,7 @@ struct Group::State {
     work.run(call);
   }
 
-  // Once, when the first of them is asked for.
+  // Measures once, when Google Benchmark runs the first member.
   void measure() {
     if (is_measured) return;
     is_measured = true;
@@ -162,9 +164,9 @@ struct Group::State {
       prepare_and_run(works.back().second, 0);
     }
     const double seconds = turns.seconds_per_case * static_cast<double>(works.size());
-    show(name + ": " + std::to_string(works.size()) + " cases by turns for " + std::to_string(std::lround(seconds)) +
-         " s");
-    std::size_t call = 0;  // the same for all: seeds
+    show(name + ": " + std::to_string(works.size()) + " cases, interleaved, for " +
+         std::to_string(std::lround(seconds)) + " s");
+    std::size_t call = 0;  // the same number for all members, as it is their seed
     const auto start = Clock::now();
     do {
       for (auto& [member, work] : works) {
@@ -181,7 +183,7 @@ struct Group::State {
 
   std::string name;
   Turns turns;
-  std::deque<Member> members{};  // which stay where they are
+  std::deque<Member> members{};  // a deque keeps references to its elements valid
   bool is_measured = false;
 };
 

@@ -8,38 +8,38 @@
 #include <string>
 
 // Cases of Google Benchmark that time every call by itself. A benchmark iteration is a run of many calls; the times of
-// all repetitions of a case are pooled, so that the row with the highest `calls` holds them all. Repetitions of all
-// cases are interleaved at random (the default here): what slows the machine down for a while slows all cases down.
+// all repetitions of a case are pooled, so that the row with the highest `calls` covers them all. Repetitions of all
+// cases are interleaved at random (the default here), so that a transient load slows all cases down.
 
 namespace maxlogdet::bench {
 
-/// Sums over calls, by counter; reported as means a call. `preemptions` is added to what a case records: how often
-/// another process took the processor away, which is what the highest latencies of a busy machine are;
-/// undisturbed_p99_us leaves such calls out.
+/// Sums over calls, by counter; reported as means per call. Every case also gets `preemptions`, how often the scheduler
+/// took the processor away, which causes the highest latencies of a busy machine; undisturbed_p99_us excludes such
+/// calls.
 using Sums = std::map<std::string, double>;
 
-/// A case made ready to run.
+/// A case that is ready to run.
 struct Work {
   std::function<void(std::size_t call)> run;                 ///< timed
   std::function<void(std::size_t call, Sums& sums)> record;  ///< not timed; may be empty
-  std::function<void(std::size_t call)> prepare = {};  ///< not timed, before run; may be empty; groups alone do it
+  std::function<void(std::size_t call)> prepare = {};  ///< not timed, before run; may be empty; only groups call it
 };
 
-/// Registers the case `name`, whose work is made anew for each repetition. `calls`: exactly so many, in one repetition;
-/// 0: as many as fit into a repetition's time.
+/// Registers the case `name`, whose work is made anew for each repetition. `calls`: the number of calls, all in one
+/// repetition; 0: as many as fit into a repetition's time.
 void add_case(const std::string& name, std::function<Work()> make_work, std::size_t calls = 0);
 
-/// How the calls of a group's cases follow each other.
+/// The order of the calls of a group's cases.
 struct Turns {
-  std::size_t untimed = 0;        ///< calls of a case at the beginning of its turn
-  std::size_t timed = 1;          ///< and then so many that count
-  std::function<void()> disturb;  ///< before each that counts, after what prepares it, not timed; may be empty
-  double seconds_per_case = 1;    ///< wall time, all of it, on average over the cases
+  std::size_t untimed = 0;        ///< calls at the beginning of a case's turn
+  std::size_t timed = 1;          ///< calls after those
+  std::function<void()> disturb;  ///< before each timed call, after its prepare(); not timed; may be empty
+  double seconds_per_case = 1;    ///< total wall time, averaged over the cases
 };
 
-/// Cases that are measured by turns, in one repetition: each has its turn in every round, so that all meet the same
-/// machine, whatever it does meanwhile. Where repetitions are interleaved, a ratio of two cases still depends on when
-/// each had its own. The first case of a group that is asked for measures all that pass the filter.
+/// Cases that take turns within one repetition, so that a transient load slows all of them down. Interleaved
+/// repetitions are not enough for a ratio of two cases, which still depends on when each of them ran. The first case
+/// that Google Benchmark runs measures all cases of the group that pass the filter.
 class Group {
  public:
   Group(const std::string& name, const Turns& turns);
@@ -55,8 +55,8 @@ class Group {
 /// Wall time of one repetition, s.
 void set_seconds_per_repetition(double seconds);
 
-/// Runs what was registered, in so many repetitions, with progress on stderr: one line rewritten on a terminal, else a
-/// line a run. `all`: no filter leaves cases out, so that it is known how many runs there will be.
+/// Runs the registered cases, with progress on stderr: one line that is rewritten on a terminal, else a line per run.
+/// `all`: no filter excludes cases, so that the number of runs is known.
 void run_cases(std::size_t repetitions, bool all);
 
 }  // namespace maxlogdet::bench

@@ -30,34 +30,25 @@ BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
   return blocks;
 }
 
-// The rows of a candidate, row-major.
-void read(const BlockStore& blocks, std::size_t i, int rows, double* block) {
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      *block++ = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
-    }
-  }
-}
-
 BlockStore first_rows(const BlockStore& blocks) {
   BlockStore rows(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    double row[state_dimension];
-    read(blocks, i, 1, row);
-    if (blocks.is_valid(i)) {
-      rows.push_back(row, 1);
-    } else {
+    if (!blocks.is_valid(i)) {
       rows.push_back_invalid();
+      continue;
     }
+    double block[max_block_entries];
+    read_block(blocks, i, block);
+    rows.push_back(block, 1);
   }
   return rows;
 }
 
-// Every candidate is the first one: each round all gains are equal and all bounds stale, and laziness saves nothing.
-// `steps`: moves one entry of each copy by one float32 step, so that float64 has to tell all of them apart.
+// n copies of the first candidate: in each round all gains are equal and all bounds stale, and laziness saves nothing.
+// `steps`: changes one entry of each copy by one float32 ulp, so that only float64 can tell the copies apart.
 BlockStore copies_of_first(const BlockStore& blocks, std::size_t n, bool steps) {
-  double block[max_block_rows * state_dimension];
-  read(blocks, 0, blocks.rows(), block);
+  double block[max_block_entries];
+  read_block(blocks, 0, block);
   BlockStore copies(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t entry = i % static_cast<std::size_t>(blocks.rows() * state_dimension);
@@ -113,6 +104,15 @@ std::string real_frames_folder() {
   return std::filesystem::is_directory(folder, error) ? folder : "";
 }
 
+void read_block(const BlockStore& blocks, std::size_t candidate, double* block) {
+  const std::size_t place = blocks.place(candidate);
+  for (int row = 0; row < blocks.rows(); ++row) {
+    for (int column = 0; column < state_dimension; ++column) {
+      *block++ = static_cast<double>(blocks.plane(row, column)[place]);
+    }
+  }
+}
+
 BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed) {
   if (family == equal_gains || family == nearly_equal_gains) {
     const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1, seed);
@@ -121,7 +121,7 @@ BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks bloc
   for (const sim::Scene scene : sim::scenes) {
     if (to_string(scene) == family) return blocks_of(make_scene(scene, n, seed), blocks);
   }
-  throw std::invalid_argument("no family of synthetic frames: " + family);
+  throw std::invalid_argument("expected the name of a family of synthetic frames, not " + family);
 }
 
 const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t n, Blocks blocks) {

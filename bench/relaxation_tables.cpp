@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the convex relaxation is worth: certificates, and the relaxed strategy.
+// Measures the convex relaxation: certificates, and the relaxed strategy.
 #include "bench/interleaved.hpp"
 #include "bench/search_tables.hpp"
 
@@ -33,7 +33,7 @@ void write_certificate_row(const Problem& problem) {
               many[1].microseconds - many[0].microseconds, (many[3].microseconds - many[1].microseconds) / 8);
 }
 
-// Over all families and kinds of blocks.
+// Maxima over all families and kinds of blocks.
 void write_largest_gaps_row(std::size_t k, std::size_t n) {
   const std::vector<Options> cases = certified(k);
   double largest[4] = {};
@@ -47,7 +47,7 @@ void write_largest_gaps_row(std::size_t k, std::size_t n) {
   std::printf("| %zu | %zu | %.4f | %.4f | %.4f |\n", k, n, largest[1], largest[2], largest[3]);
 }
 
-// How many times faster than lazy greedy, and what is gained; a cell a budget.
+// One cell per budget: how many times faster than lazy greedy, and the difference of log det.
 void write_relaxed_cells(const BlockStore& store) {
   for (const std::size_t k : budgets) {
     const std::vector<Measured> found = measure(store, lazy_and_relaxed(k));
@@ -56,7 +56,7 @@ void write_relaxed_cells(const BlockStore& store) {
   std::printf("\n");
 }
 
-// Over frames of other seeds than those of the other tables.
+// These frames have other seeds than those of the other tables.
 void write_relaxed_frames_row(const std::string& family) {
   Frames frames = {{family}, {1000, 2000, 5000, 20000}, std::vector<std::uint64_t>(20)};
   std::iota(frames.seeds.begin(), frames.seeds.end(), scene_seed + 1);

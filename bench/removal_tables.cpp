@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What taking candidates out again is worth: exchange sweeps, and backward greedy.
+// Measures the removal of candidates: exchange sweeps, and backward elimination.
 #include "bench/interleaved.hpp"
 #include "bench/search_tables.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t sweeps[] = {1, 2, 4};
 
-// Lazy greedy without sweeps, then with each number of them.
+// Lazy greedy without sweeps, then with each number of sweeps.
 std::vector<Options> with_sweeps(std::size_t budget) {
   std::vector<Options> cases(1, options_of(Strategy::lazy_greedy, budget));
   for (const std::size_t count : sweeps) {
@@ -43,12 +43,12 @@ void write_exchange_row(std::size_t n, std::size_t k) {
               more[0] / problems, more[1] / problems, more[2] / problems);
 }
 
-// Mean times over the frames, and their ratio; extremes of the ratios and differences of single frames.
+// Mean times over the frames, their ratio, and the extremes of the ratios and differences over the frames.
 void write_backward_row(std::size_t n, double share) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const auto k = static_cast<std::size_t>(std::lround(share * static_cast<double>(n)));
   const std::vector<Options> cases = {options_of(Strategy::lazy_greedy, k), options_of(Strategy::backward_greedy, k)};
-  double lazy = 0, backward = 0, smallest = infinity, largest = 0, worst = infinity, best = -infinity;
+  double lazy = 0, backward = 0, lowest_ratio = infinity, highest_ratio = 0, worst = infinity, best = -infinity;
   int problems = 0;
   for_every_problem({scene_families(), {n}}, [&](const Problem& problem) {
     const std::vector<Measured> found = measure(problem.store, cases);
@@ -56,14 +56,14 @@ void write_backward_row(std::size_t n, double share) {
     const double delta = found[1].log_det - found[0].log_det;
     lazy += found[0].microseconds;
     backward += found[1].microseconds;
-    smallest = std::min(smallest, ratio);
-    largest = std::max(largest, ratio);
+    lowest_ratio = std::min(lowest_ratio, ratio);
+    highest_ratio = std::max(highest_ratio, ratio);
     worst = std::min(worst, delta);
     best = std::max(best, delta);
     ++problems;
   });
   std::printf("| %zu | %g | %.0f | %.0f | %.2f | %.2f | %.2f | %+.0e | %+.0e |\n", n, share, lazy / problems,
-              backward / problems, backward / lazy, smallest, largest, worst, best);
+              backward / problems, backward / lazy, lowest_ratio, highest_ratio, worst, best);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What the benchmarks measured, from Google Benchmark's JSON. Every number in tables and plots comes from here."""
 
+import csv
 import json
 import math
 import pathlib
@@ -28,6 +29,11 @@ EIGEN = {
 }
 STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"]
 STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
+# Columns of the records in bench/results: what a case is, and what was counted.
+FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
+          "slots", "prior", "batch", "matched"]  # fmt: skip
+COUNTERS = ["median_us", "min_us", "p99_us", "p999_us", "max_us", "undisturbed_p99_us", "calls", "preemptions",
+            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions", "proposals"]  # fmt: skip
 
 
 class Results:
@@ -39,7 +45,8 @@ class Results:
             if result["run_type"] != "iteration" or "median_us" not in result:
                 continue
             row = {**result, **fields_of(result["name"])}
-            known = rows.get(result["name"])  # repetitions are pooled: the one with most calls holds all
+            # Repetitions are pooled: the one with the largest number of calls holds all.
+            known = rows.get(result["name"])
             if known is None or known["calls"] < row["calls"]:
                 rows[result["name"]] = row
         self.rows = list(rows.values())
@@ -81,8 +88,19 @@ class Results:
         if row is None:
             return "not measured"
         trips = int(row["method"].split("_")[0])
-        median, least, most = (1e3 * row[key] / trips for key in ("median_us", "min_us", "p99_us"))
-        return f"{median:.0f} ns ({least:.0f} to {most:.0f})"
+        median, minimum, p99 = (1e3 * row[key] / trips for key in ("median_us", "min_us", "p99_us"))
+        return f"{median:.0f} ns ({minimum:.0f} to {p99:.0f})"
+
+    def record(self, name, *kinds):
+        """Writes all that was measured of some kinds into bench/results."""
+        rows = [{**row, **{f: "" for f in FIELDS if not isinstance(row.get(f, ""), str)},
+                 "preemptions": round(row["calls"] * row["preemptions"])}
+                for row in self.rows if row["kind"] in kinds]  # fmt: skip
+        columns = [column for column in [*FIELDS, *COUNTERS] if any(row.get(column, "") != "" for row in rows)]
+        number = lambda text: int(text) if text.isdigit() else 0
+        rows.sort(key=lambda row: [(number(row.get(f, "")), row.get(f, "")) for f in FIELDS])
+        short = lambda value: value if isinstance(value, str) else f"{value:.6g}"
+        write_csv(name, columns, ([short(row.get(column, "")) for column in columns] for row in rows))
 
     def max_threads(self):
         return max((int(row["threads"]) for row in self.rows if row["kind"] == "threads"), default=1)
@@ -95,12 +113,29 @@ class Results:
         )
 
 
+def write_csv(name, header, rows):
+    """A record beside the scripts: all that was measured, of which the pages have a part."""
+    path = ROOT / "bench/results" / name
+    path.parent.mkdir(exist_ok=True)
+    with open(path, "w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([header, *rows])
+    print(f"wrote {path.relative_to(ROOT)}")
+
+
+def record_run(tables, line):
+    """Where, how and when the tables of a page were measured, in bench/results/runs.csv: a line a table."""
+    path = ROOT / "bench/results/runs.csv"
+    rows = dict(csv.reader(path.read_text().splitlines()[1:])) if path.is_file() else {}
+    rows.update((name, line) for name in tables)
+    write_csv("runs.csv", ["table", "run"], sorted(rows.items()))
+
+
 def fields_of(name):
     """KIND/METHOD/KEY:VALUE/... as selection_benchmark.cpp writes it."""
     parts = name.split("/")
     fields = dict(part.split(":", 1) for part in parts if ":" in part)
     words = [part for part in parts if ":" not in part]
-    return {"kind": words[0], "method": words[1], **fields}
+    return {"kind": words[0], "method": words[1].removesuffix("manual_time"), **fields}
 
 
 def cpu_model():

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Writes where the searches beyond lazy greedy pay: two lines of facts, then tables (about a minute).
-// Usage: maxlogdet_search_tables [denormals|targets]; bench/write_search_tables.py calls it. With a name: that table
-// alone.
+// Measures when the searches other than lazy greedy pay; writes two lines about the build, then tables (about a
+// minute). Usage: maxlogdet_search_tables [denormals|targets]; bench/write_search_tables.py calls it. A name asks for
+// that table alone.
 #include "bench/search_tables.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>

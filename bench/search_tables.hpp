@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Tables of maxlogdet_search_tables. Each goes to stdout in Markdown after a line "table NAME", NAME being that of its
-// place in docs/performance.md.
+// Tables of maxlogdet_search_tables. Each goes to stdout in Markdown after a line "table NAME", where NAME is the
+// marker in docs/performance.md.
 
 namespace maxlogdet::bench {
 
-/// certificates, largest_gaps: how far answers are proved to be from the optimum.
+/// certificates, largest_gaps: proved upper bounds of the distance to the optimum.
 void write_certificate_tables();
 
-/// relaxed, relaxed_over_n, relaxed_frames: the relaxed strategy against lazy greedy.
+/// relaxed, relaxed_over_n, relaxed_frames: the relaxed strategy compared with lazy greedy.
 void write_relaxed_tables();
 
-/// exchange: what sweeps of swaps gain.
+/// exchange: the gain of sweeps of swaps.
 void write_exchange_table();
 
-/// denormals: medians with denormal blocks, and how many times as long as with blocks nearly as tiny.
+/// denormals: median times with denormal blocks, and their ratio to those with normal blocks nearly as small.
 void write_denormal_table();
 
-/// backward: backward greedy against lazy greedy.
+/// backward: backward elimination compared with lazy greedy.
 void write_backward_table();
 
-/// stopping: what it costs to look for a target in every round.
+/// stopping: the cost of checking a target in every round.
 void write_target_table();
 
 }  // namespace maxlogdet::bench

@@ -17,13 +17,25 @@
 namespace maxlogdet::bench {
 namespace {
 
-// Where in the grid; the defaults are its base point.
+// The grid's base point, and the values of axes that several parts of the grid have.
+constexpr std::size_t base_n = 2000;
+constexpr std::size_t base_k = 100;
+constexpr Blocks base_blocks = Blocks::two_rows;
+constexpr double base_epsilon = 0.1;
+using Epsilons = std::vector<double>;
+Epsilons all_epsilons() { return {0.5, base_epsilon, 0.01}; }
+using BlockKinds = std::vector<Blocks>;
+BlockKinds all_kinds() {
+  return {Blocks::one_row, Blocks::two_rows, Blocks::two_rows_measurement, Blocks::three_rows,
+          Blocks::three_rows_measurement};
+}
+
 struct Point {
   std::string family = "euroc_like";
-  std::size_t n = 2000;
-  std::size_t k = 100;
-  Blocks blocks = Blocks::two_rows;
-  double epsilon = 0.1;
+  std::size_t n = base_n;
+  std::size_t k = base_k;
+  Blocks blocks = base_blocks;
+  double epsilon = base_epsilon;
   std::string isa = active_isa();
 };
 
@@ -33,7 +45,7 @@ std::string shown(double number) {
   return text;
 }
 
-// FAMILY/KEY:VALUE/..., which bench/results.py takes apart.
+// KIND/METHOD/KEY:VALUE/..., which bench/results.py parses.
 std::string name_of(const std::string& kind, const std::string& method, const Point& at, bool is_stochastic,
                     const std::string& isa) {
   return kind + "/" + method + "/family:" + at.family +
@@ -41,7 +53,7 @@ std::string name_of(const std::string& kind, const std::string& method, const Po
          "/blocks:" + to_string(at.blocks) + (is_stochastic ? "/epsilon:" + shown(at.epsilon) : "") + "/isa:" + isa;
 }
 
-// Positions at which two answers differ.
+// The number of positions at which two answers differ.
 double mismatches(const std::uint32_t* indices, std::size_t size, const std::vector<std::uint32_t>& exact) {
   std::size_t count = std::max(size, exact.size());
   for (std::size_t i = 0; i < std::min(size, exact.size()); ++i) count -= indices[i] == exact[i] ? 1 : 0;
@@ -106,7 +118,7 @@ Work eigen_work(EigenMethod method, const Point& at) {
   return {run, record};
 }
 
-// Cases by name, so that axes may meet.
+// Registers each name once: several axes of the grid meet in its base point.
 class Cases {
  public:
   void library(Strategy strategy, const Point& at) {
@@ -121,7 +133,7 @@ class Cases {
     if (added_.insert(name).second) add_case(name, [=] { return eigen_work(method, at); });
   }
 
-  void every_strategy(Point at, const std::vector<double>& epsilons) {
+  void every_strategy(Point at, const Epsilons& epsilons) {
     library(Strategy::greedy, at);
     library(Strategy::lazy_greedy, at);
     for (const double epsilon : epsilons) {
@@ -130,7 +142,7 @@ class Cases {
     }
   }
 
-  void every_baseline(Point at, const std::vector<double>& epsilons) {
+  void every_baseline(Point at, const Epsilons& epsilons) {
     for (const double epsilon : epsilons) {
       at.epsilon = epsilon;
       for (const EigenMethod method : eigen_methods) eigen(method, at);
@@ -141,75 +153,93 @@ class Cases {
   std::set<std::string> added_;
 };
 
-}  // namespace
-
-void add_selection_cases(bool full) {
-  const std::vector<std::size_t> sizes = {200, 500, 1000, 2000, 5000, 20000, 100000};
-  const std::vector<std::size_t> budgets = {20, 60, 100, 200};
-  const std::vector<double> epsilons = {0.5, 0.1, 0.01};
-  const std::vector<Blocks> kinds = {Blocks::one_row, Blocks::two_rows, Blocks::two_rows_measurement,
-                                     Blocks::three_rows, Blocks::three_rows_measurement};
-  const Point base;
-  Cases cases;
-
-  const std::vector<Blocks> kinds_over_n = full ? kinds : std::vector<Blocks>{base.blocks};
-  for (const Blocks blocks : kinds_over_n) {
-    for (const std::size_t n : sizes) {
-      Point at;
-      at.n = n;
-      at.blocks = blocks;
-      cases.every_strategy(at, epsilons);
-      cases.every_baseline(at, {base.epsilon});
-    }
-    for (const std::size_t k : budgets) {
-      Point at;
-      at.k = k;
-      at.blocks = blocks;
-      cases.every_strategy(at, epsilons);
-      cases.every_baseline(at, {base.epsilon});
-    }
-  }
+void add_sizes_and_budgets(const BlockKinds& kinds, Cases& cases) {
+  const auto add = [&cases](const Point& at) {
+    cases.every_strategy(at, all_epsilons());
+    cases.every_baseline(at, {base_epsilon});
+  };
+  Point at;
   for (const Blocks blocks : kinds) {
-    Point at;
     at.blocks = blocks;
-    cases.every_strategy(at, epsilons);
-    cases.every_baseline(at, epsilons);
+    for (const std::size_t n : {200U, 500U, 1000U, 2000U, 5000U, 20000U, 100000U}) {
+      at.n = n;
+      add(at);
+    }
+    at.n = base_n;
+    for (const std::size_t k : {20U, 60U, 100U, 200U}) {
+      at.k = k;
+      add(at);
+    }
+    at.k = base_k;
   }
+}
+
+void add_block_kinds(Cases& cases) {
+  Point at;
+  for (const Blocks blocks : all_kinds()) {
+    at.blocks = blocks;
+    cases.every_strategy(at, all_epsilons());
+    cases.every_baseline(at, all_epsilons());
+  }
+}
+
+void add_instruction_sets(const BlockKinds& kinds, Cases& cases) {
+  Point at;
   for (const std::string& isa : sim::supported_isas()) {
-    for (const Blocks blocks : full ? kinds : std::vector<Blocks>{Blocks::two_rows, Blocks::three_rows}) {
-      Point at;
-      at.isa = isa;
+    at.isa = isa;
+    for (const Blocks blocks : kinds) {
       at.blocks = blocks;
-      cases.every_strategy(at, {base.epsilon});
+      cases.every_strategy(at, {base_epsilon});
     }
   }
+}
+
+void add_families(const BlockKinds& kinds, const Epsilons& epsilons, Cases& cases) {
   std::vector<std::string> families = synthetic_families();
   if (real_frames_folder().empty()) {
-    std::fprintf(stderr, "no real frames here, skipped; MAXLOGDET_DATA names their folder\n");
+    std::fprintf(stderr, "real frames are skipped: their folder is missing; MAXLOGDET_DATA names it\n");
   } else {
     families.emplace_back(real_frames);
   }
+  Point at;
   for (const std::string& family : families) {
-    for (const Blocks blocks : full ? kinds : std::vector<Blocks>{base.blocks}) {
-      Point at;
-      at.family = family;
+    at.family = family;
+    for (const Blocks blocks : kinds) {
       at.blocks = blocks;
-      cases.every_strategy(at, full ? epsilons : std::vector<double>{base.epsilon});
-      cases.every_baseline(at, {base.epsilon});
+      cases.every_strategy(at, epsilons);
+      cases.every_baseline(at, {base_epsilon});
     }
   }
+}
 
-  // A full round as greedy pays for it: its time by its rounds, with the update of the factor and the choice. The
-  // kernel by itself is in profiles/roofline.
+// A full round as greedy pays for it: its time divided by its rounds includes the factor's update and the choice.
+// profiles/roofline measures the kernel alone.
+void add_full_rounds() {
+  Point at;
   for (const Blocks blocks : {Blocks::one_row, Blocks::two_rows, Blocks::three_rows}) {
-    Point at;
     at.blocks = blocks;
     add_case(name_of("full_round", "greedy", at, false, at.isa), [=] { return library_work(Strategy::greedy, at); });
   }
+}
+
+void add_many_calls() {
   constexpr std::size_t many_calls = 100000;
+  const Point base;
   add_case(
       name_of("many_calls", "lazy_greedy", base, false, base.isa),
       [=] { return library_work(Strategy::lazy_greedy, base); }, many_calls);
+}
+
+}  // namespace
+
+void add_selection_cases(bool full) {
+  Cases cases;
+  add_sizes_and_budgets(full ? all_kinds() : BlockKinds{base_blocks}, cases);
+  add_block_kinds(cases);
+  add_instruction_sets(full ? all_kinds() : BlockKinds{Blocks::two_rows, Blocks::three_rows}, cases);
+  add_families(full ? all_kinds() : BlockKinds{base_blocks}, full ? all_epsilons() : Epsilons{base_epsilon}, cases);
+  add_full_rounds();
+  add_many_calls();
 }
 
 }  // namespace maxlogdet::bench

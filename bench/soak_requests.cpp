@@ -13,11 +13,10 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t entries = std::size_t{max_block_rows} * state_dimension;
 constexpr std::size_t group_count = 20;
 
-constexpr std::size_t ordinary_every = 8;  // selections
-constexpr std::size_t refill_every = 8;    // selections
+constexpr std::size_t ordinary_period = 8;  // selections
+constexpr std::size_t refill_period = 8;    // selections
 constexpr std::size_t ordinary_size = 2000;
 constexpr std::size_t ordinary_budget = 100;
 
@@ -38,22 +37,17 @@ Prior with_entry(double value, std::size_t i, double other) {
 }
 
 const Prior good_priors[] = {diagonal(1), diagonal(1e-3), diagonal(1e6)};
-// Zero, negative, not symmetric, and not finite.
+// Zero, negative, asymmetric, and not finite.
 const Prior bad_priors[] = {diagonal(0), diagonal(-1), with_entry(1, 1, 0.5), with_entry(1, 0, nan),
                             with_entry(1, 8, infinity)};
 
 void push_copy(const BlockStore& source, std::size_t candidate, BlockStore& store) {
-  double block[entries];
-  double* entry = block;
-  for (int row = 0; row < source.rows(); ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      *entry++ = static_cast<double>(source.plane(row, column)[source.place(candidate)]);
-    }
-  }
+  double block[max_block_entries];
+  read_block(source, candidate, block);
   store.push_back(block, source.rows());
 }
 
-// `n` candidates from the `first` on, around the end.
+// Copies n candidates, beginning with `first` and wrapping around at the end.
 void copy(const BlockStore& source, std::size_t first, std::size_t n, BlockStore& store) {
   store.clear();
   for (std::size_t i = 0; i < n; ++i) push_copy(source, (first + i) % source.size(), store);
@@ -78,7 +72,7 @@ SoakRequests::SoakRequests(std::uint64_t seed)
   for (int i = 0; i < 12; ++i) stores_.emplace_back(capacity);
   full_ = sources_[1];
   for (BlockStore& store : stores_) {
-    copy(full_, 0, capacity, store);  // touches its memory
+    copy(full_, 0, capacity, store);  // touches all of its memory
     refill(store);
   }
 }
@@ -86,14 +80,14 @@ SoakRequests::SoakRequests(std::uint64_t seed)
 const SoakRequest& SoakRequests::next() {
   ++drawn_;
   request_ = SoakRequest{};
-  if (drawn_ % ordinary_every == 0) {
+  if (drawn_ % ordinary_period == 0) {
     request_.store = &ordinary_[draws_.below(ordinary_.size())];
     request_.options.budget = ordinary_budget;
     request_.is_ordinary = true;
     return request_;
   }
   BlockStore& store = stores_[draws_.below(stores_.size())];
-  if (drawn_ % refill_every == 1) refill(store);
+  if (drawn_ % refill_period == 1) refill(store);
   request_.store = &store;
   ask(request_.options, store.size());
   if (draws_.chance(0.2)) constrain(request_.options, store.size());
@@ -127,11 +121,11 @@ std::vector<SoakRequest> SoakRequests::warm_up() const {
   return requests;
 }
 
-// Mostly some hundreds of candidates, of one frame; in one store of four, garbage among them.
+// 80 % of the stores get up to 600 candidates, and one in four gets invalid and extreme blocks among them.
 void SoakRequests::refill(BlockStore& store) {
   const double kind = draws_.uniform(0, 1);
-  const std::size_t most = kind < 0.8 ? 600 : kind < 0.97 ? 1500 : capacity;
-  const std::size_t n = 1 + draws_.below(most);
+  const std::size_t max_size = kind < 0.8 ? 600 : kind < 0.97 ? 1500 : capacity;
+  const std::size_t n = 1 + draws_.below(max_size);
   const BlockStore& source = sources_[draws_.below(sources_.size())];
   const std::size_t first = draws_.below(source.size());
   if (!draws_.chance(0.25)) {
@@ -141,20 +135,20 @@ void SoakRequests::refill(BlockStore& store) {
   store.clear();
   for (std::size_t i = 0; i < n; ++i) {
     if (draws_.chance(0.1)) {
-      push_garbage(store);
+      push_extreme(store);
     } else {
       push_copy(source, (first + i) % source.size(), store);
     }
   }
 }
 
-void SoakRequests::push_garbage(BlockStore& store) {
-  double block[entries];
+void SoakRequests::push_extreme(BlockStore& store) {
+  double block[max_block_entries];
   const double scales[] = {0, 1e-45, 1e-40, 1e-20, 1e12, 1e25, 3e38};
   const double scale = scales[draws_.below(std::size(scales))];
   for (double& entry : block) entry = draws_.uniform(-scale, scale);
   const double bad[] = {nan, infinity, -infinity, 1e39, -1e300};
-  if (draws_.chance(0.4)) block[draws_.below(entries)] = bad[draws_.below(std::size(bad))];
+  if (draws_.chance(0.4)) block[draws_.below(max_block_entries)] = bad[draws_.below(std::size(bad))];
   const int rows[] = {1, 2, 3, 3, 2, 1, 0, 4, -1};
   const int count = rows[draws_.below(std::size(rows))];
   store.push_back(draws_.chance(0.05) ? nullptr : block, count);
@@ -162,9 +156,9 @@ void SoakRequests::push_garbage(BlockStore& store) {
 
 void SoakRequests::ask(Options& options, std::size_t n) {
   options.strategy = sim::strategies[draws_.below(std::size(sim::strategies))];
-  const std::size_t most = n > 600 ? 100 : n;  // all of thousands would take the time of a hundred others
+  const std::size_t max_budget = n > 600 ? 100 : n;  // thousands of rounds would take as long as a hundred requests
   const double size = draws_.uniform(0, 1);
-  options.budget = size < 0.8 ? 1 + draws_.below(std::min<std::size_t>(most, 120)) : size < 0.85 ? 0 : most;
+  options.budget = size < 0.8 ? 1 + draws_.below(std::min<std::size_t>(max_budget, 120)) : size < 0.85 ? 0 : max_budget;
   if (size > 0.98) options.budget = n + draws_.below(capacity - n + 1);
   const double epsilons[] = {0.01, 0.1, 0.5};
   options.epsilon = epsilons[draws_.below(std::size(epsilons))];
@@ -188,7 +182,7 @@ void SoakRequests::constrain(Options& options, std::size_t n) {
   }
   if (draws_.chance(0.5)) {
     for (std::size_t i = 0; i < n; ++i) groups_[i] = draws_.below(group_count);
-    for (std::uint32_t& most : group_maxima_) most = draws_.below(10);
+    for (std::uint32_t& maximum : group_maxima_) maximum = draws_.below(10);
     options.groups = groups_.data();
     options.group_count = group_count;
     options.max_per_group = draws_.below(20);

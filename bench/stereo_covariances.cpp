@@ -15,7 +15,7 @@ std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, d
   std::vector<std::array<double, 9>> covariances(frame.matches.size());
   for (std::size_t i = 0; i < covariances.size(); ++i) {
     sim::Match match = frame.matches[i];
-    match.u_right = 0;  // there is one; which does not matter to the Jacobian
+    match.u_right = 0;  // stereo; the Jacobian does not depend on the value
     covariances[i].fill(std::numeric_limits<double>::quiet_NaN());
     sim::LinearizedMatch at;
     if (!linearize(frame.camera, T_cw, match, true, at)) continue;

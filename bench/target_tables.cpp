@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a target costs: the same selections without one, and with targets that no budget here reaches.
+// Measures the cost of a target: the same selections without one, and with targets that no budget here reaches.
 #include "bench/interleaved.hpp"
 #include "bench/search_tables.hpp"
 
@@ -9,18 +9,18 @@
 namespace maxlogdet::bench {
 namespace {
 
-// Without; with both deviations; with the efficiency, for which all candidates are summed up.
+// Without a target; with both deviations; with the efficiency, which needs the information of all candidates.
 std::vector<Options> with_targets(Strategy strategy, std::size_t budget) {
   std::vector<Options> cases(3, options_of(strategy, budget));
-  cases[1].target_translation_sigma = 1e9;  // met: the one that is not ends the look
+  cases[1].target_translation_sigma = 1e9;  // met, so that the other one is checked, too
   cases[1].target_rotation_sigma = 1e-12;
   cases[2].target_efficiency = 1;
   return cases;
 }
 
-// Means over the frames, and of the efficiency the extremes.
+// Means over the frames, and the extremes for the efficiency.
 void write_row(std::size_t n, std::size_t k, Strategy strategy) {
-  double plain = 0, more_of_deviations = 0, more_of_efficiency = 0, least = 1e9, most = 0;
+  double plain = 0, more_of_deviations = 0, more_of_efficiency = 0, lowest = 1e9, highest = 0;
   int problems = 0;
   for_every_problem({scene_families(), {n}}, [&](const Problem& problem) {
     const std::vector<Measured> found = measure(problem.store, with_targets(strategy, k));
@@ -28,12 +28,12 @@ void write_row(std::size_t n, std::size_t k, Strategy strategy) {
     plain += found[0].microseconds;
     more_of_deviations += found[1].microseconds - found[0].microseconds;
     more_of_efficiency += more;
-    least = std::min(least, more);
-    most = std::max(most, more);
+    lowest = std::min(lowest, more);
+    highest = std::max(highest, more);
     ++problems;
   });
   std::printf("| %s | %zu | %zu | %.1f | %.1f | %.1f | %.1f | %.1f |\n", to_string(strategy), n, k, plain / problems,
-              more_of_deviations / problems, more_of_efficiency / problems, least, most);
+              more_of_deviations / problems, more_of_efficiency / problems, lowest, highest);
 }
 
 }  // namespace

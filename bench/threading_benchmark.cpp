@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The same selections on one thread and on several: what threads gain over n, from where on `choose` uses them, and
-// what they cost where it does not.
+// The same selections on one thread and on several: what threads gain over n, where the automatic choice begins to use
+// them, and what that choice costs where one thread is best.
 #include "bench/cases.hpp"
 #include "bench/measure.hpp"
 #include "bench/problem.hpp"
@@ -41,7 +41,7 @@ struct State {
   Selection selection{};
 };
 
-// `pause`: between calls, as between frames.
+// Sleeps for `pause` after each call, as a tracker waits for the next frame.
 Work selection_work(const Point& at, std::chrono::milliseconds pause) {
   const BlockStore& store = stores_of(at.family, at.n, at.blocks).front();
   const auto state = std::make_shared<State>(store.size());
@@ -63,9 +63,9 @@ void add(const Point& at, std::chrono::milliseconds pause = {}) {
   add_case(name_of(at), [=] { return selection_work(at, pause); });
 }
 
-// Selections by as many callers at once, each with a serial selector of its own; the time of all of them.
+// The time until all of several concurrent callers have finished, each with a serial selector of its own.
 Work side_by_side_work(const Point& at, int callers) {
-  constexpr int selections_each = 200;  // some 10 ms: starting threads does not matter
+  constexpr int selections_each = 200;  // about 10 ms, so that starting threads does not matter
   const BlockStore& store = stores_of(at.family, at.n, at.blocks).front();
   const auto run = [&store, callers, k = at.k](std::size_t /*call*/) {
     const auto select = [&store, k] {
@@ -84,13 +84,13 @@ Work side_by_side_work(const Point& at, int callers) {
 
 constexpr std::uint32_t trips = 20000;
 
-// A cache line's way to another thread's core and back, so many times.
+// The time in which a cache line travels to another thread's core and back, `trips` times.
 Work line_work() {
   const auto run = [](std::size_t /*call*/) {
     struct alignas(128) Line {
       std::atomic<std::uint32_t> count{0};
     } line;
-    const auto answer = [&line](std::uint32_t first) {  // of two threads, which count in turn
+    const auto answer = [&line](std::uint32_t first) {  // two threads count in turn
       for (std::uint32_t next = first; next < 2 * trips; next += 2) {
         while (line.count.load(std::memory_order_acquire) != next) {
         }
@@ -124,26 +124,31 @@ Work append_work(std::size_t n, int threads) {
   return {run, {}};
 }
 
-}  // namespace
+int max_threads() { return sim::executor() == nullptr ? 1 : std::max(1, sim::executor()->concurrency()); }
 
-void add_threading_cases() {
-  const int most = sim::executor() == nullptr ? 1 : std::max(1, sim::executor()->concurrency());
-  std::vector<int> threads;
-  for (int count = 1; count < most; count *= 2) threads.push_back(count);
-  threads.push_back(most);
+// 1, 2, 4, ... and as many as the executor offers.
+std::vector<int> thread_counts() {
+  std::vector<int> counts;
+  for (int count = 1; count < max_threads(); count *= 2) counts.push_back(count);
+  counts.push_back(max_threads());
+  return counts;
+}
 
+void add_over_n() {
   for (const Strategy strategy :
        {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::relaxed}) {
     for (const std::size_t n : {2000U, 5000U, 10000U, 20000U, 50000U, 100000U}) {
-      for (const int count : threads) add({"threads", strategy, "euroc_like", n, 100, Blocks::two_rows, count});
+      for (const int count : thread_counts()) add({"threads", strategy, "euroc_like", n, 100, Blocks::two_rows, count});
     }
-    for (const int count : threads) {
+    for (const int count : thread_counts()) {
       add({"threads", strategy, "euroc_like", 100000, 200, Blocks::two_rows, count});
       add({"threads", strategy, "euroc_like", 100000, 200, Blocks::two_rows_measurement, count});
     }
   }
+}
 
-  // What `choose` costs where one thread is best.
+// Problems for which one thread is best.
+std::vector<Point> small_problems() {
   std::vector<Point> points;
   for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
     for (const std::size_t n : {200U, 500U, 1000U, 2000U, 5000U}) {
@@ -157,28 +162,51 @@ void add_threading_cases() {
       if (family != "euroc_like") points.push_back({"choose", strategy, family});
     }
   }
-  for (Point& at : points) {
+  return points;
+}
+
+// What the automatic choice (threads: 0) costs there.
+void add_automatic_choice() {
+  for (Point at : small_problems()) {
     for (const int count : {0, 1}) {
       at.threads = count;
       add(at);
     }
   }
+}
 
-  for (const int count : {1, most}) {
+void add_after_pause() {
+  for (const int count : {1, max_threads()}) {
     add({"after_pause", Strategy::greedy, "euroc_like", 20000, 100, Blocks::two_rows, count},
         std::chrono::milliseconds(33));
   }
-  for (const int callers : {1, most}) {
+}
+
+void add_side_by_side() {
+  for (const int callers : {1, max_threads()}) {
     const Point at{"side_by_side", Strategy::lazy_greedy, "euroc_like", 2000, 100, Blocks::two_rows, callers};
     add_case(name_of(at), [=] { return side_by_side_work(at, callers); });
   }
-  if (most > 1) add_case("line/" + std::to_string(trips) + "_round_trips/threads:2", line_work);
+}
+
+void add_appending() {
   for (const std::size_t n : {2000U, 10000U, 20000U, 100000U}) {
-    for (const int count : threads) {
+    for (const int count : thread_counts()) {
       add_case("append_threads/append_blocks/n:" + std::to_string(n) + "/threads:" + std::to_string(count),
                [=] { return append_work(n, count); });
     }
   }
+}
+
+}  // namespace
+
+void add_threading_cases() {
+  add_over_n();
+  add_automatic_choice();
+  add_after_pause();
+  add_side_by_side();
+  if (max_threads() > 1) add_case("line/" + std::to_string(trips) + "_round_trips/threads:2", line_work);
+  add_appending();
 }
 
 }  // namespace maxlogdet::bench

@@ -1,115 +1,33 @@
 // SPDX-License-Identifier: MIT
-// What a tracker pays between two frames: blocks of some hundred matches, and the selection, with caches and branch
-// predictors as they come. KITTI-like frames, all matches stereo or all monocular; each case goes round several frames.
-// Hot: calls of a case one after the other, over all its frames. Cold: other work before each call.
+// What a tracker pays between two frames: building the blocks of some hundred matches, and the selection. KITTI-like
+// frames, all matches stereo or all monocular; each case cycles through several frames. Hot caches: calls of a case
+// follow each other, over all its frames. Cold caches: other work comes before each call.
 #include "bench/cases.hpp"
 #include "bench/eigen_baselines.hpp"
 #include "bench/measure.hpp"
-#include "bench/stereo_covariances.hpp"
+#include "bench/tracker_frames.hpp"
 #include "sim/draws.hpp"
-#include "sim/scene.hpp"
 #include "tests/support/forced_isa.hpp"
 
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <memory>
-#include <numeric>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace maxlogdet::bench {
 namespace {
-
-constexpr std::size_t frame_count = 4;  // so that branch predictors do not learn one
-constexpr double metres_since_triangulation = 3;
-constexpr double pixel_sigma = 0.5;  // of the triangulation
-
-struct Kind {
-  const char* name;
-  Weighting weighting;
-  ThirdMeasurement third;
-};
-constexpr Kind monocular{"2_rows_measurement", Weighting::measurement, ThirdMeasurement::none};
-constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, ThirdMeasurement::stereo};
-constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, ThirdMeasurement::stereo};
-constexpr Kind kinds[] = {monocular, stereo, stereo_map};
-
-// Which frames: of `slots` matches each, of which n may be selected, the others not `usable`, or `excluded`; or these n
-// with nothing around them.
-enum class Rest { absent, unusable, excluded };
-struct Which {
-  Kind kind;
-  std::size_t n;
-  std::size_t slots;
-  Rest rest = Rest::absent;
-};
-
-struct TrackerFrame {
-  explicit TrackerFrame(const Which& which, std::uint64_t seed)
-      : frame(make_scene(sim::Scene::kitti_like, which.slots, seed)) {
-    options.weighting = which.kind.weighting;
-    options.third = which.kind.third;
-    if (which.kind.weighting == Weighting::measurement_and_map) {
-      frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, pixel_sigma);
-    }
-    std::vector<std::uint32_t> order(which.slots);
-    std::iota(order.begin(), order.end(), 0U);
-    sim::Draws(seed).shuffle_front(order, which.n);
-    is_usable.assign(which.slots, 0);
-    for (std::size_t i = 0; i < which.n; ++i) is_usable[order[i]] = 1;
-    if (which.rest == Rest::absent) order.resize(which.n);
-    std::sort(order.begin(), order.end());
-    arrays = std::make_unique<sim::MatchArrays>(frame, order);
-    matches = arrays->view();
-    matches.has_third = nullptr;  // all of them
-    if (which.rest == Rest::unusable) matches.usable = is_usable.data();
-    if (which.rest == Rest::excluded) {
-      for (const unsigned char usable : is_usable) is_excluded.push_back(usable == 0 ? 1 : 0);
-    }
-    store.reserve(matches.size);
-    build(store);
-  }
-
-  void build(BlockStore& blocks) const {
-    blocks.clear();
-    append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, blocks);
-  }
-
-  sim::Frame frame;
-  BlockOptions options;
-  std::unique_ptr<sim::MatchArrays> arrays;
-  Matches matches;
-  std::vector<unsigned char> is_usable;
-  std::vector<unsigned char> is_excluded;  // empty: none
-  BlockStore store;
-};
-
-using Frames = std::vector<std::unique_ptr<TrackerFrame>>;
-
-// Made once and kept.
-const Frames& frames_of(const Which& which) {
-  static std::map<std::tuple<std::string, std::size_t, std::size_t, Rest>, Frames> kept;
-  Frames& frames = kept[{which.kind.name, which.n, which.slots, which.rest}];
-  for (std::uint64_t seed = 1; frames.size() < frame_count; ++seed) {
-    frames.push_back(std::make_unique<TrackerFrame>(which, seed));
-  }
-  return frames;
-}
-
-const TrackerFrame& frame_of(const Frames& frames, std::size_t call) { return *frames[call % frames.size()]; }
 
 struct Task {
   Which which;
   std::size_t k = 100;
   std::string isa = active_isa();
   Strategy strategy = Strategy::lazy_greedy;
-  bool builds = false;   // the blocks
-  bool selects = false;  // with a prior from the motion if there is one
-  const double* prior = nullptr;
+  bool builds = false;  // the blocks
+  bool selects = false;
+  const double* prior = nullptr;  // of the selection
 };
 
 Work library_work(const Task& task) {
@@ -125,7 +43,7 @@ Work library_work(const Task& task) {
   state->options.budget = task.k;
   state->options.strategy = task.strategy;
   state->options.prior = task.prior;
-  const Frames& frames = frames_of(task.which);
+  const TrackerFrames& frames = frames_of(task.which);
   const auto run = [state, &frames, task](std::size_t call) {
     const TrackerFrame& frame = frame_of(frames, call);
     if (task.builds) frame.build(state->blocks);
@@ -144,7 +62,7 @@ Work library_work(const Task& task) {
 }
 
 Work eigen_work(EigenMethod method, const Which& which, std::size_t k, double epsilon) {
-  const Frames& frames = frames_of(which);
+  const TrackerFrames& frames = frames_of(which);
   const std::shared_ptr<EigenSelector> selector = make_eigen_selector(method, frame_of(frames, 0).store);
   const auto run = [=](std::size_t call) { selector->select(k, epsilon, call); };
   const auto record = [=](std::size_t /*call*/, Sums& sums) {
@@ -154,43 +72,59 @@ Work eigen_work(EigenMethod method, const Which& which, std::size_t k, double ep
   return {run, record, [selector, &frames](std::size_t call) { selector->load(frame_of(frames, call).store); }};
 }
 
-// Proposals `batch` at a time, of which matching finds this share, until the budget is reached.
-Work active_work(const Which& which, const std::string& isa, std::size_t batch, double share) {
-  constexpr std::size_t largest_batch = 32;
-  struct State {
-    explicit State(std::size_t capacity) : blocks(capacity), active(capacity) {}
-    BlockStore blocks;
-    ActiveSelection active;
-    Options options;
-    std::vector<unsigned char> is_matched;
-    std::size_t proposals = 0;
-  };
-  const sim::ForcedIsa forced(isa.c_str());
-  const auto state = std::make_shared<State>(which.slots);
-  for (std::size_t i = 0; i < which.slots; ++i) {
-    state->is_matched.push_back(sim::Draws(1, i).chance(share) ? 1 : 0);  // a hash of the index
-  }
-  const Frames& frames = frames_of(which);
-  const auto prepare = [state, &frames](std::size_t call) { state->blocks = frame_of(frames, call).store; };
-  const auto one_by_one = [state](std::size_t /*call*/) {
-    ActiveSelection& active = state->active;
-    active.start(state->blocks, state->options);
-    state->proposals = 0;
-    for (std::uint32_t i = active.next(); i != ActiveSelection::none; i = active.next()) {
-      state->is_matched[i] != 0 ? active.accept() : active.reject();
-      ++state->proposals;
+constexpr std::size_t max_batch = 32;
+
+// An active selection whose matching finds a fixed share of the proposals.
+struct ActiveState {
+  ActiveState(std::size_t capacity, double share) : blocks(capacity), active(capacity) {
+    for (std::size_t i = 0; i < capacity; ++i) {
+      is_matched_.push_back(sim::Draws(1, i).chance(share) ? 1 : 0);  // a hash of the index
     }
-  };
-  const auto in_batches = [state, batch](std::size_t /*call*/) {
-    ActiveSelection& active = state->active;
-    active.start(state->blocks, state->options);
-    state->proposals = 0;
-    std::uint32_t indices[largest_batch];
-    unsigned char matched[largest_batch];
+  }
+
+  void run_one_by_one() {
+    start();
+    for (std::uint32_t i = active.next(); i != ActiveSelection::none; i = active.next()) {
+      is_matched_[i] != 0 ? active.accept() : active.reject();
+      ++proposals;
+    }
+  }
+
+  void run_in_batches(std::size_t batch) {
+    start();
+    std::uint32_t indices[max_batch];
+    unsigned char matched[max_batch];
     for (std::size_t count = active.next(indices, batch); count > 0; count = active.next(indices, batch)) {
-      for (std::size_t j = 0; j < count; ++j) matched[j] = state->is_matched[indices[j]];
+      for (std::size_t j = 0; j < count; ++j) matched[j] = is_matched_[indices[j]];
       active.answer(matched, count);
-      state->proposals += count;
+      proposals += count;
+    }
+  }
+
+  BlockStore blocks;
+  ActiveSelection active;
+  std::size_t proposals = 0;
+
+ private:
+  void start() {
+    active.start(blocks, options_);
+    proposals = 0;
+  }
+
+  Options options_;
+  std::vector<unsigned char> is_matched_;
+};
+
+// Takes `batch` proposals at a time, of which matching finds this share, until the budget is reached.
+Work active_work(const Which& which, const std::string& isa, std::size_t batch, double share) {
+  const sim::ForcedIsa forced(isa.c_str());
+  const auto state = std::make_shared<ActiveState>(which.slots, share);
+  const TrackerFrames& frames = frames_of(which);
+  const auto run = [state, batch](std::size_t /*call*/) {
+    if (batch == 1) {
+      state->run_one_by_one();
+    } else {
+      state->run_in_batches(batch);
     }
   };
   const auto record = [state](std::size_t /*call*/, Sums& sums) {
@@ -198,11 +132,10 @@ Work active_work(const Which& which, const std::string& isa, std::size_t batch, 
     sums["log_det"] += state->active.selection().log_det;
     sums["evaluations"] += static_cast<double>(state->active.selection().evaluations);
   };
-  if (batch == 1) return {one_by_one, record, prepare};
-  return {in_batches, record, prepare};
+  return {run, record, [state, &frames](std::size_t call) { state->blocks = frame_of(frames, call).store; }};
 }
 
-// Leaves caches and branch predictors to something else: 8 MiB walked over, and 60 000 random numbers sorted.
+// Evicts the caches and retrains the branch predictors: walks over 8 MiB and sorts 60 000 random numbers.
 class Disturbance {
  public:
   void operator()() {
@@ -227,7 +160,7 @@ class Cases {
   Cases(const char* caches, const Turns& turns)
       : caches_(caches), group_(std::string("tracker, ") + caches + " caches", turns) {}
 
-  // `more`: what else tells the case apart, /KEY:VALUE/...
+  // `more`: the rest of the case's name, /KEY:VALUE/...
   void library(const char* method, const Task& task, const std::string& more = "") {
     group_.add(name_of(method, task.which, task.k, task.isa) + more, [=] { return library_work(task); });
   }
@@ -290,7 +223,7 @@ void add_frame_cases(Cases& cases, const std::vector<std::string>& isas) {
   }
 }
 
-// Slots without a match, and candidates that are excluded, against a frame without them.
+// Frames with unusable slots or excluded candidates, against the same frames without these.
 void add_sparse_cases(Cases& cases, const std::vector<std::string>& isas) {
   for (const Kind& kind : {monocular, stereo_map}) {
     for (const std::string& isa : isas) {
@@ -302,7 +235,7 @@ void add_sparse_cases(Cases& cases, const std::vector<std::string>& isas) {
   }
 }
 
-// A deviation of 5 cm and 0.6 degrees.
+// The information of a prior with standard deviations of 5 cm and 0.6 degrees.
 const double* motion_prior() {
   static const auto prior = [] {
     std::array<double, std::size_t{state_dimension} * state_dimension> information{};

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What tracker_benchmark.cpp measured: the cases by what they are, and what was aimed at."""
+"""What tracker_benchmark.cpp measured: the cases by what they are, and their targets."""
 
 import math
 
@@ -31,7 +31,7 @@ def isas(results):
 
 
 def times_eigen(results, blocks, n, caches, k="100", isa=None):
-    """Eigen's lazy greedy on blocks that are there, by our blocks and selection together."""
+    """Eigen's lazy greedy on given blocks, by our blocks and selection together."""
     ours = find(results, "blocks_and_select", blocks, n, caches, k, isa)
     return ratio(find(results, "eigen_lazy_scan", blocks, n, caches, k), ours)
 
@@ -49,23 +49,21 @@ def times_dense(results, method, blocks, n, slots, caches, isa=None):
 
 
 def targets(results):
-    """(case, limit, whether at least, {instruction set: value})"""
-    of_isas = lambda value: {isa: value(isa) for isa in isas(results)}
+    """(case, limits, whether at least, {instruction set: values})"""
+    of_isas = lambda values: {isa: values(isa) for isa in isas(results)}
     frames = [("465", STEREO_MAP, (4, 3)), ("465", MONOCULAR, (6, 4)), ("2000", STEREO_MAP, (4.5, 3.5))]
     for n, blocks, limits in frames:
-        for caches, limit in zip(CACHES, limits):
-            case = f"Eigen lazy, scan / blocks and `lazy_greedy`, {n} matches, {KINDS[blocks]}, {caches}"
-            yield case, limit, True, of_isas(lambda isa: times_eigen(results, blocks, n, caches, isa=isa))
-    for matched, share, limit in (("0.5", "half", 1.2), ("0.2", "a fifth", 1.4)):
-        for n in ("800", "3000"):
-            case = f"`ActiveSelection` / `lazy_greedy`, n = {n}, {share} of the proposals matched"
-            yield case, limit, False, of_isas(lambda isa: times_select(results, n, matched, isa=isa))
-    for blocks in (MONOCULAR, STEREO_MAP):
-        for caches in CACHES:
-            case = f"2005 slots with 377 matches / these alone, blocks and `lazy_greedy`, {KINDS[blocks]}, {caches}"
-            yield case, 1.15, False, of_isas(
-                lambda isa: times_dense(results, "blocks_and_select", blocks, "377", "2005", caches, isa)
-            )
+        case = f"Eigen lazy / *both*, n = {n}, {KINDS[blocks]}"
+        eigen = lambda isa: [times_eigen(results, blocks, n, caches, isa=isa) for caches in CACHES]
+        yield case, limits, True, of_isas(eigen)
+    select = lambda isa: [times_select(results, n, matched, isa=isa)
+                          for matched in ("0.5", "0.2") for n in ("800", "3000")]  # fmt: skip
+    case = "`ActiveSelection` / *select*: half matched, n = 800, 3000; a fifth matched, n = 800, 3000"
+    yield case, [1.2, 1.2, 1.4, 1.4], False, of_isas(select)
+    dense = lambda isa: [times_dense(results, "blocks_and_select", blocks, "377", "2005", caches, isa)
+                         for blocks in (MONOCULAR, STEREO_MAP) for caches in CACHES]  # fmt: skip
+    case = "2005 slots, 377 matched / these alone: monocular hot, cold; stereo with covariances hot, cold"
+    yield case, [1.15], False, of_isas(dense)
 
 
 def p99_by_median(row):

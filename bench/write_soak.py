@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes what maxlogdet_soak found into docs/performance.md, or prints it in one line.
+"""Writes what maxlogdet_soak found into docs/performance.md and bench/results/soak.csv, or prints it in one line.
 
 Usage: write_soak.py [--line] SOAK.json
 """
@@ -11,45 +11,62 @@ import os
 import pathlib
 import sys
 
-from results import ROOT, cpu_model
-from write_tables import replace_between, table
+from results import ROOT, cpu_model, record_run, write_csv
+from write_tables import replace_between, table, unless_said
 
 
 def microseconds(value):
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}"
 
 
-def memory_rows(phases):
-    for phase in phases:
-        grown = phase["resident_kib_at_the_end"] - phase["resident_kib_at_a_tenth"]
-        yield [phase["phase"], f"{phase['selections']}", f"{phase['seconds']:.0f}", f"{phase['allocations_in_select']}",
-               f"{phase['allocations_in_filling']}", f"{phase['resident_kib_at_a_tenth']}", f"{grown:+d}",
-               f"{phase['minor_faults']}", f"{phase['major_faults']}", f"{phase['malformed']}"]  # fmt: skip
+LATENCIES = ["p50_us", "p99_us", "p999_us", "max_us"]
 
 
-def latency_rows(phases):
-    for phase in phases:
+def record_rows(result):
+    """PHASE, WHAT, VALUE of all that was counted."""
+    yield from (("both", status, count) for status, count in result["statuses"].items())
+    for phase in result["phases"]:
+        yield from ((phase["phase"], key, value) for key, value in phase.items() if key not in ("phase", "latency"))
         for latency in phase["latency"]:
-            times = [microseconds(latency[key]) for key in ("p50_us", "p99_us", "p999_us", "max_us")]
-            yield [latency["class"], phase["phase"], f"{latency['calls']}", *times]
+            yield from ((phase["phase"], f"{latency['class']}, {key}", latency[key]) for key in ("calls", *LATENCIES))
+
+
+def phase_rows(phases):
+    """What was counted a line, the phases in columns."""
+    pair = lambda *keys: [" / ".join(f"{phase[key]}" for key in keys) for phase in phases]
+    grown = (p["resident_kib_at_the_end"] - p["resident_kib_at_a_tenth"] for p in phases)
+    yield ["allocations in `select()` / in filling stores / malformed answers",
+           *pair("allocations_in_select", "allocations_in_filling", "malformed")]  # fmt: skip
+    yield ["resident KiB at 10 % / grown from there to the end",
+           *(f"{p['resident_kib_at_a_tenth']} / {more:+d}" for p, more in zip(phases, grown))]  # fmt: skip
+    yield ["minor / major page faults", *pair("minor_faults", "major_faults")]
+    for classes in zip(*(phase["latency"] for phase in phases)):
+        times = [" / ".join(microseconds(latency[key]) for key in LATENCIES) for latency in classes]
+        yield [f"{classes[0]['class']}, µs: p50 / p99 / p99.9 / maximum", *times]
 
 
 def lines_of(result):
     phases = result["phases"]
-    statuses = ", ".join(f"`{name}` {count}" for name, count in result["statuses"].items())
-    locked = "" if result["mlockall"] == "permitted" else f"This machine does not permit mlockall: {result['mlockall']}."
+    usual = ("ok", "all_selected", "deadline_reached")
+    statuses = result["statuses"]
+    ended = ", ".join(f"`{name}` {statuses[name]}" for name in usual if name in statuses)
+    others = [count for name, count in statuses.items() if name not in usual]
+    said = result["mlockall"]
+    locked = [] if said == "permitted" else [f"This machine does not permit mlockall: {said}."]
     return [
-        f"{result['selections']} selections, seed {result['seed']}. How they ended: {statuses}.",
-        *([locked] if locked else []),
+        f"{result['selections']} selections, seed {result['seed']}: {ended}, {len(others)} other statuses "
+        f"{sum(others)}.",
+        *locked,
         "",
-        *table(["", "selections", "seconds", "allocations in `select()`", "in filling stores", "resident KiB at 10 %",
-                "growth until the end, KiB", "minor faults", "major faults", "malformed"], memory_rows(phases)),  # fmt: skip
-        "",
-        *table(["latency", "", "calls", "p50 µs", "p99 µs", "p99.9 µs", "max µs"], latency_rows(phases)),
-        "",
-        f"{cpu_model()}, {os.cpu_count()} cores, {result['isa']}, {result['compiler']}, maxlogdet {result['version']}, "
-        f"{datetime.date.today()}, load {result['load_before']:.1f} before; `bench/soak`.",
+        *table(["", *(phase["phase"] for phase in phases)], phase_rows(phases)),
     ]
+
+
+def machine(result):
+    return (
+        f"{cpu_model()}, {os.cpu_count()} cores, {result['isa']}, {result['compiler']}, maxlogdet {result['version']}, "
+        f"{datetime.date.today()}, load {result['load_before']:.1f} before; `bench/soak`."
+    )
 
 
 def line_of(result):
@@ -70,7 +87,10 @@ def main():
     if len(sys.argv) == 3:
         print(line_of(result))
         return
-    replace_between(ROOT / "docs/performance.md", "soak", lines_of(result))
+    page = ROOT / "docs/performance.md"
+    replace_between(page, "soak", [*lines_of(result), *unless_said(page, machine(result))])
+    record_run(["soak"], machine(result))
+    write_csv("soak.csv", ["phase", "what", "value"], record_rows(result))
 
 
 if __name__ == "__main__":

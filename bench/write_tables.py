@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the table of all cases; rewrites the benchmark tables of docs/.
+"""Prints the table of all cases; rewrites the benchmark tables of docs/ and the records in bench/results/.
 
 Usage: write_tables.py BENCH.json [--threads]    --threads: those of docs/threading.md alone
-Those of what a tracker pays are write_tracker_tables.py's.
+Those of what a tracker pays are write_tracker_tables.py's, the targets are write_targets.py's.
 A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'.
 """
 
-import json
-import math
 import sys
+import textwrap
 
-import tracker_results
-from results import BASE, BLOCKS, EIGEN, EPSILONS, ROOT, STRATEGIES, Results, fastest, label_of, nats, ratio, times, us
+from results import (
+    BLOCKS, EIGEN, EPSILONS, ROOT, STRATEGIES, Results, fastest, label_of, nats, ratio, record_run, times,
+    us,
+)  # fmt: skip
 
 SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
 BUDGETS = ["20", "60", "100", "200"]
 COLUMNS = [("greedy", None), ("lazy_greedy", None), *(("stochastic_greedy", e) for e in EPSILONS)]
-BASELINES = [(method, None) for method in EIGEN]
 
 
 def replace_between(path, name, lines):
@@ -30,9 +30,19 @@ def replace_between(path, name, lines):
     print(f"rewrote {name} in {path.relative_to(ROOT)}")
 
 
+def unless_said(path, line):
+    """A run's line, if the page's first run was not on that machine; else bench/results/runs.csv has the rest."""
+    machine = ",".join(line.split(",")[:4])  # processor, cores, instruction set, compiler
+    return [] if machine in path.read_text().split("<!-- end latency -->")[0] else ["", line]
+
+
 def table(header, rows):
     line = lambda cells: "| " + " | ".join(cells) + " |"
     return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
+
+
+def paragraph(*sentences):
+    return textwrap.wrap(" ".join(sentences), 120, break_long_words=False, break_on_hyphens=False)
 
 
 def epsilon_at(method, epsilon):
@@ -66,142 +76,102 @@ def number(text):
     return int(text) if text and text.isdigit() else 0
 
 
-# The main cases.
+# docs/performance.md: the base point, then one setting changed at a time.
+
+COUNTERPARTS = {"greedy": ["eigen_exact", "eigen_exact_batched"], "lazy_greedy": ["eigen_lazy", "eigen_lazy_scan"],
+                "stochastic_greedy": ["eigen_stochastic"]}  # fmt: skip
 
 
-def readme_rows(results):
-    for blocks in ("2_rows", "3_rows"):
-        for method, epsilon in COLUMNS:
-            row = results.find(method, blocks=blocks, **epsilon_at(method, epsilon))
-            if row is None:
-                continue
-            baseline = lambda *methods: fastest([results.baseline(m, row) for m in methods])
-            exact = ratio(baseline("eigen_exact", "eigen_exact_batched"), row)
-            lazy = ratio(baseline("eigen_lazy", "eigen_lazy_scan"), row)
-            stochastic = ratio(baseline("eigen_stochastic"), row)
-            log_det = ratio(baseline("eigen_log_det"), row)
-            yield [label_of(method, epsilon), BLOCKS[blocks], us(row), us(row, "p99_us"), us(row, "max_us"), nats(row),
-                   f"{row['evaluations']:.0f}", times(exact), times(lazy), times(stochastic), times(log_det)]  # fmt: skip
+def times_counterpart(results, row):
+    """How many times faster than the same search with Eigen, the faster of its variants."""
+    if row is None or row["method"] not in COUNTERPARTS:
+        return ""
+    return times(ratio(fastest([results.baseline(m, row) for m in COUNTERPARTS[row["method"]]]), row))
 
 
-def latency_table(results):
-    header = ["strategy", "blocks", "median µs", "p99 µs", "max µs", "Δ log det (nats)", "gains evaluated",
-              "× exact", "× lazy", "× stochastic", "× log det"]  # fmt: skip
-    return [
-        "100 of 2000 matches, EuRoC-like frame. The last columns: how many times faster than a search written with Eigen in "
-        "float64 and",
-        "compiled with `-O3 -march=native`, in the same run ([bench/eigen_baselines.cpp](../bench/eigen_baselines.cpp)): exact and "
-        "lazy greedy, the",
-        "faster of two variants each; stochastic greedy with the same ε, or 0.1; and the method's own way, a 6 x 6 "
-        "log det a candidate.",
-        "",
-        *table(header, readme_rows(results)),
-        "",
-        results.machine(),
-    ]
-
-
-# docs/performance.md: one table an axis, all else at the base point.
-
-
-def medians(results, title, axis, values, columns, names=None):
-    """Median us over one axis; a value of the axis a line."""
-    rows = []
-    for value in values:
-        found = [results.find(m, **{axis: value}, **epsilon_at(m, e)) for m, e in columns]
-        if any(found):
-            rows.append([(names or {}).get(value, value), *(us(row) for row in found)])
-    return [title, "", *table([axis, *(label_of(m, e) for m, e in columns)], rows), ""]
+def base_row(results, label, methods, epsilon):
+    """Of several methods the fastest one; None if it was not measured."""
+    two, three = (fastest([results.find(m, blocks=b, **epsilon_at(m, epsilon)) for m in methods])
+                  for b in ("2_rows", "3_rows"))  # fmt: skip
+    if two is None:
+        return None
+    return [label, us(two), us(two, "p99_us"), times_counterpart(results, two), f"{two['evaluations']:.0f}", nats(two),
+            us(three), times_counterpart(results, three)]  # fmt: skip
 
 
 def base_rows(results):
+    for method, epsilon in COLUMNS:
+        yield base_row(results, label_of(method, epsilon), [method], epsilon)
+    for label, methods in (("Eigen exact", COUNTERPARTS["greedy"]), ("Eigen lazy", COUNTERPARTS["lazy_greedy"])):
+        yield base_row(results, label, methods, None)
+    for method in ("eigen_stochastic", "eigen_log_det"):
+        yield base_row(results, label_of(method, "0.1"), [method], "0.1")
+
+
+def base_table(results):
+    header = ["method", "2 rows µs", "p99 µs", "× Eigen", "gains evaluated", "Δ log det (nats)", "3 rows µs", "× Eigen"]
+    lines = [*table(header, filter(None, base_rows(results))), ""]
     many = results.find("lazy_greedy", kind="many_calls")
-    methods = [*COLUMNS, *BASELINES[:4], *((m, e) for m, _ in BASELINES[4:] for e in EPSILONS)]
-    found = [(label_of(m, e), results.find(m, **epsilon_at(m, e))) for m, e in methods]
-    found.insert(2, ("lazy_greedy, many calls", many))
-    for label, row in found:
-        if row is not None:
-            mismatches = f"{row['mismatches']:.0f}" if "mismatches" in row else "–"
-            yield [label, us(row), us(row, "p99_us"), us(row, "p999_us"), us(row, "max_us"),
-                   nats(row), mismatches, f"{row['evaluations']:.0f}", f"{row['calls']:.0f}",
-                   f"{row['calls'] * row['preemptions']:.0f}"]  # fmt: skip
+    if many is not None:
+        lines += paragraph(f"{many['calls']:.0f} calls of `lazy_greedy`: p99 {us(many, 'p99_us')} µs, p99.9 "
+                           f"{us(many, 'p999_us')}, maximum {us(many, 'max_us')}; another process interrupted "
+                           f"{many['calls'] * many['preemptions']:.0f}.")  # fmt: skip
+    return [*lines, results.machine()]
 
 
-def family_rows(results, names):
-    columns = [("greedy", None), ("lazy_greedy", None), ("stochastic_greedy", "0.1"), *BASELINES]
-    for family in names:
-        n = {"n": "all"} if family == "real_frames" else {}
-        found = [results.find(m, family=family, **n, **epsilon_at(m, e)) for m, e in columns]
-        if not any(found):
-            continue
-        lazy = found[1]
-        share = "–" if lazy is None or found[0] is None else f"{lazy['evaluations'] / found[0]['evaluations']:.2f}"
-        size = "" if lazy is None or not n else f" (mean n {lazy['candidates']:.0f})"
-        yield [family + size, *(us(row) for row in found), nats(found[2]), share]
+POINTS = [
+    *(("n", value) for value in ("200", "20000", "100000")),
+    *(("k", value) for value in ("20", "200")),
+    *(("blocks", value) for value in ("1_row", "2_rows_measurement", "3_rows_measurement")),
+    *(("isa", value) for value in ("sse2", "avx2")),
+    *(("family", value) for value in ("kitti_like", "clustered", "equal_gains", "nearly_equal_gains")),
+]
+
+
+def point_row(results, label, **where):
+    """Ours, and the faster variant of the baselines."""
+    greedy, lazy, stochastic = ours = [results.find(method, **where) for method in COUNTERPARTS]
+    if None in ours:
+        return None
+    eigen = [fastest([results.find(m, **where) for m in COUNTERPARTS[method]])
+             for method in ("lazy_greedy", "stochastic_greedy")]  # fmt: skip
+    share = f"{lazy['evaluations'] / greedy['evaluations']:.2f}"
+    return [label, *(us(row) for row in [*ours, *eigen]), share, nats(stochastic)]
+
+
+def point_rows(results):
+    label = lambda axis, value: f"{axis} = {value}" if value.isdigit() else BLOCKS.get(value, value)
+    rows = [point_row(results, label(axis, value), **{axis: value}) for axis, value in [("n", "2000"), *POINTS]]
+    real = results.find("lazy_greedy", family="real_frames", n="all")
+    if real is not None:
+        name = f"real_frames, mean n = {real['candidates']:.0f}"
+        rows.append(point_row(results, name, family="real_frames", n="all"))
+    return [row for row in rows if row is not None]
 
 
 def grid(results):
-    families = ["euroc_like", "kitti_like", "far_narrow", "clustered", "equal_gains", "nearly_equal_gains", "real_frames"]
-    isas = sorted({r["isa"] for r in results.rows if r.get("isa") not in (None, "native")})
-    isas.sort(key=lambda isa: -(results.find("greedy", isa=isa) or {"median_us": 0})["median_us"])
-    thirds, weightings = ["none", "stereo", "depth"], ["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
-    return [
-        results.machine(),
-        "",
-        "Median µs of single calls. Where a table does not say otherwise: n = 2000, k = 100, 2 rows, EuRoC-like, "
-        "ε = 0.1, the widest instruction set.",
-        "Repetitions of all cases are interleaved. The baselines are [bench/eigen_baselines.cpp](../bench/eigen_baselines.cpp), "
-        "float64, `-O3 -march=native`.",
-        "",
-        "![latency over n](images/latency_over_n.png)",
-        "",
-        "![latency over k](images/latency_over_k.png)",
-        "",
-        "At the base point (mismatches: positions at which the indices differ from exact greedy's):",
-        "",
-        *table(["method", "median µs", "p99 µs", "p99.9 µs", "max µs", "Δ log det (nats)", "mismatches",
-                "gains evaluated", "calls", "preemptions"], base_rows(results)),  # fmt: skip
-        "",
-        "![what a loss of log det buys in time](images/pareto.png)",
-        "",
-        *medians(results, "Over n:", "n", SIZES, COLUMNS + BASELINES),
-        *medians(results, "Over k:", "k", BUDGETS, COLUMNS + BASELINES),
-        "`stochastic_greedy` over k and ε, median µs and Δ log det (nats):",
-        "",
-        *table(["k", *(f"ε = {e}" for e in EPSILONS)],
-               ([k, *(f"{us(r)}, {nats(r)}" for r in (results.find("stochastic_greedy", k=k, epsilon=e) for e in EPSILONS))]
-                for k in BUDGETS)),  # fmt: skip
-        "",
-        "![latency and loss over budget and epsilon](images/budget_epsilon.png)",
-        "",
-        *medians(results, "Over the rows of a block:", "blocks", list(BLOCKS), COLUMNS + BASELINES, BLOCKS),
-        *medians(results, "Over instruction sets:", "isa", isas, [COLUMNS[0], COLUMNS[1], COLUMNS[3]]),
-        "Over families of frames (Δ: of `stochastic_greedy`; share: gains that `lazy_greedy` evaluates of those that "
-        "`greedy` does):",
-        "",
-        *table(["family", "greedy", "lazy_greedy", "stochastic_greedy", *EIGEN.values(), "Δ log det (nats)", "share"],
-               family_rows(results, families)),  # fmt: skip
-        "",
-        "A round of greedy, 1950 gains on average and all that goes with them:",
-        "",
-        *table(["blocks", "µs a round", "ns a gain"], full_round_rows(results)),
-        "",
-        "`append_blocks`, 2000 matches, by weighting and third row:",
-        "",
-        *table(["weighting", *thirds], ([w, *(us(results.find_append("append_blocks", t, w)) for t in thirds)]
-                                        for w in weightings)),  # fmt: skip
-    ]
+    header = ["", "greedy", "lazy_greedy", "stochastic_greedy", "Eigen lazy", "Eigen stochastic", "share", "Δ log det"]
+    return [*table(header, point_rows(results)), "", *paragraph(full_rounds(results), appended(results))]
 
 
-def full_round_rows(results):
-    for blocks, name in BLOCKS.items():
-        row = results.find("greedy", kind="full_round", blocks=blocks)
-        if row is not None:
-            yield [name, f"{row['median_us'] / int(row['k']):.2f}", f"{1e3 * row['median_us'] / row['evaluations']:.2f}"]
+def full_rounds(results):
+    found = [results.find("greedy", kind="full_round", blocks=blocks) for blocks in ("1_row", "2_rows", "3_rows")]
+    rounds = " / ".join(f"{row['median_us'] / int(row['k']):.2f}" if row else "–" for row in found)
+    gains = " / ".join(f"{1e3 * row['median_us'] / row['evaluations']:.2f}" if row else "–" for row in found)
+    return f"A round of `greedy`, 1950 gains on average, takes {rounds} µs with 1 / 2 / 3 rows, {gains} ns a gain."
+
+
+def appended(results):
+    thirds = ["none", "stereo", "depth"]
+    cells = lambda weighting: " / ".join(us(results.find_append("append_blocks", third, weighting)) for third in thirds)
+    parts = ", ".join(f"{cells(weighting)} (`{weighting}`)" for weighting in
+                      ("map_bias", "map_bias_world", "measurement", "measurement_and_map"))  # fmt: skip
+    return f"`append_blocks` of 2000 matches takes, with no third row / stereo / depth, {parts} µs."
 
 
 # docs/threading.md: what several threads gain, and from where on.
 
+THREAD_KINDS = ["threads", "choose", "after_pause", "side_by_side", "append_threads", "line"]
 THREADED_SIZES = ["2000", "5000", "10000", "20000", "50000", "100000"]
 
 
@@ -210,143 +180,49 @@ def speedup_of_threads(results, method, n, threads):
     return ratio(one, results.find_threads("threads", method, threads, n))
 
 
-def crossover_of(results, method, threads):
-    """The smallest measured n from which on several threads are always faster."""
-    found = None
-    for n in reversed(THREADED_SIZES):
-        if not speedup_of_threads(results, method, n, threads) > 1:
-            break
-        found = n
-    return found
+def chosen_costs(results):
+    """How much longer `threads = 0` takes than 1 at the small points of the grid, and their rows."""
+    points = [(r, results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]))
+              for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
+    return sorted(((ratio(chosen, one), one) for one, chosen in points if chosen is not None), key=lambda cost: cost[0])
+
+
+def side_by_side(results):
+    """The throughput of a serial selector on each thread, by that of one."""
+    threads = results.max_threads()
+    return threads * ratio(*(results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, threads)))
+
+
+def thread_rows(results, methods):
+    for n in THREADED_SIZES:
+        if n != "5000":  # the record has it
+            append = ratio(*(results.find_append_threads(n, count) for count in (1, results.max_threads())))
+            speed_ups = (speedup_of_threads(results, method, n, results.max_threads()) for method in methods)
+            yield [n, *(times(value) for value in (*speed_ups, append))]
 
 
 def thread_tables(results):
-    most = results.max_threads()
-    if most == 1:
+    threads = results.max_threads()
+    if threads == 1:
         return ["One core here: nothing to measure."]
-    cell = lambda one, several: f"{us(one)} / {us(several)} = {times(ratio(one, several))}"
     methods = [m for m in STRATEGIES if results.find_threads("threads", m, 1, "2000")]
-    rows = []
-    for n in THREADED_SIZES:
-        found = [(results.find_threads("threads", m, 1, n), results.find_threads("threads", m, most, n)) for m in methods]
-        append = [results.find_append_threads(n, count) for count in (1, most)]
-        rows.append([n, *(cell(*pair) for pair in found), cell(*append) if all(append) else "–"])
-    points = [(r, results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]))
-              for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
-    costs = [(ratio(chosen, one), one) for one, chosen in points if chosen is not None]
-    worst, at = max(costs, key=lambda cost: cost[0])
-    median = sorted(cost for cost, _ in costs)[len(costs) // 2]
-    alone, together = (results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, most))
-    pauses = [results.find_threads("after_pause", "greedy", count, "20000") for count in (1, most)]
+    costs = [cost for cost, _ in chosen_costs(results)]
+    one, several = (results.find_threads("after_pause", "greedy", count, "20000") for count in (1, threads))
     return [
-        results.machine(f"1 and {most} threads"),
-        f"A cache line's way to the other core and back: {results.round_trip()}.",
+        *paragraph(
+            f"Speed-up of {threads} threads (medians, k = 100, 2 rows, EuRoC-like), round trip of a cache line",
+            f"{results.round_trip()}. {results.machine(f'1 and {threads} threads')}",
+        ),
         "",
-        f"Median µs on one thread / on {most} threads = how many times faster (k = 100, 2 rows, EuRoC-like, calls one right "
-        "after the other):",
+        *table(["n", *methods, "append_blocks"], thread_rows(results, methods)),
         "",
-        *table(["n", *methods, "append_blocks"], rows),
-        "",
-        f"From which n on {most} threads are faster: " +
-        ", ".join(f"`{m}` {crossover_of(results, m, most) or 'nowhere'}" for m in methods) + ".",
-        "",
-        f"`threads = 0` against 1 at the {len(costs)} points of the grid with n ≤ 5000: {median:.3f} times as long in the "
-        f"median, {worst:.3f} at most (`{at['method']}`, n = {at['n']}, k = {at['k']}, {BLOCKS[at['blocks']]}, {at['family']}).",
-        "",
-        f"Serial selectors side by side on {most} threads: {most * ratio(alone, together):.2f} times the throughput of one.",
-        "",
-        f"`greedy`, n = 20000, after a pause of 33 ms: {us(pauses[0])} µs on one thread, {us(pauses[1])} on {most} "
-        f"(best of all calls {pauses[1]['min_us']:.0f}, p99 {us(pauses[1], 'p99_us')}).",
+        *paragraph(
+            f"With n ≤ 5000 `threads = 0` takes {costs[len(costs) // 2]:.3f} times as long as 1 in the median of",
+            f"{len(costs)} cases, {costs[-1]:.3f} at most. After 33 ms of pause `greedy`, n = 20000, takes",
+            f"{us(one)} µs on one thread, {us(several)} on {threads} (minimum {several['min_us']:.0f}, p99",
+            f"{us(several, 'p99_us')}).",
+        ),
     ]
-
-
-# What was aimed at, and what was found.
-
-
-def targets(results):
-    rows = []
-
-    def verdict(limit, value, unit, at_least):
-        if value is None or math.isnan(value):
-            return "not measured"
-        is_met = value >= limit if at_least else value <= limit
-        return f"{value:{'.3g' if value < 100 else '.0f'}} {unit}".strip() + (", met" if is_met else ", missed")
-
-    def add(case, limit, value, unit, at_least=False):
-        sign = "≥" if at_least else "≤"
-        rows.append([case, f"{sign} {limit:g} {unit}".strip(), verdict(limit, value, unit, at_least)])
-
-    def add_by_isa(case, limit, values, at_least=False):
-        """A ratio on several instruction sets."""
-        found = "; ".join(f"{isa} {verdict(limit, value, '', at_least)}" for isa, value in values.items())
-        rows.append([case, f"{'≥' if at_least else '≤'} {limit:g}", found])
-
-    for case, limit, at_least, values in tracker_results.targets(results):
-        add_by_isa(case, limit, values, at_least)
-    by_isa = lambda slow, method, **where: {
-        isa: ratio(slow, results.find(method, isa=isa, **where)) for isa in tracker_results.isas(results)
-    }
-    median = lambda row: None if row is None else row["median_us"]
-    for blocks, limit in (("2_rows_measurement", 25), ("2_rows", 25), ("3_rows_measurement", 35), ("3_rows", 35)):
-        name = BLOCKS[blocks]
-        lazy = results.find("lazy_greedy", blocks=blocks)
-        add(f"`lazy_greedy`, {name}", limit, median(lazy), "µs")
-        is_base = blocks == BASE["blocks"]
-        for method, least in (("eigen_lazy", 20), ("eigen_lazy_scan", 14 if is_base else 20),
-                              ("eigen_stochastic", 1.4 if is_base else 2)):  # fmt: skip
-            case, eigen = f"{label_of(method)} / `lazy_greedy`, {name}", results.find(method, blocks=blocks)
-            if is_base and method != "eigen_lazy":
-                add_by_isa(case, least, by_isa(eigen, "lazy_greedy"), at_least=True)
-            else:
-                add(case, least, ratio(eigen, lazy), "", at_least=True)
-    stochastic = results.find("stochastic_greedy")
-    add("`stochastic_greedy`, ε = 0.1", 15, median(stochastic), "µs")
-    add_by_isa("Eigen stochastic / `stochastic_greedy`, ε = 0.1", 2.5,
-               by_isa(results.find("eigen_stochastic"), "stochastic_greedy"), at_least=True)  # fmt: skip
-    add("`append_blocks`, map_bias", 5, median(results.find_append("append_blocks", "none")), "µs")
-    add("points to indices, map_bias, `lazy_greedy`", 30, median(results.find_append("points_to_indices", "none")), "µs")
-    avx2, avx512 = (results.find("lazy_greedy", isa=isa) for isa in ("avx2", "avx512"))
-    add("avx2 / avx512, `lazy_greedy`", 2.2, ratio(avx2, avx512), "")
-    many = results.find("lazy_greedy", kind="many_calls")
-    calls = f"{many['calls']:.0f}" if many else "many"
-    add(f"p99 / median over {calls} calls, `lazy_greedy`", 2, many and many["p99_us"] / many["median_us"], "")
-    preempted = f"{many['calls'] * many['preemptions']:.0f}" if many else "some"
-    add(f"the same without calls that another process interrupted ({preempted} times)", 2,
-        many and many.get("undisturbed_p99_us", math.nan) / many["median_us"], "")  # fmt: skip
-    for family in ("equal_gains", "nearly_equal_gains"):
-        name = family.replace("_", " ")
-        lazy, greedy = (results.find(method, family=family) for method in ("lazy_greedy", "greedy"))
-        add(f"{name}, `lazy_greedy` / `greedy`", 1.3, ratio(lazy, greedy), "")
-        add(f"{name}, `lazy_greedy` / `greedy` on the ordinary EuRoC-like frame", 1.3, ratio(lazy, results.find("greedy")), "")
-    most = results.max_threads()
-    if most > 1:
-        for method, n, k, blocks, least in (("greedy", "20000", "100", "2_rows", 1.7), ("greedy", "100000", "100", "2_rows", 1.7),
-                                            ("lazy_greedy", "100000", "200", "2_rows", 1.5),
-                                            ("lazy_greedy", "100000", "200", "2_rows_measurement", 1.5),
-                                            ("relaxed", "100000", "200", "2_rows", 1.8),
-                                            ("relaxed", "100000", "200", "2_rows_measurement", 1.8)):  # fmt: skip
-            one, several = (results.find_threads("threads", method, count, n, k, blocks) for count in (1, most))
-            add(f"{most} threads against 1, `{method}`, n = {n}, k = {k}, {BLOCKS[blocks]}", least, ratio(one, several), "",
-                at_least=True)  # fmt: skip
-        alone, together = (results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, most))
-        add(f"throughput of {most} serial selectors side by side against one", 0.95 * most, most * ratio(alone, together), "",
-            at_least=True)  # fmt: skip
-        costs = [ratio(results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]), r)
-                 for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
-        add("`threads = 0` against 1, n ≤ 5000, the slowest point", 1.03, max(costs), "")
-    roofline = ROOT / "profiles/roofline.json"
-    record = json.loads(roofline.read_text()) if roofline.is_file() else {}
-    add("full round, share of the measured FMA slots (`profiles/`)", 0.8, record.get("full_round_share_of_slots"), "",
-        at_least=True)  # fmt: skip
-    add("full round, share of the measured FMA flops (`profiles/`)", 0.8, record.get("full_round_share_of_peak"), "",
-        at_least=True)  # fmt: skip
-    defaults = (
-        "A / B: the time of A by that of B. Where nothing else is said, n = 2000, k = 100, `map_bias` blocks of 2 rows, an "
-        f"EuRoC-like frame, and {results.widest}; of rows with hot or cold, and of `ActiveSelection`, k = 100 and KITTI-like "
-        "frames ([below](#in-a-tracker)). Rows of two threads depend on a cache line's way to the other core and back, which "
-        f"took {results.round_trip()} ([why](#what-was-learnt))."
-    )
-    return [results.machine(), "", defaults, "", *table(["case", "target", "found"], rows)]
 
 
 def main():
@@ -355,11 +231,14 @@ def main():
     results = Results(sys.argv[1])
     print_all(results)
     replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
+    results.record("threads.csv", *THREAD_KINDS)
     if sys.argv[2:]:
         return
-    replace_between(ROOT / "docs/performance.md", "latency", latency_table(results))
-    replace_between(ROOT / "docs/performance.md", "targets", targets(results))
+    replace_between(ROOT / "docs/performance.md", "latency", base_table(results))
     replace_between(ROOT / "docs/performance.md", "grid", grid(results))
+    results.record("select.csv", "select", "many_calls", "full_round")
+    results.record("append.csv", "append_blocks", "points_to_indices")
+    record_run(["latency", "grid"], results.machine())
 
 
 if __name__ == "__main__":

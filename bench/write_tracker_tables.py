@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints what was measured "in a tracker"; rewrites these tables in docs/performance.md and README.md.
+"""Prints what was measured "in a tracker"; rewrites these tables in docs/performance.md and README.md, and the record.
 
 Usage: write_tracker_tables.py BENCH.json
 """
@@ -8,14 +8,13 @@ Usage: write_tracker_tables.py BENCH.json
 import math
 import sys
 
-from results import ROOT, Results, ratio, us
+from results import ROOT, Results, ratio, record_run, us
 from tracker_results import (
-    CACHES, KINDS, MONOCULAR, SIZES, STEREO, STEREO_MAP, find, isas, p99_by_median, times_dense, times_eigen,
-    times_select,
+    CACHES, KINDS, MONOCULAR, STEREO, STEREO_MAP, find, isas, p99_by_median, times_eigen, times_select,
 )  # fmt: skip
-from write_tables import replace_between, table
+from write_tables import paragraph, replace_between, table, unless_said
 
-POINTS = [(n, k) for n in SIZES for k in (("50", "100", "200") if n == "465" else ("100",))]
+SHOWN = [(kind, n) for kind in (MONOCULAR, STEREO_MAP) for n in ("200", "465", "2000")]  # the record has all
 
 
 def number(value, digits=2):
@@ -28,124 +27,84 @@ def hot_and_cold(value):
 
 
 def frame_rows(results):
-    for blocks, name in KINDS.items():
-        for n, k in POINTS:
-            row = lambda method, caches: find(results, method, blocks, n, caches, k)
-            cell = lambda method: hot_and_cold(lambda caches: us(row(method, caches)))
-            ratios = [number(times_eigen(results, blocks, n, caches, k)) for caches in CACHES]
-            tail = hot_and_cold(lambda caches: number(p99_by_median(row("blocks_and_select", caches)), 1))
-            yield [name, n, k, cell("append_blocks"), cell("lazy_greedy"), cell("blocks_and_select"),
-                   cell("eigen_lazy_scan"), *ratios, tail]  # fmt: skip
+    for blocks, n in SHOWN:
+        row = lambda method, caches: find(results, method, blocks, n, caches)
+        cell = lambda method: hot_and_cold(lambda caches: us(row(method, caches)))
+        ratios = [hot_and_cold(lambda caches: number(times_eigen(results, blocks, n, caches, isa=isa)))
+                  for isa in isas(results)]  # fmt: skip
+        tail = hot_and_cold(lambda caches: number(p99_by_median(row("blocks_and_select", caches)), 1))
+        yield [KINDS[blocks], n, cell("append_blocks"), cell("lazy_greedy"), cell("blocks_and_select"),
+               cell("eigen_lazy_scan"), *ratios, tail]  # fmt: skip
 
 
-def isa_rows(results, isa):
-    for blocks, name in KINDS.items():
-        for n in SIZES:
-            row = lambda caches, of=None: find(results, "blocks_and_select", blocks, n, caches, isa=of)
-            yield [name, n, hot_and_cold(lambda caches: us(row(caches, isa))),
-                   hot_and_cold(lambda caches: number(ratio(row(caches, isa), row(caches)))),
-                   *(number(times_eigen(results, blocks, n, caches, isa=isa)) for caches in CACHES)]  # fmt: skip
+def pair_row(results, label, first, second):
+    """The time of the first by that of the second on each instruction set; first(caches, isa) says which row."""
+    by = lambda isa: hot_and_cold(lambda caches: number(ratio(first(caches, isa), second(caches, isa))))
+    return [*label, *(by(isa) for isa in isas(results))]
 
 
-def stochastic_rows(results):
-    for blocks, name in KINDS.items():
-        for n in ("465", "2000"):
-            eigen = lambda caches: find(results, "eigen_stochastic", blocks, n, caches)
-            for isa in isas(results):
-                ours = lambda caches: find(results, "stochastic_greedy", blocks, n, caches, isa=isa)
-                yield [name, n, isa, hot_and_cold(lambda caches: us(ours(caches))),
-                       hot_and_cold(lambda caches: us(eigen(caches))),
-                       *(number(ratio(eigen(caches), ours(caches))) for caches in CACHES)]  # fmt: skip
-
-
-def sparse_rows(results, method, n, slots):
+def pair_rows(results):
     for blocks in (MONOCULAR, STEREO_MAP):
-        for isa in isas(results):
-            row = lambda caches, of: find(results, method, blocks, n, caches, isa=isa, slots=of)
-            ratios = [number(times_dense(results, method, blocks, n, slots, caches, isa)) for caches in CACHES]
-            times = [hot_and_cold(lambda caches: us(row(caches, of))) for of in (slots, n)]
-            yield [KINDS[blocks], isa, *times, *ratios]
+        for n in ("465", "2000"):
+            eigen = lambda caches, isa: find(results, "eigen_stochastic", blocks, n, caches)
+            ours = lambda caches, isa: find(results, "stochastic_greedy", blocks, n, caches, isa=isa)
+            yield pair_row(results, ["Eigen stochastic / ours", KINDS[blocks], n], eigen, ours)
+    for blocks in (MONOCULAR, STEREO_MAP):
+        of = lambda count: lambda caches, isa: find(results, "lazy_greedy", blocks, "400", caches, isa=isa, slots=count)
+        label = ["2000, 1600 of them excluded / 400 alone, *select*", KINDS[blocks], "400"]
+        yield pair_row(results, label, of("2000"), of("400"))
+    plain, motion = (lambda caches, isa, p=p: find(results, "lazy_greedy", STEREO, "465", caches, isa=isa, prior=p)
+                     for p in (None, "motion"))  # fmt: skip
+    yield pair_row(results, ["default prior / motion prior, *select*", KINDS[STEREO], "465"], plain, motion)
 
 
 def active_rows(results):
     for n in ("800", "3000"):
-        for isa in isas(results):
-            for matched in ("1", "0.5", "0.2"):
-                select = find(results, "lazy_greedy", STEREO_MAP, n, isa=isa)
-                row = lambda batch: find(results, "active", STEREO_MAP, n, isa=isa, batch=batch, matched=matched)
-                one, *batches = (row(batch) for batch in ("1", "8", "32"))
-                if one is None:
-                    continue
-                cells = [n, isa, matched, us(select), us(one), number(times_select(results, n, matched, isa=isa)),
-                         f"{one['proposals']:.0f}", f"{1e3 * one['median_us'] / one['proposals']:.0f}"]  # fmt: skip
-                for row in batches:
-                    cells += [us(row), f"{row['proposals']:.0f}", f"{row['log_det'] - one['log_det'] + 0.0:.4f}"]
-                yield cells
-
-
-def prior_rows(results):
-    for isa in isas(results):
-        for caches in CACHES:
-            row = lambda prior: find(results, "lazy_greedy", STEREO, "465", caches, isa=isa, prior=prior)
-            plain, motion = row(None), row("motion")
-            if plain is None or motion is None:
+        for matched in ("1", "0.5", "0.2"):
+            row = lambda batch: find(results, "active", STEREO_MAP, n, batch=batch, matched=matched)
+            one, *batches = (row(batch) for batch in ("1", "8", "32"))
+            if one is None:
                 continue
-            yield [isa, caches, us(plain), us(motion), f"{100 * (1 - 1 / ratio(plain, motion)):.0f} %",
-                   f"{plain['evaluations']:.0f}", f"{motion['evaluations']:.0f}"]  # fmt: skip
+            slower = " / ".join(number(times_select(results, n, matched, isa=isa)) for isa in isas(results))
+            cells = [n, matched, slower, f"{one['proposals']:.0f}", f"{1e3 * one['median_us'] / one['proposals']:.0f}"]
+            for batch, row in zip(("8", "32"), batches):
+                delta = round(row["log_det"] - one["log_det"], 4) + 0.0  # no -0.0000
+                cells += [number(times_select(results, n, matched, batch)), f"{delta:.4f}"]
+            yield cells
 
 
 def page(results):
-    widest, *others = isas(results)
-    eigen = ["× hot", "× cold"]
-    sparse = ["ratio, hot", "ratio, cold"]
-    batches = [f"{words}{batch}" for batch in ("8", "32") for words in ("µs, by ", "proposals, by ", "Δ log det, by ")]
-    lines = [
-        results.machine(),
+    by_isa = " / ".join(isas(results))
+    ratios = [f"×, {isa}" for isa in isas(results)]
+    prior = [find(results, "lazy_greedy", STEREO, "465", prior=p) for p in (None, "motion")]
+    gains = " / ".join("–" if row is None else f"{row['evaluations']:.0f}" for row in prior)
+    return [
+        *paragraph(
+            f"Median µs, hot / cold, k = 100, {results.widest}; ×: Eigen's lazy select alone by our *both*, to which",
+            "p99 / median belongs too.",
+        ),
         "",
-        f"Median µs of single calls, hot / cold, {widest}. ×: Eigen's lazy select alone by our blocks and select;",
-        "p99 / median: of these two together.",
-        "",
-        *table(["matches", "n", "k", "blocks µs", "select µs", "both µs", "Eigen lazy µs", *eigen, "p99 / median"],
-               frame_rows(results)),  # fmt: skip
+        *table(["matches", "n", "blocks", "select", "both", "Eigen lazy", *ratios, "p99 / median"],
+               frame_rows(results)),
         "",
         "![how many times faster than Eigen's lazy select, over n](images/tracker.png)",
         "",
-    ]
-    for isa in others:
-        lines += [
-            f"The same with {isa}, k = 100; Eigen is compiled for this machine as above:",
-            "",
-            *table(["matches", "n", "both µs", f"{isa} / {widest}", *eigen], isa_rows(results, isa)),
-            "",
-        ]
-    return lines + [
-        "`stochastic_greedy` against Eigen's, ε = 0.1, k = 100, on blocks that are there:",
+        *paragraph(
+            "The time of A by that of B, hot / cold; motion prior: deviations of 0.05 m and 0.01 rad (gains evaluated:",
+            f"{gains}). Slots without a match (`Matches::usable`) are in the table of targets.",
+        ),
         "",
-        *table(["matches", "n", "isa", "select µs", "Eigen stochastic µs", *eigen], stochastic_rows(results)),
+        *table(["A / B", "matches", "n", *isas(results)], pair_rows(results)),
         "",
-        "A slot for every keypoint, 2005 of them, of which 377 have a match (`Matches::usable`), against these alone;",
-        "blocks and select:",
+        *paragraph(
+            "`ActiveSelection` until 100 are accepted, stereo with covariances, hot; ×: its time by that of *select*;",
+            "matched: the share of the proposals; by 8, by 32: batches, `next(indices, m)` and `answer`, with Δ log",
+            f"det to one by one ({results.widest}).",
+        ),
         "",
-        *table(["matches", "isa", "2005 slots µs", "377 alone µs", *sparse],
-               sparse_rows(results, "blocks_and_select", "377", "2005")),  # fmt: skip
-        "",
-        "2000 candidates of which 1600 are excluded (`Options::excluded`), against the other 400 alone; select:",
-        "",
-        *table(["matches", "isa", "2000 stored µs", "400 alone µs", *sparse],
-               sparse_rows(results, "lazy_greedy", "400", "2000")),  # fmt: skip
-        "",
-        "`ActiveSelection` until 100 are accepted, stereo with covariances, hot, in turns with `select` on the same",
-        "store. matched: which share of the proposals; ns: a proposal, one by one; batches: by `next(indices, m)` and",
-        "`answer`; Δ log det: of batches, against one by one (nats).",
-        "",
-        *table(["n", "isa", "matched", "select µs", "one by one µs", "ratio", "proposals", "ns", *batches],
-               active_rows(results)),  # fmt: skip
-        "",
-        "What a motion prior saves: deviations of 0.05 m and 0.01 rad, against the default; stereo, n = 465, select:",
-        "",
-        *table(["isa", "caches", "default µs", "motion prior µs", "saved", "gains evaluated, default", "motion prior"],
-               prior_rows(results)),  # fmt: skip
-    ]
+        *table(["n", "matched", f"one by one: ×, {by_isa}", "proposals", "ns each", "by 8: ×", "Δ", "by 32: ×", "Δ"],
+               active_rows(results)),
+    ]  # fmt: skip
 
 
 def readme_rows(results):
@@ -178,10 +137,13 @@ def main():
     if not any(row["kind"] == "tracker" for row in results.rows):
         print("nothing measured of what a tracker pays: its tables stay as they are")
         return
-    lines = page(results)
+    performance = ROOT / "docs/performance.md"
+    lines = [*page(results), *unless_said(performance, results.machine())]
     print("\n".join(lines))
-    replace_between(ROOT / "docs/performance.md", "tracker", lines)
+    replace_between(performance, "tracker", lines)
+    record_run(["tracker"], results.machine())
     replace_between(ROOT / "README.md", "tracker_latency", readme(results))
+    results.record("tracker.csv", "tracker")
 
 
 if __name__ == "__main__":

@@ -21,9 +21,4 @@ Table guarantee_table(const EpsilonOptions& options, const std::vector<std::vect
 Table speedup_table(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs, std::size_t n,
                     std::size_t k);
 
-/// Heat maps over k / n and epsilon, one a size.
-enum class EpsilonMap { time_us, gap_nats, differing_percent };
-std::string epsilon_plot(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs,
-                         EpsilonMap map);
-
 }  // namespace maxlogdet::sim

@@ -2,12 +2,28 @@
 #pragma once
 
 #include "experiments/pnp_experiment.hpp"
+#include "sim/statistics.hpp"
 #include "sim/table.hpp"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::sim {
+
+/// A line of metrics.csv: `all` and `random` stand under every weighting, `all` under every size.
+struct PnpRow {
+  PnpCase which;
+  Estimate translation_m;
+  Estimate rotation_deg;
+  Estimate aligned_translation_m;
+  Estimate aligned_rotation_deg;
+  Estimate expected_translation_m;
+  Estimate expected_rotation_deg;
+  double bias_amplification = 0;  ///< mean
+  std::size_t runs = 0;
+};
+std::vector<PnpRow> summarize(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs);
 
 /// metrics.csv; with `aligned` errors against the best rigid alignment of the map in its place.
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned);
@@ -29,8 +45,5 @@ Table comparison_table(const PnpOptions& options, const std::vector<std::vector<
 /// Where max_log_det, the other metrics and random come near `all`: from which size on the RMS error stays within 5 %
 /// of it, and from which on it stays below it.
 Table crossing_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting);
-
-/// A gnuplot script without terminal and output: RMS errors over size, four panels as the paper has them.
-std::string metrics_plot(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting);
 
 }  // namespace maxlogdet::sim

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/robustness_report.hpp"
 
-#include "sim/plot_style.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <sstream>
 #include <tuple>
 
 namespace maxlogdet::sim {
@@ -52,55 +49,13 @@ std::map<Key, const RobustnessRow*> by_case(const std::vector<RobustnessRow>& ro
   return result;
 }
 
-std::string verdict(const Estimate& difference) {
-  if (std::isnan(difference.ci95)) return "";
-  if (!(std::abs(difference.value) > difference.ci95)) return " ·";
-  return difference.value < 0 ? " ▲" : " ▼";
+std::string with_verdict(const Estimate& difference) {
+  return fixed(difference, 1) + (std::isnan(difference.ci95) ? "" : std::string(" ") + verdict(difference));
 }
 
 std::vector<std::size_t> sorted(std::vector<std::size_t> budgets) {
   std::sort(budgets.begin(), budgets.end());
   return budgets;
-}
-
-std::vector<SelectorKind> kinds_with_budget() {
-  std::vector<SelectorKind> kinds(std::begin(robustness_kinds), std::end(robustness_kinds));
-  kinds.erase(std::remove(kinds.begin(), kinds.end(), SelectorKind::all), kinds.end());
-  return kinds;
-}
-
-struct Range {
-  double low = 1;
-  double high = 1;
-};
-
-// Data blocks $DISTURBANCE_SELECTOR: budgets, and errors as multiples of those of `all`. Returns where they lie.
-Range write_curves(const RobustnessOptions& options, const std::vector<RobustnessRow>& rows,
-                   Estimate RobustnessRow::*error, std::ostream& script) {
-  const auto found = by_case(rows);
-  Range range;
-  for (const Disturbance disturbance : options.disturbances) {
-    const double of_all = (found.at({disturbance, SelectorKind::all, options.matches})->*error).value;
-    for (const SelectorKind kind : kinds_with_budget()) {
-      script << '$' << to_string(disturbance) << '_' << to_string(kind) << " << EOD\n";
-      for (const std::size_t budget : sorted(options.budgets)) {
-        const double ratio = (found.at({disturbance, kind, budget})->*error).value / of_all;
-        script << budget << ' ' << (std::isfinite(ratio) ? exact(ratio) : "NaN") << '\n';
-        if (!std::isfinite(ratio)) continue;
-        range = {std::min(range.low, ratio), std::max(range.high, ratio)};
-      }
-      script << "EOD\n";
-    }
-  }
-  return range;
-}
-
-void write_axes(const std::vector<std::size_t>& budgets, const Range& range, std::ostream& script) {
-  script << "set logscale\nset xrange [" << exact(0.8 * static_cast<double>(budgets.front())) << ':'
-         << exact(1.25 * static_cast<double>(budgets.back())) << "]\nset yrange [" << exact(0.9 * range.low) << ':'
-         << exact(1.1 * range.high) << "]\nset ytics (0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50)\nset xtics (";
-  for (std::size_t b = 0; b < budgets.size(); ++b) script << (b == 0 ? "" : ", ") << budgets[b];
-  script << ")\nunset key\n";
 }
 
 }  // namespace
@@ -179,44 +134,12 @@ Table robustness_differences(const RobustnessOptions& options, const RobustnessR
     table.rows.push_back({to_string(disturbance)});
     for (const SelectorKind kind : robustness_kinds) {
       if (kind == SelectorKind::md) continue;
-      const auto cell = [&](Error error) {
-        const Estimate difference = errors.difference(disturbance, kind, budget, error);
-        return fixed(difference, 1) + verdict(difference);
-      };
+      const auto cell = [&](Error error) { return with_verdict(errors.difference(disturbance, kind, budget, error)); };
       table.rows.back().push_back(cell(&RobustnessOutcome::translation_m) + ", " +
                                   cell(&RobustnessOutcome::rotation_deg));
     }
   }
   return table;
-}
-
-std::string robustness_plot(const RobustnessOptions& options, const std::vector<RobustnessRow>& rows, Error error) {
-  const bool is_translation = error == &RobustnessOutcome::translation_m;
-  std::ostringstream script;
-  const Range range = write_curves(
-      options, rows, is_translation ? &RobustnessRow::translation_m : &RobustnessRow::rotation_deg, script);
-  const std::size_t panels = options.disturbances.size() + 1;  // the last one holds the key
-  const std::size_t columns = std::min<std::size_t>(panels, 4);
-  script << plot_style() << "set multiplot layout " << (panels + columns - 1) / columns << ',' << columns
-         << " title 'RMS " << (is_translation ? "translation" : "rotation")
-         << " error over the budget, as a multiple of that of all " << options.matches << " matches'\n";
-  write_axes(sorted(options.budgets), range, script);
-  for (const Disturbance disturbance : options.disturbances) {
-    const char* const name = to_string(disturbance);
-    script << "set title '" << name << "' noenhanced\nplot 1 with lines " << line_style("all");
-    for (const SelectorKind kind : kinds_with_budget()) {
-      script << ", \\\n$" << name << '_' << to_string(kind) << " with linespoints " << line_style(to_string(kind));
-    }
-    script << '\n';
-  }
-  script << "set key inside center center\nunset title\nunset border\nunset tics\nunset grid\nplot NaN with lines "
-         << line_style("all") << " title 'all'";
-  for (const SelectorKind kind : kinds_with_budget()) {
-    const char* const name = to_string(kind);
-    script << ", \\\nNaN with linespoints " << line_style(name) << " title '" << name << "' noenhanced";
-  }
-  script << "\nunset multiplot\n";
-  return script.str();
 }
 
 }  // namespace maxlogdet::sim

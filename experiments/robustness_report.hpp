@@ -37,9 +37,4 @@ Table robustness_levels(const RobustnessOptions& options, const std::vector<Robu
 /// rotation in a cell. ▲ md is better, ▼ worse, · cannot be told.
 Table robustness_differences(const RobustnessOptions& options, const RobustnessRuns& runs, std::size_t budget);
 
-/// A gnuplot script without terminal and output: RMS error as a multiple of that of `all` over the budget, a panel a
-/// disturbance.
-std::string robustness_plot(const RobustnessOptions& options, const std::vector<RobustnessRow>& rows,
-                            double RobustnessOutcome::*error);
-
 }  // namespace maxlogdet::sim

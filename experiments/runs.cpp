@@ -2,9 +2,9 @@
 #include "experiments/runs.hpp"
 
 #include "sim/executor.hpp"
-#include "sim/frame_reader.hpp"
+#include "sim/input_error.hpp"
+#include "sim/output_file.hpp"
 #include "sim/progress.hpp"
-#include "sim/table.hpp"
 
 #include <unistd.h>
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/simulation.hpp"
 
-#include "sim/frame_reader.hpp"
+#include "sim/json_file.hpp"
 #include "sim/names.hpp"
+#include "sim/output_file.hpp"
 
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/version.hpp>
 
 #include <charconv>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <utility>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 namespace {
 
 // A cell as JSON: a number if it reads as one and is no name, null for nan.
@@ -27,7 +27,7 @@ nlohmann::ordered_json json_of(const std::string& column, const std::string& cel
   return value;
 }
 
-nlohmann::ordered_json json_of(const sim::Table& table) {
+nlohmann::ordered_json json_of(const Table& table) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const auto& cells : table.rows) {
     nlohmann::ordered_json row;
@@ -39,21 +39,6 @@ nlohmann::ordered_json json_of(const sim::Table& table) {
 
 }  // namespace
 
-std::string unsupported_isa_message() {
-  const char* const forced = std::getenv("MAXLOGDET_ISA");
-  return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
-         "'; expected one that this build and this machine have: " + sim::joined(sim::supported_isas(), ", ");
-}
-
-std::uint64_t seed_of(const std::string& text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    throw sim::InputError("--seed '" + text + "'; expected a number from 0 to 2^64 - 1");
-  }
-  return seed;
-}
-
 void SimulationArguments::add_to(CLI::App& command) {
   command.add_option("--runs", runs, "Repetitions with other random numbers")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000}))
@@ -62,62 +47,60 @@ void SimulationArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command.add_option("--seed", seed, "Same seed, same errors, for any number of threads")->capture_default_str();
-  command
-      .add_option("--output", output, "Folder for tables, plots and finished runs; a rerun goes on where it stopped")
+  command.add_option("--output", output, "Folder for tables and finished runs; a rerun goes on where it stopped")
       ->capture_default_str();
+}
+
+std::vector<std::string> SimulationArguments::run_numbers() const {
+  std::vector<std::string> numbers;
+  for (std::int64_t run = 0; run < runs; ++run) numbers.push_back(std::to_string(run));
+  return numbers;
 }
 
 Simulation::Simulation(std::string name, const SimulationArguments& arguments)
     : name_(std::move(name)), folder_(arguments.output), threads_(static_cast<int>(arguments.threads)) {
-  if (std::string(active_isa()) == "none") throw sim::InputError(unsupported_isa_message());
+  if (std::string(active_isa()) == "none") throw InputError(unsupported_isa_message());
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error || !std::filesystem::is_directory(folder_)) {
-    throw sim::InputError("--output '" + folder_ + "': cannot be made; expected a folder that can be written to");
+    throw InputError("--output '" + folder_ + "': cannot be made; expected a folder that can be written to");
   }
 }
 
-void Simulation::run(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
-                     const std::function<nlohmann::json(const std::string&)>& work) {
+void Simulation::complete(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
+                          const std::function<nlohmann::json(const std::string&)>& work) {
   settings_ = settings;
   settings_["version"] = version();  // runs of another version are others
-  log_ = std::make_unique<sim::RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
-  const sim::StopOnInterrupt stop;
+  log_ = std::make_unique<RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
+  const StopOnInterrupt stop;
   asked_for_ = keys.size();
-  finished_ = sim::run_missing("simulate " + name_, keys, threads_, *log_, work);
+  finished_ = run_missing("simulate " + name_, keys, threads_, *log_, work);
 }
 
-void Simulation::write_csv(const std::string& file, const sim::Table& table) const {
-  sim::write_file(path_of(file + ".csv"), to_csv(table));
+void Simulation::write_csv(const std::string& file, const Table& table) const {
+  write_file(path_of(file + ".csv"), to_csv(table));
 }
 
-void Simulation::print(const std::string& heading, const sim::Table& table) {
+void Simulation::write_json(const std::string& file, const nlohmann::ordered_json& json) const {
+  sim::write_json(path_of(file + ".json"), json, 1);
+}
+
+void Simulation::print(const std::string& heading, const Table& table) {
   const std::string text = heading + "\n\n" + to_markdown(table) + '\n';
   std::cout << text;
   report_ += text;
 }
 
-void Simulation::warn(const std::string& why) {
-  cannot_draw_ = true;
-  std::cerr << "maxlogdet: no plots: " << why << '\n';
-}
-
-void Simulation::plot(const std::string& file, const std::string& script, int width, int height) {
-  try_to_draw([&] {
-    for (const char* const ending : {".svg", ".png"}) sim::draw(script, path_of(file + ending), width, height);
-  });
-}
-
-void Simulation::finish(const sim::Table& table) {
+void Simulation::finish(const Table& table) {
   const nlohmann::ordered_json all = {
       {"settings", settings_}, {"runs_finished", finished_}, {"runs_asked_for", asked_for_}, {"table", json_of(table)}};
-  sim::write_file(path_of(name_ + ".json"), all.dump(1) + '\n');
-  sim::write_file(path_of(name_ + ".md"), report_);
-  std::cout << "tables, plots and every run: " << folder_ << "/" << name_ << "*\n";
+  write_json(name_, all);
+  write_file(path_of(name_ + ".md"), report_);
+  std::cout << "tables and every run: " << folder_ << "/" << name_ << "*\n";
   if (finished_ < asked_for_) {
     throw Interrupted("stopped: " + std::to_string(finished_) + " of " + std::to_string(asked_for_) +
                       " runs are finished and in " + folder_ + "; the same command goes on from there");
   }
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/tracking_report.hpp"
 
-#include "sim/plot_style.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
-#include <sstream>
 
 namespace maxlogdet::sim {
 namespace {
@@ -117,17 +114,6 @@ std::vector<double> all_errors_of(const TrackingRuns& runs, std::size_t c, const
   for (const TrackingRun& run : runs.runs) errors.push_back(run.outcomes.at(c).errors.*kind.member);
   return errors;
 }
-
-// Whether there is anything to see: trajectories shorter than a window have no relative errors.
-bool can_be_drawn(const TrackingRuns& runs, const ErrorKind& kind) {
-  return std::any_of(runs.runs.begin(), runs.runs.end(), [&](const TrackingRun& run) {
-    return std::any_of(run.outcomes.begin(), run.outcomes.end(),
-                       [&](const TrackingOutcome& o) { return std::isfinite(o.errors.*kind.member); });
-  });
-}
-
-// A number as gnuplot reads it.
-std::string plotted(double value) { return std::isnan(value) ? "NaN" : exact(value); }
 
 std::string axis_label(const ErrorKind& kind) { return std::string(kind.name) + " (" + kind.unit + ")"; }
 
@@ -291,72 +277,6 @@ Table budget_summary(const TrackingRuns& runs, const std::vector<SelectorSetting
     }
   }
   return table;
-}
-
-std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants) {
-  std::ostringstream script;
-  std::ostringstream panels;
-  int number = 0;
-  for (const ErrorKind& kind : {ate, rpe, roe}) {
-    ++number;
-    if (!can_be_drawn(runs, kind)) continue;
-    Quartiles band{nan, nan, nan, nan, nan};
-    double weighted = nan;
-    std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
-    script << "$boxes" << number << " << EOD\n";
-    for (std::size_t c = 0; c < contestants.size(); ++c) {
-      const Quartiles q = quartiles_of(all_errors_of(runs, c, kind));
-      if (contestants[c].kind == SelectorKind::inl) band = q;
-      if (contestants[c].kind == SelectorKind::all_weighted) weighted = q.median;
-      if (!has_budget(contestants[c].kind)) continue;
-      least = std::min(least, contestants[c].budget);
-      most = std::max(most, contestants[c].budget);
-      script << contestants[c].budget << ' ' << plotted(q.lower) << ' ' << plotted(q.low) << ' ' << plotted(q.high)
-             << ' ' << plotted(q.upper) << ' ' << plotted(q.median) << '\n';
-    }
-    script << "EOD\n";
-    panels << "set xlabel 'features selected a frame'\nset ylabel '" << axis_label(kind) << "'\nset xrange ["
-           << least - 8 << ':' << most + 8 << "]\nset boxwidth 6\nset yrange [*:*]\nplot $boxes" << number
-           << " using 1:2:3:4:5 with candlesticks whiskerbars lc rgb " << colour_of("quality_md")
-           << " fs solid 0.4 title 'max_log_det', $boxes" << number
-           << " using 1:6:6:6:6 with candlesticks lc rgb '#804000' lw 2 notitle, " << plotted(band.median)
-           << " lc rgb '#d62020' lw 2 dt 2 title 'inl, median', " << plotted(band.lower)
-           << " lc rgb '#d62020' dt 3 title 'inl, quartiles', " << plotted(band.upper)
-           << " lc rgb '#d62020' dt 3 notitle, " << plotted(weighted) << " lc rgb " << colour_of("all_weighted")
-           << " lw 2 dt 2 title 'all weighted, median'\n";
-  }
-  return script.str() + plot_style() + "set key bottom center outside horizontal\nset multiplot layout 1,3 title '" +
-         (runs.sequences.empty() ? "" : runs.sequences.front()) + ", " + std::to_string(runs.runs.size()) + " runs'\n" +
-         panels.str() + "unset multiplot\n";
-}
-
-std::string euroc_plot(const TrackingRuns& runs) {
-  std::ostringstream script;
-  std::ostringstream panels;
-  int number = 0;
-  for (const ErrorKind& kind : {rpe, roe, ate}) {
-    ++number;
-    if (!can_be_drawn(runs, kind)) continue;
-    const Means means = means_of(runs, kind);
-    script << "$errors" << number << " << EOD\n";
-    for (std::size_t s = 0; s < runs.sequences.size(); ++s) {
-      script << runs.sequences[s];
-      for (const double mean : means[s]) script << ' ' << plotted(mean);
-      script << '\n';
-    }
-    script << "EOD\n";
-    panels << "set ylabel '" << axis_label(kind) << "'\nplot ";
-    for (std::size_t c = 0; c < runs.contestants.size(); ++c) {
-      panels << (c == 0 ? "" : ", ") << "$errors" << number << " using " << c + 2
-             << ":xtic(1) with histograms fs solid "
-             << "lc rgb " << colour_of(runs.contestants[c]) << " title '" << runs.contestants[c] << "'";
-    }
-    panels << '\n';
-  }
-  return script.str() + plot_style() +
-         "set style data histograms\nset style histogram clustered gap 1\nset yrange [0:*]\nset xtics rotate by -20\n"
-         "set multiplot layout 3,1\n" +
-         panels.str() + "unset multiplot\n";
 }
 
 }  // namespace maxlogdet::sim

@@ -52,9 +52,4 @@ Table budget_table(const TrackingRuns& runs, const std::vector<SelectorSettings>
 /// Quartiles by budget, and inl's; the differences to inl in percent of its mean error, paired, as in claim_table().
 Table budget_summary(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
 
-/// Gnuplot scripts without terminal and output. The first: box plots over budgets, inl's median and quartiles as a
-/// band, all_weighted's median.
-std::string budget_plot(const TrackingRuns& runs, const std::vector<SelectorSettings>& contestants);
-std::string euroc_plot(const TrackingRuns& runs);
-
 }  // namespace maxlogdet::sim

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compiled once per instruction set; MAXLOGDET_CORE names the table it exports. Written with the vectors of gcc and
-// clang, and compiled with -ffp-contract=fast: xsimd 8 has no fused multiply-add for AVX-512, and does it in two steps.
+// Compiled once per instruction set; MAXLOGDET_CORE names the table it exports. It uses the vector types of gcc and
+// clang and -ffp-contract=fast, because xsimd 8 has no fused multiply-add for AVX-512.
 #include "profiles/core.hpp"
 
 #include <cstring>
@@ -28,7 +28,7 @@ constexpr int instructions_per_fma = 1;
 constexpr int instructions_per_fma = 2;
 #endif
 
-// More than the product of latency and throughput (4 x 2, or 4 x 4), and few enough to stay in registers.
+// More than latency times throughput (4 x 2, or 4 x 4), and few enough to stay in registers.
 constexpr int chains = registers == 32 ? 16 : 12;
 
 constexpr std::size_t lanes = register_bytes / sizeof(float);
@@ -45,7 +45,8 @@ float total(const Pack (&packs)[n]) {
 
 float multiply_add(std::size_t steps, float factor, float addend) {
   Pack x[chains] = {};
-  for (int chain = 0; chain < chains; ++chain) x[chain] += static_cast<float>(chain);  // equal ones would be merged
+  for (int chain = 0; chain < chains; ++chain)
+    x[chain] += static_cast<float>(chain);  // the compiler would merge equal chains
   for (std::size_t step = 0; step < steps; ++step) {
     for (Pack& chain : x) chain = chain * factor + addend;
   }
@@ -54,7 +55,7 @@ float multiply_add(std::size_t steps, float factor, float addend) {
 
 float sum(const float* data, std::size_t count, std::size_t passes) {
   constexpr std::size_t partial_sums = 8;
-  static_assert(maxlogdet::profiles::sum_block % (partial_sums * lanes) == 0, "count ends with a full turn");
+  static_assert(maxlogdet::profiles::sum_block % (partial_sums * lanes) == 0, "each pass sums whole vectors");
   Pack x[partial_sums] = {};
   for (std::size_t pass = 0; pass < passes; ++pass) {
     for (std::size_t i = 0; i < count; i += partial_sums * lanes) {

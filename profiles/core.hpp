@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-// What a core can do with one instruction set: the two loops that measure it. Like simd/kernel.hpp, this header is all
+// The two loops that measure the limits of a core with one instruction set. Like simd/kernel.hpp, this header is all
 // that units compiled with wider instructions share with the rest.
 
 namespace maxlogdet::profiles {
@@ -11,12 +11,12 @@ namespace maxlogdet::profiles {
 struct Core {
   const char* isa;
   int lanes;                 ///< float32 in a vector
-  int instructions_per_fma;  ///< 1, or 2 where a multiplication and an addition stand in for it
-  int chains;                ///< independent accumulators, as many as hide the latency
+  int instructions_per_fma;  ///< 1; 2 if a multiplication and an addition replace it
+  int chains;                ///< independent accumulators, enough to hide the latency
 
-  /// `steps` times x <- x * factor + addend on every chain; returns something that depends on all of it.
+  /// Does x <- x * factor + addend `steps` times on every chain; the result depends on all of it.
   float (*multiply_add)(std::size_t steps, float factor, float addend);
-  /// Adds up data[0, count) `passes` times: 64-byte aligned, count a multiple of sum_block.
+  /// Sums data[0, count) `passes` times; data is 64-byte aligned, count a multiple of sum_block.
   float (*sum)(const float* data, std::size_t count, std::size_t passes);
 };
 

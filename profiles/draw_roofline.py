@@ -9,7 +9,7 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 COLOURS = ["#7f8c8d", "#1f77b4", "#d95f02"]  # narrowest instruction set first
 POINT_TYPES = {2: 7, 3: 5}  # rows: circle, square
-LEAST, MOST = 0.1, 32.0  # flop / byte
+LOWEST, HIGHEST = 0.1, 32.0  # flop / byte
 TERMINALS = {
     "svg": "svg size 900,560 dynamic noenhanced font 'sans-serif,14' background 'white'",
     "png": "pngcairo size 900,560 noenhanced font 'sans-serif,11' background 'white'",
@@ -23,7 +23,7 @@ def script(record):
     commands = [
         f"set title '{record['machine']}: full round of {record['candidates']}, {record['arithmetic']}'",
         "set logscale xy 2",
-        f"set xrange [{LEAST}:{MOST}]",
+        f"set xrange [{LOWEST}:{HIGHEST}]",
         f"set yrange [{min(r['gflops'] for r in record['full_round']) / 2}:{2 * top}]",
         "set xtics (0.125, 0.25, 0.5, 1, 2, 4, 8, 16, 32)",
         "set xlabel 'arithmetic intensity, flop per byte of blocks read and gains written'",
@@ -32,16 +32,16 @@ def script(record):
         "set key bottom right",
     ]
     for isa, peak in peaks.items():
-        commands.append(f"set label '{isa} peak, float32 multiply-adds: {peak:.0f}' at {0.98 * MOST},{1.12 * peak} right "
-                        f"tc rgb '{colours[isa]}'")
+        commands.append(f"set label '{isa} peak, float32 multiply-adds: {peak:.0f}' at "
+                        f"{0.98 * HIGHEST},{1.12 * peak} right tc rgb '{colours[isa]}'")
     plots = []
     for cache, dash in (("L1", 1), ("L2", 2)):
         bandwidth = record[f"{cache.lower()}_gb_s"]
         ridge = top / bandwidth
-        plots.append(f"[{LEAST}:{ridge}] {bandwidth} * x with lines lw 2 dt {dash} lc rgb '#404040' "
+        plots.append(f"[{LOWEST}:{ridge}] {bandwidth} * x with lines lw 2 dt {dash} lc rgb '#404040' "
                      f"title '{cache} loads, {bandwidth:.0f} GB/s'")
     for isa, peak in peaks.items():
-        plots.append(f"[{peak / record['l1_gb_s']}:{MOST}] {peak} with lines lw 2 lc rgb '{colours[isa]}' notitle")
+        plots.append(f"[{peak / record['l1_gb_s']}:{HIGHEST}] {peak} with lines lw 2 lc rgb '{colours[isa]}' notitle")
     for rows, point in POINT_TYPES.items():
         for isa, colour in colours.items():
             r = next(r for r in record["full_round"] if r["rows"] == rows and r["isa"] == isa)

@@ -32,7 +32,7 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
     if (isa == (*kernel)->isa && simd::is_supported(**kernel)) state_->kernel = *kernel;
   }
-  if (state_->kernel == nullptr) throw std::invalid_argument(isa + " is not supported here");
+  if (state_->kernel == nullptr) throw std::invalid_argument("expected an instruction set of this machine, not " + isa);
 
   BlockOptions options;
   options.weighting = Weighting::map_bias;

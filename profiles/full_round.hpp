@@ -5,25 +5,25 @@
 #include <memory>
 #include <string>
 
-// The kernel that profiles/roofline measures: all that it knows of kernel/ and simd/ is here and in full_round.cpp.
+// The kernel that profiles/roofline measures. Only this header and full_round.cpp depend on kernel/ and simd/.
 
 namespace maxlogdet::profiles {
 
-/// Of one gain. A fused multiply-add is 2 flops and 1 vector operation; what the answer does not need (conversions,
-/// loads, comparisons) is not counted, a division as 1.
+/// The arithmetic of one gain. A fused multiply-add counts as 2 flops and 1 vector operation, a division as 1;
+/// conversions, loads and comparisons do not count.
 struct Arithmetic {
   int flops;
   int vector_operations;
 };
 
-/// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds a row; a dot product of two rows 2, 4
-/// and an addition, with three rows 1 and 5; the relative gain what relative_gain_by_minors in simd/screen.inl writes
-/// down.
+/// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds per row; a dot product of two rows takes
+/// 2, 4 and an addition, with three rows 1 and 5; the relative gain takes what relative_gain_by_minors in
+/// simd/screen.inl does.
 constexpr const char* arithmetic_name = "float32, fused";
 constexpr std::size_t element_bytes = 4;
 constexpr Arithmetic gain_arithmetic[3] = {{47, 28}, {110, 66}, {200, 118}};  // [rows - 1]
 
-/// One evaluation of the gains of all candidates with one instruction set, in the middle of a selection.
+/// Evaluates the gains of all candidates with one instruction set, in the middle of a selection.
 class FullRound {
  public:
   static constexpr std::size_t candidates = 2000;
@@ -36,7 +36,7 @@ class FullRound {
 
   void operator()() noexcept;
 
-  /// Read and written for one gain: the entries of its block, whether it remains, and the gain itself.
+  /// Bytes read and written for one gain: the entries of its block, whether it remains, and the gain itself.
   static constexpr std::size_t bytes_per_gain(int rows) {
     return static_cast<std::size_t>(6 * rows + 2) * element_bytes;
   }

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-# Shared by the scripts beside it, which run from the root of the project; sourced after ci/lib.sh.
+# Functions of the scripts beside it, which run from the root of the project; sourced after tools/lib.sh.
 build=build/profile
 strategies=(greedy lazy_greedy stochastic_greedy)
 
-# build_profile TARGET: builds it in $build, as released but with symbols.
+# build_profile TARGET: builds it in $build, in Release mode with symbols.
 build_profile() {
-  ci/install_packages test
-  ci/install_packages profile
+  tools/install_packages test
+  tools/install_packages profile
   mkdir -p "$build"
   if ! run_logged "building $1" "$build/build.log" build_target "$1"; then
     tail -40 "$build/build.log" >&2
@@ -24,7 +24,7 @@ machine() {
   echo "${model:-$(uname -m)}, $(nproc) cores"
 }
 
-# record_header COMMAND: where, with what and when a record was made.
+# record_header COMMAND: prints the machine, compiler, command and date of a record.
 record_header() {
   echo "# machine: $(machine)"
   echo "# compiler: $(compiler)"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One call of select(), or REPEAT calls, for tools that watch it. Usage: one_selection STRATEGY N K [REPEAT]
+// Calls select() once or REPEAT times, to be profiled. Usage: one_selection STRATEGY N K [REPEAT]
 #include "sim/names.hpp"
 #include "sim/scene.hpp"
 

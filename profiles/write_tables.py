@@ -14,11 +14,11 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "bench"))
-from write_tables import replace_between  # noqa: E402
+from write_tables import paragraph, replace_between, table  # noqa: E402
 
 PAGE = ROOT / "docs/profiles.md"
 RECORDS = ROOT / "profiles"
-SMALLEST_SHARE = 1.0  # per cent, of what is listed
+SMALLEST_SHARE = 3.0  # per cent, of what is listed; the records have the others
 
 
 def plain_name(symbol):
@@ -55,11 +55,11 @@ def program_line(line):
 
 
 def shares(functions):
-    """'name 76.2 %, other 20.8 %' of (name, per cent) pairs, equal names added up, largest first."""
+    """'name 76.2, other 20.8' of (name, per cent) pairs, equal names added up, largest first."""
     total = collections.Counter()
     for name, share in functions:
         total[name] += share
-    return ", ".join(f"`{name}` {share:.1f} %" for name, share in total.most_common() if share >= SMALLEST_SHARE)
+    return ", ".join(f"`{name}` {share:.1f}" for name, share in total.most_common() if share >= SMALLEST_SHARE)
 
 
 def perf():
@@ -72,46 +72,48 @@ def perf():
         strategy, _, isa = program_line(first)
         functions = shares((plain_name(m[2]), float(m[1])) for m in samples if m)
         values = [f"{float(counts[event]):.1f}" if event in counts else "" for event in events]
-        rows.append(f"| {strategy} | {isa} | {' | '.join(values)} | {functions} |")
-    titles = ["strategy", "ISA", *events, "samples by function"]
-    return [caption(header), "", f"| {' | '.join(titles)} |", "|---" * len(titles) + "|", *rows]
+        rows.append([strategy, *values, functions])
+    none = [i for i, event in enumerate(events, 1) if all(row[i] == "0.0" for row in rows)]
+    titles = ["strategy", *events, "% of samples, by function"]
+    kept = [i for i in range(len(titles)) if i not in none]
+    zero = [f"0.0 in each: {', '.join(titles[i] for i in none)}."] if none else []
+    return [*paragraph(caption(header), f"{isa}.", *zero), "",
+            *table([titles[i] for i in kept], ([row[i] for i in kept] for row in rows))]  # fmt: skip
 
 
 def callgrind():
     header, blocks = read_record(RECORDS / "callgrind.txt")
     rows = []
     for first, *lines in blocks:
-        strategy, gains, isa = program_line(first)
+        strategy, gains, _ = program_line(first)
         parts = [re.fullmatch(r" *([0-9,]+) \( ?([0-9.]+)%\) +(?:[^ ]+: )?(.*)", line) for line in lines]
         parts = [m for m in parts if m]
         total = int(parts[0][1].replace(",", ""))
         functions = shares((plain_name(m[3]), float(m[2])) for m in parts[1:])
-        rows.append(f"| {strategy} | {isa} | {total:,} | {int(gains):,} | {total / int(gains):.1f} | {functions} |")
-    titles = ["strategy", "ISA", "instructions", "gains evaluated", "instructions / gain", "instructions by function"]
-    return [caption(header), "", f"| {' | '.join(titles)} |", "|---" * len(titles) + "|", *rows]
+        rows.append([strategy, f"{total:,}", f"{total / int(gains):.1f}", functions])
+    titles = ["strategy", "instructions", "per gain evaluated", "% of instructions, by function"]
+    return [*paragraph(caption(header)), "", *table(titles, rows)]
 
 
 def roofline():
     record = json.loads((RECORDS / "roofline.json").read_text())
     peaks = ", ".join(f"{isa} {peak:.0f}" for isa, peak in record["peak_gflops"].items())
-    lines = [
-        f"{record['machine']}, {record['compiler']}, {record['date']}; `{record['command']}`: best of {record['turns']} "
-        f"turns; full round of {record['candidates']}, {record['arithmetic']}.",
+    roofs = ", ".join(sorted({r["roof"] for r in record["full_round"]}))
+    cells = lambda r: [f"{r['rows']}", r["isa"], f"{r['ns_per_gain']:.2f}", f"{r['gflops']:.1f}",
+                       f"{r['gflops_median']:.1f}", f"{100 * r['share_of_peak']:.0f}",
+                       f"{100 * r['share_of_slots']:.0f}", f"{r['intensity']:.2f}"]  # fmt: skip
+    titles = ["rows", "ISA", "ns / gain", "GFLOP/s", "median", "% of peak", "% of FMA slots", "flop / byte"]
+    return [
+        *paragraph(
+            f"{record['machine']}, {record['compiler']}, {record['date']}; `{record['command']}`: best of",
+            f"{record['turns']} turns; full round of {record['candidates']}, {record['arithmetic']}.",
+            f"Peak of float32 multiply-adds, GFLOP/s: {peaks}.",
+            f"Loads: L1 {record['l1_gb_s']:.0f} GB/s ({record['l1_array_bytes'] // 1024} KiB),",
+            f"L2 {record['l2_gb_s']:.0f} GB/s ({record['l2_array_bytes'] // 1024} KiB). Roof: {roofs}.",
+        ),
         "",
-        f"Peak of float32 multiply-adds, GFLOP/s: {peaks}. Loads: L1 {record['l1_gb_s']:.0f} GB/s "
-        f"({record['l1_array_bytes'] // 1024} KiB), L2 {record['l2_gb_s']:.0f} GB/s "
-        f"({record['l2_array_bytes'] // 1024} KiB).",
-        "",
-        "| rows | ISA | ns / gain | GFLOP/s | median GFLOP/s | of peak | of FMA slots | flop / byte | roof | roof GFLOP/s |",
-        "|---" * 10 + "|",
+        *table(titles, map(cells, record["full_round"])),
     ]
-    for r in record["full_round"]:
-        lines.append(
-            f"| {r['rows']} | {r['isa']} | {r['ns_per_gain']:.2f} | {r['gflops']:.1f} | {r['gflops_median']:.1f} "
-            f"| {100 * r['share_of_peak']:.0f} % | {100 * r['share_of_slots']:.0f} % | {r['intensity']:.2f} "
-            f"| {r['roof']} | {r['roof_gflops']:.0f} |"
-        )
-    return lines
 
 
 TABLES = {"perf": perf, "callgrind": callgrind, "roofline": roofline}

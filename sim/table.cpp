@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "sim/table.hpp"
 
-#include "sim/input_error.hpp"
-
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
 
 namespace maxlogdet::sim {
 namespace {
@@ -26,14 +18,6 @@ std::size_t width_of(const std::string& text) {
 
 std::string padded(const std::string& text, std::size_t width) {
   return text + std::string(width - std::min(width, width_of(text)), ' ');
-}
-
-// Whether all of it is in the file then; errno may tell why not.
-bool put(const std::string& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << text;
-  stream.close();
-  return !stream.fail();
 }
 
 }  // namespace
@@ -86,6 +70,11 @@ std::string fixed(const Estimate& estimate, int decimals) {
   return fixed(estimate.value, decimals) + " ± " + fixed(estimate.ci95, decimals);
 }
 
+const char* verdict(const Estimate& difference) {
+  if (!(std::abs(difference.value) > difference.ci95)) return "·";
+  return difference.value < 0 ? "▲" : "▼";
+}
+
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs) {
   std::vector<double> percents;
   double sum = 0;
@@ -94,31 +83,7 @@ std::string claim(const std::vector<double>& ours, const std::vector<double>& th
   if (percents.empty()) return "-";
   const Estimate difference = mean_of(percents);
   if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
-  const bool is_told = std::abs(difference.value) > difference.ci95;
-  return fixed(difference, 1) + " % " + (!is_told ? "·" : difference.value < 0 ? "▲" : "▼");
-}
-
-void fail_to_write(const std::string& file) {
-  const std::string why = errno == 0 ? "" : " (" + std::generic_category().message(errno) + ")";
-  throw InputError(file + ": cannot be written" + why + "; expected a folder with room that can be written to");
-}
-
-void write_file(const std::string& file, const std::string& text) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status there = fs::status(file, error);
-  errno = 0;
-  if (fs::is_regular_file(there) || there.type() == fs::file_type::not_found) {
-    const std::string target = fs::exists(there) ? fs::canonical(file, error).string() : file;  // a link stays one
-    const bool is_allowed = !fs::exists(there) || access(target.c_str(), W_OK) == 0;
-    if (is_allowed && put(target + ".new", text) && std::rename((target + ".new").c_str(), target.c_str()) == 0) return;
-    const int why = errno;
-    if (is_allowed) std::remove((target + ".new").c_str());
-    errno = why;
-  } else if (put(file, text)) {  // /dev/stdout, a pipe
-    return;
-  }
-  fail_to_write(file);
+  return fixed(difference, 1) + " % " + verdict(difference);
 }
 
 }  // namespace maxlogdet::sim

@@ -29,15 +29,12 @@ std::string fixed(double value, int decimals);
 /// "0.123 ± 0.004"
 std::string fixed(const Estimate& estimate, int decimals);
 
+/// What a difference of errors, ours less theirs, shows with its 95 % interval: "▲" ours are lower, "▼" higher, "·"
+/// cannot be told.
+const char* verdict(const Estimate& difference);
+
 /// What paired errors show: ours less theirs in percent of the mean of theirs, with its 95 % interval. ▲ ours are
-/// lower, ▼ higher, · cannot be told. "-" without any.
+/// lower, ▼ higher, · cannot be told. "-" without any errors.
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
-
-/// Throws the InputError of a file that could not be written, with what errno says of it.
-[[noreturn]] void fail_to_write(const std::string& file);
-
-/// Writes a whole file, which replaces an old one only when it is whole. Throws InputError if it cannot be written, and
-/// then leaves what there was.
-void write_file(const std::string& file, const std::string& text);
 
 }  // namespace maxlogdet::sim

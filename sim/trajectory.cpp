@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory.hpp"
 
-#include "sim/table.hpp"
+#include "sim/output_file.hpp"
 #include "sim/text.hpp"
 #include "sim/text_file.hpp"
 

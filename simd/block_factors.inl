@@ -221,7 +221,7 @@ inline Doubles norms_along_ray(const Factor<Rows>& factor, const Doubles& x, con
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
 // which the last sees nothing but the depth. Returns where sigma^2 has underflowed to zero.
 template <ThirdRow third, int Rows>
-inline Mask measurement_factor(const BlockInput& input, const Tile& tile, std::size_t i, const Point& p,
+inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                                const Mask& has_third, Factor<Rows>& factor) {
   constexpr double root_half = 0.70710678118654752;
   const Doubles zero(0.0);
@@ -229,7 +229,7 @@ inline Mask measurement_factor(const BlockInput& input, const Tile& tile, std::s
   Mask is_definite(true);
   Doubles weight = inverse_z;
   if (input.sigmas != nullptr) {
-    const Doubles sigma = load(tile.sigma, i);
+    const Doubles sigma = load(batch.sigma, i);
     is_definite = sigma * sigma > zero;
     weight = inverse_z / sigma;
   }
@@ -252,11 +252,11 @@ inline Mask measurement_factor(const BlockInput& input, const Tile& tile, std::s
 
 // Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T: of the point's covariance as measured and as mapped, together.
 template <ThirdRow third, int Rows>
-inline Mask whitened_factor(const BlockInput& input, const Tile& tile, std::size_t i, const Point& p,
+inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                             const Mask& has_third, Factor<Rows>& factor) {
   const Doubles zero(0.0);
   const Doubles one(1.0);
-  const Doubles sigma = input.sigmas == nullptr ? one : load(tile.sigma, i);
+  const Doubles sigma = input.sigmas == nullptr ? one : load(batch.sigma, i);
   const Doubles inverse_z = one / p.z;
   const Doubles x = p.x * inverse_z;
   const Doubles y = p.y * inverse_z;
@@ -268,7 +268,7 @@ inline Mask whitened_factor(const BlockInput& input, const Tile& tile, std::size
     add(along_ray({variance, zero, zero, variance, zero, variance}, x, y), s);
   } else {
     Doubles covariance[6];
-    for (int e = 0; e < 6; ++e) covariance[e] = load(tile.map_covariance[e], i);
+    for (int e = 0; e < 6; ++e) covariance[e] = load(batch.map_covariance[e], i);
     add(along_ray(in_camera_frame(input.T_cw, covariance), x, y), s);
     square = frobenius_squared(covariance);
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/cameras/model.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -13,15 +15,14 @@ namespace simd {
 // In the order of the public enumerations; kernel/blocks/jacobian.cpp asserts it.
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
 enum class ThirdRow { none, stereo, depth };
-enum class Projection { pinhole, radial_tangential, kannala_brandt, double_sphere };
 
 /// A camera on the body that the pose is about, which for one camera alone is itself.
 struct CameraInput {
-  Projection model;
+  CameraModel model;
+  bool is_depth_along_z;  ///< its model's
   double fx, fy, bf;
-  const double* parameters;  ///< in the order of maxlogdet/camera.hpp
-  double min_cosine;         ///< of a double sphere: it has an image where Z / |p_c| is above
-  const double* T_cb;        ///< 3 x 4 row-major
+  Lens lens;
+  const double* T_cb;  ///< 3 x 4 row-major
 };
 
 struct BlockInput {

@@ -70,51 +70,51 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
   BlockInput input = given;
   input.T_cw = pose;
-  std::conditional_t<is_general, SeenTile, Tile> tile;
+  std::conditional_t<is_general, SeenBatch, Batch> batch;
   bool is_any_tall = is_world;
   output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
   output.unsound_covariances = output.invalid_jacobians = 0;
   std::memset(output.validity, 0, input.size);
 
   for (std::size_t next = 0; next < input.size;) {
-    next = list_usable(input, next, tile, output);
-    if (tile.count == 0) break;
-    fill<weighting, third>(input, tile);
+    next = list_usable(input, next, batch, output);
+    if (batch.count == 0) break;
+    fill<weighting, third>(input, batch);
     if constexpr (is_general) {
-      see_and_sift<weighting, third>(input, tile, output);
+      see_and_sift<weighting, third>(input, batch, output);
     } else {
-      transform_and_sift(input, tile, output);
+      transform_and_sift(input, batch, output);
     }
 
-    for (std::size_t i = 0; i < tile.count; i += double_lanes) {
-      const std::size_t used = tile.count - i < double_lanes ? tile.count - i : double_lanes;
-      const Point p = load_point(tile, i);
+    for (std::size_t i = 0; i < batch.count; i += double_lanes) {
+      const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
+      const Point p = load_point(batch, i);
       Mask has_third(third != ThirdRow::none);
-      if (third != ThirdRow::none && input.has_third != nullptr) has_third = load(tile.has_third, i) > zero;
+      if (third != ThirdRow::none && input.has_third != nullptr) has_third = load(batch.has_third, i) > zero;
 
       Doubles h[rows][dimension];
       Mask valid(true);
       Mask is_singular(false);
       if constexpr (is_world) {
         Point ray = p;
-        if constexpr (is_general) ray = {load(tile.ray[0], i), load(tile.ray[1], i), load(tile.ray[2], i)};
+        if constexpr (is_general) ray = {load(batch.ray[0], i), load(batch.ray[1], i), load(batch.ray[2], i)};
         is_singular = map_bias_world_block<third>(input.T_cw, ray, p, has_third, h);
         valid = !is_singular;
       } else {
         Factor<rows> factor;
         if constexpr (is_general) {
-          valid = seen_factor<weighting, third>(input, tile, i, has_third, factor);
+          valid = seen_factor<weighting, third>(input, batch, i, has_third, factor);
         } else if constexpr (weighting == BlockWeighting::map_bias) {
           factor = map_bias_factor<third, rows>(p, has_third);
         } else if constexpr (weighting == BlockWeighting::measurement) {
-          valid = measurement_factor<third>(input, tile, i, p, has_third, factor);
+          valid = measurement_factor<third>(input, batch, i, p, has_third, factor);
         } else {
-          valid = whitened_factor<third>(input, tile, i, p, has_third, factor);
+          valid = whitened_factor<third>(input, batch, i, p, has_third, factor);
         }
         multiply_by_point_jacobian(factor, p, h);
       }
       if (input.weights != nullptr) {
-        const Doubles root_weight = xsimd::sqrt(load(tile.weight, i));
+        const Doubles root_weight = xsimd::sqrt(load(batch.weight, i));
         for (auto& row : h) {
           for (Doubles& entry : row) entry *= root_weight;
         }
@@ -126,8 +126,8 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
         store(h, planes, output.stride);
         if (is_factored) store_point(p, planes + point_plane * output.stride, output.stride);
         for (std::size_t lane = 0; lane < double_lanes; ++lane) {
-          indices[lane] = output.first_index + tile.number[i + lane];
-          output.validity[tile.number[i + lane]] = 1;
+          indices[lane] = output.first_index + batch.number[i + lane];
+          output.validity[batch.number[i + lane]] = 1;
         }
         output.stored += double_lanes;
         is_any_tall = is_any_tall || (third != ThirdRow::none && xsimd::any(has_third));
@@ -151,8 +151,8 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
         for (std::size_t d = 0; is_factored && d < 3; ++d) {
           planes[(point_plane + d) * output.stride + kept] = point[d * double_lanes + lane];
         }
-        indices[kept++] = output.first_index + tile.number[i + lane];
-        output.validity[tile.number[i + lane]] = 1;
+        indices[kept++] = output.first_index + batch.number[i + lane];
+        output.validity[batch.number[i + lane]] = 1;
         is_any_tall = is_any_tall || (tall_lanes >> lane & 1U) != 0;
       }
       output.stored += kept;

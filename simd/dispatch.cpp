@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "simd/isas.hpp"
 #include "simd/kernel.hpp"
 
 #include <cstdlib>
@@ -7,21 +8,15 @@
 namespace maxlogdet {
 namespace simd {
 
-#if defined(__x86_64__)
-extern const Kernel sse2_kernel;
-extern const Kernel avx2_kernel;
-extern const Kernel avx512_kernel;
-#else
-extern const Kernel neon_kernel;
-#endif
+#define MAXLOGDET_DECLARE(name, is_there) extern const Kernel name##_kernel;
+MAXLOGDET_ISAS(MAXLOGDET_DECLARE)
+#undef MAXLOGDET_DECLARE
 
 namespace {
 
-#if defined(__x86_64__)
-const Kernel* const kernels[] = {&sse2_kernel, &avx2_kernel, &avx512_kernel, nullptr};
-#else
-const Kernel* const kernels[] = {&neon_kernel, nullptr};
-#endif
+#define MAXLOGDET_ADDRESS(name, is_there) &name##_kernel,
+const Kernel* const kernels[] = {MAXLOGDET_ISAS(MAXLOGDET_ADDRESS) nullptr};
+#undef MAXLOGDET_ADDRESS
 
 }  // namespace
 
@@ -30,14 +25,12 @@ const Kernel* const* built_in() noexcept { return kernels; }
 bool is_supported(const Kernel& kernel) noexcept {
 #if defined(__x86_64__)
   __builtin_cpu_init();
-  if (&kernel == &avx2_kernel) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (&kernel == &avx512_kernel) {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&
-           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&
-           __builtin_cpu_supports("avx512vl");
-  }
 #endif
-  return &kernel == kernels[0];  // the baseline of the architecture
+#define MAXLOGDET_CHECK(name, is_there) \
+  if (&kernel == &name##_kernel) return is_there;
+  MAXLOGDET_ISAS(MAXLOGDET_CHECK)
+#undef MAXLOGDET_CHECK
+  return false;
 }
 
 const Kernel* active() noexcept {

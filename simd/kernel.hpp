@@ -89,8 +89,8 @@ struct PromisingRound {
   double slope, offset;      ///< an exact relative gain is at most slope * relative gain + offset
   double nearest, farthest;  ///< the relative gains between which that is a tight bound: it is left to the caller if
                              ///< the best is not
-  double drift;   ///< (1 + an exact relative gain) is at most (1 + drift) (1 + the bound of its tile)
-  float* bounds;  ///< per tile; this and the following are read and written
+  double drift;              ///< (1 + an exact relative gain) is at most (1 + drift) (1 + the bound of its tile)
+  float* bounds;             ///< per tile; this and the following are read and written
   float* relative_gains;
   float* highest;
   std::uint32_t* list;   ///< tiles that were screened

@@ -3,6 +3,7 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
 // symbol would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
+#include "simd/cameras/models.hpp"
 #include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "simd/xsimd_compat.hpp"
@@ -53,6 +54,7 @@ inline void store_narrow(const Doubles& values, float* to) {
 // These use them.
 #include "simd/block_factors.inl"
 #include "simd/cameras.inl"
+#include "simd/camera_factors.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
 #include "simd/losses.inl"

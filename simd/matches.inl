@@ -8,94 +8,92 @@ namespace {
 using maxlogdet::simd::BlockInput;
 using maxlogdet::simd::BlockOutput;
 using maxlogdet::simd::BlockWeighting;
+using maxlogdet::simd::is_finite;
+using maxlogdet::simd::negated;
 using maxlogdet::simd::ThirdRow;
 using Mask = xsimd::batch_bool<double>;
 
 constexpr double largest_double = 1.7976931348623157e308;
 
-inline Doubles negated(const Doubles& value) { return Doubles(-0.0) - value; }
-inline Mask is_finite(const Doubles& value) { return xsimd::abs(value) <= Doubles(largest_double); }
 inline Mask is_positive(const Doubles& value) { return (value > Doubles(0.0)) & (value <= Doubles(largest_double)); }
 
 // The input of some matches, an array per value, so that packs load whole vectors. Well before they do: a vector load
 // right after the scalar stores it reads from would stall. Up to a whole pack the last match is repeated, which no
 // maximum notices.
-constexpr std::size_t tile_matches = 64;
-static_assert(tile_matches % double_lanes == 0, "a tile holds whole packs");
+constexpr std::size_t batch_size = 64;
+static_assert(batch_size % double_lanes == 0, "a batch holds whole packs");
 
-struct Tile {
+struct Batch {
   std::size_t count;
-  std::uint32_t number[tile_matches];         // of the match
-  alignas(64) double point[3][tile_matches];  // in the world, then in the camera frame
-  alignas(64) double sigma[tile_matches];
-  alignas(64) double weight[tile_matches];
-  alignas(64) double has_third[tile_matches];
-  alignas(64) double map_covariance[6][tile_matches];  // upper triangle, by rows
+  std::uint32_t number[batch_size];         // of the match
+  alignas(64) double point[3][batch_size];  // in the world, then in the camera frame
+  alignas(64) double sigma[batch_size];
+  alignas(64) double weight[batch_size];
+  alignas(64) double has_third[batch_size];
+  alignas(64) double map_covariance[6][batch_size];  // upper triangle, by rows
 };
 constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};  // of 3 x 3, row-major
 
-inline Doubles load(const double (&values)[tile_matches], std::size_t i) { return Doubles::load_aligned(values + i); }
+inline Doubles load(const double (&values)[batch_size], std::size_t i) { return Doubles::load_aligned(values + i); }
 
-inline void repeat_last(double (&values)[tile_matches], std::size_t count) {
+inline void repeat_last(double (&values)[batch_size], std::size_t count) {
   for (std::size_t i = count; i % double_lanes != 0; ++i) values[i] = values[count - 1];
 }
 
 // Lists usable matches from `next` on, as many as there is room for; returns where to go on.
-inline std::size_t list_usable(const BlockInput& input, std::size_t next, Tile& tile, BlockOutput& output) {
-  tile.count = 0;
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
+  batch.count = 0;
   const std::size_t first = next;
   if (input.usable == nullptr) {
-    for (; next < input.size && tile.count < tile_matches; ++next) {
-      tile.number[tile.count++] = static_cast<std::uint32_t>(next);
+    for (; next < input.size && batch.count < batch_size; ++next) {
+      batch.number[batch.count++] = static_cast<std::uint32_t>(next);
     }
     return next;
   }
-  for (; next < input.size && tile.count < tile_matches; ++next) {
-    tile.number[tile.count] = static_cast<std::uint32_t>(next);
-    tile.count += input.usable[next] != 0 ? 1 : 0;
+  for (; next < input.size && batch.count < batch_size; ++next) {
+    batch.number[batch.count] = static_cast<std::uint32_t>(next);
+    batch.count += input.usable[next] != 0 ? 1 : 0;
   }
-  output.unusable += next - first - tile.count;
+  output.unusable += next - first - batch.count;
   return next;
 }
 
 template <std::size_t entries, class T>
-inline void fill(double (&values)[tile_matches], const T* source, std::size_t entry, const Tile& tile) {
-  for (std::size_t i = 0; i < tile.count; ++i)
-    values[i] = static_cast<double>(source[entries * tile.number[i] + entry]);
-  repeat_last(values, tile.count);
+inline void fill(double (&values)[batch_size], const T* source, std::size_t entry, const Batch& batch) {
+  for (std::size_t i = 0; i < batch.count; ++i)
+    values[i] = static_cast<double>(source[entries * batch.number[i] + entry]);
+  repeat_last(values, batch.count);
 }
 
 template <class Scalar>
-inline void fill_points(const BlockInput& input, Tile& tile) {
-  for (std::size_t i = 0; i < tile.count; ++i) {
+inline void fill_points(const BlockInput& input, Batch& batch) {
+  for (std::size_t i = 0; i < batch.count; ++i) {
     Scalar point[3];
-    std::memcpy(point, input.points + input.point_stride * tile.number[i], sizeof point);
-    for (std::size_t d = 0; d < 3; ++d) tile.point[d][i] = static_cast<double>(point[d]);
+    std::memcpy(point, input.points + input.point_stride * batch.number[i], sizeof point);
+    for (std::size_t d = 0; d < 3; ++d) batch.point[d][i] = static_cast<double>(point[d]);
   }
-  for (auto& coordinate : tile.point) repeat_last(coordinate, tile.count);
+  for (auto& coordinate : batch.point) repeat_last(coordinate, batch.count);
 }
 
 template <BlockWeighting weighting, ThirdRow third>
-inline void fill(const BlockInput& input, Tile& tile) {
-  input.are_points_float ? fill_points<float>(input, tile) : fill_points<double>(input, tile);
-  if (input.sigmas != nullptr) fill<1>(tile.sigma, input.sigmas, 0, tile);
-  if (input.weights != nullptr) fill<1>(tile.weight, input.weights, 0, tile);
-  if (third != ThirdRow::none && input.has_third != nullptr) fill<1>(tile.has_third, input.has_third, 0, tile);
+inline void fill(const BlockInput& input, Batch& batch) {
+  input.are_points_float ? fill_points<float>(input, batch) : fill_points<double>(input, batch);
+  if (input.sigmas != nullptr) fill<1>(batch.sigma, input.sigmas, 0, batch);
+  if (input.weights != nullptr) fill<1>(batch.weight, input.weights, 0, batch);
+  if (third != ThirdRow::none && input.has_third != nullptr) fill<1>(batch.has_third, input.has_third, 0, batch);
   if (weighting == BlockWeighting::measurement_and_map && input.map_covariances != nullptr) {
-    for (std::size_t i = 0; i < tile.count; ++i) {
-      const double* const covariance = input.map_covariances + std::size_t{9} * tile.number[i];
-      for (std::size_t e = 0; e < 6; ++e) tile.map_covariance[e][i] = covariance[upper_triangle[e]];
+    for (std::size_t i = 0; i < batch.count; ++i) {
+      const double* const covariance = input.map_covariances + std::size_t{9} * batch.number[i];
+      for (std::size_t e = 0; e < 6; ++e) batch.map_covariance[e][i] = covariance[upper_triangle[e]];
     }
-    for (auto& entry : tile.map_covariance) repeat_last(entry, tile.count);
+    for (auto& entry : batch.map_covariance) repeat_last(entry, batch.count);
   }
 }
 
-struct Point {
-  Doubles x, y, z;
-};
+using Point = maxlogdet::simd::PointOf<Doubles>;
 
-inline Point load_point(const Tile& tile, std::size_t i) {
-  return {load(tile.point[0], i), load(tile.point[1], i), load(tile.point[2], i)};
+inline Point load_point(const Batch& batch, std::size_t i) {
+  return {load(batch.point[0], i), load(batch.point[1], i), load(batch.point[2], i)};
 }
 
 inline Point transform(const double* T_cw, const Point& world) {
@@ -121,29 +119,29 @@ inline void keep(double (&values)[size], const std::uint32_t* kept, std::size_t 
   if (count > 0) repeat_last(values, count);
 }
 
-inline void keep_matches(Tile& tile, const std::uint32_t* kept, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) tile.number[i] = tile.number[kept[i]];
-  for (auto& coordinate : tile.point) keep(coordinate, kept, count);
-  keep(tile.sigma, kept, count);
-  keep(tile.weight, kept, count);
-  keep(tile.has_third, kept, count);
-  for (auto& entry : tile.map_covariance) keep(entry, kept, count);
-  tile.count = count;
+inline void keep_matches(Batch& batch, const std::uint32_t* kept, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) batch.number[i] = batch.number[kept[i]];
+  for (auto& coordinate : batch.point) keep(coordinate, kept, count);
+  keep(batch.sigma, kept, count);
+  keep(batch.weight, kept, count);
+  keep(batch.has_third, kept, count);
+  for (auto& entry : batch.map_covariance) keep(entry, kept, count);
+  batch.count = count;
 }
 
-// Takes points to the camera frame, and out of the tile the matches that have no Jacobian there, or no weight.
-inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput& output) {
-  std::uint32_t kept[tile_matches];
+// Takes points to the camera frame, and out of the batch the matches that have no Jacobian there, or no weight.
+inline void transform_and_sift(const BlockInput& input, Batch& batch, BlockOutput& output) {
+  std::uint32_t kept[batch_size];
   std::size_t count = 0;
-  for (std::size_t i = 0; i < tile.count; i += double_lanes) {
-    const std::size_t used = tile.count - i < double_lanes ? tile.count - i : double_lanes;
-    const Point p = transform(input.T_cw, load_point(tile, i));
-    p.x.store_aligned(tile.point[0] + i);
-    p.y.store_aligned(tile.point[1] + i);
-    p.z.store_aligned(tile.point[2] + i);
+  for (std::size_t i = 0; i < batch.count; i += double_lanes) {
+    const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
+    const Point p = transform(input.T_cw, load_point(batch, i));
+    p.x.store_aligned(batch.point[0] + i);
+    p.y.store_aligned(batch.point[1] + i);
+    p.z.store_aligned(batch.point[2] + i);
     Mask valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
-    if (input.sigmas != nullptr) valid = valid & is_positive(load(tile.sigma, i));
-    if (input.weights != nullptr) valid = valid & (load(tile.weight, i) >= Doubles(0.0));
+    if (input.sigmas != nullptr) valid = valid & is_positive(load(batch.sigma, i));
+    if (input.weights != nullptr) valid = valid & (load(batch.weight, i) >= Doubles(0.0));
     if (xsimd::all(valid)) {
       for (std::size_t lane = 0; lane < used; ++lane) kept[count++] = static_cast<std::uint32_t>(i + lane);
       continue;
@@ -158,7 +156,7 @@ inline void transform_and_sift(const BlockInput& input, Tile& tile, BlockOutput&
       output.too_near += too_near >> lane & 1U;
     }
   }
-  if (count < tile.count) keep_matches(tile, kept, count);
+  if (count < batch.count) keep_matches(batch, kept, count);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/report.hpp"
 
-#include "sim/gnuplot.hpp"
-#include "sim/plot_style.hpp"
 #include "sim/statistics.hpp"
 
 #include <algorithm>
@@ -99,6 +97,19 @@ nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summ
                     {"roe", difference_of(one, other, &Drift::deg_per_s)}};
   }
   return result;
+}
+
+// Trajectories moved so that the pose of frame `first` is the true one; as they are if no frame has a truth.
+std::vector<std::vector<StampedPose>> begun_at_truth(const std::vector<Run>& runs, const StereoDataset& dataset,
+                                                     std::size_t first) {
+  std::vector<std::vector<StampedPose>> moved;
+  for (const Run& run : runs) {
+    moved.push_back(run.trajectory());
+    if (first == run.frames.size()) continue;
+    const maxlogdet::sim::Pose onto_truth = *dataset.truth(first) * moved.back()[first].T_wb.inverse();
+    for (StampedPose& pose : moved.back()) pose.T_wb = onto_truth * pose.T_wb;
+  }
+  return moved;
 }
 
 }  // namespace
@@ -340,48 +351,32 @@ cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::stri
   return picture;
 }
 
-std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
-                            const StereoDataset& dataset) {
-  // Estimates are moved to where the truth begins. From above: without the axis of the world that the first camera's y
-  // axis, down, is next to.
+// From above: without the axis of the world that the first camera's y axis, down, is closest to.
+nlohmann::ordered_json trajectories_to_json(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
+                                            const StereoDataset& dataset) {
+  const std::size_t frames = runs.front().frames.size();
   std::size_t first = 0;
-  while (first < runs.front().frames.size() && !dataset.truth(first)) ++first;
-  const bool has_truth = first < runs.front().frames.size();
-  std::vector<std::vector<StampedPose>> moved;
-  for (const Run& run : runs) {
-    moved.push_back(run.trajectory());
-    if (!has_truth) continue;
-    const maxlogdet::sim::Pose onto_truth = *dataset.truth(first) * moved.back()[first].T_wb.inverse();
-    for (StampedPose& pose : moved.back()) pose.T_wb = onto_truth * pose.T_wb;
-  }
+  while (first < frames && !dataset.truth(first)) ++first;
   int vertical = 0;
+  const std::vector<std::vector<StampedPose>> moved = begun_at_truth(runs, dataset, first);
   moved.front().front().T_wb.linear().col(1).cwiseAbs().maxCoeff(&vertical);
   const int across = vertical == 0 ? 1 : 0, along = vertical == 2 ? 1 : 2;
+  const auto point = [&](const Eigen::Vector3d& p) { return std::array<double, 2>{p[along], p[across]}; };
   const char* const names[] = {"x (m)", "y (m)", "z (m)"};
-  std::ostringstream script;
-  const auto line = [&](const Eigen::Vector3d& p) { script << exact(p[along]) << ' ' << exact(p[across]) << '\n'; };
-  script << "$truth << EOD\n";
-  for (std::size_t i = 0; i < runs.front().frames.size(); ++i) {
-    if (!dataset.truth(i)) continue;
-    line(dataset.truth(i)->translation());
+  nlohmann::ordered_json json = {{"dataset", dataset.name()},
+                                 {"axes", {names[along], names[across]}},
+                                 {"truth", nlohmann::ordered_json::array()},
+                                 {"trajectories", nlohmann::ordered_json::array()}};
+  for (std::size_t i = first; i < frames; ++i) {
+    if (dataset.truth(i)) json["truth"].push_back(point(dataset.truth(i)->translation()));
   }
-  script << "EOD\n";
   for (std::size_t c = 0; c < runs.size(); ++c) {
-    script << "$run" << c << " << EOD\n";
-    for (const StampedPose& pose : moved[c]) line(pose.T_wb.translation());
-    script << "EOD\n";
+    std::vector<std::array<double, 2>> points;
+    for (const StampedPose& pose : moved[c]) points.push_back(point(pose.T_wb.translation()));
+    json["trajectories"].push_back(
+        {{"name", contestants[c].name}, {"selector", contestants[c].selector}, {"points", points}});
   }
-  script << maxlogdet::sim::plot_style() << "set xlabel '" << names[along] << "'\nset ylabel '" << names[across]
-         << "'\nset title "
-         << maxlogdet::sim::quoted(dataset.name() +
-                                   ", from above, begun at the true pose, not aligned; axes differ in scale")
-         << "\nplot ";
-  if (has_truth) script << "$truth with lines lc rgb '#000000' lw 4 title 'ground truth', ";
-  for (std::size_t c = 0; c < runs.size(); ++c) {
-    script << (c == 0 ? "" : ", ") << "$run" << c << " with linespoints "
-           << maxlogdet::sim::line_style(contestants[c].selector) << " title '" << contestants[c].name << "'";
-  }
-  return script.str() + "\n";
+  return json;
 }
 
 }  // namespace stereo_odometry

@@ -91,8 +91,10 @@ std::string to_kitti(const Run& run);
 /// The image with matches: selected ones filled, unselected ones as rings, outliers crossed.
 cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption);
 
-/// Gnuplot script: trajectories from above, with the truth where it is known.
-std::string trajectory_plot(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
-                            const StereoDataset& dataset);
+/// trajectories.json, which tools/draw_trajectories.py draws: the dataset, the names of the two axes of a view from
+/// above, points of the true trajectory in these (m; none without a truth) and of each run's, with its name and
+/// selector.
+nlohmann::ordered_json trajectories_to_json(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
+                                            const StereoDataset& dataset);
 
 }  // namespace stereo_odometry

@@ -8,7 +8,7 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double rotation_tolerance = 1e-3;  // of R R^T - I: poses kept in float32 pass
+constexpr double rotation_tolerance = 1e-3;  // on entries of R R^T - I: accepts poses stored in float32
 
 bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
 
@@ -54,9 +54,7 @@ BlockStatus check(const BlockOptions& options) noexcept {
 }
 
 BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept {
-  if (camera.model < CameraModel::pinhole || camera.model > CameraModel::double_sphere) {
-    return BlockStatus::unknown_camera_model;
-  }
+  if (!is_known(camera.model)) return BlockStatus::unknown_camera_model;
   const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
   if (third == ThirdMeasurement::stereo && !has_stereo) return BlockStatus::invalid_camera;
   return has_jacobians || has_valid_parameters(camera) ? BlockStatus::ok : BlockStatus::invalid_camera;

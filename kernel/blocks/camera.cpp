@@ -2,6 +2,8 @@
 #include <maxlogdet/camera.hpp>
 
 #include "kernel/blocks/camera_checks.hpp"
+#include "kernel/blocks/camera_input.hpp"
+#include "simd/cameras/models.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -10,6 +12,20 @@ namespace maxlogdet {
 namespace {
 
 constexpr std::size_t max_parameters = sizeof Camera::parameters / sizeof(double);
+constexpr std::size_t model_count = sizeof camera_models / sizeof camera_models[0];
+
+constexpr bool are_in_order() noexcept {
+  for (std::size_t i = 0; i < model_count; ++i) {
+    if (camera_models[i] != static_cast<CameraModel>(i)) return false;
+  }
+  return true;
+}
+static_assert(are_in_order(), "MAXLOGDET_CAMERA_MODELS lists all models in the order of the enumerators");
+#define MAXLOGDET_ASSERT(name)                                                     \
+  static_assert(simd::Model<CameraModel::name>::parameter_count <= max_parameters, \
+                "Camera::parameters holds those of " #name);
+MAXLOGDET_CAMERA_MODELS(MAXLOGDET_ASSERT)
+#undef MAXLOGDET_ASSERT
 
 Camera distorted(CameraModel model, const PinholeCamera& pinhole, const double (&parameters)[max_parameters]) noexcept {
   Camera camera(pinhole);
@@ -18,102 +34,20 @@ Camera distorted(CameraModel model, const PinholeCamera& pinhole, const double (
   return camera;
 }
 
-// (m_x, m_y), u = fx m_x + cx, v = fy m_y + cy, and d (m_x, m_y) / d p_c by rows.
-struct Image {
-  double m[2];
-  double by_point[2][3];
-};
-
-// Each of these says whether there is an image.
-
-bool see_pinhole(const double* p, Image& image) noexcept {
-  const double inverse = 1 / p[2];
-  const double x = p[0] * inverse;
-  const double y = p[1] * inverse;
-  image = {{p[0] / p[2], p[1] / p[2]}, {{inverse, 0, -x * inverse}, {0, inverse, -y * inverse}}};
-  return p[2] > 0;
-}
-
-bool see_radial_tangential(const double* k, const double* p, Image& image) noexcept {
-  const double x = p[0] / p[2];
-  const double y = p[1] / p[2];
-  const double inverse = 1 / p[2];
-  const double rho = x * x + y * y;
-  const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
-  const double slope = 2 * k[0] + rho * (4 * k[1] + rho * 6 * k[4]);
-  const double xx = radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
-  const double xy = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
-  const double yy = radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
-  image = {{x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x),
-            y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y},
-           {{xx * inverse, xy * inverse, -(xx * x + xy * y) * inverse},
-            {xy * inverse, yy * inverse, -(xy * x + yy * y) * inverse}}};
-  return p[2] > 0 && xx + yy > 0 && xx * yy - xy * xy > 0;
-}
-
-// Along the radius the image changes by `slope` an angle, across it by d / r.
-bool see_kannala_brandt(const double* k, const double* p, Image& image) noexcept {
-  const double r_squared = p[0] * p[0] + p[1] * p[1];
-  const double r = std::sqrt(r_squared);
-  const double theta = std::atan2(r, p[2]);
-  const double q = theta * theta;
-  const double d = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
-  const double slope = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
-  const double across = r > 0 ? d / r : 1 / p[2];
-  const double x = r > 0 ? p[0] / r : 0;
-  const double y = r > 0 ? p[1] / r : 0;
-  const double by_z = slope / (r_squared + p[2] * p[2]);
-  const double along = by_z * p[2] - across;
-  image = {
-      {across * p[0], across * p[1]},
-      {{across + along * x * x, along * x * y, -by_z * p[0]}, {along * x * y, across + along * y * y, -by_z * p[1]}}};
-  return std::isfinite(r) && slope > 0 && ((r > 0 && d > 0) || p[2] > 0);
-}
-
-// m = (X, Y) / divisor, d divisor = g (X dX + Y dY) + h dZ.
-bool see_double_sphere(const Camera& camera, const double* p, Image& image) noexcept {
-  const double xi = camera.parameters[0];
-  const double alpha = camera.parameters[1];
-  const double r_squared = p[0] * p[0] + p[1] * p[1];
-  const double d1 = std::sqrt(r_squared + p[2] * p[2]);
-  const double k = xi * d1 + p[2];
-  const double d2 = std::sqrt(r_squared + k * k);
-  const double divisor = alpha * d2 + (1 - alpha) * k;
-  const double g = alpha / d2 * (1 + k * xi / d1) + (1 - alpha) * xi / d1;
-  const double h = (xi * p[2] / d1 + 1) * (alpha * k / d2 + 1 - alpha);
-  const double x = p[0] / divisor;
-  const double y = p[1] / divisor;
-  image = {{x, y},
-           {{(1 - g * x * p[0]) / divisor, -g * x * y, -h * x / divisor},
-            {-g * x * y, (1 - g * y * p[1]) / divisor, -h * y / divisor}}};
-  return divisor > 0 && p[2] > min_cosine(camera) * d1 && (divisor - g * r_squared) * p[2] + h * r_squared > 0;
-}
-
-// The model is one of the enumerators, its parameters are valid.
-bool see(const Camera& camera, const double* p, Image& image) noexcept {
-  switch (camera.model) {
-    case CameraModel::pinhole: return see_pinhole(p, image);
-    case CameraModel::radial_tangential: return see_radial_tangential(camera.parameters, p, image);
-    case CameraModel::kannala_brandt: return see_kannala_brandt(camera.parameters, p, image);
-    case CameraModel::double_sphere: return see_double_sphere(camera, p, image);
-  }
-  return false;
-}
-
-bool is_known(CameraModel model) noexcept {
-  return model >= CameraModel::pinhole && model <= CameraModel::double_sphere;
+simd::Lens lens_of(const Camera& camera) noexcept {
+  const double* const k = camera.parameters;
+  return {k, simd::with_model(camera.model, [k](auto model) { return decltype(model)::prepare(k); })};
 }
 
 }  // namespace
 
+bool is_known(CameraModel model) noexcept {
+  return static_cast<int>(model) >= 0 && static_cast<std::size_t>(model) < model_count;
+}
+
 std::size_t parameter_count(CameraModel model) noexcept {
-  switch (model) {
-    case CameraModel::pinhole: return 0;
-    case CameraModel::radial_tangential: return 5;
-    case CameraModel::kannala_brandt: return 4;
-    case CameraModel::double_sphere: return 2;
-  }
-  return 0;
+  if (!is_known(model)) return 0;
+  return simd::with_model(model, [](auto known) { return decltype(known)::parameter_count; });
 }
 
 Camera Camera::radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
@@ -131,20 +65,25 @@ Camera Camera::double_sphere(const PinholeCamera& pinhole, double xi, double alp
 
 bool has_valid_parameters(const Camera& camera) noexcept {
   const PinholeCamera& pinhole = camera.pinhole;
+  const double* const k = camera.parameters;
   if (!(pinhole.fx > 0 && std::isfinite(pinhole.fx) && pinhole.fy > 0 && std::isfinite(pinhole.fy))) return false;
   for (std::size_t i = 0; i < parameter_count(camera.model); ++i) {
-    if (!std::isfinite(camera.parameters[i])) return false;
+    if (!std::isfinite(k[i])) return false;
   }
-  const double xi = camera.parameters[0];
-  const double alpha = camera.parameters[1];
-  return camera.model != CameraModel::double_sphere || (xi > -1 && alpha >= 0 && alpha <= 1);
+  return simd::with_model(camera.model, [k](auto model) { return decltype(model)::are_valid(k); });
 }
 
-double min_cosine(const Camera& camera) noexcept {
-  const double xi = camera.parameters[0];
-  const double alpha = camera.parameters[1];
-  const double w1 = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
-  return -(w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+simd::CameraInput camera_input(const RigCamera& rig_camera) noexcept {
+  const Camera& camera = rig_camera.camera;
+  simd::CameraInput input{};
+  input.model = camera.model;
+  input.is_depth_along_z = simd::with_model(camera.model, [](auto model) { return decltype(model)::is_depth_along_z; });
+  input.fx = camera.pinhole.fx;
+  input.fy = camera.pinhole.fy;
+  input.bf = camera.pinhole.bf;
+  input.lens = lens_of(camera);
+  input.T_cb = rig_camera.T_cb.data();
+  return input;
 }
 
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
@@ -154,8 +93,10 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
 
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
   if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
-  Image image;
-  if (!see(camera, p_c, image)) return false;
+  const simd::Lens lens = lens_of(camera);
+  const simd::PointOf<double> p = {p_c[0], p_c[1], p_c[2]};
+  const simd::Image image = simd::with_model(camera.model, [&](auto model) { return decltype(model)::image(lens, p); });
+  if (!image.derivative.exists) return false;
   const PinholeCamera& pinhole = camera.pinhole;
   const double u = pinhole.fx * image.m[0] + pinhole.cx;
   const double v = pinhole.fy * image.m[1] + pinhole.cy;
@@ -164,20 +105,18 @@ bool project(const Camera& camera, const double* p_c, double* uv, double* jacobi
   uv[1] = v;
   bool is_finite = true;
   for (std::size_t i = 0; i < 3; ++i) {
-    jacobian[i] = pinhole.fx * image.by_point[0][i];
-    jacobian[3 + i] = pinhole.fy * image.by_point[1][i];
+    jacobian[i] = pinhole.fx * image.derivative.x[i];
+    jacobian[3 + i] = pinhole.fy * image.derivative.y[i];
     is_finite = is_finite && std::isfinite(jacobian[i]) && std::isfinite(jacobian[3 + i]);
   }
   return is_finite;
 }
 
 const char* to_string(CameraModel model) noexcept {
-  switch (model) {
-    case CameraModel::pinhole: return "pinhole";
-    case CameraModel::radial_tangential: return "radial_tangential";
-    case CameraModel::kannala_brandt: return "kannala_brandt";
-    case CameraModel::double_sphere: return "double_sphere";
-  }
+#define MAXLOGDET_CASE(name) \
+  case CameraModel::name: return #name;
+  switch (model) { MAXLOGDET_CAMERA_MODELS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 

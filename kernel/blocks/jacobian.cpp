@@ -4,6 +4,7 @@
 #include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/block_writer.hpp"
 #include "kernel/blocks/camera_checks.hpp"
+#include "kernel/blocks/camera_input.hpp"
 #include "threading/team.hpp"
 
 #include <cmath>
@@ -28,13 +29,7 @@ static_assert(is_same(simd::ThirdRow::none, ThirdMeasurement::none) &&
                   is_same(simd::ThirdRow::depth, ThirdMeasurement::depth),
               "simd/blocks.hpp lists the third measurements in this order");
 
-static_assert(is_same(simd::Projection::pinhole, CameraModel::pinhole) &&
-                  is_same(simd::Projection::radial_tangential, CameraModel::radial_tangential) &&
-                  is_same(simd::Projection::kannala_brandt, CameraModel::kannala_brandt) &&
-                  is_same(simd::Projection::double_sphere, CameraModel::double_sphere),
-              "simd/blocks.hpp lists the models in this order");
-
-// What sees the matches: the only camera, or a rig's.
+// The cameras that see the matches: one alone, or a rig's.
 struct Cameras {
   const RigCamera* all;
   std::size_t size;
@@ -45,8 +40,7 @@ BlockStatus first_error(BlockStatus first, BlockStatus second) noexcept {
   return first == BlockStatus::ok ? second : first;
 }
 
-// Where points are, as far as it can be told without reading them.
-// Of matches that are not usable, ids are not read.
+// Ids of matches that are not usable are not read.
 BlockStatus check_ids(const Cameras& cameras, const Matches& matches) noexcept {
   const unsigned char* const ids = matches.camera_ids;
   if (cameras.is_rig && (cameras.all == nullptr || cameras.size == 0 || cameras.size > max_cameras)) {
@@ -75,27 +69,11 @@ BlockStatus check(const Cameras& cameras, const RigidTransform& T, const Matches
   return first_error(status, are_rigid ? BlockStatus::ok : BlockStatus::invalid_pose);
 }
 
-simd::CameraInput input_of(const RigCamera& rig_camera) noexcept {
-  const Camera& camera = rig_camera.camera;
-  simd::CameraInput input{};
-  input.model = static_cast<simd::Projection>(camera.model);
-  input.fx = camera.pinhole.fx;
-  input.fy = camera.pinhole.fy;
-  input.bf = camera.pinhole.bf;
-  input.parameters = camera.parameters;
-  input.min_cosine = camera.model == CameraModel::double_sphere ? min_cosine(camera) : 0;
-  input.T_cb = rig_camera.T_cb.data();
-  return input;
-}
-
-// What has been checked.
-BlockReport append(const simd::CameraInput* cameras, bool is_general, bool is_rig, const RigidTransform& T,
-                   const Matches& matches, const BlockOptions& options, BlockStore& blocks, Executor* executor) {
+simd::BlockInput block_input(const simd::CameraInput* cameras, const RigidTransform& T, const Matches& matches,
+                             const BlockOptions& options) noexcept {
   simd::BlockInput input{};
   input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
   input.third = static_cast<simd::ThirdRow>(options.third);
-  input.is_general = is_general;
-  input.is_rig = is_rig;
   input.cameras = cameras;
   input.fx = cameras->fx;
   input.fy = cameras->fy;
@@ -115,15 +93,13 @@ BlockReport append(const simd::CameraInput* cameras, bool is_general, bool is_ri
   input.map_covariances = matches.map_covariances;
   input.jacobians = matches.jacobians;
   input.camera_ids = matches.camera_ids;
-  BlockWriter writer(blocks, matches.size);
-  simd::BlockOutput output{};
-  threading::Team team;
-  team.run(executor, threading::workers_for(executor, options.threads, matches.size, crossover),
-           [&] { output = writer.append(input, team); });
+  return input;
+}
 
+BlockReport report_of(const simd::BlockInput& input, const simd::BlockOutput& output) noexcept {
   BlockReport report;
-  report.appended = matches.size;
-  report.invalid = matches.size - output.stored;
+  report.appended = input.size;
+  report.invalid = input.size - output.stored;
   report.unusable = output.unusable;
   report.behind_camera = output.behind_camera;
   report.too_near = output.too_near;
@@ -135,6 +111,16 @@ BlockReport append(const simd::CameraInput* cameras, bool is_general, bool is_ri
   return report;
 }
 
+// The arguments have been checked.
+BlockReport append(const simd::BlockInput& input, int threads, BlockStore& blocks, Executor* executor) {
+  BlockWriter writer(blocks, input.size);
+  simd::BlockOutput output{};
+  threading::Team team;
+  team.run(executor, threading::workers_for(executor, threads, input.size, crossover),
+           [&] { output = writer.append(input, team); });
+  return report_of(input, output);
+}
+
 }  // namespace
 
 BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
@@ -144,11 +130,12 @@ BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, cons
   BlockReport report;
   report.status = check({&only, 1, false}, T_cw, matches, options);
   if (report.status != BlockStatus::ok) return report;
-  const simd::CameraInput input = input_of(only);
+  const simd::CameraInput camera_of_kernel = camera_input(only);
+  simd::BlockInput input = block_input(&camera_of_kernel, T_cw, matches, options);
   const bool is_seen_by_model =
       options.weighting == Weighting::measurement || options.weighting == Weighting::measurement_and_map;
-  const bool is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
-  return append(&input, is_general, false, T_cw, matches, options, blocks, executor);
+  input.is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
+  return append(input, options.threads, blocks, executor);
 }
 
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
@@ -156,9 +143,11 @@ BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matc
   BlockReport report;
   report.status = check({rig.cameras, rig.size, true}, T_bw, matches, options);
   if (report.status != BlockStatus::ok) return report;
-  simd::CameraInput inputs[max_cameras];
-  for (std::size_t i = 0; i < rig.size; ++i) inputs[i] = input_of(rig.cameras[i]);
-  return append(inputs, true, true, T_bw, matches, options, blocks, executor);
+  simd::CameraInput cameras[max_cameras];
+  for (std::size_t i = 0; i < rig.size; ++i) cameras[i] = camera_input(rig.cameras[i]);
+  simd::BlockInput input = block_input(cameras, T_bw, matches, options);
+  input.is_general = input.is_rig = true;
+  return append(input, options.threads, blocks, executor);
 }
 
 const char* to_string(Weighting weighting) noexcept {

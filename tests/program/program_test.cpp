@@ -162,15 +162,15 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   }
   expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
   expect_refused(run("select --input ."), "found none");
-  expect_refused(run("select --plot picture.bmp"), ".svg or .png");
+  expect_refused(run("select --plot-data picture.svg"), "ends in .json");
   for (const char* const seed : {"' -1'", "18446744073709551616", "99999999999999999999999", "1e3"}) {
     expect_refused(run(std::string("select --strategy stochastic_greedy --seed ") + seed), "--seed '");
   }
   EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy --seed 18446744073709551615").exit_code, 0);
   expect_refused(run("select --weighting measurement_and_map --map-sigma -1"), "--map-sigma of 0 or more");
-  expect_refused(run("select --plot frames"), ".svg or .png");
-  std::filesystem::create_directories(folder_ + "/folder.png");
-  expect_refused(run("select --plot folder.png"), "is a folder");
+  expect_refused(run("select --plot-data frames"), "ends in .json");
+  std::filesystem::create_directories(folder_ + "/folder.json");
+  expect_refused(run("select --plot-data folder.json"), "is a folder");
   expect_refused(run("select --input 'two\nlines'"), "two?lines: cannot be opened");
   for (const char* const grid : {"8", "8x", "x6", "0x6", "8x0", "8x6x2", "1001x1", "-1x3", "ax6"}) {
     expect_refused(run(std::string("select --grid ") + grid), "--grid");
@@ -225,28 +225,28 @@ TEST_F(Program, refuses_options_that_do_nothing_without_another) {
   }
 }
 
-// A picture is whole, or what there was before.
-TEST_F(Program, leaves_no_half_of_a_picture) {
-  const std::string select = "select --repeat 1 --json --plot ";
-  std::ofstream(folder_ + "/old.svg") << "an old picture\n";
-  // In blocks of 512 bytes, to some shells 1024: enough for what gnuplot is asked, not for what it draws.
-  const auto limited = [&](const std::string& picture) {
-    return run_script("ulimit -f 280\n" MAXLOGDET_PROGRAM " " + select + picture + " >out.txt 2>err.txt </dev/null");
+// A file is complete, or what there was before.
+TEST_F(Program, leaves_no_half_of_a_file) {
+  const std::string select = "select --repeat 1 --json --plot-data ";
+  std::ofstream(folder_ + "/old.json") << "old data\n";
+  // In blocks of 512 bytes, to some shells 1024: 2000 matches take 150 KB.
+  const auto limited = [&](const std::string& file) {
+    return run_script("ulimit -f 100\n" MAXLOGDET_PROGRAM " " + select + file + " >out.txt 2>err.txt </dev/null");
   };
-  expect_refused(limited("new.svg"), "new.svg: cannot be written (File too large)");
-  EXPECT_FALSE(std::filesystem::exists(folder_ + "/new.svg"));
-  expect_refused(limited("old.svg"), "old.svg: cannot be written (File too large)");
-  EXPECT_EQ(contents_of(folder_ + "/old.svg"), "an old picture\n");
+  expect_refused(limited("new.json"), "new.json: cannot be written (File too large)");
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/new.json"));
+  expect_refused(limited("old.json"), "old.json: cannot be written (File too large)");
+  EXPECT_EQ(contents_of(folder_ + "/old.json"), "old data\n");
 
-  std::filesystem::create_symlink("/dev/full", folder_ + "/full.svg");
-  expect_refused(run(select + "full.svg"), "full.svg: cannot be written (No space left on device)");
-  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/full.svg"));
-  expect_refused(run(select + std::string(300, 'a') + ".svg"), "a.svg: cannot be written");
+  std::filesystem::create_symlink("/dev/full", folder_ + "/full.json");
+  expect_refused(run(select + "full.json"), "full.json: cannot be written (No space left on device)");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/full.json"));
+  expect_refused(run(select + std::string(300, 'a') + ".json"), "a.json: cannot be written");
 
-  std::filesystem::create_symlink("old.svg", folder_ + "/link.svg");
-  EXPECT_EQ(run(select + "link.svg").exit_code, 0);
-  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/link.svg"));
-  EXPECT_NE(contents_of(folder_ + "/old.svg").find("</svg>"), std::string::npos);
+  std::filesystem::create_symlink("old.json", folder_ + "/link.json");
+  EXPECT_EQ(run(select + "link.json").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/link.json"));
+  EXPECT_EQ(nlohmann::json::parse(contents_of(folder_ + "/old.json"))["selected"].size(), 100U);
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".new") << entry.path();
   }
@@ -305,7 +305,8 @@ TEST_F(Program, a_frame_with_everything_behind_the_camera_is_an_answer) {
 }
 
 TEST_F(Program, draws_the_selected_red_and_in_both_views) {
-  ASSERT_EQ(run("select --repeat 1 --plot picture.svg").exit_code, 0);
+  ASSERT_EQ(run("select --repeat 1 --plot-data picture.json").exit_code, 0);
+  ASSERT_EQ(draw("selection", "picture.json").exit_code, 0);
   const std::string svg = contents_of(folder_ + "/picture.svg");
   // gnuplot marks each point by <use xlink:href=... color='rgb(...)'/>, and once more in the legend of each view.
   const auto count = [&](const std::string& colour) {
@@ -323,16 +324,18 @@ TEST_F(Program, draws_the_selected_red_and_in_both_views) {
 
 TEST_F(Program, draws_pictures) {
   write_frame("frame_001.csv", 50);
-  EXPECT_EQ(run("select --input frames --repeat 1 --plot \"it's.svg\"").exit_code, 0);
+  EXPECT_EQ(run("select --input frames --repeat 1 --plot-data \"it's.json\"").exit_code, 0);
+  EXPECT_EQ(draw("selection", "\"it's.json\"").out, "drew it's.svg and .png\n");
   const std::string svg = contents_of(folder_ + "/it's.svg");
   for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   write_frame("frame_002.csv", 50);
-  EXPECT_EQ(run("select --input frames --repeat 1 --budget 0 --plot picture.png").exit_code, 0);
+  EXPECT_EQ(run("select --input frames --repeat 1 --budget 0 --plot-data picture.json").exit_code, 0);
+  EXPECT_EQ(draw("selection", "picture_frame_001.json picture_frame_002.json").exit_code, 0);
   EXPECT_EQ(contents_of(folder_ + "/picture_frame_001.png").substr(1, 3), "PNG");
   EXPECT_EQ(contents_of(folder_ + "/picture_frame_002.png").substr(1, 3), "PNG");
-  expect_refused(run("select --repeat 1 --plot nowhere/picture.svg"), "nowhere/picture.svg: cannot be written");
+  expect_refused(run("select --repeat 1 --plot-data nowhere/picture.json"), "nowhere/picture.json: cannot be written");
 }
 
 TEST_F(Program, info_tells_version_instruction_sets_and_threads) {

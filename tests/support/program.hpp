@@ -52,6 +52,12 @@ class Program : public ::testing::Test {
             contents_of(folder_ + "/err.txt")};
   }
 
+  // tools/draw_WHAT.py, in the folder.
+  Outcome draw(const std::string& what, const std::string& paths, const std::string& environment = "") const {
+    return run_script(environment + "python3 '" MAXLOGDET_TOOLS "/draw_" + what + ".py' " + paths +
+                      " >out.txt 2>err.txt </dev/null");
+  }
+
   std::vector<nlohmann::json> run_json(const std::string& arguments) const {
     const Outcome outcome = run(arguments + " --json --repeat 2");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

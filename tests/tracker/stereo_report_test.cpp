@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/report.hpp"
-#include "sim/gnuplot.hpp"
 #include "sim/input_error.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
 
@@ -304,20 +301,29 @@ TEST(StereoReport, overlay_marks_what_is_selected_what_is_not_and_outliers) {
   EXPECT_EQ(stereo_odometry::overlay(image, result, "md").size(), image.size());
 }
 
-TEST(StereoReport, gnuplot_draws_the_trajectories) {
-  if (std::system("gnuplot --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no gnuplot here";
-  const std::string file = testing::TempDir() + "stereo_report_" + std::to_string(Random().seed()) + ".png";
+// The rendered world's camera looks along z and moves to the right, x: from above without y.
+TEST(StereoReport, trajectories_begin_at_the_true_pose) {
   const std::vector<Contestant> contestants = {summary_of("md", {}).contestant, summary_of("inl", {}).contestant};
   OdometryRun standing = run_along_truth();
-  for (FrameRecord& frame : standing.frames) frame.result.T_cw = Pose::Identity();
+  for (FrameRecord& frame : standing.frames) frame.result.T_cw = Pose(Eigen::Translation3d(1, 2, 3));
   for (const bool has_truth : {false, true}) {
-    for (const OdometryRun& first : {run_along_truth(), standing}) {
-      const std::string script = trajectory_plot(contestants, {first, run_along_truth(0.01)}, dataset_of(has_truth));
-      EXPECT_EQ(script.find("ground truth") != std::string::npos, has_truth);
-      EXPECT_NO_THROW(sim::draw(script, file, 400, 300)) << script;
-      EXPECT_EQ(cv::imread(file).size(), cv::Size(400, 300));
-      std::filesystem::remove(file);
+    const auto json = trajectories_to_json(contestants, {run_along_truth(0.01), standing}, dataset_of(has_truth));
+    EXPECT_EQ(json["dataset"], "it's_made");
+    EXPECT_EQ(json["axes"].dump(), "[\"z (m)\",\"x (m)\"]");
+    ASSERT_EQ(json["truth"].size(), has_truth ? frames : 0U);
+    ASSERT_EQ(json["trajectories"].size(), 2U);
+    for (const std::size_t c : {0U, 1U}) {
+      const auto& one = json["trajectories"][c];
+      EXPECT_EQ(one["selector"], contestants[c].selector);
+      EXPECT_EQ(one["name"], contestants[c].name);
+      ASSERT_EQ(one["points"].size(), frames);
+      const bool is_moved = has_truth || c == 0;  // the first run begins at the truth anyway
+      const Eigen::Vector3d start = is_moved ? RenderedWorld::T_wc(0).translation() : Eigen::Vector3d(-1, -2, -3);
+      EXPECT_NEAR(one["points"][0][0], start.z(), 1e-12);
+      EXPECT_NEAR(one["points"][0][1], start.x(), 1e-12);
     }
+    EXPECT_EQ(json["trajectories"][1]["points"].front(), json["trajectories"][1]["points"].back()) << "it stands";
+    EXPECT_NE(json["trajectories"][0]["points"].front(), json["trajectories"][0]["points"].back());
   }
 }
 

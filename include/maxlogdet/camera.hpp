@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/camera_model.hpp>
+#include <maxlogdet/inputs.hpp>
+
+#include <cstddef>
+
+// Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
+// image as the model has it: distorted, unless the tracker has rectified it.
+
+namespace maxlogdet {
+
+/// A rectified pinhole camera: u = fx X / Z + cx, v = fy Y / Z + cy.
+struct PinholeCamera {
+  double fx = 0;  ///< focal length, px
+  double fy = 0;  ///< focal length, px
+  double cx = 0;  ///< principal point, px (no Jacobian depends on it)
+  double cy = 0;  ///< principal point, px
+  double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
+
+  constexpr PinholeCamera() noexcept = default;
+  /// Arguments are in the order of the members.
+  constexpr PinholeCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0) noexcept
+      : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
+};
+
+/// A camera of any model.
+struct Camera {
+  CameraModel model = CameraModel::pinhole;  ///< model of the parameters
+  PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf of pinholes only
+  double parameters[5] = {};                 ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
+
+  Camera() = default;
+  /// Makes a pinhole.
+  Camera(const PinholeCamera& rectified) noexcept : pinhole(rectified) {}  // NOLINT(google-explicit-constructor)
+  /// Makes a pinhole from fx, fy, cx, cy and, for stereo rows, bf.
+  Camera(double fx, double fy, double cx, double cy, double bf = 0) noexcept : pinhole{fx, fy, cx, cy, bf} {}
+
+  /// Takes parameters in OpenCV's order; pinhole.bf is ignored.
+  static Camera radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
+                                  double k3 = 0) noexcept;
+  /// Takes parameters in the order of OpenCV's fisheye model.
+  static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
+  /// Requires -1 < xi (rarely above 1), 0 <= alpha <= 1; else the blocks' status is BlockStatus::invalid_camera.
+  static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
+};
+
+/// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that append_blocks
+/// refuses as unknown_camera_model or invalid_camera, for input that is not finite, and where the model has no image of
+/// the point:
+///   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
+///     (its paper has w_2);
+///   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
+///     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
+///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two test the point
+///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
+bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
+/// Also writes d (u, v) / d p_c, 2 x 3 row-major, px per m.
+bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;
+
+/// One camera of a rig; T_cb transforms points from the body frame to that of the camera.
+struct RigCamera {
+  Camera camera;                                     ///< its model
+  RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
+
+  RigCamera() = default;
+  /// By default the camera is at the body frame.
+  RigCamera(const Camera& camera_,  // NOLINT(google-explicit-constructor)
+            const RigidTransform& T_cb_ = RigidTransform::identity()) noexcept
+      : camera(camera_), T_cb(T_cb_) {}
+};
+
+/// Cameras on one body; the array belongs to the caller.
+struct Rig {
+  const RigCamera* cameras = nullptr;  ///< `size` of them
+  std::size_t size = 0;                ///< 1 to 256
+
+  constexpr Rig() noexcept = default;
+  /// Refers to `size_` cameras.
+  constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
+};
+
+/// The number of Camera::parameters that the model has; 0 for any other value.
+std::size_t parameter_count(CameraModel model) noexcept;
+
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(CameraModel model) noexcept;
+
+}  // namespace maxlogdet

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/cameras/model.hpp"
+
+namespace maxlogdet {
+namespace simd {
+namespace {
+
+// m = (X, Y) / D, dD = g (X dX + Y dY) + h dZ.
+template <>
+struct Model<CameraModel::double_sphere> : DefaultModel {
+  static constexpr std::size_t parameter_count = 2;
+  static constexpr bool is_depth_along_z = false;
+
+  static bool are_valid(const double* k) { return k[0] > -1 && k[1] >= 0 && k[1] <= 1; }
+
+  // -w_2 of the paper: there is an image of points with Z / |p_c| above this alone.
+  static double prepare(const double* k) {
+    const double xi = k[0];
+    const double alpha = k[1];
+    const double w1 = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
+    return -(w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
+  }
+
+  template <class Number>
+  static Derivative<Number> derivative(const Lens& lens, const PointOf<Number>& p) {
+    const Number zero(0.0);
+    const Number one(1.0);
+    const Number xi(lens.parameters[0]);
+    const Number alpha(lens.parameters[1]);
+    const Number beta(1 - lens.parameters[1]);
+    const Number r_squared = p.x * p.x + p.y * p.y;
+    const Number norm_squared = r_squared + p.z * p.z;
+    const Number d1 = sqrt(norm_squared);
+    const Number k = xi * d1 + p.z;
+    const Number d2 = sqrt(r_squared + k * k);
+    const Number shift = xi / d1;
+    const Number share = alpha / d2;
+    const Number inverse = one / (alpha * d2 + beta * k);
+    const Number square = inverse * inverse;
+    const Number g = (share * (one + k * shift) + beta * shift) * square;
+    const Number by_z = (shift * p.z + one) * (share * k + beta) * square;
+    const Number xy = negated(g * p.x * p.y);
+    const Number rise = (inverse - g * r_squared) * p.z + by_z * r_squared;  // of |m| with the angle to the axis
+    const ConditionOf<Number> exists =
+        (inverse > zero) & (p.z > Number(lens.prepared) * d1) & (rise > zero) & is_finite(norm_squared);
+    return {
+        {inverse - g * p.x * p.x, xy, negated(by_z * p.x)}, {xy, inverse - g * p.y * p.y, negated(by_z * p.y)}, exists};
+  }
+
+  // Divides where packs multiply by an inverse, and so differs in last bits.
+  static Image image(const Lens& lens, const PointOf<double>& p) {
+    const double xi = lens.parameters[0];
+    const double alpha = lens.parameters[1];
+    const double r_squared = p.x * p.x + p.y * p.y;
+    const double d1 = std::sqrt(r_squared + p.z * p.z);
+    const double k = xi * d1 + p.z;
+    const double d2 = std::sqrt(r_squared + k * k);
+    const double divisor = alpha * d2 + (1 - alpha) * k;
+    const double g = alpha / d2 * (1 + k * xi / d1) + (1 - alpha) * xi / d1;
+    const double h = (xi * p.z / d1 + 1) * (alpha * k / d2 + 1 - alpha);
+    const double x = p.x / divisor;
+    const double y = p.y / divisor;
+    return {{x, y},
+            {{(1 - g * x * p.x) / divisor, -g * x * y, -h * x / divisor},
+             {-g * x * y, (1 - g * y * p.y) / divisor, -h * y / divisor},
+             divisor > 0 && p.z > lens.prepared * d1 && (divisor - g * r_squared) * p.z + h * r_squared > 0}};
+  }
+};
+
+}  // namespace
+}  // namespace simd
+}  // namespace maxlogdet

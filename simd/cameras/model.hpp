@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/camera_model.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+// What a camera model is: a specialisation Model<CameraModel::NAME> in simd/cameras/NAME.hpp, which is a DefaultModel
+// with
+//
+//     static constexpr std::size_t parameter_count        of Camera::parameters
+//     static constexpr bool is_depth_along_z              whether min_depth bounds Z, or else |p_c|
+//     static Derivative<Number> derivative(lens, p)       for a double and for a pack of them
+//     static Image image(lens, p)                         for a double: with (m_x, m_y)
+//
+// It takes + - * /, sqrt, abs, select, negated and is_finite alone, so that blocks are the same bits on every
+// instruction set. Internal linkage: a weak symbol would let the linker run wide code on a narrow machine.
+
+namespace maxlogdet {
+namespace simd {
+
+/// The parameters of a camera, and what Model::prepare makes of them once a camera.
+struct Lens {
+  const double* parameters;
+  double prepared;
+};
+
+namespace {
+
+/// In the camera frame, or another one; of doubles, or of packs of them.
+template <class Number>
+struct PointOf {
+  Number x, y, z;
+};
+
+/// bool, or one a lane.
+template <class Number>
+using ConditionOf = decltype(Number(0.0) > Number(0.0));
+
+/// d (m_x, m_y) / d p_c, u = fx m_x + cx, v = fy m_y + cy, and where the model has an image.
+template <class Number>
+struct Derivative {
+  Number x[3], y[3];
+  ConditionOf<Number> exists;
+};
+
+struct Image {
+  double m[2];
+  Derivative<double> derivative;
+};
+
+using std::abs;
+using std::sqrt;
+
+inline double select(bool condition, double yes, double no) { return condition ? yes : no; }
+
+template <class Number>
+inline Number negated(const Number& value) {
+  return Number(-0.0) - value;
+}
+
+template <class Number>
+inline ConditionOf<Number> is_finite(const Number& value) {
+  return abs(value) <= Number(std::numeric_limits<double>::max());
+}
+
+struct DefaultModel {
+  /// Of finite parameters.
+  static bool are_valid(const double* /*parameters*/) { return true; }
+  static double prepare(const double* /*parameters*/) { return 0; }
+};
+
+template <CameraModel model>
+struct Model;
+
+}  // namespace
+}  // namespace simd
+}  // namespace maxlogdet

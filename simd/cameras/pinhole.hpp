@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/cameras/model.hpp"
+
+namespace maxlogdet {
+namespace simd {
+namespace {
+
+template <>
+struct Model<CameraModel::pinhole> : DefaultModel {
+  static constexpr std::size_t parameter_count = 0;
+  static constexpr bool is_depth_along_z = true;
+
+  template <class Number>
+  static Derivative<Number> derivative(const Lens& /*lens*/, const PointOf<Number>& p) {
+    const Number zero(0.0);
+    const Number inverse_z = Number(1.0) / p.z;
+    return {{inverse_z, zero, negated(p.x * inverse_z * inverse_z)},
+            {zero, inverse_z, negated(p.y * inverse_z * inverse_z)},
+            p.z > zero};
+  }
+
+  static Image image(const Lens& lens, const PointOf<double>& p) {
+    return {{p.x / p.z, p.y / p.z}, derivative(lens, p)};
+  }
+};
+
+}  // namespace
+}  // namespace simd
+}  // namespace maxlogdet

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/cameras/model.hpp"
+
+namespace maxlogdet {
+namespace simd {
+namespace {
+
+// With x = X / Z, y = Y / Z, G = d (m_x, m_y) / d (x, y) = [xx xy; xy yy] is symmetric; where it is not positive
+// definite, the image is folded.
+template <>
+struct Model<CameraModel::radial_tangential> : DefaultModel {
+  static constexpr std::size_t parameter_count = 5;
+  static constexpr bool is_depth_along_z = true;
+
+  template <class Number>
+  static Derivative<Number> derivative(const Lens& lens, const PointOf<Number>& p) {
+    const double* const k = lens.parameters;
+    const Number zero(0.0);
+    const Number inverse_z = Number(1.0) / p.z;
+    const Number x = p.x * inverse_z;
+    const Number y = p.y * inverse_z;
+    const Number rho = x * x + y * y;
+    const Number radial = Number(1.0) + rho * (Number(k[0]) + rho * (Number(k[1]) + rho * Number(k[4])));
+    const Number slope = Number(2 * k[0]) + rho * (Number(4 * k[1]) + rho * Number(6 * k[4]));
+    const Number along_x = Number(2 * k[2]) * y;
+    const Number along_y = Number(2 * k[3]) * x;
+    const Number xx = radial + x * x * slope + along_x + Number(3.0) * along_y;
+    const Number xy = x * y * slope + Number(2 * k[2]) * x + Number(2 * k[3]) * y;
+    const Number yy = radial + y * y * slope + Number(3.0) * along_x + along_y;
+    const ConditionOf<Number> exists = (p.z > zero) & (xx + yy > zero) & (xx * yy - xy * xy > zero);
+    return {{xx * inverse_z, xy * inverse_z, negated((xx * x + xy * y) * inverse_z)},
+            {xy * inverse_z, yy * inverse_z, negated((xy * x + yy * y) * inverse_z)},
+            exists};
+  }
+
+  // Divides where packs multiply by an inverse, and so differs in last bits.
+  static Image image(const Lens& lens, const PointOf<double>& p) {
+    const double* const k = lens.parameters;
+    const double x = p.x / p.z;
+    const double y = p.y / p.z;
+    const double inverse = 1 / p.z;
+    const double rho = x * x + y * y;
+    const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
+    const double slope = 2 * k[0] + rho * (4 * k[1] + rho * 6 * k[4]);
+    const double xx = radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
+    const double xy = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
+    const double yy = radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
+    return {{x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x),
+             y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y},
+            {{xx * inverse, xy * inverse, -(xx * x + xy * y) * inverse},
+             {xy * inverse, yy * inverse, -(xy * x + yy * y) * inverse},
+             p.z > 0 && xx + yy > 0 && xx * yy - xy * xy > 0}};
+  }
+};
+
+}  // namespace
+}  // namespace simd
+}  // namespace maxlogdet

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: MIT
+"""Markdown pages whose tables are written by programs."""
+
+import pathlib
+import sys
+
+
+def table(header, rows):
+    """The lines of a Markdown table; cells are texts."""
+    line = lambda cells: "| " + " | ".join(cells) + " |"
+    return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
+
+
+def replace_between(page, begin, end, text):
+    """Replaces what stands between the only `begin` and the only `end` of a page."""
+    page = pathlib.Path(page)
+    old = page.read_text()
+    if old.count(begin) != 1 or old.count(end) != 1 or old.index(begin) > old.index(end):
+        sys.exit(f"{page}: expected '{begin}' once, and after it '{end}' once")
+    head, rest = old.split(begin)
+    page.write_text(head + begin + text + end + rest.split(end)[1])
+
+
+def rewrite(page, name, lines):
+    """Rewrites the lines between '<!-- begin NAME -->' and '<!-- end NAME -->' of a page, and says so."""
+    replace_between(page, f"<!-- begin {name} -->", f"<!-- end {name} -->", "\n" + "\n".join(lines) + "\n")
+    print(f"rewrote {name} in {page}")
