@@ -18,7 +18,7 @@ struct DestroyInC {
   void operator()(maxlogdet_selector* selector) const { maxlogdet_selector_destroy(selector); }
   void operator()(maxlogdet_active_selection* active) const { maxlogdet_active_selection_destroy(active); }
 };
-/// Owns what a function of the C API has made.
+/// Owns what a function of the C API has created.
 template <class Handle>
 using Owned = std::unique_ptr<Handle, DestroyInC>;
 

@@ -78,7 +78,7 @@ static void pool_run(void* user_data, int32_t workers, maxlogdet_body body, void
   pthread_mutex_unlock(&pool->mutex);
   body(context, 0);
   pthread_mutex_lock(&pool->mutex);
-  pool->end = 0;  // none begins any more
+  pool->end = 0;  // no worker starts any more
   while (pool->running > 0) pthread_cond_wait(&pool->changed, &pool->mutex);
   pthread_mutex_unlock(&pool->mutex);
 }

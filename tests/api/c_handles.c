@@ -18,7 +18,7 @@ void a_store_counts_what_it_holds(void) {
   CHECK(maxlogdet_block_store_push_back(blocks, block, 3) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_rows(blocks) == 3 && maxlogdet_block_store_invalid_count(blocks) == 0);
   CHECK(maxlogdet_block_store_push_back_invalid(blocks) == MAXLOGDET_STATUS_OK);
-  // Kept as invalid: without a block, of a number of rows that is none, not finite, beyond float32.
+  // Kept as invalid: without a block, of an invalid number of rows, not finite, beyond float32.
   CHECK(maxlogdet_block_store_push_back(blocks, NULL, 2) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_push_back(blocks, block, 0) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_push_back(blocks, block, 4) == MAXLOGDET_STATUS_OK);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Batches of proposals: what they cost, where they end, and which answers there may be.
+// Batches of proposals: how much they evaluate, where they end, and which answers are accepted.
 #include "tests/core/active_selection_model.hpp"
 
 #include <chrono>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t none = ActiveSelection::none;
 
-// What is known of a round is known after a rejection, too.
+// The gains of a round stay known after a rejection.
 TEST(ActiveSelection, a_rejection_evaluates_nothing_again) {
   for_every_family(600, [&](const BlockStore& blocks) {
     const std::size_t n = blocks.size() - blocks.invalid_count();
@@ -38,17 +38,17 @@ TEST(ActiveSelection, a_rejection_evaluates_nothing_again) {
       active.next();
       active.accept();
     }
-    std::size_t free_of_charge = 0, rejected = 0;  // of the next round, which is in order
+    std::size_t without_evaluation = 0, rejected = 0;  // of the next round, whose candidates are in order
     const std::size_t before = active.selection().evaluations;
     std::size_t evaluations = before;
     for (; active.next() != none; ++rejected) {
       const std::size_t now = active.selection().evaluations;
-      free_of_charge += now == evaluations ? 1 : 0;
+      without_evaluation += now == evaluations ? 1 : 0;
       evaluations = now;
       ASSERT_EQ(active.reject(), Status::ok);
     }
     EXPECT_LE(evaluations - before, rejected) << "each of them once at most";
-    EXPECT_GT(2 * free_of_charge, rejected);
+    EXPECT_GT(2 * without_evaluation, rejected);
   });
 }
 
@@ -74,7 +74,7 @@ TEST(ActiveSelection, rejecting_everything_from_the_start_evaluates_everything_o
   }
 }
 
-// A budget of everything, in one batch: by gains against the prior, all of them.
+// With a budget for all candidates one batch proposes all of them, by their gains against the prior.
 TEST(ActiveSelection, a_batch_may_be_everything) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -95,7 +95,7 @@ TEST(ActiveSelection, a_batch_may_be_everything) {
   }
 }
 
-TEST(ActiveSelection, begins_anew_in_the_middle_of_a_batch) {
+TEST(ActiveSelection, can_be_started_again_within_a_batch) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore first = awkward_blocks(random, 80), second = awkward_blocks(random, 50);
@@ -118,7 +118,7 @@ TEST(ActiveSelection, begins_anew_in_the_middle_of_a_batch) {
   }
 }
 
-// All answers to a selection that has not begun, or is in error.
+// Every answer to a selection that has not started, or has failed.
 void expect_nothing_to_answer(ActiveSelection& active) {
   const double block[6] = {1, 2, 3, 4, 5, 6};
   const unsigned char matched[] = {1};

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t none = ActiveSelection::none;
 
-// An active selection and its model, asked and answered in every way.
+// An active selection and its model.
 class Batches {
  public:
   Batches(Random& random, const Problem& problem)
@@ -32,7 +32,7 @@ class Batches {
   }
 
  private:
-  // False at the end.
+  // Returns false at the end.
   bool propose(std::size_t wanted) {
     std::vector<std::uint32_t> proposed(wanted + 1, none);
     proposed.resize(active_.next(proposed.data(), wanted));
@@ -61,7 +61,7 @@ class Batches {
     EXPECT_EQ(active_.next(), unanswered_.front());
   }
 
-  // Answers to what is not proposed, and questions that are none.
+  // Answers to candidates that are not proposed, and requests for no proposal.
   void expect_no_effect() {
     const auto any = static_cast<std::uint32_t>(random_.integer(0, static_cast<int>(model_.size()) + 3));
     const Block block = random_block(random_, 2);
@@ -158,8 +158,8 @@ class Batches {
   ActiveSelection active_;
   double rejected_share_ = 0;
   std::vector<std::uint32_t> unanswered_, accepted_;
-  std::size_t evaluations_ = 0;  // when the last one was accepted
-  std::size_t open_ = 0;         // candidates then
+  std::size_t evaluations_ = 0;  // at the last acceptance
+  std::size_t open_ = 0;         // candidates at the last acceptance
 };
 
 TEST(ActiveSelection, batches_are_the_best_of_what_is_left) {
@@ -199,7 +199,7 @@ TEST(ActiveSelection, batches_are_the_best_of_many) {
   }
 }
 
-// Where proposals end does not depend on what a machine happens to have evaluated besides.
+// Where proposals end must not depend on what else an instruction set has evaluated.
 TEST(ActiveSelection, batches_are_the_same_on_every_instruction_set) {
   for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     std::vector<std::uint32_t> first;

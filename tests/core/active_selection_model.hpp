@@ -22,7 +22,7 @@ Problem any_constrained_problem(Random& random, std::size_t n);
 /// One supported instruction set after the other.
 sim::ForcedIsa isa_of(std::uint64_t variation);
 
-/// What an active selection has to propose; all gains are computed anew in long double whenever it is asked.
+/// What an active selection has to propose; all gains are recomputed in long double for every proposal.
 class ActiveModel {
  public:
   explicit ActiveModel(const Problem& problem);

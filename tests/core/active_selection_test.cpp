@@ -35,7 +35,7 @@ TEST(ActiveSelection, accepting_everything_is_greedy) {
   });
 }
 
-// What is rejected, and blocks measured otherwise: each proposal is still the best of what is left.
+// After rejections, and with other blocks measured, each proposal is still the best of the remaining candidates.
 TEST(ActiveSelection, every_proposal_is_the_best_of_what_is_left) {
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
@@ -89,7 +89,8 @@ TEST(ActiveSelection, takes_what_was_measured_as_a_store_would_hold_it) {
   }
 }
 
-// Next to nothing is learnt, so that bounds of rounding errors stay wide: what is selected no longer counts for them.
+// Measured blocks add almost no information, so that bounds of rounding errors stay wide; accepted candidates must no
+// longer count for them.
 TEST(ActiveSelection, what_is_taken_out_takes_nothing_else_with_it) {
   for (const BlockKind& kind : block_kinds) {
     Random random;
@@ -107,7 +108,7 @@ TEST(ActiveSelection, what_is_taken_out_takes_nothing_else_with_it) {
   }
 }
 
-// Whatever is rejected, and whether it is asked for by next() or by next(indices, 1).
+// With any rejections, and by next() and next(indices, 1) alike.
 TEST(ActiveSelection, one_at_a_time_it_is_greedy_without_what_is_rejected) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
@@ -154,7 +155,7 @@ TEST(ActiveSelection, rejecting_everything_proposes_everything_once) {
   EXPECT_EQ(active.selection().status, Status::all_selected);
 }
 
-TEST(ActiveSelection, begins_anew) {
+TEST(ActiveSelection, can_be_started_again) {
   Random random;
   const BlockStore first = awkward_blocks(random, 80);
   const BlockStore second = awkward_blocks(random, 50);
@@ -190,7 +191,7 @@ TEST(ActiveSelection, keeps_to_constraints) {
   EXPECT_EQ(active.selection().size, 15U);
   EXPECT_EQ(indices_of(active.selection()), select_indices(blocks, options));
 
-  std::size_t rejected = 0;  // what is rejected takes no place of its group
+  std::size_t rejected = 0;  // a rejected candidate takes no place in its group
   ASSERT_EQ(active.start(blocks, options), Status::ok);
   for (std::size_t i = 0; active.next() != none; ++i)
     rejected += (i % 2 == 0 ? active.reject() : active.accept()) == Status::ok && i % 2 == 0 ? 1U : 0U;
@@ -277,7 +278,7 @@ TEST(ActiveSelection, stops_at_the_time_limit) {
   EXPECT_EQ(active.selection().status, Status::deadline_reached);
 }
 
-TEST(ActiveSelection, the_moved_from_one_says_so) {
+TEST(ActiveSelection, reports_that_it_was_moved_from) {
   Random random;
   const BlockStore blocks = awkward_blocks(random, 20);
   ActiveSelection first(20);

@@ -18,13 +18,13 @@ void expect_sorted_and_consistent(const BlockStore& blocks, const Selection& sel
   expect_consistent(blocks, selection, 1e-7);
 }
 
-TEST(BackwardGreedy, removes_the_least_loss_in_every_round_on_every_family) {
+TEST(BackwardGreedy, removes_the_minimum_loss_in_every_round_on_every_family) {
   for_every_family(40, [](const BlockStore& blocks) {
     EXPECT_LE(loss_given_away(blocks, order_of_removal(blocks, keeping(0))), allowed_loss);
   });
 }
 
-TEST(BackwardGreedy, removes_the_least_loss_in_every_round_among_awkward_candidates) {
+TEST(BackwardGreedy, removes_the_minimum_loss_in_every_round_among_awkward_candidates) {
   for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
@@ -37,8 +37,8 @@ TEST(BackwardGreedy, removes_the_least_loss_in_every_round_among_awkward_candida
   }
 }
 
-// Against the default prior a direction that one candidate alone sees is worth 20 nats and more.
-TEST(BackwardGreedy, keeps_who_is_alone_in_seeing_a_direction) {
+// Against the default prior a direction that a single candidate observes is worth 20 nats and more.
+TEST(BackwardGreedy, keeps_the_only_candidate_that_observes_a_direction) {
   const int directions_by_oracle = static_cast<int>(trials(6));
   for (int direction = 0; direction < 6; ++direction) {
     Random random(static_cast<std::uint64_t>(direction));
@@ -124,12 +124,12 @@ TEST(BackwardGreedy, keeps_what_is_required_and_leaves_out_what_is_excluded_or_i
       EXPECT_TRUE(std::is_sorted(selection.begin() + expected.size(), selection.end()));
       for (const std::uint32_t i : selection) EXPECT_TRUE(blocks.is_valid(i) && excluded[i] == 0);
       EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(blocks, indices_of(selection))), 1e-7);
-      expect_the_same_lazily(blocks, options);
+      expect_the_same_with_stale_bounds(blocks, options);
     }
   }
 }
 
-TEST(BackwardGreedy, has_no_way_to_keep_to_groups) {
+TEST(BackwardGreedy, does_not_support_groups) {
   Random random;
   const BlockStore blocks = awkward_blocks(random, 20);
   const std::vector<std::uint32_t> groups(20, 0U);
@@ -175,7 +175,7 @@ TEST(BackwardGreedy, is_as_good_as_greedy_where_most_are_kept) {
   });
 }
 
-TEST(BackwardGreedy, ends_at_the_deadline_with_a_valid_answer) {
+TEST(BackwardGreedy, stops_at_the_deadline_with_a_valid_answer) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 5000, random.seed()), block_kinds[0]);
@@ -189,7 +189,7 @@ TEST(BackwardGreedy, ends_at_the_deadline_with_a_valid_answer) {
     const Selection selection = selector.select(blocks, options);
     ASSERT_TRUE(selection.has_answer());
     EXPECT_EQ(selection.size, 2500U);
-    EXPECT_GE(selection.log_det, log_det - 3) << limit;  // even the first losses tell a lot
+    EXPECT_GE(selection.log_det, log_det - 3) << limit;  // the losses of the first round alone rank well
     if (limit < 1e-8) {
       EXPECT_EQ(selection.status, Status::deadline_reached);
     }
@@ -197,10 +197,10 @@ TEST(BackwardGreedy, ends_at_the_deadline_with_a_valid_answer) {
   }
 }
 
-TEST(BackwardGreedy, removes_the_least_loss_on_real_frames) {
+TEST(BackwardGreedy, removes_the_minimum_loss_on_real_frames) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   for_real_frames(17, [](const BlockStore& all) {
-    expect_the_same_lazily(all, keeping(all.size() / 2));
+    expect_the_same_with_stale_bounds(all, keeping(all.size() / 2));
     BlockStore some;
     for (std::size_t j = 0; j < std::min<std::size_t>(all.size(), 50); ++j) push_back(some, stored_block(all, j));
     EXPECT_LE(loss_given_away(some, order_of_removal(some, keeping(0), 25)), allowed_loss);

@@ -69,7 +69,7 @@ long double log_det(const WideSquare& r) {
   return sum;
 }
 
-// The largest log det of at most `budget` candidates, those required included; groups do not count.
+// The largest log det of at most `budget` candidates, those required included; groups are ignored.
 long double optimum(const Problem& problem, std::size_t first, std::size_t budget, const WideSquare& r) {
   long double best = log_det(r);
   for (std::size_t i = first; i < problem.blocks.size() && budget > 0; ++i) {
@@ -90,7 +90,7 @@ long double optimum(const Problem& problem, std::size_t budget) {
   return optimum(problem, 0, budget, r);
 }
 
-TEST(Certificate, passes_without_end_end) {
+TEST(Certificate, an_unlimited_number_of_passes_terminates) {
   Random random;
   SCOPED_TRACE(random.name());
   for (const double scale : {1e-3, 1.0, 1e12}) {
@@ -108,8 +108,8 @@ TEST(Certificate, passes_without_end_end) {
 
 void expect_bound(const Problem& problem, double& tightest, std::size_t& answers) {
   Options options = problem.options();
-  Selector selector(std::max<std::size_t>(3, problem.blocks.size()));  // as many groups
-  // Where groups leave no more than that, no selection is longer than the answer.
+  Selector selector(std::max<std::size_t>(3, problem.blocks.size()));  // no fewer than groups
+  // Where groups leave no more, no selection is longer than the answer.
   const Selection first = selector.select(problem.blocks, options);
   if (first.status == Status::infeasible) return;
   const bool is_full = first.status == Status::all_selected;
@@ -123,7 +123,7 @@ void expect_bound(const Problem& problem, double& tightest, std::size_t& answers
     ASSERT_GE(selection.upper_bound, best - enumeration_error) << passes << " passes";
     ASSERT_GE(selection.upper_bound, selection.log_det);
     ASSERT_LE(selection.upper_bound, previous);
-    ASSERT_GE(selection.efficiency(), 0);  // 0 where a bound of thousands of nats says nothing
+    ASSERT_GE(selection.efficiency(), 0);  // 0 where the bound is thousands of nats
     ASSERT_LE(selection.efficiency(), 1 + 1e-12);
     previous = selection.upper_bound;
   }
@@ -156,7 +156,7 @@ TEST(Certificate, is_never_below_the_optimum_at_any_scale) {
   EXPECT_GT(answers, trials(400));
 }
 
-// What a long double cannot check: information that spreads over sixty decades. The bound is a number or infinity.
+// Information that spreads over sixty decades, which long double cannot check. The bound is a number or infinity.
 TEST(Certificate, is_above_the_answer_at_extreme_scales) {
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
@@ -208,7 +208,7 @@ TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
   });
 }
 
-// With half of the answer given, and that the half that says least.
+// With half of the answer required: the candidates of the smallest traces.
 TEST(Certificate, proves_as_much_where_candidates_are_required) {
   for_every_family(1000, [](const BlockStore& blocks) {
     std::vector<std::pair<double, std::size_t>> by_trace;
@@ -315,7 +315,7 @@ TEST(Certificate, only_gets_looser_when_the_deadline_cuts_its_passes_short) {
   }
 }
 
-TEST(Certificate, ends_when_there_is_nothing_left_to_prove_or_no_time) {
+TEST(Certificate, terminates_when_nothing_is_left_to_prove_or_time_is_up) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 200);
@@ -328,9 +328,9 @@ TEST(Certificate, ends_when_there_is_nothing_left_to_prove_or_no_time) {
   EXPECT_TRUE(selector.select(blocks, options).has_answer());
 }
 
-// To 1e-8: log is the C library's. What ends the passes too early, or too late, shows here and nowhere else. What
-// rounds blocks otherwise shows as well: bounds without passes by 1e-7, after eight by up to 1e-3, for what a pass
-// takes in may hang on the last bit.
+// To 1e-8: log is the C library's. Only this test notices passes that stop too early or too late. Blocks that are
+// rounded otherwise show as well: they move bounds without passes by 1e-7, after eight passes by up to 1e-3, because
+// the last bit may decide which candidate a pass adds.
 TEST(Certificate, gives_the_recorded_bounds) {
   sim::Hash hash;
   for_every_recorded(500, [&](const BlockStore& blocks) {

@@ -210,7 +210,7 @@ Problem small_problem_of_groups(Random& random) {
 }
 
 // The guarantee of greedy over a matroid, against every feasible subset.
-TEST(Constraints, greedy_gets_half_of_the_optimum_at_least) {
+TEST(Constraints, greedy_reaches_at_least_half_of_the_optimum) {
   double worst = 1;
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
@@ -272,8 +272,8 @@ TEST(Constraints, one_maximum_for_all_groups) {
   }
 }
 
-// Numbers as objects or the cells of a fine grid have them, with a selector no larger than the candidates: the answer
-// is that of the same groups numbered from 0 on.
+// Groups may be numbered as objects or the cells of a fine grid are, beyond the selector's capacity: the answer is that
+// of the same groups numbered from 0 on.
 TEST(Constraints, groups_may_have_any_numbers) {
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
@@ -314,7 +314,7 @@ TEST(Constraints, groups_may_have_any_numbers) {
   }
 }
 
-TEST(Constraints, what_cannot_be_kept_is_named) {
+TEST(Constraints, that_cannot_be_met_are_named) {
   Random random;
   BlockStore blocks;
   for (int i = 0; i < 10; ++i) push_back(blocks, random_block(random, 2));

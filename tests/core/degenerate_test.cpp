@@ -152,7 +152,7 @@ TEST_P(Degenerate, unknown_strategy_and_time_limit) {
   expect_error(selector_.select(blocks, options), Status::invalid_strategy);
 }
 
-// Of what selects one after the other a prefix of the full answer, of the rest the best so far.
+// Strategies that select one candidate after the other give a prefix of the full answer, the others the best so far.
 TEST_P(Degenerate, deadline_gives_what_was_found_by_then) {
   const bool is_prefix = GetParam() == Strategy::greedy || GetParam() == Strategy::lazy_greedy ||
                          GetParam() == Strategy::stochastic_greedy;

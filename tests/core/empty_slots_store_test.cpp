@@ -12,14 +12,14 @@
 namespace maxlogdet::test {
 namespace {
 
-// One more slot, with a block or without.
+// Appends a slot, with a block or without.
 void push_back_random(Random& random, BlockStore& blocks, Slots& slots) {
   slots.emplace_back();
   if (random.chance(0.5)) slots.back() = random_block(random, random.integer(1, 3));
   push_back_slot(random, slots.back(), blocks);
 }
 
-// A store against what was put into it.
+// Compares a store with what was put into it.
 void expect_holds(const BlockStore& blocks, const Slots& slots) {
   const std::vector<std::uint32_t> valid = present(slots);
   ASSERT_EQ(blocks.size(), slots.size());
@@ -46,7 +46,7 @@ void expect_holds(const BlockStore& blocks, const Slots& slots) {
   for (int column = 0; column < 6; ++column) ASSERT_EQ(blocks.column_max()[column], largest(column));
 }
 
-// Matches of a random frame, some without a block, as random options make them: appended to both.
+// Appends the blocks of a random frame with random options to both; some matches have none.
 void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
   const std::size_t n = static_cast<std::size_t>(random.integer(0, 40));
   sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + blocks.size());
@@ -70,7 +70,7 @@ void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
   }
 }
 
-// One change of a store, and the same of the model.
+// Changes a store, and the model in the same way.
 void change(Random& random, BlockStore& blocks, Slots& slots) {
   switch (random.integer(0, 9)) {
     case 0: {

@@ -53,7 +53,7 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
   }
 }
 
-// Draws are of the valid ones in their order, wherever the others are.
+// Samples are drawn from the valid candidates in their order, wherever the empty slots are.
 TEST(EmptySlots, samples_do_not_depend_on_them) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Exchange: textbook swaps, never downhill, within constraints, and the same everywhere.
+// Exchange: the textbook's swaps, log det that never falls, constraints, and the same answer on every machine.
 #include "sim/hash.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/oracle.hpp"
@@ -32,7 +32,7 @@ GreedyOracle<long double> without(const BlockStore& blocks, const std::vector<st
   return oracle;
 }
 
-// Sweeps over an answer as obviously as possible; swaps that gain no more than this are none.
+// Sweeps over an answer as plainly as possible; a swap that gains no more than this is not made.
 constexpr long double negligible = 1e-7L;
 std::vector<std::uint32_t> textbook_exchange(const BlockStore& blocks, std::vector<std::uint32_t> indices,
                                              std::size_t sweeps) {
@@ -127,7 +127,7 @@ TEST(Exchange, never_lowers_log_det_at_any_scale_or_among_near_copies) {
   }
 }
 
-// Required and excluded candidates, and most of the time six groups.
+// Required and excluded candidates, and in 70 % of cases six groups.
 Problem constrained_problem(Random& random) {
   Problem problem;
   const auto n = static_cast<std::size_t>(random.integer(10, 80));
@@ -222,7 +222,7 @@ TEST(Exchange, is_the_same_on_every_instruction_set) {
   });
 }
 
-TEST(Exchange, ends_at_the_deadline_with_a_valid_answer_that_is_not_worse) {
+TEST(Exchange, stops_at_the_deadline_with_a_valid_answer_that_is_not_worse) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[3]);

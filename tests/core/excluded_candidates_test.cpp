@@ -11,14 +11,15 @@
 namespace maxlogdet::test {
 namespace {
 
-// Candidates of which some are excluded, and the store of the others. The first is kept, and as tall as any.
+// Candidates of which some are excluded, and the store of the others. The first is kept and has as many rows as any.
 struct Excluded {
   BlockStore whole, dense;
   std::vector<std::uint32_t> kept;
   Request request;
 };
 
-// `excluded` of the valid ones, `share` of empty slots. Some of those excluded are larger than all that is kept.
+// Excludes `excluded` valid candidates; a `share` of the slots is empty. Some excluded blocks are larger than all
+// others.
 Excluded random_excluded(Random& random, std::size_t n, std::size_t excluded, double share) {
   std::vector<Block> blocks = random_blocks(random, n);
   blocks[0] = random_block(random, 3);
@@ -26,7 +27,7 @@ Excluded random_excluded(Random& random, std::size_t n, std::size_t excluded, do
   std::vector<std::uint32_t> valid = present(slots);
   std::vector<unsigned char> flags(slots.size());
   for (std::size_t i = 0; i < slots.size(); ++i) flags[i] = !slots[i] && random.chance(0.5) ? 1 : 0;
-  for (std::size_t j = 0; j < excluded; ++j) {  // the first j + 1 of a shuffle, but for the first candidate
+  for (std::size_t j = 0; j < excluded; ++j) {  // a partial shuffle of all but the first candidate
     std::swap(valid[j + 1], valid[j + 1 + random.index(n - 1 - j)]);
     flags[valid[j + 1]] = 5;
   }
@@ -62,7 +63,7 @@ TEST(ExcludedCandidates, many_are_as_if_they_were_not_there) {
   }
 }
 
-// What is left is pushed back one by one, and so not known to be factored.
+// The others are pushed back one by one, so that their store does not know that they are factored.
 TEST(ExcludedCandidates, many_of_a_frame_are_as_if_they_were_not_there) {
   for_every_family(1500, [](const BlockStore& blocks) {
     Random random;
@@ -82,8 +83,8 @@ TEST(ExcludedCandidates, many_of_a_frame_are_as_if_they_were_not_there) {
   });
 }
 
-// Too few to be left out by a copy, they are passed over. Sums of float64 then have other zeros among them, which shows
-// in the last digits of a bound, and the relaxation starts from another sample.
+// Too few for a copy without them, they are skipped. Sums in float64 then contain other zeros, which changes the last
+// digits of a bound, and the relaxation starts from another sample.
 TEST(ExcludedCandidates, few_are_never_selected_and_change_no_gain) {
   for (std::uint64_t variation = 0; variation < trials(600); ++variation) {
     Random random(variation);

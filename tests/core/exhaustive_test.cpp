@@ -135,7 +135,7 @@ Instance random_instance(Family family, Random& random, int n) {
   return instance;
 }
 
-// One instance in sixteen is large, and most of the work.
+// One instance in sixteen is large; these are nearly all of the work.
 int random_size(Random& random, std::uint64_t variation) {
   return variation % 16 == 0 ? random.integer(14, max_candidates) : random.integer(1, 12);
 }
@@ -256,12 +256,12 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
     check_bounds(instance, all, budget);
   }
 
-  // Counted where there is a choice.
+  // Whether there is a choice: only these budgets are counted.
   static bool is_choice(const AllSubsets& all, std::size_t budget) {
     return budget > all.min_budget() && budget < all.max_budget();
   }
 
-  // Of the gain of the optimum.
+  // The share of the optimum's gain.
   static long double share(const AllSubsets& all, std::size_t budget, long double reached) {
     const long double max_gain = all.optimum(budget) - all.base();
     return max_gain > 0 ? (reached - all.base()) / max_gain : 1;

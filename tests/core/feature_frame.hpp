@@ -15,7 +15,7 @@ using Isometry = Eigen::Isometry3d;
 
 RigidTransform rows_of(const Isometry& T);
 
-/// A camera of that model as trackers have them.
+/// A camera of that model with parameters that are common.
 Camera typical_camera(CameraModel model);
 
 /// What the matches of a frame have.
@@ -66,7 +66,7 @@ struct FeatureFrame {
   void measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const;
 };
 
-/// Numbers of the selected matches, in order.
+/// The numbers of the selected matches in ascending order.
 std::vector<std::uint32_t> selected_of(const GoodFeatures& good);
 
 }  // namespace maxlogdet::test

@@ -82,7 +82,7 @@ WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVecto
   return J.topRows(frame.has_third[i] != 0 ? 3 : 2);
 }
 
-// J Omega J^T of a match, J by the pose.
+// J^T Omega J of a match, J by the pose.
 WideMatrix weighted_information(const FeatureFrame& frame, std::size_t i, const double* omega) {
   const WideVector3 p_b = (frame.T_cw * frame.point(i)).cast<long double>();
   WideMatrix H = jacobian_of(frame, i, frame.in_camera(i, frame.T_cw));

@@ -46,7 +46,7 @@ struct Gathered {
   GoodFeatures good;
 };
 
-// One object over all of them: what a frame leaves behind would be seen.
+// One object for all frames, so that leftovers of a frame would show.
 TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_on_frames_of_all_kinds_one_after_the_other) {
   GoodFeatures good(300);
   for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
@@ -79,7 +79,7 @@ TEST(GoodFeatures, build_makes_the_same_blocks_and_selects_nothing) {
 
 // The options of blocks may change between two calls for one frame, and with them what stands for an unknown
 // covariance.
-TEST(GoodFeatures, a_match_without_a_covariance_has_the_map_sigma_of_now) {
+TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
   FeatureKind kind;
   kind.covariances = FeatureKind::Covariances::some;
   Gathered gathered(100, kind);

@@ -9,7 +9,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// All that must hold of a selection of `budget` candidates by greedy.
+// Everything that has to hold of a selection of `budget` candidates by greedy.
 void expect_greedy(const BlockStore& blocks, std::size_t budget) {
   Selector selector(std::max(blocks.size(), budget));
   const Selection greedy = selector.select(blocks, with_budget(budget, Strategy::greedy));
@@ -129,8 +129,8 @@ TEST(LazyGreedy, equals_greedy_where_rounding_reorders_near_copies) {
   }
 }
 
-// Where float64 itself has no digits left (blocks of 1e12 against a prior of 1e-5) greedy's choices are rounding, and
-// lazy greedy must still make the same ones.
+// Where float64 itself has no digits left (blocks of 1e12 against a prior of 1e-5) rounding decides greedy's choices,
+// and lazy greedy must still make the same ones.
 TEST(LazyGreedy, equals_greedy_at_every_scale) {
   for (int exponent = -30; exponent <= 30; exponent += 2) {
     Random random(static_cast<std::uint64_t>(exponent + 30));

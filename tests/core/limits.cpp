@@ -10,7 +10,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// The gains of all that is left.
+// The gains of the remaining candidates.
 std::vector<long double> gains_of(const std::vector<Block>& blocks, const std::vector<bool>& is_left,
                                   const Triangle& information) {
   std::vector<long double> gains(blocks.size());

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-// What tests of the limits in docs/numerics.md share.
+// Helpers of the tests of the limits in docs/numerics.md.
 
 namespace maxlogdet::test {
 

@@ -16,7 +16,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// The largest entry that float32 holds, and the least that rounds to more; the smallest, and what rounds to zero.
+// The maximum of float32 and the smallest number that rounds to more; the smallest denormal and what rounds to zero.
 TEST(Limits, ends_of_float32) {
   const double largest = static_cast<double>(std::numeric_limits<float>::max());
   const double halfway = 0x1p128 - 0x1p103;  // to 2^128: rounds up
@@ -39,8 +39,8 @@ TEST(Limits, ends_of_float32) {
   EXPECT_EQ(selection.invalid_candidates, 2U);
 }
 
-// Where relative gains of det are too small for a logarithm they are traces against the information, which they do not
-// change: the largest come first.
+// Relative gains that are too small for a logarithm are traces against the information, which they do not change:
+// candidates come in descending order of these.
 void expect_in_order_of_traces(const BlockStore& blocks, const std::uint32_t* begin, const std::uint32_t* end,
                                const Matrix6& information) {
   const WideMatrix inverse = wide_inverse(information.cast<long double>());
@@ -76,7 +76,8 @@ TEST(Limits, denormal_blocks) {
   }
 }
 
-// The normal ones first, as the oracle takes them, then the denormal ones by what the information is by then.
+// Normal blocks come first, as the oracle takes them, then denormal ones by their traces against the information so
+// far.
 TEST(Limits, denormal_blocks_among_normal_ones) {
   for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
     Random random(variation);
@@ -139,7 +140,7 @@ TEST(Limits, denormals_flushed_by_the_caller) {
   }
 }
 
-// The rounding mode that a caller has set, while this lives.
+// Sets the rounding mode while it lives, as a caller may.
 class Rounding {
  public:
   explicit Rounding(int mode) : before_(std::fegetround()) { std::fesetround(mode); }
@@ -151,7 +152,7 @@ class Rounding {
   int before_;
 };
 
-// Other bits than rounding to nearest gives, but nothing given away on ordinary frames.
+// Other rounding modes change bits, but give nothing away on ordinary frames.
 TEST(Limits, other_rounding_modes) {
   for_every_family(100, [](const BlockStore& blocks) {
     for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {

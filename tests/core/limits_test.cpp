@@ -18,7 +18,7 @@ namespace {
 // Beyond allowed_loss, what float64 may give away: of omega, the largest row times the largest deviation that the prior
 // leaves, or of the prior's condition number.
 constexpr long double relative_loss = 1e-15L;
-// From here on, in omega, float64 has no digits left; up to there it has digits enough to know.
+// Omega from which on float64 has no digits left, and up to which it surely has enough.
 constexpr double no_digits_omega = 1e14;
 constexpr double certain_omega = 1e10;
 
@@ -75,8 +75,8 @@ double share_of_what_is_proved(const std::vector<Block>& blocks) {
   return static_cast<double>(max_error) / (20 * unit_roundoff * omega);
 }
 
-// A search for the worst case: blocks that leave directions unseen, which keeps omega large, are changed one entry at a
-// time as long as that does not lessen the largest error of a gain. It must stay below what is proved of gains.
+// A search for the worst case: blocks that leave directions unobserved, which keeps omega large, are changed one entry
+// at a time as long as that does not lessen the largest error of a gain. It must stay below what is proved of gains.
 TEST(Limits, stores_changed_for_the_worse) {
   for (std::uint64_t variation = 0; variation < trials(6); ++variation) {
     Random random(variation);
@@ -101,7 +101,7 @@ TEST(Limits, stores_changed_for_the_worse) {
   }
 }
 
-// The whole range again, of one store: what counts is the longest row.
+// The whole range in one store: the longest row decides.
 TEST(Limits, scales_mixed_in_one_store) {
   for (int exponent = -6; exponent <= 38; ++exponent) {
     Random random(static_cast<std::uint64_t>(exponent + 6));
@@ -115,7 +115,7 @@ TEST(Limits, scales_mixed_in_one_store) {
   }
 }
 
-// Information of any condition: weak priors that leave it to the blocks, which see some directions a millionth as well.
+// Information of any condition number: weak priors, and blocks that observe some directions a millionth as well.
 TEST(Limits, condition_of_the_information) {
   for (int exponent = -19; exponent <= 3; ++exponent) {
     for (std::uint64_t variation = 0; variation < 6; ++variation) {
@@ -163,8 +163,8 @@ TEST(Limits, condition_of_priors) {
   }
 }
 
-// Against a prior far stronger than all candidates their gains are their traces over it: greedy sorts. From where the
-// relative gains of det underflow on, it takes them as they come.
+// Against a prior far stronger than all candidates their gains are their traces over it: greedy sorts. Where the
+// relative gains underflow, it takes candidates by index.
 TEST(Limits, strong_priors) {
   for (const double size : {1e20, 1e100, 1e250, 1e300}) {
     Random random(static_cast<std::uint64_t>(std::log10(size)));
@@ -205,7 +205,7 @@ TEST(Limits, a_certificate_tells_where_float64_has_no_digits) {
       Random random(variation + 6 * static_cast<std::uint64_t>(exponent + 45));
       SCOPED_TRACE(random.name() + ", 1e" + std::to_string(exponent));
       BlockStore blocks;
-      const int seen = random.integer(3, 6);  // the rest of the directions may stay unseen
+      const int seen = random.integer(3, 6);  // other directions may stay unobserved
       for (int i = 0; i < 40; ++i) {
         Block block = random_block(random, random.integer(1, 3), std::pow(10.0, exponent));
         for (int d = seen; d < 6; ++d) block.col(d).setZero();

@@ -2,6 +2,7 @@
 // The weight of a match against the inverse of its Sigma in long double, and against the blocks: J^T Omega J is their
 // H^T H.
 #include "sim/frame.hpp"
+#include "tests/support/block_oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/pose_derivative.hpp"
@@ -16,8 +17,6 @@
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr ThirdMeasurement thirds[] = {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth};
 
 using Isometry = Eigen::Isometry3d;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -52,7 +51,7 @@ void fill(Random& random, Seen& seen) {
   if (kind == 2) seen.noise.covariance = seen.covariance.data();
 }
 
-// J by p_c, with three rows, of which the third may not be meant.
+// J by p_c; without a third measurement its first two rows.
 WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, ThirdMeasurement third) {
   const long double x = p_c.x(), y = p_c.y(), z = p_c.z();
   WideMatrix J = WideMatrix::Zero(3, 3);
@@ -174,7 +173,7 @@ void expect(bool is_there, const char* what, const std::function<void(Case&)>& c
   }
 }
 
-TEST(MatchInformation, is_not_there_where_the_point_or_a_number_is_not_usable) {
+TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   expect(true, "as it should be", [](Case&) {});
   expect(false, "behind the camera", [](Case& c) { c.p_w[2] = -5; });
   expect(false, "in its plane", [](Case& c) { c.p_w[2] = 0; });
@@ -221,7 +220,7 @@ Matrix6 weighted_information(const PinholeCamera& camera, const Isometry& T_cw, 
   return wide_product(wide_product(H.transpose(), omega.cast<long double>()), H).cast<double>();
 }
 
-// Of all matches together, for each weighting that has a noise.
+// Compares the information of all matches together, for each weighting that models noise.
 void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement third) {
   const sim::MatchArrays arrays(frame);
   const Matches matches = arrays.view();

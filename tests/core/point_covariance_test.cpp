@@ -83,8 +83,8 @@ TEST(PointCovariance, takes_points_of_float) {
   for (int e = 0; e < 9; ++e) EXPECT_EQ(covariance[0][e], covariance[1][e]);
 }
 
-// The ray of one camera: 10^4 times as long as wide, and short enough for the block of a near match.
-TEST(PointCovariance, of_one_camera_alone_has_no_depth_but_is_one) {
+// Along the ray of a single camera: 10^4 times as long as wide, and short enough for the block of a near match.
+TEST(PointCovariance, of_one_camera_alone_exists_without_depth_information) {
   const Eigen::Vector3d p_w(0, 0, 5);
   PointCovariance point(p_w.data());
   point.observe(stereo_camera, RigidTransform::identity(), 1, false);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The C API allocates where it says and nowhere else, and no memory is a status.
+// The C API allocates only where it says, and a lack of memory is a status.
 #include "tests/api/c_api.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/support.hpp"
@@ -30,7 +30,7 @@ int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_bloc
   return answers;
 }
 
-// Answers each proposal in another way; how many are selected.
+// Accepts, measures and rejects proposals in turn; returns how many candidates are selected.
 std::size_t actively_selected(maxlogdet_active_selection* active, const maxlogdet_block_store* blocks,
                               const Block& measured) {
   maxlogdet_options options;
@@ -63,7 +63,7 @@ TEST(RealTime, the_c_api_allocates_nothing_either) {
   EXPECT_EQ(accepted, 100U);
 }
 
-// Calls create() with ever more memory until it has enough; how often it had not.
+// Calls create() with ever more memory until it has enough; returns how often it had not.
 template <class Create>
 long failures_of(const Create& create) {
   for (long memory = 0;; ++memory) {
@@ -90,7 +90,7 @@ maxlogdet_status append(maxlogdet_block_store* blocks, const std::vector<double>
   return maxlogdet_append_blocks(&camera, T_cw, &matches, &options, blocks, nullptr)->status;
 }
 
-// Whichever allocation it is that fails: a status, nothing half made, and nothing lost.
+// Whichever allocation fails: a status, nothing half created, and nothing lost.
 TEST(RealTime, in_c_no_memory_is_a_status) {
 #if defined(MAXLOGDET_HAS_SANITIZER)
   GTEST_SKIP() << "malloc is the sanitizer's";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
-// has its allocation functions replaced, so it stands alone.
+// has its allocation functions replaced, so it is a program of its own.
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/support.hpp"
@@ -42,7 +42,7 @@ long bytes_written_in(const Work& work) {
   return size;
 }
 
-// With every combination of errors; how many gave an answer.
+// Selects with every combination of errors; returns how many selections have an answer.
 int select_in_every_way(Selector& selector, const BlockStore& blocks, Options options) {
   int answers = 0;
   static const double zeros[36] = {};
@@ -64,7 +64,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks, Options op
   return answers;
 }
 
-// With every strategy, and budgets that are answered or not.
+// With every strategy, and with budgets that have an answer and that have none.
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
   for (const Strategy strategy : sim::strategies) {
@@ -247,7 +247,7 @@ class Tracked {
   GoodFeatures good_{400};
 };
 
-// Frames of all kinds and sizes, more than there is room for among them.
+// Frames of all kinds and sizes, some beyond the capacity.
 TEST(RealTime, good_features_allocates_nothing) {
   Tracked tracked;
   EXPECT_EQ(allocations_in([&] {
@@ -261,7 +261,7 @@ TEST(RealTime, good_features_allocates_nothing) {
   EXPECT_GT(tracked.weighted, 0U);
 }
 
-// With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).
+// With threads of a pool that does not allocate itself; what oneTBB allocates is not ours (docs/threading.md).
 TEST(RealTime, several_threads_allocate_nothing) {
   sim::PoolExecutor pool(2);
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
@@ -311,7 +311,7 @@ TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
   GTEST_SKIP() << "a sanitizer's frames are larger";
 #endif
   Work work;
-  // Larger, as some systems allow no smaller one, and painted: counted is what differs afterwards.
+  // Larger, because some systems allow no smaller one, and painted, to count the bytes that differ afterwards.
   constexpr std::size_t size = std::size_t{1} << 20;
   constexpr unsigned char paint = 0xA5;
   std::vector<unsigned char> memory(2 * size, paint);

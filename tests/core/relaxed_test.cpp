@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The relaxed strategy: as good as greedy, and an answer whatever it is given.
+// The relaxed strategy: as good as greedy, and an answer to any request.
 #include "sim/hash.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/oracle.hpp"
@@ -15,7 +15,7 @@ namespace {
 
 Options relaxed(std::size_t budget) { return with_budget(budget, Strategy::relaxed); }
 
-// All that must hold of any answer.
+// Everything that has to hold of any answer.
 void expect_sound(const BlockStore& blocks, const Selection& selection, const Options& options) {
   ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
   std::vector<bool> is_taken(blocks.size());
@@ -56,7 +56,7 @@ TEST(Relaxed, is_as_good_as_greedy_on_every_family) {
   std::printf("log det less that of greedy: %.1e to %.1e nats\n", worst, best);
 }
 
-// A sample is eight times what is wanted; for 32 it is just above half of 500.
+// A sample is eight times the budget: for 32 it is just above half of 500.
 TEST(Relaxed, is_lazy_greedy_where_a_sample_is_half_of_all) {
   for_every_family(500, [](const BlockStore& blocks) {
     Selector selector(blocks.size());
@@ -172,7 +172,7 @@ TEST(Relaxed, takes_the_first_of_equal_candidates) {
   EXPECT_EQ(indices, first);
 }
 
-TEST(Relaxed, has_an_answer_at_whatever_time_it_is_cut_short) {
+TEST(Relaxed, has_an_answer_whenever_it_is_interrupted) {
   const Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 20000, random.seed()), block_kinds[0]);
@@ -190,7 +190,7 @@ TEST(Relaxed, has_an_answer_at_whatever_time_it_is_cut_short) {
   }
 }
 
-TEST(Relaxed, has_no_way_to_keep_to_groups) {
+TEST(Relaxed, does_not_support_groups) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 20);

@@ -62,7 +62,7 @@ long double loss_given_away(const BlockStore& blocks, const std::vector<std::uin
   return max_excess;
 }
 
-void expect_the_same_lazily(const BlockStore& blocks, const Options& options) {
+void expect_the_same_with_stale_bounds(const BlockStore& blocks, const Options& options) {
   ASSERT_EQ(kept_by(blocks, options, true), kept_by(blocks, options, false));
 }
 

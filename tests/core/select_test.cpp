@@ -69,7 +69,7 @@ TEST(Select, of_matches_without_blocks_has_no_answer) {
   EXPECT_TRUE(selected.indices.empty());
 }
 
-// A view of what ends with the statement does not compile.
+// A view of an object that ends with the statement does not compile.
 template <class Taken, class = void>
 struct CanSelect : std::false_type {};
 template <class Taken>

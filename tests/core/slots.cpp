@@ -23,8 +23,7 @@ void set_groups(Random& random, std::size_t n, Request& request) {
   }
 }
 
-// How a selection ended. Of a store without candidates nothing is missing, of one whose candidates are all out all are
-// selected that there are.
+// How a selection ended: an empty store gives ok, one whose candidates are all invalid or excluded all_selected.
 void expect_same_end(const Selection& actual, const Selection& expected, bool has_candidates, std::size_t budget) {
   const bool differ = !has_candidates && budget > 0 && expected.status == Status::ok;
   EXPECT_EQ(actual.status, differ ? Status::all_selected : expected.status);
@@ -48,7 +47,7 @@ void expect_same(const Selection& actual, const Selection& expected, const std::
   EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
 }
 
-// Proposals of both in step, whatever the answers are.
+// Both propose the same, whatever the answers are.
 void expect_same_proposals(Random& random, ActiveSelection& active, ActiveSelection& dense,
                            const std::vector<std::uint32_t>& kept) {
   constexpr std::size_t max_batch = 8;

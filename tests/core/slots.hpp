@@ -20,7 +20,7 @@ std::vector<Block> random_blocks(Random& random, std::size_t n);
 /// The same blocks with empty slots before, between and behind them.
 Slots with_empty_slots(Random& random, const std::vector<Block>& blocks, double share);
 
-/// In any of the ways to have no block.
+/// Appends a candidate without a block, in any of the ways that there are.
 std::size_t push_back_empty(Random& random, BlockStore& blocks);
 
 void push_back_slot(Random& random, const std::optional<Block>& slot, BlockStore& blocks);
@@ -48,7 +48,7 @@ Request request_of(const Request& request, const std::vector<std::uint32_t>& ind
 /// required, as a tracker's arrays have it.
 Request random_request(Random& random, const BlockStore& blocks, double excluded_share);
 
-/// As many candidates with a certificate and an exchange.
+/// A request for `budget` candidates with a certificate and an exchange.
 Request certified_request(std::size_t budget);
 
 /// Every strategy's answer for `whole` against that for `dense`, which holds the candidates `kept` of it alone.

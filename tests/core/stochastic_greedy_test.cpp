@@ -44,7 +44,7 @@ TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
 
 // The best of a sample of equal candidates is its lowest index: with s distinct ones out of n it is i with probability
 // C(n - 1 - i, s - 1) / C(n, s).
-TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
+TEST(StochasticGreedy, samples_are_distinct_and_all_subsets_equally_likely) {
   constexpr int n = 40;
   constexpr int s = 5;
   BlockStore blocks;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Targets whose answers can be computed by hand, and what is no target.
+// Targets whose answers can be computed by hand, and invalid targets.
 #include "tests/core/targets.hpp"
 #include "tests/support/numbers.hpp"
 
@@ -10,7 +10,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(Target, says_what_can_be_said_by_hand) {
+TEST(Target, agrees_with_computation_by_hand) {
   const Axes axes;
   Selector selector(600);
   Options options = axes.options(600);
@@ -144,7 +144,7 @@ TEST(Target, of_all_is_met_when_all_are_selected_or_rounding_is_all_that_is_miss
   });
 }
 
-TEST(Target, that_is_none_is_named) {
+TEST(Target, that_is_invalid_is_named) {
   const Axes axes;
   Selector selector(600);
   ActiveSelection active(600);

@@ -12,8 +12,8 @@
 namespace maxlogdet::test {
 namespace {
 
-// A hundredth of the bound of how far the factors of an answer and of all are off: that is of the worst case, which no
-// draw here comes near.
+// A hundredth of the error bounds of the factors of an answer and of all candidates: these are bounds of the worst
+// case, which no draw here comes near.
 long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, int& row_by_row) {
   const simd::Kernel& kernel = *simd::active();
   const auto add_to = [&](InformationFactor& factor, std::size_t i) {
@@ -74,8 +74,8 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
   EXPECT_LE(10 * tally.ties, tally.selections);
 }
 
-// A direction that one block of many sees, and that one so weakly that a sum keeps no digits of it: the efficiency is
-// right all the same.
+// A direction that a single block observes, so weakly that a sum keeps no digits of it: the efficiency is right
+// nevertheless.
 TEST(Target, needs_no_digits_of_a_sum) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -13,7 +13,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// Without a target about it nothing is reported.
+// Nothing is reported that no target is about.
 void expect_reported(double reported, double target, long double expected, long double tolerance) {
   if (target > 0) {
     EXPECT_NEAR(reported, static_cast<double>(expected), static_cast<double>(expected * tolerance));
@@ -22,7 +22,7 @@ void expect_reported(double reported, double target, long double expected, long 
   }
 }
 
-// Some targets, with each strategy.
+// Draws targets and checks them with each strategy.
 void expect_targets_hold(Random& random, Problem& problem, long double tolerance, Tally& tally, int repetitions = 4) {
   Selector selector(problem.capacity());
   const long double all = log_det_of_all(problem);
@@ -59,7 +59,7 @@ TEST(Target, stops_at_the_shortest_prefix_that_meets_it) {
   expect_conclusive(tally);
 }
 
-TEST(Target, stops_there_on_a_frame_of_2000) {
+TEST(Target, stops_at_the_shortest_prefix_on_a_frame_of_2000) {
   Random random;
   SCOPED_TRACE(random.name());
   Tally tally;

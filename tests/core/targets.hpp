@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-// What targets are about, by an oracle in long double that shares no formula with the library: log det and variances
-// from the triangle of a QR decomposition of everything stacked.
+// Targets by an oracle in long double that shares no formula with the library: log det and variances from the triangle
+// of a QR decomposition of everything stacked.
 
 namespace maxlogdet::test {
 
@@ -17,7 +17,7 @@ constexpr Strategy greedy_strategies[] = {Strategy::greedy, Strategy::lazy_greed
 /// The same request without targets.
 Options full_of(const Request& request);
 
-/// How far an information is.
+/// What an information has reached.
 struct Reached {
   long double efficiency;
   long double translation_sigma, rotation_sigma;
@@ -29,11 +29,11 @@ long double slack(const Reached& reached, const Options& options);
 /// log det of all candidates that count.
 long double log_det_of_all(const Problem& problem);
 
-/// Of every prefix of an answer, the empty one too.
+/// For every prefix of an answer, the empty one included.
 std::vector<Reached> reached_by_prefixes(const Problem& problem, const std::vector<std::uint32_t>& indices,
                                          long double all);
 
-/// How many selections there were, and of how many what holds.
+/// Counts of selections.
 struct Tally {
   int selections = 0;
   int cut = 0;   // before the budget
@@ -55,11 +55,11 @@ void draw_targets(Random& random, const std::vector<Reached>& reached, Options& 
 /// Duplicates, multiples, zeros and near copies, with required and excluded candidates, and groups.
 Problem constrained_problem(Random& random);
 
-/// Directions that nobody or hardly anybody sees, between blocks of any size: the information has a condition number of
-/// up to 1e30, and its sum in float64 is singular. Sums then are computed row by row.
+/// Blocks of any size that leave directions unobserved or nearly so: the information has a condition number of up to
+/// 1e30, and its sum in float64 is singular, so that it is computed row by row.
 BlockStore ill_conditioned_blocks(Random& random, std::size_t n);
 
-/// The same bits: size and status, and what was reached up to the C library, which is one here.
+/// Expects the same size and status, and the same bits of what was reached.
 void expect_same_targets(const Selection& a, const Selection& b);
 
 /// Blocks that see one direction each, and all directions as well: answers can be computed by hand.

@@ -71,7 +71,7 @@ class Machine {
     }
   }
 
-  // Begins anew, with the same object or another one, with other candidates or the same.
+  // Starts again, with the same object or another one, with other candidates or the same.
   void start() {
     if (blocks_ == nullptr || bytes_.chance(64)) {
       model_.reset();
@@ -91,7 +91,7 @@ class Machine {
     if (!is_error) model_ = std::make_unique<ActiveModel>(*blocks_, request_->options);
   }
 
-  // To another object and back again; what was moved from has no capacity for anything.
+  // Moves to another object and back; the moved-from object has no capacity.
   void move() {
     ActiveSelection other(std::move(*active_));
     // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
@@ -180,7 +180,7 @@ class Machine {
     AnyBlock block = any_block(bytes_);
     if (bytes_.chance(16)) block.rows = bytes_.raw<std::int8_t>();
     const bool is_null = bytes_.chance(8);
-    BlockStore store(1);  // which says whether that is a block, and what it holds of it
+    BlockStore store(1);  // tells whether that is a block, and what is stored of it
     store.push_back(is_null ? nullptr : block.entries, block.rows);
     const Status status = accept(is_null ? nullptr : block.entries, block.rows);
     if (store.is_valid(0)) {

@@ -13,7 +13,7 @@ namespace maxlogdet::fuzz {
 
 using test::same_value;
 
-/// A selection that outlives its selector's next one; of what may differ between machines, nothing.
+/// A selection that outlives its selector's next one, without what may differ between machines.
 struct Answer {
   Answer() = default;
   explicit Answer(const Selection& selection)

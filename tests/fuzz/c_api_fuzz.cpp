@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any calls of the C API in any order, with the misuse that its header has answers for, beside the same calls in C++.
+// Any calls of the C API in any order, misuse that its header covers included, compared with the same calls in C++.
 #include "tests/api/c_api.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/c_api_given.hpp"
@@ -124,7 +124,7 @@ class Machine {
     is_refused_ = false;
   }
 
-  // What has begun on the candidates as they were must not be asked any more.
+  // A selection that started on the old candidates must not be used any more.
   void store_changes() { is_active_ = false; }
 
   void check_store() const {
@@ -205,7 +205,7 @@ class Machine {
     request_ = std::make_unique<Request>(bytes_, expected_store_);
     maxlogdet_options whole = test::options_in_c(request_->options);
     if (bytes_.chance(64)) whole.strategy = static_cast<int>(bytes_.below(2));  // of an active selection
-    // In time or not: the same in C and C++.
+    // Long over or far away, so that C and C++ agree.
     if (whole.time_limit > 0) whole.time_limit = whole.time_limit < 1e-3 ? 1e-9 : 1e6;
     if (bytes_.chance(4)) whole.reserved = 1;
     return std::make_unique<Given<maxlogdet_options>>(bytes_, whole, defaults_of(maxlogdet_options_init));
@@ -334,12 +334,12 @@ class Machine {
   LonelyExecutor executor_;
   Owned<maxlogdet_block_store> store_;
   BlockStore expected_store_;
-  Owned<maxlogdet_selector> selector_;  // none where making it was refused
+  Owned<maxlogdet_selector> selector_;  // null where its creation was refused
   std::unique_ptr<Selector> expected_selector_;
   std::unique_ptr<Request> request_;
   Owned<maxlogdet_active_selection> active_;
   std::unique_ptr<ActiveSelection> expected_active_;
-  bool is_active_ = false;   // may be asked: what it began with is still there
+  bool is_active_ = false;   // may be used: its candidates still exist
   bool is_refused_ = false;  // the last start was
 };
 

@@ -25,8 +25,8 @@ bool is_size_of(std::size_t size) {
   return size % 8 == 0 && size >= 16 && size <= sizeof(Struct);
 }
 
-/// A struct as a caller has it whose declaration ends earlier, in memory that ends there as well; or of a size that is
-/// none, in memory for the whole one.
+/// A struct as a caller has it whose declaration ends earlier, in memory that ends there as well; or of an
+/// invalid size, in memory for the whole one.
 template <class Struct>
 class Given {
  public:
@@ -46,9 +46,9 @@ class Given {
   const Struct* get() const {
     return is_null_ ? nullptr : reinterpret_cast<const Struct*>(memory_.get());  // NOLINT(*-reinterpret-cast)
   }
-  /// Whether it is one at all; reserved fields aside.
+  /// Whether the struct is valid, reserved fields aside.
   bool is_good() const { return is_good_; }
-  /// What the library has to read in it, defaults included.
+  /// What the library has to read from it, defaults included.
   const Struct& seen() const { return seen_; }
 
  private:
@@ -65,7 +65,7 @@ Struct defaults_of(maxlogdet_status (*init)(Struct*, std::size_t)) {
   return made;
 }
 
-/// init() writes what the size says and no more, or marks the struct.
+/// Checks that init() writes the defaults up to the size and no more, or marks the struct.
 template <class Struct>
 void check_init(Bytes& bytes, maxlogdet_status (*init)(Struct*, std::size_t)) {
   const std::size_t size = bytes.chance(64) ? bytes.raw<std::size_t>() : bytes.below(sizeof(Struct) + 20);

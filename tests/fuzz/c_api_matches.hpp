@@ -21,7 +21,7 @@ class AnyMatches {
   AnyMatches(const AnyMatches&) = delete;  // the matches point into it
   AnyMatches& operator=(const AnyMatches&) = delete;
 
-  /// Whether the header says that the structs are ones.
+  /// Whether the header calls the structs valid.
   bool is_understood() const;
 
   const maxlogdet_block_report* append_in_c(maxlogdet_block_store* store) const;

@@ -7,10 +7,10 @@
 
 namespace maxlogdet::fuzz {
 
-/// Of any value of an enumeration, known or not: the names of C++.
+/// Compares the names of any value of an enumeration, known or not, with those of C++.
 void check_names(Bytes& bytes);
 
-/// Every function that refuses null, with these handles where it needs others; `selector` may be null.
+/// Calls every function that refuses null, with these handles where it needs others; `selector` may be null.
 void check_nulls(maxlogdet_block_store* store, maxlogdet_selector* selector);
 
 }  // namespace maxlogdet::fuzz

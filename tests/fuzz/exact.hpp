@@ -14,7 +14,7 @@
 
 namespace maxlogdet::fuzz {
 
-/// An answer followed step by step in long double, and with it how far off docs/numerics.md allows float64 to be.
+/// An answer followed step by step in long double, and the errors of float64 that docs/numerics.md allows.
 class Exact {
  public:
   using Wide = long double;
@@ -89,7 +89,7 @@ class Exact {
   Wide prior_error_ = 0;
 };
 
-/// Targets, as docs/numerics.md has them: how far an information is from them, and how far off that may be.
+/// Targets as docs/numerics.md defines them: how far an information is from them, and the error of that.
 class ExactTarget {
  public:
   using Wide = long double;

@@ -56,10 +56,10 @@ AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
   return block;
 }
 
-// Blocks of random entries of one size, or such moved a little off one direction: many from five bytes.
+// Many candidates from five bytes: random entries of one scale, or small deviations from one direction.
 void append_random(Bytes& bytes, BlockStore& store) {
-  const std::size_t most = std::min<std::size_t>(max_candidates - store.size(), bytes.chance(6) ? 500 : 100);
-  const std::size_t count = std::min(most, 1 + bytes.below(256));
+  const std::size_t max_count = std::min<std::size_t>(max_candidates - store.size(), bytes.chance(6) ? 500 : 100);
+  const std::size_t count = std::min(max_count, 1 + bytes.below(256));
   CounterRandom random(bytes.byte());
   AnyBlock block;
   block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
@@ -138,7 +138,7 @@ void append_candidates(Bytes& bytes, BlockStore& store) {
 
 Request::Request(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  // All of many, near copies of each other, would be seconds of work under a sanitizer.
+  // Selecting all of many near copies would take seconds under a sanitizer.
   options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
   if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
   options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
@@ -146,10 +146,10 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.seed = bytes.byte();
-  constexpr std::size_t without_end = std::numeric_limits<std::size_t>::max();
+  constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
   options.certify = bytes.chance(128);
-  options.certificate_passes = bytes.chance(2) ? without_end : bytes.below(5);
-  options.exchange_sweeps = bytes.chance(2) ? without_end : bytes.below(8) / 3;
+  options.certificate_passes = bytes.chance(2) ? unlimited : bytes.below(5);
+  options.exchange_sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
@@ -158,7 +158,7 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   decode_targets(bytes);
 }
 
-// Of most, strategies that take them.
+// Mostly with strategies that support them.
 void Request::decode_targets(Bytes& bytes) {
   if (!bytes.chance(64)) return;
   const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
@@ -199,7 +199,7 @@ void Request::decode_prior(Bytes& bytes) {
 
 void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  // A step from one flagged candidate to the next says it in few bytes.
+  // Steps from one flagged candidate to the next need few bytes.
   const auto flags = [&](std::vector<unsigned char>& list) {
     list.assign(size, 0);
     for (std::size_t i = bytes.below(16); i < size; i += 1 + bytes.byte()) list[i] = 3;

@@ -14,8 +14,8 @@ namespace maxlogdet::fuzz {
 
 constexpr std::size_t max_candidates = 600;
 
-/// Appends candidates as the bytes tell, until these tell to end: any values, also some that a store refuses, and what
-/// rounding has trouble with, copies, multiples, and copies off by a bit. `store` gets at most max_candidates.
+/// Appends the candidates that the bytes encode, up to max_candidates: any values, some that a store refuses, and cases
+/// that are hard for rounding, which are copies, multiples, and copies with one bit changed.
 void append_candidates(Bytes& bytes, BlockStore& store);
 
 /// rows x 6 entries of some kind, row-major, room for three rows.

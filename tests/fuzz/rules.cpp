@@ -24,7 +24,7 @@ Verdict worse(Verdict a, Verdict b) {
   return a == Verdict::unclear || b == Verdict::unclear ? Verdict::unclear : Verdict::good;
 }
 
-// Of `value` against a limit from above, either of which is right within `error` of it.
+// Whether `value` is below a limit; within `error` of it either verdict is right.
 Verdict judge_below(Wide value, Wide limit, Wide error) {
   if (value > limit + error) return Verdict::bad;
   return value > limit - error ? Verdict::unclear : Verdict::good;

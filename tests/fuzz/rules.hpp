@@ -11,13 +11,13 @@
 
 namespace maxlogdet::fuzz {
 
-/// Whether any target is given, be it one that is none.
+/// Whether any target is given, valid or not.
 bool has_target(const Options& options);
 
-/// The same without.
+/// The same options without targets.
 Options without_target(Options options);
 
-/// What options say of candidates, read as plainly as possible.
+/// What options require of a selection, read as plainly as possible.
 class Rules {
  public:
   Rules(const BlockStore& candidates, const Options& options) : candidates_(candidates), options_(options) {}
@@ -32,13 +32,13 @@ class Rules {
   /// How many of these are in a group.
   std::size_t count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const;
 
-  /// Whether one more could be added to those chosen, the budget left aside.
+  /// Whether one more could be added to those chosen, regardless of the budget.
   bool may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const;
 
   std::vector<std::uint32_t> required() const;
 
-  /// Everything that is wrong with the request, for a selector of this capacity; of several errors any may be named. An
-  /// empty list: it has to be answered. `prior_is_unclear` where rounding decides whether the prior is one.
+  /// Everything that is wrong with the request, for a selector of this capacity; of several errors any may be named. If
+  /// the list is empty, there has to be an answer. `prior_is_unclear`: rounding decides whether the prior is valid.
   std::vector<Status> errors(std::size_t capacity, bool& prior_is_unclear) const;
 
  private:

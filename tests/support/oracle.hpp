@@ -47,10 +47,10 @@ class GreedyOracle {
 
   void take(std::size_t i);
 
-  /// With another block in its place.
+  /// Takes candidate i with another block in its place.
   void take(std::size_t i, const Block& block);
 
-  /// Leaves it out from now on.
+  /// Excludes candidate i from now on.
   void exclude(std::size_t i) { is_taken_[i] = true; }
 
   std::size_t size() const { return blocks_.size(); }
@@ -68,8 +68,8 @@ class GreedyOracle {
 extern template class GreedyOracle<double>;
 extern template class GreedyOracle<long double>;
 
-/// The most that any round of an answer gives away: the largest gain there was minus the gain of what was chosen, nats,
-/// as a long double oracle that follows the answer sees it.
+/// The maximum over the rounds of an answer of the largest gain minus the gain of the chosen candidate, nats, by a long
+/// double oracle that follows the answer.
 long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
                             const Matrix6& prior = default_information());
 

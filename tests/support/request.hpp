@@ -20,7 +20,7 @@ struct Request {
   Options options(Strategy strategy) const;
 
   void set_prior(const Matrix6& information);
-  /// The prior, or what stands for it.
+  /// The prior, or the default one.
   Matrix6 information() const;
 
   bool is_required(std::size_t i) const { return !required.empty() && required[i] != 0; }
@@ -31,7 +31,7 @@ struct Request {
 struct Problem : Request {
   BlockStore blocks;
 
-  /// Of a selector that may be asked.
+  /// The capacity that a selector needs for it.
   std::size_t capacity() const;
   /// Whether a strategy may choose it: valid, not excluded, not required.
   bool is_free(std::size_t i) const { return blocks.is_valid(i) && !is_excluded(i) && !is_required(i); }

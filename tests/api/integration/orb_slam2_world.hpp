@@ -13,8 +13,8 @@
 #include <set>
 #include <vector>
 
-// What tests of ORB-SLAM2's adapter share. The optimiser behind the stand-in is that of the simulations, which rejects
-// outliers as ORB-SLAM2 does.
+// Helpers of the tests of ORB-SLAM2's adapter. The optimiser behind the stand-in is that of the simulations, which
+// rejects outliers as ORB-SLAM2 does.
 
 namespace maxlogdet::test {
 
@@ -58,7 +58,7 @@ struct World {
 
 Eigen::Vector3d position_of(MapPoint& point);
 
-/// Against derivatives by differences, summed over the keyframes that are not bad.
+/// From derivatives by differences, summed over the keyframes that are not bad.
 Eigen::Matrix3d covariance_of(MapPoint& point);
 
 SeenPoint seen_point(const Frame& frame, const Eigen::Vector3d& p, double bf, double sigma,

@@ -13,14 +13,14 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(BackwardGreedy, is_the_same_lazily_on_every_family) {
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_on_every_family) {
   for_every_family(600, [](const BlockStore& blocks) {
-    expect_the_same_lazily(blocks, keeping(300));
-    expect_the_same_lazily(blocks, keeping(5));
+    expect_the_same_with_stale_bounds(blocks, keeping(300));
+    expect_the_same_with_stale_bounds(blocks, keeping(5));
   });
 }
 
-TEST(BackwardGreedy, is_the_same_lazily_among_awkward_candidates) {
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_among_awkward_candidates) {
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
@@ -28,24 +28,24 @@ TEST(BackwardGreedy, is_the_same_lazily_among_awkward_candidates) {
     const EigenPrior prior(random_prior(random));
     Options options = keeping(static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.size()))));
     if (random.chance(0.5)) options.prior = prior.data();
-    expect_the_same_lazily(blocks, options);
+    expect_the_same_with_stale_bounds(blocks, options);
   }
 }
 
 // Copies of a few blocks, some moved by one float32 ulp: float64 has to tell dozens apart in every round.
-TEST(BackwardGreedy, is_the_same_lazily_among_near_copies) {
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_among_near_copies) {
   for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const BlockStore blocks = near_copies(random, -3, 8);
     const auto n = static_cast<int>(blocks.size());
-    expect_the_same_lazily(blocks, keeping(static_cast<std::size_t>(random.integer(1, n))));
+    expect_the_same_with_stale_bounds(blocks, keeping(static_cast<std::size_t>(random.integer(1, n))));
   }
 }
 
-// Copies of rows along six directions. Taking one out leaves the losses along the other five as they are but for
-// rounding, and the prior puts them midway between two float32: bounds have to allow for it.
-TEST(BackwardGreedy, is_the_same_lazily_where_losses_change_by_rounding_only) {
+// Copies of rows along six directions. Removing one changes the losses along the other five by rounding
+// only, and the prior puts them midway between two float32 numbers: bounds have to allow for it.
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_where_losses_change_by_rounding_only) {
   for (std::uint64_t variation = 0; variation < trials(500); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
@@ -62,18 +62,18 @@ TEST(BackwardGreedy, is_the_same_lazily_where_losses_change_by_rounding_only) {
     const EigenPrior eigen_prior(prior);
     Options options = keeping(blocks.size() - static_cast<std::size_t>(random.integer(1, 5)));
     options.prior = eigen_prior.data();
-    expect_the_same_lazily(blocks, options);
+    expect_the_same_with_stale_bounds(blocks, options);
   }
 }
 
-TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_at_every_scale) {
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_and_well_formed_at_every_scale) {
   for (int exponent = -30; exponent <= 30; exponent += 2) {
     Random random(static_cast<std::uint64_t>(exponent + 30));
     SCOPED_TRACE(random.name() + ", scale 1e" + std::to_string(exponent));
     BlockStore blocks;
     for (int i = 0; i < 50; ++i) push_back(blocks, random_block(random, 2, std::pow(10.0, exponent)));
     for (int i = 0; i < 50; ++i) push_back(blocks, stored_block(blocks, static_cast<std::size_t>(i)) / 2);
-    expect_the_same_lazily(blocks, keeping(50));
+    expect_the_same_with_stale_bounds(blocks, keeping(50));
     Selector selector(100);
     const Selection selection = selector.select(blocks, keeping(50));
     EXPECT_EQ(selection.status, Status::ok);
@@ -84,8 +84,8 @@ TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_at_every_scale) {
   }
 }
 
-// A direction that nobody sees, and rows so long that nothing is known of it for certain.
-TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_with_a_direction_unseen) {
+// An unobserved direction, and rows so long that float64 has no digits of it.
+TEST(BackwardGreedy, is_the_same_with_stale_bounds_and_well_formed_with_a_direction_unobserved) {
   for (int exponent = -3; exponent <= 12; exponent += 3) {
     Random random(static_cast<std::uint64_t>(exponent + 3));
     SCOPED_TRACE(random.name() + ", scale 1e" + std::to_string(exponent));
@@ -95,7 +95,7 @@ TEST(BackwardGreedy, is_the_same_lazily_and_well_formed_with_a_direction_unseen)
       block.col(exponent % 2 == 0 ? 3 : 0).setZero();
       push_back(blocks, block);
     }
-    expect_the_same_lazily(blocks, keeping(150));
+    expect_the_same_with_stale_bounds(blocks, keeping(150));
     Selector selector(300);
     const Selection selection = selector.select(blocks, keeping(150));
     EXPECT_EQ(selection.size, 150U);
@@ -125,7 +125,7 @@ TEST(BackwardGreedy, is_the_same_on_every_instruction_set) {
   });
 }
 
-// Float64 has the same bits whatever lane a candidate is in, and on whatever instruction set.
+// Losses in float64 have the same bits in every lane and on every instruction set.
 TEST(BackwardGreedy, losses_are_the_same_bits_on_all_and_near_the_exact_ones) {
   for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
