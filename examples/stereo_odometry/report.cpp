@@ -112,6 +112,46 @@ std::vector<std::vector<StampedPose>> begun_at_truth(const std::vector<Run>& run
   return moved;
 }
 
+void set_errors(const Run& run, const StereoDataset& dataset, Outcome& outcome) {
+  std::vector<StampedPose> estimate, truth;
+  const std::vector<StampedPose> all = run.trajectory();
+  std::vector<double> periods;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!dataset.truth(i)) continue;
+    if (!estimate.empty()) periods.push_back(all[i].time - estimate.back().time);
+    estimate.push_back(all[i]);
+    truth.push_back({all[i].time, *dataset.truth(i)});
+  }
+  // Half a period: every window ends at the next frame, though periods differ a little.
+  const double period = periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5);
+  outcome.per_frame = errors_of(estimate, truth, period);
+  outcome.rigid_rpe_m_per_s = errors_of(estimate, truth, period, TrajectoryAlignment::rigid).rpe_m_per_s;
+  outcome.per_second = errors_of(estimate, truth, 1);
+}
+
+// Adds a frame's part of the means over all frames.
+void add_counts(const FrameRecord& frame, double frames, Outcome& outcome) {
+  outcome.features += static_cast<double>(frame.features) / frames;
+  outcome.searched += static_cast<double>(frame.result.searched) / frames;
+  outcome.matches += static_cast<double>(frame.matches) / frames;
+  outcome.inliers += static_cast<double>(frame.inliers) / frames;
+  outcome.selected += static_cast<double>(frame.selected) / frames;
+  if (frame.result.status != FrameStatus::tracked) return;
+  const auto selected = static_cast<double>(frame.selected);
+  outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
+  outcome.selected_max = std::max(outcome.selected_max, selected);
+}
+
+void add_times(const FrameRecord& frame, double frames, Outcome& outcome) {
+  const auto& ms = frame.result.ms;
+  outcome.ms_base +=
+      (frame.ms_extraction + ms.coarse + ms.outlier_rejection + ms.matching_the_rest + ms.mapping) / frames;
+  outcome.ms_matching += ms.matching / frames;
+  outcome.ms_matching_the_rest += ms.matching_the_rest / frames;
+  outcome.ms_selection += ms.selection / frames;
+  outcome.ms_pose_optimization += ms.pose_optimization / frames;
+}
+
 }  // namespace
 
 void FrameRecord::drop_lists() {
@@ -132,46 +172,18 @@ std::vector<StampedPose> Run::trajectory() const {
 }
 
 Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
-  std::vector<StampedPose> estimate, truth;
-  const std::vector<StampedPose> all = run.trajectory();
-  std::vector<double> periods;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!dataset.truth(i)) continue;
-    if (!estimate.empty()) periods.push_back(all[i].time - estimate.back().time);
-    estimate.push_back(all[i]);
-    truth.push_back({all[i].time, *dataset.truth(i)});
-  }
   Outcome outcome;
-  // Half a period: every window ends at the next frame, though periods differ a little.
-  const double period = periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5);
-  outcome.per_frame = errors_of(estimate, truth, period);
-  outcome.rigid_rpe_m_per_s = errors_of(estimate, truth, period, TrajectoryAlignment::rigid).rpe_m_per_s;
-  outcome.per_second = errors_of(estimate, truth, 1);
+  set_errors(run, dataset, outcome);
   const auto frames = static_cast<double>(run.frames.size());
   double measured = 0, tracked = 0;
   for (const FrameRecord& frame : run.frames) {
-    const FrameResult& result = frame.result;
+    const FrameStatus status = frame.result.status;
     const bool is_first = &frame == &run.frames.front();  // a map begun later is begun at a predicted pose
-    tracked += result.status == FrameStatus::tracked || (is_first && result.status == FrameStatus::initialized) ? 1 : 0;
-    outcome.features += static_cast<double>(frame.features) / frames;
-    outcome.searched += static_cast<double>(result.searched) / frames;
-    outcome.matches += static_cast<double>(frame.matches) / frames;
-    outcome.inliers += static_cast<double>(frame.inliers) / frames;
-    outcome.selected += static_cast<double>(frame.selected) / frames;
-    if (result.status == FrameStatus::tracked) {
-      const auto selected = static_cast<double>(frame.selected);
-      outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
-      outcome.selected_max = std::max(outcome.selected_max, selected);
-    }
-    outcome.ms_base += (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection +
-                        result.ms.matching_the_rest + result.ms.mapping) /
-                       frames;
-    outcome.ms_matching += result.ms.matching / frames;
-    outcome.ms_matching_the_rest += result.ms.matching_the_rest / frames;
-    outcome.ms_selection += result.ms.selection / frames;
-    outcome.ms_pose_optimization += result.ms.pose_optimization / frames;
-    if (std::isnan(result.efficiency)) continue;
-    outcome.efficiency += result.efficiency;
+    tracked += status == FrameStatus::tracked || (is_first && status == FrameStatus::initialized) ? 1 : 0;
+    add_counts(frame, frames, outcome);
+    add_times(frame, frames, outcome);
+    if (std::isnan(frame.result.efficiency)) continue;
+    outcome.efficiency += frame.result.efficiency;
     ++measured;
   }
   outcome.tracked_percent = 100 * tracked / frames;  // 100 to the last bit if all are

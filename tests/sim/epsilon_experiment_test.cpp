@@ -85,16 +85,15 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     search.budget = i < 2 ? 15 : 75;
     search.strategy = Strategy::greedy;
     const Selection greedy = selector.select(blocks, search);
-    auto of_greedy = indices_of(greedy);
+    const auto of_greedy = indices_of(greedy);
     const double log_det_of_greedy = greedy.log_det;
     search.strategy = Strategy::stochastic_greedy;
     search.epsilon = i % 2 == 0 ? 0.5 : 0.05;
     search.seed = seeds.bits();
     const Selection found = selector.select(blocks, search);
-    std::size_t differing = 0;
-    for (const std::uint32_t index : found) {
-      if (std::find(of_greedy.begin(), of_greedy.end(), index) == of_greedy.end()) ++differing;
-    }
+    const auto differing = static_cast<std::size_t>(std::count_if(found.begin(), found.end(), [&](std::uint32_t index) {
+      return std::find(of_greedy.begin(), of_greedy.end(), index) == of_greedy.end();
+    }));
     EXPECT_GT(differing, 0U);
     EXPECT_EQ(outcomes[i].k, search.budget);
     EXPECT_EQ(outcomes[i].epsilon, search.epsilon);
@@ -103,9 +102,7 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     const double log_det_prior = 6 * std::log(1e-5);
     EXPECT_NEAR(outcomes[i].share_of_greedy, (found.log_det - log_det_prior) / (log_det_of_greedy - log_det_prior),
                 1e-12);
-    EXPECT_GT(outcomes[i].us, 0);
-    EXPECT_GT(outcomes[i].us_greedy, 0);
-    EXPECT_GT(outcomes[i].us_lazy, 0);
+    for (const double us : {outcomes[i].us, outcomes[i].us_greedy, outcomes[i].us_lazy}) EXPECT_GT(us, 0);
   }
 }
 
