@@ -20,17 +20,17 @@
 namespace maxlogdet::python {
 namespace {
 
-/// An ActiveSelection with what it refers to: the lease keeps the candidates, `asked` the arrays.
+/// An ActiveSelection with what it refers to: the lease keeps the candidates, the options keep their arrays.
 class OwnActiveSelection {
  public:
   explicit OwnActiveSelection(const py::object& capacity) : active_(count_from(capacity, "capacity")) {}
 
-  // After an error the one before has ended too.
+  // Ends the previous selection even if this one fails.
   void start(const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
     stop();
-    Lease lease(store_of(blocks));  // first: converting arguments may run Python code, which could change the store
+    Lease lease(store_of(blocks));  // before converting arguments, which may run Python code that changes the store
     SelectOptions asked(SelectionKind::active, lease.blocks().size(), budget, keywords);
-    if (lease_) throw std::runtime_error("this ActiveSelection was started by another thread meanwhile");
+    if (lease_) throw std::runtime_error("another thread started this ActiveSelection meanwhile");
     const Status status = active_.start(lease.blocks(), asked.options);
     if (status != Status::ok) throw StatusError(status);
     asked_.emplace(std::move(asked));
@@ -67,11 +67,7 @@ class OwnActiveSelection {
       answer_one(index, [this](auto... of) { return active_.accept(of...); });
       return;
     }
-    const Array<double> measured = real_array(block, "block", {any_r, state_dimension});
-    if (measured.shape(0) < 1 || measured.shape(0) > max_block_rows) {
-      throw py::value_error("block: expected shape (r, 6) with r in {1, 2, 3}, got " +
-                            std::string(py::str(measured.attr("shape"))));
-    }
+    const Array<double> measured = block_array(block, "block");
     const int rows = static_cast<int>(measured.shape(0));
     answer_one(index, [&](auto... of) { return active_.accept(of..., measured.data(), rows); });
   }
@@ -102,7 +98,7 @@ class OwnActiveSelection {
     return size;
   }
 
-  // About the first proposal, or that of an index.
+  // Answers the first proposal, or the one with the index.
   template <class Give>
   void answer_one(const py::object& index, const Give& give_answer) {
     if (index.is_none()) {
@@ -124,7 +120,7 @@ class OwnActiveSelection {
 
   ActiveSelection active_;
   std::optional<SelectOptions> asked_;
-  std::optional<Lease> lease_;  // none before start() and after stop()
+  std::optional<Lease> lease_;  // held from start() to stop()
   std::size_t unanswered_ = 0;  // proposals
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "python/arrays.hpp"
 
+#include <maxlogdet/block_store.hpp>
+
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -19,13 +21,13 @@ std::string text_of(const Shape& shape) {
   return text + ")";
 }
 
-// numpy.asarray with a shape and a kind of entries: `kinds` are the letters of dtype.kind.
+// As numpy.asarray; checks the shape, and that dtype.kind is one of the letters `kinds`.
 py::array array_of(const py::handle& object, const char* name, const char* kinds, const char* entries,
                    const Shape& shape) {
   py::array array = py::array::ensure(object);
   if (!array) throw py::type_error(std::string(name) + ": expected an array of " + entries);
   const std::string kind(1, array.dtype().kind());
-  if (array.size() > 0 && std::string(kinds).find(kind) == std::string::npos) {  // [] is an array of floats
+  if (array.size() > 0 && std::string(kinds).find(kind) == std::string::npos) {  // NumPy makes [] an array of floats
     throw py::type_error(std::string(name) + ": expected an array of " + entries + ", got " + text_of(array.dtype()));
   }
   bool fits = shape.empty() || static_cast<std::size_t>(array.ndim()) == shape.size();
@@ -65,9 +67,18 @@ Array<double> optional_real_array(const py::handle& object, const char* name, co
   return object.is_none() ? Array<double>() : real_array(object, name, shape);
 }
 
+Array<double> block_array(const py::handle& object, const char* name, const char* hint) {
+  Array<double> block = real_array(object, name, {any_r, state_dimension});
+  if (block.shape(0) < 1 || block.shape(0) > max_block_rows) {
+    throw py::value_error(std::string(name) + ": expected shape (r, 6) with r in {1, 2, 3}, got " +
+                          text_of(block.attr("shape")) + hint);
+  }
+  return block;
+}
+
 namespace {
 
-// Whether rows can be read where they are.
+// Whether the rows can be read in place.
 template <class Scalar>
 bool has_rows_of(const py::array& points) {
   constexpr auto entry = static_cast<py::ssize_t>(sizeof(Scalar));
@@ -127,10 +138,10 @@ int int_from(const py::handle& object, const char* name) {
   const py::int_ integer = integer_from(object, name);
   int overflow = 0;
   const long long value = PyLong_AsLongLongAndOverflow(integer.ptr(), &overflow);
-  constexpr long long least = std::numeric_limits<int>::min();
-  constexpr long long most = std::numeric_limits<int>::max();
-  if (overflow != 0) return static_cast<int>(overflow < 0 ? least : most);
-  return static_cast<int>(std::clamp(value, least, most));
+  constexpr long long lowest = std::numeric_limits<int>::min();
+  constexpr long long highest = std::numeric_limits<int>::max();
+  if (overflow != 0) return static_cast<int>(overflow < 0 ? lowest : highest);
+  return static_cast<int>(std::clamp(value, lowest, highest));
 }
 
 double number_from(const py::handle& object, const char* name) {

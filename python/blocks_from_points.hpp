@@ -5,7 +5,7 @@
 
 namespace maxlogdet::python {
 
-/// Adds PinholeCamera, BlockReport and BlockStore.append_blocks: the Jacobians of jacobian.hpp.
-void bind_blocks_from_points(py::module_& module, py::class_<Store, std::shared_ptr<Store>>& store);
+/// Adds BlockStore.append_blocks.
+void bind_append_blocks(py::class_<Store, std::shared_ptr<Store>>& store);
 
 }  // namespace maxlogdet::python

@@ -8,7 +8,7 @@
 
 namespace maxlogdet::python {
 
-/// A status that is not an answer; Python sees it as SelectionError, with the status' name as its attribute.
+/// A status without an answer; in Python it is a SelectionError whose attribute is the name of the status.
 class StatusError : public std::runtime_error {
  public:
   explicit StatusError(Status status);

@@ -9,7 +9,7 @@ namespace maxlogdet::python {
 
 #ifdef MAXLOGDET_PYTHON_TBB
 Executor* executor() noexcept {
-  static TbbExecutor tbb;  // has no state
+  static TbbExecutor tbb;  // stateless, so its destruction is harmless
   return &tbb;
 }
 #else

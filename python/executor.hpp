@@ -5,7 +5,7 @@
 
 namespace maxlogdet::python {
 
-/// Where helpers come from: oneTBB if the module was built with it, else nullptr. Never destroyed before what uses it.
+/// oneTBB if the module was built with it, else null. Outlives every selector.
 Executor* executor() noexcept;
 
 bool has_executor() noexcept;

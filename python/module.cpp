@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The compiled half of the Python package `maxlogdet`; maxlogdet/__init__.py is what is imported.
+// The compiled part of the Python package `maxlogdet`, which maxlogdet/__init__.py imports.
 #include "python/bindings.hpp"
 #include "python/executor.hpp"
 #include "python/names.hpp"
@@ -9,12 +9,15 @@
 
 PYBIND11_MODULE(_core, module) {
   using namespace maxlogdet::python;
-  // Signatures are written by hand, in the form that inspect.signature() reads; pybind11's own it cannot.
+  // inspect.signature() cannot read pybind11's signatures: docstrings begin with hand-written ones that it can.
   py::options docstrings;
   docstrings.disable_function_signatures();
 
   bind_errors(module);
+  bind_cameras(module);
+  bind_block_report(module);
   bind_store(module);
+  bind_match_weights(module);
   bind_selection(module);
   bind_selector(module);
   bind_active_selection(module);

@@ -6,7 +6,7 @@
 namespace maxlogdet::python {
 namespace {
 
-// The library has no name for these.
+// The library does not name these enumerators.
 const char* name_of(ThirdMeasurement third) noexcept {
   switch (third) {
     case ThirdMeasurement::none: return "none";

@@ -10,7 +10,7 @@
 
 namespace maxlogdet::python {
 
-// Enumerators by their names; ValueError, which lists them, for any other.
+// The enumerator of a name; throws ValueError, which lists the names, for any other string.
 
 Strategy strategy_of(const std::string& name);
 Weighting weighting_of(const std::string& name);

@@ -9,13 +9,13 @@
 
 namespace maxlogdet::python {
 
-/// Throws ValueError unless what was pickled has so many parts.
+/// Throws ValueError unless the pickled state has this number of parts.
 inline void check_state(const py::tuple& state, std::size_t parts) {
   if (state.size() != parts) throw py::value_error("this was pickled by another version of maxlogdet");
 }
 
-/// What pickle keeps of a class of plain members: PlainMembers(&Camera::fx, &Camera::fy), all of them in their order.
-/// Enumerators are kept by their numbers, which stay.
+/// The pickled state of a class of plain members, all of them in order: PlainMembers(&Camera::fx, &Camera::fy).
+/// Enumerators are pickled as numbers, which never change.
 template <class T, class... Values>
 class PlainMembers {
  public:
@@ -55,7 +55,7 @@ class PlainMembers {
   std::tuple<Values T::*...> members_;
 };
 
-/// Lets pickle and copy take objects of a class: def_pickle(bound, &Camera::fx, &Camera::fy), all members.
+/// Supports pickle and copy for a class: def_pickle(bound, &Camera::fx, &Camera::fy), all members.
 template <class Bound, class T, class... Values>
 void def_pickle(Bound& bound, Values T::*... members) {
   const PlainMembers plain(members...);

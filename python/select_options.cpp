@@ -16,11 +16,6 @@ std::vector<unsigned char> mask_of(const py::object& object, const char* name, s
   return {flags, flags + n};
 }
 
-template <class T>
-const T* data_or_null(const std::vector<T>& entries) {
-  return entries.empty() ? nullptr : entries.data();
-}
-
 bool bool_from(const py::object& object, const std::string& name) {
   if (!py::isinstance<py::bool_>(object)) throw py::type_error(name + ": expected True or False");
   return object.cast<bool>();
@@ -28,7 +23,7 @@ bool bool_from(const py::object& object, const std::string& name) {
 
 }  // namespace
 
-// What both kinds of selection know.
+// Keywords of both kinds of selection.
 bool SelectOptions::take(const std::string& name, const py::object& value, std::size_t n) {
   if (name == "strategy") {
     if (!py::isinstance<py::str>(value)) throw py::type_error("strategy: expected a string");
@@ -82,7 +77,7 @@ bool SelectOptions::take_for_whole(const std::string& name, const py::object& va
 
 SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object& budget, const py::kwargs& keywords) {
   options.budget = count_from(budget, "budget");
-  bool has_maxima = false;  // be they none
+  bool has_maxima = false;  // possibly an empty array
   for (const auto& [key, item] : keywords) {
     const auto name = key.cast<std::string>();
     const auto value = py::reinterpret_borrow<py::object>(item);
@@ -91,7 +86,7 @@ SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object
     if (!is_known) throw py::type_error("unexpected keyword argument '" + name + "'");
   }
   if (groups_.empty() && !group_maxima_.empty() && n > 0) {
-    throw py::value_error("group_maxima: expected groups as well, which say who is in which");
+    throw py::value_error("group_maxima: expected groups as well, which give the group of each candidate");
   }
   options.prior = data_or_null(prior_);
   options.required = data_or_null(required_);

@@ -14,13 +14,15 @@ namespace maxlogdet::python {
 
 enum class SelectionKind { whole, active };
 
-/// Options from Python's keyword arguments. The arrays are copies, some bytes a candidate: the library checks them once
-/// and then relies on them, while Python may change what it holds.
+/// Options from Python's keyword arguments. The arrays are copied, because the library checks them once and then relies
+/// on them, while Python may change its arrays; this takes a few bytes per candidate.
 class SelectOptions {
  public:
-  /// For n candidates. Throws TypeError and ValueError with the name of the argument; an active selection knows fewer.
+  /// For n candidates. An active selection accepts fewer keywords. Throws TypeError and ValueError, which name the
+  /// argument.
   SelectOptions(SelectionKind kind, std::size_t n, const py::object& budget, const py::kwargs& keywords);
-  SelectOptions(SelectOptions&&) noexcept = default;  // the pointers in `options` stay those of the vectors
+  SelectOptions(SelectOptions&&) noexcept =
+      default;  // moved vectors keep their memory, so the pointers in `options` stay valid
   SelectOptions(const SelectOptions&) = delete;
   SelectOptions& operator=(SelectOptions&&) noexcept = default;
   SelectOptions& operator=(const SelectOptions&) = delete;

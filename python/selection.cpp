@@ -16,7 +16,7 @@ std::string text_of(const Answer& answer) {
               answer.selection.log_det);
 }
 
-// All but what the arrays tell.
+// All members that the arrays do not determine.
 constexpr PlainMembers numbers(&Selection::status, &Selection::log_det, &Selection::evaluations,
                                &Selection::float64_decisions, &Selection::invalid_candidates, &Selection::upper_bound,
                                &Selection::strategy, &Selection::threads, &Selection::efficiency_of_all,

@@ -17,8 +17,8 @@
 namespace maxlogdet::python {
 namespace {
 
-/// A Selector, the threads that its selections are offered to, and whether one is under way: another Python thread may
-/// run meanwhile, and must not begin one on the same selector.
+/// A Selector with its default number of threads, and whether it is selecting: meanwhile, another Python thread may
+/// run, but must not select with the same selector.
 struct OwnSelector {
   OwnSelector(std::size_t capacity, int threads_by_default)
       : selector(capacity, executor()), threads(threads_by_default) {}
@@ -32,7 +32,7 @@ class Turn {
  public:
   explicit Turn(OwnSelector& selector) : selector_(selector) {
     if (selector.is_busy) {
-      throw std::runtime_error("this Selector is at work in another thread: give each thread one of its own");
+      throw std::runtime_error("this Selector is selecting in another thread: give each thread a Selector of its own");
     }
     selector.is_busy = true;
   }
@@ -44,7 +44,7 @@ class Turn {
   OwnSelector& selector_;
 };
 
-// `blocks` must be leased.
+// The caller holds a lease of `blocks`.
 Answer run(OwnSelector& self, const BlockStore& blocks, const Options& options) {
   const Turn turn(self);
   Selection selection{};
@@ -56,13 +56,13 @@ Answer run(OwnSelector& self, const BlockStore& blocks, const Options& options) 
 }
 
 Answer select(OwnSelector& self, const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
-  const Lease lease(store_of(blocks));  // first: converting arguments may run Python code, which could change the store
+  const Lease lease(store_of(blocks));  // before converting arguments, which may run Python code that changes the store
   SelectOptions asked(SelectionKind::whole, lease.blocks().size(), budget, keywords);
   if (!asked.has_threads) asked.options.threads = self.threads;
   return run(self, lease.blocks(), asked.options);
 }
 
-// A budget above the number of candidates asks for all of them: the selector need not be larger.
+// A budget above the number of candidates asks for all of them, so the selector's capacity need not be larger.
 Answer select_once(const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
   const Lease lease(store_of(blocks));
   const std::size_t n = lease.blocks().size();

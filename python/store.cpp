@@ -14,15 +14,8 @@
 namespace maxlogdet::python {
 namespace {
 
-// One block, r x 6.
 Array<double> block_of(const py::handle& object, const char* name) {
-  Array<double> block = real_array(object, name, {any_r, state_dimension});
-  if (block.shape(0) < 1 || block.shape(0) > max_block_rows) {
-    throw py::value_error(std::string(name) + ": expected shape (r, 6) with r in {1, 2, 3}, got " +
-                          std::string(py::str(block.attr("shape"))) +
-                          " (n candidates of one row: a[:, None, :] is (n, 1, 6))");
-  }
-  return block;
+  return block_array(object, name, " (n candidates of one row: a[:, None, :] is (n, 1, 6))");
 }
 
 void append_array(Store& store, const py::handle& object) {
@@ -39,7 +32,7 @@ void append_array(Store& store, const py::handle& object) {
   }
 }
 
-// All of them are looked at before the first is appended: a mistake in one leaves the store as it was.
+// Checks all blocks before it appends the first one: a mistake leaves the store unchanged.
 void append_list(Store& store, const py::sequence& list) {
   std::vector<Array<double>> blocks;
   blocks.reserve(list.size());
@@ -71,12 +64,12 @@ std::size_t append(Store& store, const py::object& object) {
   return store.changeable_with_room_for(1).push_back(block.data(), static_cast<int>(block.shape(0)));
 }
 
-// A read-only array over the store's memory, which holds a lease. What is derived from it holds the array.
+// A read-only array over the store's memory, which holds a lease; arrays derived from it hold the array.
 py::array view(const std::shared_ptr<Store>& store, const py::dtype& type, const std::vector<py::ssize_t>& shape,
                const std::vector<py::ssize_t>& strides, const void* memory) {
   py::array array;
   if (store->blocks().size() == 0 || shape.front() == 0) {
-    array = py::array(type, shape);  // nothing to look at
+    array = py::array(type, shape);
   } else {
     const py::capsule lease(new Lease(store), [](void* pointer) { delete static_cast<Lease*>(pointer); });
     array = py::array(type, shape, strides, memory, lease);
@@ -106,13 +99,13 @@ py::array validity(const std::shared_ptr<Store>& store) {
   return view(store, py::dtype::of<bool>(), {static_cast<py::ssize_t>(blocks.size())}, {1}, blocks.validity());
 }
 
-// An integer, also of NumPy.
+// Whether it is a Python or NumPy integer.
 bool is_count(const py::object& object) {
   return PyIndex_Check(object.ptr()) != 0 && !py::isinstance<py::array>(object);
 }
 
 std::shared_ptr<Store> make(const py::object& blocks, const py::object& capacity) {
-  if (is_count(blocks)) {  // as of a Selector
+  if (is_count(blocks)) {  // BlockStore(1000) is a capacity, as Selector(1000)
     if (count_from(capacity, "capacity") != 0) {
       throw py::type_error("blocks: expected an array of floats, got the integer " + std::string(py::str(blocks)) +
                            ", and capacity as well");
@@ -130,7 +123,7 @@ std::shared_ptr<Store> copy(const Store& store) {
   return result;
 }
 
-// The blocks, one a stored candidate, and which candidates these are.
+// The blocks of the stored candidates, and which candidates these are.
 py::tuple state_of(const std::shared_ptr<Store>& store) {
   return py::make_tuple(planes(store).attr("transpose")(2, 0, 1).attr("copy")(), validity(store).attr("copy")());
 }
@@ -142,7 +135,7 @@ std::shared_ptr<Store> unpickled(const py::tuple& state) {
   const Array<bool> valid = optional_mask(state[1], "valid", size);
   const bool* const flags = valid.data();
   if (std::count(flags, flags + size, true) != blocks.shape(0))
-    throw py::value_error("blocks: expected one a true flag");
+    throw py::value_error("blocks: expected one per true flag");
   auto store = std::make_shared<Store>(size);
   BlockStore& to = store->changeable();
   const double* block = blocks.data();
@@ -254,7 +247,7 @@ Returns an independent store with the same candidates.)")
                              "store's own memory, as planes. numpy.searchsorted(indices, i) is the column of "
                              "candidate i.")
       .def_property_readonly("valid", &validity, "(n,) bool, read-only: the store's own memory, as planes.");
-  bind_blocks_from_points(module, store);
+  bind_append_blocks(store);
 }
 
 }  // namespace maxlogdet::python

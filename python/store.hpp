@@ -10,16 +10,16 @@
 
 namespace maxlogdet::python {
 
-/// A BlockStore that changes only while nobody looks at it: arrays that view its memory and selections hold a Lease.
-/// All of this happens with the GIL held, which is what makes the count safe.
+/// A BlockStore that cannot change while arrays view its memory or selections use it: these hold a Lease. The GIL,
+/// which is held meanwhile, protects the count of leases.
 class Store {
  public:
   explicit Store(std::size_t capacity) : blocks_(capacity) {}
 
   const BlockStore& blocks() const noexcept { return blocks_; }
-  /// Throws BufferError, as a bytearray does, while there are leases.
+  /// Throws BufferError, as a bytearray does, while a lease exists.
   BlockStore& changeable();
-  /// changeable(), with room for `count` more, so that appending these cannot fail halfway.
+  /// changeable(), with capacity for `count` more candidates, so that appending them cannot fail halfway.
   BlockStore& changeable_with_room_for(std::size_t count);
 
  private:
@@ -28,7 +28,7 @@ class Store {
   std::size_t leases_ = 0;
 };
 
-/// Keeps a store alive and as it is.
+/// Keeps a store alive and unchanged.
 class Lease {
  public:
   explicit Lease(std::shared_ptr<Store> store) noexcept;
@@ -41,11 +41,11 @@ class Lease {
   const BlockStore& blocks() const noexcept { return store_->blocks(); }
 
  private:
-  std::shared_ptr<Store> store_;  // nullptr once moved from
+  std::shared_ptr<Store> store_;  // null after a move
 };
 
-/// The store itself if it is one, else a new one with the candidates of an (n, r, 6) array or of a list of (r, 6)
-/// arrays and Nones.
+/// The store itself if the argument is one, else a new store with the candidates of an (n, r, 6) array or of a list of
+/// (r, 6) arrays and Nones.
 std::shared_ptr<Store> store_of(const py::handle& blocks);
 
 }  // namespace maxlogdet::python

@@ -248,18 +248,4 @@ def match_information(
     depth_sigma: float = 0.05,
 ) -> NDArray[np.float64]: ...
 
-def match_whitening(
-    camera: Union[_Camera, Sequence[Tuple[_Camera, ArrayLike]]],
-    T_cw: ArrayLike,
-    points: ArrayLike,
-    *,
-    sigmas: Optional[ArrayLike] = None,
-    has_third: Optional[ArrayLike] = None,
-    map_covariances: Optional[ArrayLike] = None,
-    jacobians: Optional[ArrayLike] = None,
-    camera_ids: Optional[ArrayLike] = None,
-    weighting: Optional[_Weighting] = None,
-    third: _Third = 'none',
-    map_sigma: float = 0.05,
-    depth_sigma: float = 0.05,
-) -> NDArray[np.float64]: ...
+match_whitening = match_information

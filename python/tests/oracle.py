@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a selection should be, in plain NumPy and float64, without a thought about speed."""
+"""The reference selection, in plain NumPy and float64, without regard to speed."""
 import numpy as np
 
 DEFAULT_PRIOR = 1e-5 * np.eye(6)
@@ -10,7 +10,7 @@ def log_det(matrix):
 
 
 def stored(blocks):
-    """(n, r, 6) as a store rounds it."""
+    """(n, r, 6), rounded as in a store."""
     return np.asarray(blocks, np.float32).astype(np.float64)
 
 
@@ -20,13 +20,13 @@ def information(blocks, indices, prior=DEFAULT_PRIOR):
 
 
 def check_greedy(blocks, indices, prior=DEFAULT_PRIOR, allowed=None, tolerance=1e-6):
-    """Every index is the best that there was, given those before it; where one is clearly best, it is that one."""
+    """Checks that each index has the highest gain after those before it; returns how many were clear winners."""
     blocks = stored(blocks)
     free = np.ones(len(blocks), bool) if allowed is None else np.array(allowed)
     matrix = prior.copy()
     clear = 0
     for position, chosen in enumerate(indices):
-        assert free[chosen], f"{chosen} at position {position} was not to be had"
+        assert free[chosen], f"{chosen} at position {position} was not free"
         gains = log_det(matrix + np.einsum("nri,nrj->nij", blocks, blocks)) - log_det(matrix)
         gains[~free] = -np.inf
         best = int(np.argmax(gains))
@@ -41,7 +41,7 @@ def check_greedy(blocks, indices, prior=DEFAULT_PRIOR, allowed=None, tolerance=1
 
 
 def pinhole_blocks(rng, n, rows=2):
-    """Rows of pixels with respect to a pose: translation and rotation columns differ as they do in a tracker."""
+    """Blocks in pixels: translation and rotation columns differ in scale as in a tracker."""
     z = rng.uniform(2, 30, n)
     x, y = rng.uniform(-0.8, 0.8, (2, n))
     zero, one, d = np.zeros(n), np.ones(n), 1 / z

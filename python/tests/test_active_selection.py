@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Proposals, answers, and what an active selection keeps as it is."""
+"""Active selection: proposals, answers, and the store that it keeps unchanged."""
 import gc
 
 import numpy as np
@@ -26,7 +26,7 @@ def test_accepting_everything_is_lazy_greedy(rng):
     assert np.array_equal(selection.gains, expected.gains)
 
 
-def test_what_is_rejected_is_not_proposed_again(rng):
+def test_a_rejected_candidate_is_not_proposed_again(rng):
     blocks = rng.normal(size=(100, 2, 6))
     is_matched = rng.random(100) < 0.5
     active = maxlogdet.ActiveSelection(100)
@@ -45,7 +45,7 @@ def test_what_is_rejected_is_not_proposed_again(rng):
     check_greedy(blocks, selection.indices, allowed=np.isin(np.arange(100), rejected, invert=True))
 
 
-def test_a_block_as_measured_takes_the_place_of_the_proposed(rng):
+def test_a_measured_block_replaces_the_proposed_one(rng):
     blocks = rng.normal(size=(50, 2, 6))
     measured = rng.normal(size=(3, 6))
     active = maxlogdet.ActiveSelection(50)
@@ -78,14 +78,14 @@ def test_constraints_hold(rng):
     assert selection.status == "all_selected"
 
 
-def test_arrays_may_go_or_change_after_the_start(rng):
+def test_arrays_may_be_freed_or_changed_after_start(rng):
     blocks = rng.normal(size=(200, 2, 6))
     groups, maxima, excluded = rng.integers(0, 20, 200), np.full(20, 3), rng.random(200) < 0.3
     prior = 100 * np.eye(6)
     options = dict(groups=groups, group_maxima=maxima, excluded=excluded, prior=prior)
     expected = maxlogdet.select(blocks, 40, **options).indices.tolist()
     active = maxlogdet.ActiveSelection(200)
-    active.start(maxlogdet.BlockStore(blocks), 40, **options)  # nobody else holds that store
+    active.start(maxlogdet.BlockStore(blocks), 40, **options)  # no other reference to that store
     for array in (groups, maxima, excluded, prior, blocks):
         array[...] = 10**6
     del options, groups, maxima, excluded, prior, blocks
@@ -95,7 +95,7 @@ def test_arrays_may_go_or_change_after_the_start(rng):
     assert active.selection().indices.tolist() == expected
 
 
-def test_a_store_does_not_change_while_proposals_come_from_it(rng):
+def test_a_store_cannot_change_while_an_active_selection_uses_it(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(30, 2, 6)))
     active = maxlogdet.ActiveSelection(100)
 
@@ -110,7 +110,7 @@ def test_a_store_does_not_change_while_proposals_come_from_it(rng):
     assert refused()
     for _ in active:
         active.accept()
-    assert refused()  # it can still be asked for its selection
+    assert refused()  # selection() still works
     active.stop()
     assert not refused()
     with active:
@@ -167,11 +167,11 @@ def test_an_unanswered_proposal_ends_an_iteration_with_an_error(rng):
     with pytest.raises(RuntimeError, match=r"accept\(\) or reject\(\)"):
         for _ in active:
             pass
-    active.accept()  # and can be mended
+    active.accept()  # iteration may go on after an answer
     assert len(active.selection()) == 1
 
 
-def test_batches_are_the_best_by_their_gains_now(rng):
+def test_a_batch_has_the_highest_current_gains(rng):
     blocks = rng.normal(size=(100, 2, 6))
     active = maxlogdet.ActiveSelection(100)
     active.start(blocks, 20)
@@ -194,7 +194,7 @@ def test_batches_are_the_best_by_their_gains_now(rng):
     assert selection.log_det == pytest.approx(np.linalg.slogdet(information)[1], abs=1e-9)
 
 
-def test_answers_by_index_in_any_order(rng):
+def test_answers_by_index_may_come_in_any_order(rng):
     active = maxlogdet.ActiveSelection(50)
     active.start(rng.normal(size=(50, 2, 6)), 10)
     batch = active.next_batch(5)
@@ -215,7 +215,7 @@ def test_answers_by_index_in_any_order(rng):
     assert next(iter(active)) not in batch
 
 
-def test_what_answers_to_batches_are_refused(rng):
+def test_malformed_answers_to_batches_are_refused(rng):
     active = maxlogdet.ActiveSelection(50)
 
     def refused(call, error, text):
@@ -263,7 +263,7 @@ def test_targets_end_the_proposals(rng):
     assert selection.efficiency_of_all == expected.efficiency_of_all
     active.start(blocks, 200, target_translation_sigma=0.3)
     batch = active.next_batch(150)
-    active.answer(np.ones(len(batch), bool))  # those behind the target too: they are matched
+    active.answer(np.ones(len(batch), bool))  # also those after the target is met: they are matched
     assert active.next() is None
     assert len(active.selection()) == 150 and active.selection().translation_sigma < 0.3
 
@@ -275,7 +275,7 @@ def test_targets_end_the_proposals(rng):
     (dict(budget=101), maxlogdet.SelectionError, "invalid_budget"),
     (dict(prior=-np.eye(6)), maxlogdet.SelectionError, "invalid_prior"),
 ])
-def test_what_start_refuses(rng, options, error, text):
+def test_start_refuses_wrong_arguments(rng, options, error, text):
     active = maxlogdet.ActiveSelection(100)
     with pytest.raises(error, match=text):
         active.start(rng.normal(size=(30, 2, 6)), **options)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Blocks from points and a pose, against the formulas of jacobian.hpp in NumPy."""
+"""Blocks from points and a pose, compared with the formulas of jacobian.hpp in NumPy."""
 import tracemalloc
 
 import numpy as np
@@ -17,7 +17,7 @@ def rotation(rng):
 
 
 def random_scene(rng, n=60):
-    """A pose, points in front of the camera, and the same in its frame."""
+    """A pose, points in front of the camera, and these points in the camera's frame."""
     T_cw = np.eye(4)
     T_cw[:3, :3] = rotation(rng)
     T_cw[:3, 3] = rng.normal(size=3)
@@ -71,7 +71,7 @@ def test_map_bias_is_the_papers_block(rng):
 
 
 @pytest.mark.parametrize("third", ["none", "stereo", "depth"])
-def test_measurement_is_the_jacobian_over_sigma_turned(rng, third):
+def test_measurement_is_the_rotated_jacobian_divided_by_sigma(rng, third):
     T_cw, points, p_c = random_scene(rng)
     sigmas = 1.2 ** rng.integers(0, 8, size=60)
     blocks, _ = appended(T_cw, points, sigmas=sigmas, weighting="measurement", third=third, depth_sigma=0.02)
@@ -128,7 +128,7 @@ def test_matches_without_a_block_keep_their_index(rng):
     assert np.array_equal(store.planes.transpose(2, 0, 1), alone)
 
 
-def test_a_third_row_only_where_there_is_one(rng):
+def test_only_matches_with_a_third_measurement_have_a_third_row(rng):
     T_cw, points, _ = random_scene(rng)
     has_third = rng.random(60) < 0.5
     blocks, _ = appended(T_cw, points, weighting="measurement", third="stereo", has_third=has_third)
@@ -142,7 +142,7 @@ def test_singular_rays_are_reported(rng):
     assert (report.status, report.singular_rays, report.invalid) == ("singular_rays", 1, 1)
 
 
-def test_contiguous_float64_is_read_where_it_is_and_all_else_is_converted(rng):
+def test_contiguous_float64_is_read_in_place_and_all_else_is_converted(rng):
     n = 100000
     T_cw, points, _ = random_scene(rng, n)
     sigmas = rng.uniform(1, 2, n)
@@ -160,13 +160,13 @@ def test_contiguous_float64_is_read_where_it_is_and_all_else_is_converted(rng):
     peak, expected = append(points)
     assert peak < 10000
     peak, planes = append(np.asfortranarray(points))
-    assert peak >= points.nbytes  # so the figure above could have been larger
+    assert peak >= points.nbytes  # a conversion would show in the figure above
     assert np.array_equal(planes, expected)
     _, planes = append(points.astype(np.float32).astype(">f4"))
     assert np.abs(planes - expected).max() < 1e-3 * np.abs(expected).max()
 
 
-def test_float32_points_and_rows_with_more_are_read_where_they_are(rng):
+def test_float32_points_and_strided_rows_are_read_in_place(rng):
     n = 100000
     T_cw, points, _ = random_scene(rng, n)
     cloud = np.ones((n, 4), np.float32)
@@ -186,7 +186,7 @@ def test_float32_points_and_rows_with_more_are_read_where_they_are(rng):
     assert np.array_equal(backwards, expected[::-1])
 
 
-def test_covariances_make_the_default_weigh_them(rng):
+def test_covariances_change_the_default_weighting(rng):
     T_cw, points, _ = random_scene(rng)
     covariances = np.broadcast_to(0.01 * np.eye(3), (60, 3, 3))
     plain, _ = appended(T_cw, points)
@@ -211,7 +211,7 @@ def differences(camera, p_c, h=1e-6):
 
 
 @pytest.mark.parametrize("camera", MODELS, ids=lambda camera: camera.model)
-def test_any_camera_alone_on_a_rig_or_by_its_jacobians(rng, camera):
+def test_a_camera_alone_on_a_rig_and_by_its_jacobians_makes_the_same_blocks(rng, camera):
     T_cw, points, p_c = random_scene(rng)
     p_c[:, :2] *= 0.3
     points = (p_c - T_cw[:3, 3]) @ T_cw[:3, :3]
@@ -225,7 +225,7 @@ def test_any_camera_alone_on_a_rig_or_by_its_jacobians(rng, camera):
 
     def assert_near(actual, expected):
         scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
-        np.testing.assert_allclose(actual / scale, expected / scale, atol=1e-5)  # differences
+        np.testing.assert_allclose(actual / scale, expected / scale, atol=1e-5)  # the error of finite differences
 
     assert_near(made(camera, T_cw, points), expected)
     assert_near(made(CAMERA, T_cw, points, jacobians=J), expected)
@@ -240,7 +240,7 @@ def test_any_camera_alone_on_a_rig_or_by_its_jacobians(rng, camera):
     assert_near(made([(camera, T_cb), (camera, T_cb)], np.linalg.inv(T_cb) @ T_cw, points, camera_ids=ids), by_body)
 
 
-def test_why_matches_have_no_block_is_counted():
+def test_reasons_for_invalid_matches_are_counted():
     points = np.array([[0, 0, 1.0], [0, 0, -1], [0, 0, 1e-9], [0, 0, 2], [0, 0, 3]])
     covariances = np.broadcast_to(1e-4 * np.eye(3), (5, 3, 3)).copy()
     covariances[3, 2, 2] = 1e14
@@ -255,7 +255,7 @@ def test_why_matches_have_no_block_is_counted():
     assert (report.behind_camera, report.too_near) == (1, 3)
 
 
-def test_cameras_project_and_say_what_they_are():
+def test_cameras_project_and_describe_themselves():
     fisheye = maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, 0)
     assert (fisheye.model, fisheye.parameters, fisheye.pinhole.fx) == ("kannala_brandt", (0, 0, 0, 0), 458.0)
     images = fisheye.project([[0, 0, 1], [1, 0, 0], [0, 0, -1]])
@@ -263,7 +263,7 @@ def test_cameras_project_and_say_what_they_are():
     assert repr(fisheye).startswith("<maxlogdet.Camera: kannala_brandt, PinholeCamera(fx=458.0")
 
 
-def test_threads_make_the_same_blocks(rng):
+def test_blocks_do_not_depend_on_threads(rng):
     T_cw, points, _ = random_scene(rng, 50000)
     one, _ = appended(T_cw, points, threads=1)
     two, _ = appended(T_cw, points, threads=2)
@@ -282,7 +282,7 @@ def test_poses_may_be_3x4_or_4x4(rng):
 
 @pytest.mark.parametrize("third", ["none", "stereo", "depth"])
 @pytest.mark.parametrize("kind", ["measurement", "map_sigma", "covariances"])
-def test_weights_are_the_noise_of_the_blocks(third, kind):
+def test_weights_are_the_inverse_noise_of_the_blocks(third, kind):
     rng = np.random.default_rng(5)
     T_cw, points, p_c = random_scene(rng)
     options = dict(third=third, depth_sigma=0.1, sigmas=rng.uniform(0.5, 3, size=len(points)))
@@ -300,7 +300,7 @@ def test_weights_are_the_noise_of_the_blocks(third, kind):
     np.testing.assert_allclose(W.transpose(0, 2, 1) @ W, omega, rtol=1e-10, atol=1e-12 * np.abs(omega).max())
 
 
-def test_weights_are_those_of_the_measurements_that_there_are():
+def test_weights_without_a_third_measurement_have_two_rows():
     points = np.array([[0.0, 0, 5], [1, 0, 5], [0, 0, -5]])
     has_third = np.array([True, False, True])
     omega = maxlogdet.match_information(CAMERA, np.eye(4), points, third="stereo", has_third=has_third)
@@ -309,7 +309,7 @@ def test_weights_are_those_of_the_measurements_that_there_are():
     assert np.isnan(omega[2]).all()
 
 
-def test_weights_on_a_rig_are_those_of_the_camera_at_its_own_pose():
+def test_weights_on_a_rig_equal_those_of_the_camera_at_its_own_pose():
     rng = np.random.default_rng(6)
     T_cw, points, _ = random_scene(rng)
     T_cb = np.eye(4)
@@ -324,7 +324,7 @@ def test_weights_on_a_rig_are_those_of_the_camera_at_its_own_pose():
 
 @pytest.mark.parametrize("wrong", [dict(camera=[]), dict(camera_ids=[0, 0, 0]),
                                    dict(camera=[(CAMERA, np.eye(4))], camera_ids=[0, 0, 1])])
-def test_weights_of_no_such_camera_are_refused(wrong):
+def test_weights_of_an_unknown_camera_are_refused(wrong):
     with pytest.raises(maxlogdet.SelectionError, match="invalid_camera_id"):
         maxlogdet.match_information(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong})
 
@@ -349,7 +349,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("status, wrong", REFUSED)
-def test_what_the_library_refuses_appends_nothing(status, wrong):
+def test_a_refused_call_appends_nothing(status, wrong):
     store = maxlogdet.BlockStore()
     arguments = {"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong}
     with pytest.raises(maxlogdet.SelectionError, match=status) as error:
@@ -360,7 +360,7 @@ def test_what_the_library_refuses_appends_nothing(status, wrong):
 
 @pytest.mark.parametrize("weigh", [maxlogdet.match_information, maxlogdet.match_whitening])
 @pytest.mark.parametrize("status, wrong", [case for case in REFUSED if not {"threads", "min_depth"} & set(case[1])])
-def test_what_is_no_block_has_no_weight(weigh, status, wrong):
+def test_arguments_refused_for_blocks_are_refused_for_weights(weigh, status, wrong):
     with pytest.raises(maxlogdet.SelectionError, match=status):
         weigh(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong})
 
@@ -381,14 +381,14 @@ def test_what_is_no_block_has_no_weight(weigh, status, wrong):
     (TypeError, "camera: expected a PinholeCamera", dict(camera=None)),
     (ValueError, "third: expected one of 'none', 'stereo', 'depth'", dict(third="rgbd")),
 ])
-def test_wrong_arguments_are_named(error, text, wrong):
+def test_messages_name_the_wrong_argument(error, text, wrong):
     store = maxlogdet.BlockStore()
     with pytest.raises(error, match=text):
         store.append_blocks(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((5, 3)), **wrong})
     assert len(store) == 0
 
 
-def test_no_points_are_no_error():
+def test_zero_points_are_valid():
     store = maxlogdet.BlockStore()
     assert store.append_blocks(CAMERA, np.eye(4), np.zeros((0, 3)), sigmas=[], usable=[]).appended == 0
     assert repr(CAMERA) == "PinholeCamera(fx=458.0, fy=457.0, cx=367.0, cy=248.0, bf=50.0)"

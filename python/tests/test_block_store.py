@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The store: what it holds, who may look at its memory, and when it may change."""
+"""The store: its contents, views of its memory, and when it may change."""
 import gc
 import resource
 import tracemalloc
@@ -18,7 +18,7 @@ def test_planes_hold_the_blocks_rounded_to_float32(rng):
     assert np.array_equal(store.planes.transpose(2, 0, 1), blocks.astype(np.float32))
 
 
-def test_shorter_blocks_are_filled_up_with_zeros(rng):
+def test_shorter_blocks_are_padded_with_zeros(rng):
     blocks = [rng.normal(size=(r, 6)) for r in (1, 3, 2)]
     store = maxlogdet.BlockStore(blocks)
     planes = store.planes
@@ -48,7 +48,7 @@ def test_without_a_block_there_is_no_column(blocks):
     assert store.planes.shape == (0, 6, 0) and store.indices.shape == (0,)
     assert store.valid.shape == (len(blocks),) and not store.valid.any()
     assert not store.indices.flags.writeable
-    store.append(np.ones((2, 6)))  # nothing is looked at
+    store.append(np.ones((2, 6)))  # an empty view holds no lease
     assert store.indices.tolist() == [len(blocks)]
 
 
@@ -64,7 +64,7 @@ def test_append_returns_the_index(rng):
     assert np.flatnonzero(~store.valid).tolist() == [5, 6, 77]
 
 
-def test_a_mistake_in_a_list_leaves_the_store_as_it_was(rng):
+def test_a_mistake_in_a_list_leaves_the_store_unchanged(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(4, 2, 6)))
     with pytest.raises(ValueError, match=r"blocks\[1\]"):
         store.extend([rng.normal(size=(2, 6)), rng.normal(size=(4, 6))])
@@ -110,7 +110,7 @@ CHANGES = {
 @pytest.mark.parametrize("look", [lambda s: s.planes, lambda s: s.valid, lambda s: s.indices,
                                   lambda s: s.planes[1, 2, ::3], lambda s: memoryview(s.planes)],
                          ids=["planes", "valid", "indices", "slice", "memoryview"])
-def test_a_store_does_not_change_under_a_view(rng, change, look):
+def test_a_store_cannot_change_while_a_view_exists(rng, change, look):
     store = maxlogdet.BlockStore(rng.normal(size=(20, 2, 6)))
     view = look(store)
     before = np.array(view)
@@ -120,10 +120,10 @@ def test_a_store_does_not_change_under_a_view(rng, change, look):
     assert np.array_equal(np.array(view), before)
     del view
     gc.collect()
-    change(store)  # nobody looks any more
+    change(store)  # no view exists any more
 
 
-def test_a_copy_may_change_while_the_store_is_looked_at(rng):
+def test_a_copy_may_change_while_views_of_the_store_exist(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(20, 2, 6)))
     view = store.planes
     other = store.copy()
@@ -139,7 +139,7 @@ def test_a_view_keeps_the_memory_alive(rng):
     part = store.planes[1, :, 10:]
     del store
     gc.collect()
-    churn = [np.full((1000, 12), np.nan, np.float32) for _ in range(100)]  # would take the place of what was freed
+    churn = [np.full((1000, 12), np.nan, np.float32) for _ in range(100)]  # would reuse freed memory
     assert np.array_equal(part, blocks.astype(np.float32)[10:, 1, :].T)
     del churn
 
@@ -149,7 +149,7 @@ def test_a_store_is_freed_with_its_last_view():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # MB
 
     blocks = np.ones((100000, 3, 6), np.float32)
-    views = [maxlogdet.BlockStore(blocks).planes]  # 7 MB, and what making it takes
+    views = [maxlogdet.BlockStore(blocks).planes]  # 7 MB, and more while it is made
     before = peak()
     for _ in range(100):
         views = [maxlogdet.BlockStore(blocks).planes]
@@ -157,7 +157,7 @@ def test_a_store_is_freed_with_its_last_view():
     assert peak() < before + 100  # not 700
 
 
-def test_appending_from_ones_own_view_is_refused(rng):
+def test_a_store_refuses_to_append_its_own_view(rng):
     store = maxlogdet.BlockStore(rng.normal(size=(10, 2, 6)))
     with pytest.raises(BufferError):
         store.extend(store.planes.transpose(2, 0, 1))
@@ -176,7 +176,7 @@ def test_clear_keeps_the_memory(rng):
     assert len(set(where)) == 1
 
 
-def test_an_array_is_read_where_it_is(rng):
+def test_an_array_is_read_in_place(rng):
     n = 100000
     store = maxlogdet.BlockStore(capacity=n)
 
@@ -190,10 +190,10 @@ def test_an_array_is_read_where_it_is(rng):
 
     blocks = rng.normal(size=(n, 2, 6))
     assert bytes_for(blocks) < 10000
-    assert bytes_for(blocks.astype(np.float32)) >= blocks.nbytes  # converted: so the line above could have failed
+    assert bytes_for(blocks.astype(np.float32)) >= blocks.nbytes  # a conversion would show in the line above
 
 
-def test_one_row_candidates_are_told_from_one_block():
+def test_one_row_candidates_are_distinguished_from_one_block():
     with pytest.raises(ValueError, match=r"expected shape \(n, r, 6\)"):
         maxlogdet.BlockStore(np.zeros((500, 6)))
     with pytest.raises(ValueError, match=r"a\[:, None, :\]"):
@@ -201,7 +201,7 @@ def test_one_row_candidates_are_told_from_one_block():
     assert len(maxlogdet.BlockStore(np.zeros((500, 6))[:, None, :])) == 500
 
 
-def test_a_capacity_is_taken_as_by_a_selector():
+def test_a_store_accepts_a_capacity_like_a_selector():
     for number in (1000, np.int64(1000), np.uint16(1000)):
         for make in (maxlogdet.BlockStore, maxlogdet.Selector, maxlogdet.ActiveSelection):
             assert make(number).capacity >= 1000
@@ -220,6 +220,6 @@ def test_a_capacity_is_taken_as_by_a_selector():
             maxlogdet.BlockStore(wrong)
 
 
-def test_repr_says_what_is_in():
+def test_repr_describes_the_contents():
     store = maxlogdet.BlockStore([np.ones((3, 6)), None])
     assert repr(store) == "<maxlogdet.BlockStore: 2 candidates, 1 invalid, 3 rows>"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is wrong is said by name, and nothing is selected."""
+"""Errors: exceptions name what is wrong, and nothing is selected."""
 import pickle
 
 import numpy as np
@@ -47,7 +47,7 @@ def test_refusals_carry_their_status(status, wrong):
     assert isinstance(error.value, ValueError)
     assert error.value.status == status
     assert pickle.loads(pickle.dumps(error.value)).status == status
-    assert len(selector.select(BLOCKS, 20)) == 20  # it is as good as before
+    assert len(selector.select(BLOCKS, 20)) == 20  # the selector still works
 
 
 ARGUMENTS = [
@@ -85,7 +85,7 @@ ARGUMENTS = [
 
 
 @pytest.mark.parametrize("error, text, wrong", ARGUMENTS)
-def test_wrong_arguments_are_named(error, text, wrong):
+def test_messages_name_the_wrong_argument(error, text, wrong):
     for select in (maxlogdet.select, maxlogdet.Selector(20).select):
         with pytest.raises(error, match=text) as raised:
             select(**{"blocks": BLOCKS, "budget": 20, **wrong})
@@ -93,26 +93,26 @@ def test_wrong_arguments_are_named(error, text, wrong):
         assert "\n" not in str(raised.value)
 
 
-def test_none_stands_for_the_default():
+def test_none_means_the_default():
     arrays = dict.fromkeys(["prior", "required", "excluded", "groups", "group_maxima", "threads"])
     assert maxlogdet.select(BLOCKS, 5, **arrays).indices.tolist() == maxlogdet.select(BLOCKS, 5).indices.tolist()
 
 
-def test_numbers_may_be_numpys():
+def test_numbers_may_come_from_numpy():
     expected = maxlogdet.select(BLOCKS, 5).indices.tolist()
     selection = maxlogdet.Selector(np.int64(20), np.int8(1)).select(
         BLOCKS, np.uint16(5), time_limit=np.float32(9), max_per_group=np.int64(3), certificate_passes=np.uint8(2))
     assert selection.indices.tolist() == expected
 
 
-def test_what_does_not_fit_into_memory_is_a_memory_error():
+def test_a_capacity_beyond_memory_raises_memory_error():
     for make in (lambda: maxlogdet.Selector(2**40), lambda: maxlogdet.ActiveSelection(2**62),
                  lambda: maxlogdet.BlockStore(capacity=2**63)):
         with pytest.raises(MemoryError):
             make()
 
 
-def test_an_error_within_an_argument_comes_out():
+def test_an_exception_in_index_becomes_a_type_error():
     class Broken:
         def __index__(self):
             raise KeyError("within")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The package as a whole: names, types, the documentation's code, and what is installed."""
+"""The package as a whole: names, types, the code of the documentation, and the installed files."""
 import ast
 import inspect
 import os
@@ -15,7 +15,7 @@ import maxlogdet
 SOURCE = pathlib.Path(os.environ.get("MAXLOGDET_SOURCE", pathlib.Path(__file__).parents[2]))
 
 
-def test_version_is_the_projects():
+def test_the_version_is_that_of_the_project():
     text = (SOURCE / "CMakeLists.txt").read_text()
     assert maxlogdet.__version__ == re.search(r"project\(maxlogdet VERSION (\S+)", text).group(1)
     assert re.fullmatch("[a-z0-9_]+", maxlogdet.isa()) and maxlogdet.isa() != "none"
@@ -34,10 +34,12 @@ def actual_parameters_of(function):
     return [p.name if p.default is p.empty else f"{p.name}={p.default!r}" for p in parameters if p.name != "self"]
 
 
-def test_the_stub_says_what_is_there():
+def test_the_stub_matches_the_module():
     stub = ast.parse((pathlib.Path(maxlogdet.__file__).parent / "__init__.pyi").read_text())
     classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
     functions = {node.name: node for node in stub.body if isinstance(node, ast.FunctionDef)}
+    aliases = [node for node in stub.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Name)]
+    functions.update({node.targets[0].id: functions[node.value.id] for node in aliases if node.value.id in functions})
     variables = {node.target.id for node in stub.body if isinstance(node, ast.AnnAssign)}
     assert sorted([*classes, *functions, *variables]) == sorted([*maxlogdet.__all__, "__version__"])
     for name, function in functions.items():
@@ -65,7 +67,7 @@ def test_the_stub_says_what_is_there():
                 assert getattr(actual, member).__doc__
 
 
-def test_the_documentations_code_runs(tmp_path, monkeypatch):
+def test_the_code_of_the_documentation_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"^```python\n(.*?)^```$", (SOURCE / "docs" / "python.md").read_text(),
                         re.DOTALL | re.MULTILINE)
@@ -106,5 +108,5 @@ def test_the_module_exports_nothing_of_the_library():
     symbols = subprocess.run([nm, "-D", "--defined-only", str(library)], check=True, text=True,
                              capture_output=True).stdout
     ours = [line for line in symbols.splitlines() if re.search(r"\b_Z(T[VIS])?NK?9maxlogdet", line)]
-    assert ours == []  # std's templates of our types may be there: their visibility is std's
+    assert ours == []  # instances of std's templates for our types may be exported: std sets their visibility
     assert "PyInit__core" in symbols

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Results, cameras and stores go to other processes, and can be copied."""
+"""Selections, cameras, reports and stores can be pickled and copied."""
 import copy
 import pickle
 import subprocess
@@ -73,7 +73,7 @@ def test_cameras_of_other_models(rng, way):
         assert np.array_equal(same.project(points), camera.project(points))
 
 
-def test_cameras_of_models_that_there_are_not():
+def test_unknown_camera_models_are_refused():
     for model in (-1, 4):
         with pytest.raises(ValueError, match="another version"):
             maxlogdet.Camera.__new__(maxlogdet.Camera).__setstate__((model, (1.0,) * 10))
@@ -92,7 +92,7 @@ def test_stores(rng, way):
         assert len(same) == len(store) + 1
 
 
-def test_other_processes_take_stores_and_give_selections(rng):
+def test_stores_and_selections_pass_between_processes(rng):
     store = store_of(rng)
     program = ("import pickle, sys, maxlogdet; store, budget = pickle.load(sys.stdin.buffer); "
                "pickle.dump(maxlogdet.select(store, budget), sys.stdout.buffer)")
@@ -101,7 +101,7 @@ def test_other_processes_take_stores_and_give_selections(rng):
     assert_same_selection(pickle.loads(run.stdout), maxlogdet.select(store, 10))
 
 
-def test_what_holds_working_memory_is_not_pickled():
+def test_objects_with_working_memory_cannot_be_pickled():
     for it in (maxlogdet.Selector(10), maxlogdet.ActiveSelection(10)):
         with pytest.raises(TypeError, match="cannot pickle"):
             pickle.dumps(it)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is selected, against an oracle in NumPy."""
+"""Selections, compared with an oracle in NumPy."""
 import itertools
 
 import numpy as np
@@ -20,7 +20,7 @@ def test_greedy_takes_the_best_in_every_round(rng, rows, trial, strategy):
     assert selection.status == "ok"
     assert selection.strategy == strategy
     assert len(set(selection.indices)) == 30
-    assert check_greedy(blocks, selection.indices) > 15  # most rounds have one that is clearly best
+    assert check_greedy(blocks, selection.indices) > 15  # nearly all rounds have one clear winner
     assert selection.log_det == pytest.approx(log_det(information(blocks, selection.indices)), abs=1e-6)
 
 
@@ -42,16 +42,16 @@ def test_other_strategies_come_close_to_greedy(rng, strategy):
     assert len(set(other.indices)) == 80
     assert other.log_det == pytest.approx(log_det(information(blocks, other.indices)), abs=1e-6)
     assert other.log_det == pytest.approx(greedy.log_det, abs=0.5)
-    assert log_det(information(blocks, range(80))) < greedy.log_det - 1  # half a nat is close, on this problem
+    assert log_det(information(blocks, range(80))) < greedy.log_det - 1  # so half a nat is close on this problem
 
 
-def test_automatic_says_what_it_chose(rng):
+def test_automatic_reports_its_choice(rng):
     blocks = rng.normal(size=(90, 2, 6))
     assert maxlogdet.select(blocks, 10, strategy="automatic").strategy == "lazy_greedy"
     assert maxlogdet.select(blocks, 80, strategy="automatic").strategy == "backward_greedy"
 
 
-def test_a_seed_decides_what_stochastic_greedy_takes(rng):
+def test_the_seed_determines_stochastic_greedy(rng):
     blocks = rng.normal(size=(500, 2, 6))
     answers = [maxlogdet.select(blocks, 40, strategy="stochastic_greedy", epsilon=0.5, seed=s).indices.tolist()
                for s in (1, 1, 2, 2**64 - 1)]
@@ -84,7 +84,7 @@ def test_any_real_dtype_and_layout_gives_the_same_answer(rng, dtype):
         assert np.array_equal(maxlogdet.select(layout, 30).indices, expected)
 
 
-def test_unaligned_memory_is_read_too(rng):
+def test_unaligned_memory_is_read_correctly(rng):
     blocks = rng.normal(size=(50, 2, 6))
     memory = np.zeros(blocks.nbytes + 1, np.uint8)
     unaligned = memory[1:].view(np.float64).reshape(blocks.shape)
@@ -94,7 +94,7 @@ def test_unaligned_memory_is_read_too(rng):
 
 
 @pytest.mark.parametrize("trial", range(5))
-def test_a_prior_takes_part_in_the_objective(rng, trial):
+def test_the_prior_is_part_of_the_objective(rng, trial):
     blocks = pinhole_blocks(rng, 120)
     root = rng.normal(size=(6, 6)) * 100
     prior = root @ root.T + np.eye(6)
@@ -116,12 +116,12 @@ def test_no_selection_beats_the_certified_bound(rng, trial):
     assert looser.upper_bound >= selection.upper_bound
 
 
-def test_there_is_no_bound_unless_asked_for(rng):
+def test_there_is_no_bound_without_certify(rng):
     selection = maxlogdet.select(rng.normal(size=(20, 2, 6)), 4)
     assert np.isnan(selection.upper_bound) and np.isnan(selection.efficiency)
 
 
-def test_exchanges_never_make_it_worse_and_sometimes_better(rng):
+def test_exchanges_never_lower_and_sometimes_raise_log_det(rng):
     better = 0
     for _ in range(20):
         blocks = rng.normal(size=(40, 2, 6))
@@ -132,7 +132,7 @@ def test_exchanges_never_make_it_worse_and_sometimes_better(rng):
     assert better > 0
 
 
-def test_required_come_first_and_excluded_never(rng):
+def test_required_candidates_come_first_and_excluded_ones_never(rng):
     blocks = rng.normal(size=(100, 2, 6))
     required = np.zeros(100, bool)
     required[[90, 7]] = True
@@ -146,7 +146,7 @@ def test_required_come_first_and_excluded_never(rng):
     check_greedy(blocks, selection.indices[2:], prior, allowed)
 
 
-@pytest.mark.parametrize("scale", [1, 1000003])  # ids of cells, and ids as objects have them
+@pytest.mark.parametrize("scale", [1, 1000003])  # small ids, as of cells, and large ids, as of objects
 def test_no_group_has_more_than_its_maximum(rng, scale):
     blocks = rng.normal(size=(200, 2, 6))
     groups = rng.integers(0, 10, size=200)
@@ -164,7 +164,7 @@ def test_each_group_has_its_own_maximum(rng):
     assert np.bincount(groups[selection.indices], minlength=6).tolist() == [0, 1, 2, 3, 4, 0]
 
 
-def test_more_maxima_than_candidates(rng):
+def test_there_may_be_more_maxima_than_candidates(rng):
     blocks = rng.normal(size=(3, 2, 6))
     constraints = dict(groups=[0, 40, 40], group_maxima=np.ones(50, int))
     assert len(maxlogdet.select(blocks, 3, **constraints)) == 2
@@ -176,7 +176,7 @@ def test_more_maxima_than_candidates(rng):
     assert len(active.selection()) == 2
 
 
-def test_a_deadline_gives_a_beginning_of_the_answer(rng):
+def test_a_deadline_returns_a_prefix_of_the_answer(rng):
     blocks = pinhole_blocks(rng, 2000)
     full = maxlogdet.select(blocks, 500)
     cut = maxlogdet.select(blocks, 500, time_limit=1e-9)
@@ -189,7 +189,7 @@ def test_a_deadline_gives_a_beginning_of_the_answer(rng):
 
 
 def reached(blocks, indices, everything):
-    """Efficiency against everything, and both deviations."""
+    """Efficiency relative to all candidates, and both deviations."""
     matrix = information(blocks, indices)
     covariance = np.linalg.inv(matrix)
     share = np.exp((log_det(matrix) - log_det(information(blocks, everything))) / 6)
@@ -198,7 +198,7 @@ def reached(blocks, indices, everything):
 
 @pytest.mark.parametrize("strategy", ["greedy", "lazy_greedy", "stochastic_greedy", "automatic"])
 @pytest.mark.parametrize("which", range(1, 8))
-def test_a_target_ends_the_selection_as_soon_as_it_is_met(rng, strategy, which):
+def test_a_selection_stops_as_soon_as_its_target_is_met(rng, strategy, which):
     blocks = pinhole_blocks(rng, 300)
     excluded = rng.random(300) < 0.2
     everything = np.flatnonzero(~excluded)
@@ -211,7 +211,7 @@ def test_a_target_ends_the_selection_as_soon_as_it_is_met(rng, strategy, which):
                    target_rotation_sigma=sigmas[1] if which & 4 else 0)
     selection = maxlogdet.Selector(300).select(blocks, 150, **{**plain, "strategy": strategy}, **targets)
     assert selection.status == "target_reached"
-    assert at <= len(selection) <= at + 1  # the target is that of a prefix, to the last bits
+    assert at <= len(selection) <= at + 1  # a prefix meets the target, up to rounding
     assert np.array_equal(selection.indices, full.indices[:len(selection)])
     told = selection.efficiency_of_all, selection.translation_sigma, selection.rotation_sigma
     for bit, (value, expected) in enumerate(zip(told, reached(blocks, selection.indices, everything))):
@@ -235,11 +235,11 @@ def test_nothing_to_select(rng):
     assert (selection.status, len(selection)) == ("ok", 0)
 
 
-def test_a_budget_above_all_takes_all_that_are_valid(rng):
+def test_a_budget_above_the_number_selects_all_valid_candidates(rng):
     blocks = rng.normal(size=(30, 2, 6))
     blocks[3, 0, 0] = np.nan
     blocks[4, 1, 5] = np.inf
-    blocks[5, 1, 1] = 1e300  # more than float32 holds
+    blocks[5, 1, 1] = 1e300  # overflows float32
     for budget in (30, 1000, 10**15):
         selection = maxlogdet.select(blocks, budget)
         assert selection.status == "all_selected"

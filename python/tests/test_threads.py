@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Python's threads, oneTBB's, and instruction sets."""
+"""Threads of Python and of oneTBB, and instruction sets."""
 import concurrent.futures
 import os
 import subprocess
@@ -13,8 +13,8 @@ import maxlogdet
 from oracle import pinhole_blocks
 
 
-def test_other_python_threads_run_meanwhile_but_not_on_the_same_selector(rng):
-    """While one thread selects (a second or so), this one runs: it asks the same selector, and one of its own."""
+def test_other_python_threads_run_meanwhile_but_cannot_share_the_selector(rng):
+    """While one thread selects for about a second, this one tries the same selector and a selector of its own."""
     large = maxlogdet.BlockStore(rng.normal(size=(50000, 2, 6)))
     small = rng.normal(size=(50, 2, 6))
     expected = maxlogdet.select(small, 5).indices.tolist()
@@ -25,7 +25,7 @@ def test_other_python_threads_run_meanwhile_but_not_on_the_same_selector(rng):
         while not answers:
             try:
                 answers.append(shared.select(large, 20000, strategy="greedy", threads=1, time_limit=20))
-            except RuntimeError:  # this thread was the second to ask
+            except RuntimeError:  # the other thread was first
                 pass
 
     worker = threading.Thread(target=work)
@@ -35,7 +35,7 @@ def test_other_python_threads_run_meanwhile_but_not_on_the_same_selector(rng):
         try:
             shared.select(small, 5)
         except RuntimeError as error:
-            assert "at work in another thread" in str(error)
+            assert "selecting in another thread" in str(error)
             refused += 1
             assert own.select(small, 5).indices.tolist() == expected
             beside += 1
@@ -45,12 +45,12 @@ def test_other_python_threads_run_meanwhile_but_not_on_the_same_selector(rng):
                 changed += 1
     worker.join()
     assert refused > 0 and beside > 0
-    assert changed > 0  # a store in use is as it was
+    assert changed > 0  # a store in use did not change
     assert len(answers[0]) > 0
     assert shared.select(small, 5).indices.tolist() == expected
 
 
-def test_selectors_side_by_side_on_one_store(rng):
+def test_several_selectors_may_use_one_store_at_once(rng):
     store = maxlogdet.BlockStore(pinhole_blocks(rng, 3000))
     expected = maxlogdet.select(store, 50).indices.tolist()
 
@@ -61,7 +61,7 @@ def test_selectors_side_by_side_on_one_store(rng):
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
         for answers in pool.map(many, range(4)):
             assert all(answer == expected for answer in answers)
-    store.append(None)  # nobody uses it any more
+    store.append(None)  # no selection uses it any more
 
 
 @pytest.mark.parametrize("strategy", maxlogdet.strategies)
@@ -76,7 +76,7 @@ def test_the_answer_does_not_depend_on_threads(rng, strategy):
         assert np.array_equal(other.gains, one.gains) and other.log_det == one.log_det
 
 
-def test_helpers_are_asked_where_there_are_some(rng):
+def test_helpers_work_where_there_are_some(rng):
     assert maxlogdet.has_tbb == (os.environ.get("MAXLOGDET_HAS_TBB", str(int(maxlogdet.has_tbb))) == "1")
     blocks = rng.normal(size=(1000, 2, 6))
     processors = len(os.sched_getaffinity(0))
@@ -84,7 +84,7 @@ def test_helpers_are_asked_where_there_are_some(rng):
     assert maxlogdet.select(blocks, 10, threads=2).threads == expected
     assert maxlogdet.Selector(1000, threads=2).select(blocks, 10).threads == expected
     assert maxlogdet.Selector(1000, threads=2).select(blocks, 10, threads=1).threads == 1
-    assert maxlogdet.Selector(1000).select(blocks, 10).threads == 1  # so few do not pay
+    assert maxlogdet.Selector(1000).select(blocks, 10).threads == 1  # threads do not pay for so few
 
 
 CHILD = """
@@ -117,7 +117,7 @@ def test_the_answer_does_not_depend_on_the_instruction_set(rng, tmp_path):
     compared = []
     for isa in ("sse2", "avx2", "avx512", "neon"):
         name, *answers = in_child(path, isa)
-        if name == "none":  # not of this machine
+        if name == "none":  # this machine lacks it
             assert answers == ["unsupported_isa"]
             continue
         assert name == isa

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "python/bindings.hpp"
+
+#include <maxlogdet/camera.hpp>
+#include <maxlogdet/jacobian.hpp>
+
+#include <vector>
+
+namespace maxlogdet::python {
+
+/// The argument `camera`: one camera, or those of a rig, which is a list of (camera, T_cb).
+struct Cameras {
+  std::vector<RigCamera> all;
+  bool is_rig;
+};
+
+/// Throws TypeError unless it is one of these.
+Cameras cameras_of(const py::object& camera);
+
+/// A pose as 3 x 4, or as 4 x 4 with the last row 0, 0, 0, 1: nothing else reveals a transposed one. Throws ValueError.
+RigidTransform pose_of(const py::handle& T, const char* name);
+
+}  // namespace maxlogdet::python
