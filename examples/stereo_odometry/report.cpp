@@ -48,14 +48,14 @@ double ate(const Outcome& run) { return run.per_frame.ate_m; }
 double rpe(const Outcome& run) { return run.per_frame.rpe_m_per_s; }
 double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
 
-// Of the frames whose truth is known.
+// Errors of the frames whose truth is known.
 TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                            double window, TrajectoryAlignment alignment = TrajectoryAlignment::similarity) {
   if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
   return trajectory_errors(estimate, truth, window, alignment);
 }
 
-// Errors of all windows of all runs, one a window and run.
+// Errors of all windows of all runs.
 std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
   std::vector<double> drifts;
   for (const Outcome& run : summary.runs) {
@@ -64,7 +64,7 @@ std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
   return drifts;
 }
 
-// Averaged over runs, window by window: runs of one dataset are no independent witnesses of it.
+// Means over runs, window by window: runs on one dataset are not independent.
 std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
   std::vector<double> means(summary.runs.front().per_frame.drifts.size(), 0.0);
   const std::vector<double> all = drifts_of(summary, member);
@@ -85,7 +85,7 @@ nlohmann::ordered_json difference_of(const Summary& ours, const Summary& theirs,
   return {{"percent", number(difference.value)}, {"ci95", number(difference.ci95)}};
 }
 
-// With what everybody wants to be compared with: all inliers, and the same number at random, or spread over the image.
+// Differences to all inliers, and to random and bucket with the same budget.
 nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summary>& all) {
   nlohmann::ordered_json result;
   for (const Summary& other : all) {
@@ -99,7 +99,7 @@ nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summ
   return result;
 }
 
-// Trajectories moved so that the pose of frame `first` is the true one; as they are if no frame has a truth.
+// Moves trajectories so that the pose of frame `first` is the true one; no-op if no frame has a truth.
 std::vector<std::vector<StampedPose>> begun_at_truth(const std::vector<Run>& runs, const StereoDataset& dataset,
                                                      std::size_t first) {
   std::vector<std::vector<StampedPose>> moved;
@@ -178,7 +178,7 @@ Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
   double measured = 0, tracked = 0;
   for (const FrameRecord& frame : run.frames) {
     const FrameStatus status = frame.result.status;
-    const bool is_first = &frame == &run.frames.front();  // a map begun later is begun at a predicted pose
+    const bool is_first = &frame == &run.frames.front();  // a later map begins at a predicted pose
     tracked += status == FrameStatus::tracked || (is_first && status == FrameStatus::initialized) ? 1 : 0;
     add_counts(frame, frames, outcome);
     add_times(frame, frames, outcome);
@@ -363,7 +363,7 @@ cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::stri
   return picture;
 }
 
-// From above: without the axis of the world that the first camera's y axis, down, is closest to.
+// The view from above leaves out the world axis closest to the first camera's y axis, which points down.
 nlohmann::ordered_json trajectories_to_json(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
                                             const StereoDataset& dataset) {
   const std::size_t frames = runs.front().frames.size();

@@ -30,7 +30,7 @@ class Simulate : public Program {
     return rows;
   }
 
-  // The rows without columns whose names begin with ms_ or us: what a clock says.
+  // The rows without times: columns whose names begin with ms_ or us.
   std::vector<std::vector<std::string>> without_times(const std::string& file) const {
     auto rows = csv(file);
     const std::vector<std::string> header = rows.at(0);

@@ -7,7 +7,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST_F(Simulate, metrics_writes_tables_every_run_and_what_pictures_need) {
+TEST_F(Simulate, metrics_writes_tables_runs_and_data_of_pictures) {
   const Outcome outcome = run(small_metrics);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -52,17 +52,18 @@ TEST_F(Simulate, results_do_not_depend_on_threads_and_do_on_the_seed) {
   }
 }
 
-TEST_F(Simulate, goes_on_where_it_stopped) {
+TEST_F(Simulate, resumes_where_it_stopped) {
   ASSERT_EQ(run(small_metrics).exit_code, 0);
-  const std::string whole = contents("out/metrics.csv");
+  const std::string complete = contents("out/metrics.csv");
   std::string log = contents("out/metrics_runs.jsonl");
   const std::size_t second_run = log.find('\n', log.find('\n') + 1) + 1;
-  std::ofstream(folder_ + "/out/metrics_runs.jsonl") << log.substr(0, second_run + 100);  // killed in its second run
+  std::ofstream(folder_ + "/out/metrics_runs.jsonl")
+      << log.substr(0, second_run + 100);  // interrupted in the second run
   std::filesystem::remove(folder_ + "/out/metrics.csv");
   ASSERT_EQ(run(small_metrics).exit_code, 0);
-  EXPECT_EQ(contents("out/metrics.csv"), whole);
+  EXPECT_EQ(contents("out/metrics.csv"), complete);
   const std::string first_run = log.substr(0, second_run);
-  EXPECT_EQ(contents("out/metrics_runs.jsonl").rfind(first_run, 0), 0U) << "the first run is not made anew";
+  EXPECT_EQ(contents("out/metrics_runs.jsonl").rfind(first_run, 0), 0U) << "the first run is not repeated";
 
   const Outcome other = run(std::string(small_metrics) + " --map-bias 0.1");
   expect_refused(other, "out/metrics_runs.jsonl:1: holds runs of other settings");
@@ -80,8 +81,8 @@ TEST_F(Simulate, refuses_a_damaged_file_of_runs) {
   expect_refused(run(small_metrics), "not written by this program");
 }
 
-TEST_F(Simulate, ctrl_c_leaves_what_is_finished) {
-  // A million runs take hours; 600 tenths of a second are patience enough for the first two.
+TEST_F(Simulate, ctrl_c_keeps_finished_runs) {
+  // A million runs take hours; the first two take less than 600 tenths of a second.
   const Outcome outcome = run_script(MAXLOGDET_PROGRAM
                                      " simulate metrics --points 40 --sizes 15 --runs 1000000 --output out "
                                      ">out.txt 2>err.txt </dev/null &\n"
@@ -111,7 +112,7 @@ TEST_F(Simulate, epsilon_covers_its_grid) {
 
 constexpr char small_robustness[] = "simulate robustness --matches 60 --budgets 15,30 --runs 3 --output out";
 
-TEST_F(Simulate, robustness_covers_its_cases_whatever_the_threads) {
+TEST_F(Simulate, robustness_covers_its_cases_for_any_number_of_threads) {
   const Outcome outcome = run(std::string(small_robustness) + " --threads 1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -134,7 +135,7 @@ TEST_F(Simulate, robustness_covers_its_cases_whatever_the_threads) {
   EXPECT_EQ(csv("one/robustness.csv").size(), 1 + 2 * 10U);
 }
 
-TEST_F(Simulate, robustness_refuses_arguments_that_make_no_sense) {
+TEST_F(Simulate, robustness_refuses_invalid_arguments) {
   const std::string robustness = "simulate robustness --";
   for (const char* const bad : {"matches 10", "matches -1", "budgets 5", "budgets 1000", "budgets x", "keyframes 0",
                                 "disturbances fog", "scene far_narrow", "runs 0", "seed x"}) {
@@ -149,7 +150,7 @@ TEST_F(Simulate, robustness_refuses_arguments_that_make_no_sense) {
   }
 }
 
-TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
+TEST_F(Simulate, refuses_invalid_arguments) {
   expect_refused(run("simulate"), "an experiment is missing: metrics, budget, euroc, epsilon or robustness");
   expect_refused(run("simulate everything"), "everything");
   expect_refused(run("simulate metrics --runs 0"), "--runs");
@@ -187,8 +188,8 @@ TEST_F(Simulate, refuses_arguments_that_make_no_sense) {
   expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
-TEST_F(Simulate, says_that_a_file_cannot_be_written_and_leaves_no_half_of_it) {
-  // In blocks of 512 bytes: enough for the runs, and not for their table.
+TEST_F(Simulate, reports_an_unwritable_file_and_leaves_no_partial_one) {
+  // In blocks of 512 bytes: enough for the runs, but not for their table.
   const Outcome outcome = run_script("ulimit -f 68\n" MAXLOGDET_PROGRAM " " + std::string(small_metrics) +
                                      " >out.txt 2>err.txt </dev/null");
   EXPECT_EQ(outcome.exit_code, 2);
@@ -202,13 +203,13 @@ TEST_F(Simulate, says_that_a_file_cannot_be_written_and_leaves_no_half_of_it) {
   }
 }
 
-TEST_F(Simulate, without_gnuplot_there_are_numbers_and_drawing_says_why_there_are_no_pictures) {
+TEST_F(Simulate, without_gnuplot_writes_numbers_and_drawing_reports_why_it_failed) {
   const Outcome outcome = run(small_metrics, "PATH=nowhere ");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_FALSE(contents("out/metrics.json").empty());
   EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 2 * 3 * 7U);
-  // One that fails stands in for none: the interpreter has to be found along the same path.
+  // One that fails, since the interpreter must be found on the same path.
   std::filesystem::create_directories(folder_ + "/bin");
   std::ofstream(folder_ + "/bin/gnuplot") << "#!/bin/sh\necho 'no font' >&2\nexit 1\n";
   std::filesystem::permissions(folder_ + "/bin/gnuplot", std::filesystem::perms::owner_all);

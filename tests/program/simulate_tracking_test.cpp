@@ -19,7 +19,7 @@ TEST_F(Simulate, euroc_tracks_along_given_trajectories) {
   std::map<std::string, int> runs_of;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     ++runs_of[rows[i].at(1)];
-    EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it keeps track";
+    EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it does not lose track";
     EXPECT_GT(std::stod(rows[i].at(8)), 0);
   }
   for (const char* const selector :
@@ -49,14 +49,14 @@ TEST_F(Simulate, euroc_takes_sequences_and_selectors_by_name) {
   expect_refused(run(small_tracking("euroc") + "--selectors best"), "best");
 }
 
-TEST_F(Simulate, residuals_are_whitened_as_told) {
+TEST_F(Simulate, residuals_are_whitened_as_configured) {
   write_trajectory("first");
   const std::string euroc = small_tracking("euroc") + "--seconds 3.5 --selectors md,all,all_weighted ";
   ASSERT_EQ(run(euroc + "--output plain").exit_code, 0);
-  ASSERT_EQ(run(euroc + "--weights measurement --output told").exit_code, 0);
+  ASSERT_EQ(run(euroc + "--weights measurement --output given").exit_code, 0);
   const Outcome outcome = run(euroc + "--weights measurement_and_map --output map");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(without_times("told/euroc.csv"), without_times("plain/euroc.csv")) << "the default";
+  EXPECT_EQ(without_times("given/euroc.csv"), without_times("plain/euroc.csv")) << "the default";
   const auto plain = csv("plain/euroc.csv"), map = csv("map/euroc.csv");
   ASSERT_EQ(map.size(), 1 + 3 * 2U);
   std::map<std::string, std::vector<std::string>> errors_of;
@@ -65,7 +65,7 @@ TEST_F(Simulate, residuals_are_whitened_as_told) {
     errors_of[selector].push_back(map[i].at(3));
     EXPECT_EQ(map[i].at(3) == plain.at(i).at(3), selector == "all_weighted") << selector;
   }
-  EXPECT_EQ(errors_of["all"], errors_of["all_weighted"]) << "nothing is left to tell them apart";
+  EXPECT_EQ(errors_of["all"], errors_of["all_weighted"]) << "nothing distinguishes them";
 
   EXPECT_EQ(nlohmann::json::parse(contents("plain/euroc.json"))["settings"]["weights"], "measurement");
   EXPECT_EQ(nlohmann::json::parse(contents("map/euroc.json"))["settings"]["weights"], "measurement_and_map");
@@ -84,7 +84,7 @@ TEST_F(Simulate, residuals_are_whitened_as_told) {
   EXPECT_NE(contents("budget_map/budget.md").find("and errors of the map"), std::string::npos);
 }
 
-TEST_F(Simulate, without_recorded_trajectories_one_is_built_in) {
+TEST_F(Simulate, uses_the_built_in_trajectory_without_recorded_ones) {
   const Outcome outcome =
       run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -107,7 +107,7 @@ TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
   EXPECT_NE(contents("out/budget.svg").find("all weighted, median"), std::string::npos);
 }
 
-TEST_F(Simulate, refuses_options_that_do_nothing_without_another) {
+TEST_F(Simulate, refuses_options_without_effect) {
   write_trajectory("first");
   const std::string euroc = small_tracking("euroc") + "--selectors ";
   expect_refused(run(euroc + "inl,all --budget 50"), "--budget does nothing here; expected with it a selector");
@@ -147,7 +147,7 @@ TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_
   expect_refused(run(small_tracking("euroc") + "--seconds 0.1 --output short"), "at least 3 poses of first");
 }
 
-TEST_F(Simulate, trajectories_of_the_same_name_are_not_taken_for_each_other) {
+TEST_F(Simulate, trajectories_of_the_same_name_are_distinguished) {
   write_trajectory("first");
   ASSERT_EQ(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out").exit_code, 0);
   std::string text = contents("tum/first.txt");

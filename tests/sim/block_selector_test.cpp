@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Selectors that look at blocks, against the library called by hand.
+// Selectors that use blocks, against direct calls of the library.
 #include "sim/feature_selector.hpp"
 
 #include "tests/sim/selector_cases.hpp"
@@ -16,7 +16,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// The library called by hand, on a frame of these matches alone.
+// Calls the library directly, on a frame of these matches alone.
 Indices selected_by_library(const Frame& frame, const Indices& candidates, const BlockOptions& block_options,
                             const Options& options) {
   Frame alone = frame;
@@ -77,7 +77,7 @@ Frame with_keyframes(Frame frame, int keyframes) {
   return frame;
 }
 
-// How many of these are in each group.
+// Counts indices by group.
 template <class GroupOf>
 std::map<std::int64_t, std::size_t> counts_of(const Indices& indices, const GroupOf& group_of) {
   std::map<std::int64_t, std::size_t> counts;
@@ -85,7 +85,7 @@ std::map<std::int64_t, std::size_t> counts_of(const Indices& indices, const Grou
   return counts;
 }
 
-// The definition, by counting up.
+// The definition, by incrementing.
 std::size_t maximum_for(const std::map<std::int64_t, std::size_t>& sizes, std::size_t budget, double slack) {
   auto maximum =
       static_cast<std::size_t>(std::ceil(slack * static_cast<double>(budget) / static_cast<double>(sizes.size())));
@@ -131,7 +131,7 @@ TEST(FeatureSelector, md_with_a_maximum_is_the_library_with_groups) {
   }
 }
 
-TEST(FeatureSelector, points_of_unknown_keyframes_are_no_group) {
+TEST(FeatureSelector, points_of_unknown_keyframes_share_no_group) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 200, 5);
   Indices candidates(200);
   std::iota(candidates.begin(), candidates.end(), 0U);
@@ -139,7 +139,7 @@ TEST(FeatureSelector, points_of_unknown_keyframes_are_no_group) {
   EXPECT_EQ(FeatureSelector(settings_of(SelectorKind::md_keyframes, 50)).select(frame, candidates), md);
 }
 
-TEST(FeatureSelector, half_random_is_md_and_then_any_other) {
+TEST(FeatureSelector, half_random_is_md_and_then_uniform) {
   Random random;
   SCOPED_TRACE(random.name());
   const Frame frame = make_scene(sim::Scene::euroc_like, 60, random.seed());
@@ -177,7 +177,7 @@ TEST(FeatureSelector, leverage_draws_by_the_share_of_information) {
     leverages.push_back(product(inverse(information), gram(stored_block(blocks, i))).trace());
     sum += leverages.back();
   }
-  EXPECT_NEAR(sum, 6, 1e-3) << "but for the prior";
+  EXPECT_NEAR(sum, 6, 1e-3) << "except for the prior";
   // The first of one, and the second given the first.
   FeatureSelector selector(settings_of(SelectorKind::leverage, 2));
   std::map<std::uint32_t, double> first, second;
@@ -224,7 +224,7 @@ TEST(FeatureSelector, shared_errors_are_those_of_cells_and_of_keyframes) {
   }
 }
 
-TEST(FeatureSelector, shared_errors_are_compared_with_pixel_noise_alone) {
+TEST(FeatureSelector, shared_errors_need_pixel_noise) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
   Indices candidates(100);
   std::iota(candidates.begin(), candidates.end(), 0U);
@@ -239,7 +239,7 @@ TEST(FeatureSelector, shared_errors_are_compared_with_pixel_noise_alone) {
   }
 }
 
-TEST(FeatureSelector, md_says_what_it_cannot_use) {
+TEST(FeatureSelector, md_refuses_unusable_input) {
   Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
   Indices candidates(100);
   std::iota(candidates.begin(), candidates.end(), 0U);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What all selectors keep to, and those that look at no blocks.
+// Properties of all selectors, and selectors that use no blocks.
 #include "sim/feature_selector.hpp"
 
 #include "tests/sim/selector_cases.hpp"
@@ -13,7 +13,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(FeatureSelector, selects_distinct_candidates_and_as_many_as_asked_for) {
+TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
   Random random;
   SCOPED_TRACE(random.name());
   for (const SelectorKind kind : sim::selector_kinds) {
@@ -93,11 +93,11 @@ TEST(FeatureSelector, bucket_spreads_over_cells) {
     for (const std::uint32_t i : FeatureSelector(settings).select(frame, candidates)) {
       ++taken[settings.grid.cell_of(frame, frame.matches[i])];
     }
-    int most = 0;
-    for (const auto& [cell, count] : taken) most = std::max(most, count);
+    int largest = 0;
+    for (const auto& [cell, count] : taken) largest = std::max(largest, count);
     for (const auto& [cell, count] : there) {
       if (taken[cell] < count) {
-        EXPECT_GE(taken[cell], most - 1) << "cell " << cell;
+        EXPECT_GE(taken[cell], largest - 1) << "cell " << cell;
       }
     }
   }
@@ -124,8 +124,8 @@ TEST(FeatureSelector, bucket_prefers_no_cell) {
   for (const int count : counts) EXPECT_NEAR(count, runs / 2, 5 * std::sqrt(runs) / 2);
 }
 
-// Bucket with a single cell has to be as random as random.
-TEST(FeatureSelector, random_and_bucket_take_every_candidate_as_often) {
+// Bucket with a single cell is as uniform as random.
+TEST(FeatureSelector, random_and_bucket_select_uniformly) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 40, 3);
   Indices candidates(20);
   std::iota(candidates.begin(), candidates.end(), 10U);
@@ -144,7 +144,7 @@ TEST(FeatureSelector, random_and_bucket_take_every_candidate_as_often) {
   }
 }
 
-TEST(FeatureSelector, allocates_nothing_once_there_has_been_a_frame_as_large) {
+TEST(FeatureSelector, allocates_nothing_after_a_frame_as_large) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
   const sim::MatchArrays arrays(frame);
   Indices candidates(450), selected;

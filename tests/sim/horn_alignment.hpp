@@ -12,7 +12,7 @@ namespace maxlogdet::test {
 struct HornAlignment {
   sim::Similarity similarity;
   double symmetric_scale = 1;
-  double separation = 0;  // of the largest eigenvalue from the next, relative
+  double separation = 0;  // relative, of the two largest eigenvalues
 };
 
 // Horn, Closed-form solution of absolute orientation using unit quaternions, 1987.

@@ -9,7 +9,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(ImageGrid, has_its_cells_row_by_row_and_edges_take_what_lies_beyond) {
+TEST(ImageGrid, numbers_cells_row_by_row_and_clamps_pixels_to_the_image) {
   sim::Frame frame;
   frame.width = 752;
   frame.height = 480;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors of the map that MappedWorld makes: those that a batch shares, and those of triangulation.
+// MappedWorld's errors of the map: those that a batch shares, and those of triangulation.
 #include "experiments/mapped_world.hpp"
 
 #include "sim/angles.hpp"
@@ -19,15 +19,15 @@ using sim::MappedWorld;
 using sim::Pose;
 using sim::WorldOptions;
 
-// A batch's error as (translation, rotation, log scale), in the frame of the keyframe that mapped it; also how far the
-// points are from it at most.
+// A batch's error as (translation, rotation, scale - 1), in the frame of the keyframe that mapped it, and the maximum
+// distance of a point from it.
 struct BatchFit {
   std::uint32_t batch = 0;
   Eigen::Matrix<double, 7, 1> error;
   double residual = 0;
 };
 
-// Of the batch that the last frame made; false if it has too few points.
+// Fits the error of the last keyframe's batch; returns false if it has too few points.
 bool fit_last_batch(const MappedWorld& world, BatchFit& fit) {
   fit.batch = static_cast<std::uint32_t>(world.keyframes());
   std::vector<Eigen::Vector3d> truth, mapped;
@@ -74,9 +74,9 @@ TEST(MappedWorld, a_batch_is_moved_by_one_similarity) {
   }
 }
 
-// e' = rho e + sqrt(1 - rho^2) N(0, sigma^2): in units of sigma, what is new has the deviation sqrt(1 - rho^2) and
-// does not depend on what was.
-TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_told) {
+// e' = rho e + sqrt(1 - rho^2) N(0, sigma^2): in units of sigma, the innovation has the deviation sqrt(1 - rho^2) and
+// is independent of e.
+TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_configured) {
   for (const double rho : {0.0, 0.6, 0.95}) {
     SCOPED_TRACE(rho);
     WorldOptions options = small_world();
@@ -107,7 +107,7 @@ TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_told) {
     ASSERT_GT(pairs, 70);
     EXPECT_NEAR(products / squares, rho, 5 * std::sqrt((1 - rho * rho) / squares));
     EXPECT_NEAR(fresh / pairs, 1 - rho * rho, 5 * std::sqrt(2 / pairs) * (1 - rho * rho));
-    // The first has the whole deviation already: chi2 with one degree of freedom a seed.
+    // The first error has the full deviation: chi2 with one degree of freedom for each seed.
     const auto n = static_cast<double>(seeds);
     for (const double of_entry : first) EXPECT_LT(of_entry / n, 1 + 5 * std::sqrt(2 / n) + 10 / n);
     EXPECT_NEAR(first.sum() / (7 * n), 1, 5 * std::sqrt(2 / (7 * n)));
@@ -129,7 +129,7 @@ TEST(MappedWorld, triangulation_errors_grow_with_depth) {
       const Eigen::Vector3d error = world.true_T_cw() * landmark.mapped - truth;
       const double depth = truth.z();
       const double sigma_across = 0.002 * depth, sigma_along = std::min(0.005 * depth * depth, 0.2 * depth);
-      // Across x, y and z alike, and along the ray: of the depth both count.
+      // The lateral error is isotropic, so both errors contribute to the depth.
       ++points;
       along += error.z() * error.z() / (sigma_along * sigma_along + sigma_across * sigma_across);
       const Eigen::Vector3d ray = truth.normalized();

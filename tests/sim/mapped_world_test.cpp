@@ -23,7 +23,7 @@ Eigen::Vector2d project(const PinholeCamera& camera, const Eigen::Vector3d& p) {
   return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
 }
 
-// How far a match is from where its true landmark is seen, px.
+// The error of a match against the projection of its true landmark, px.
 Eigen::Vector2d error_of(const MappedWorld& world, const Frame& frame, const Match& match) {
   const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
   return Eigen::Vector2d(match.u, match.v) - project(frame.camera, world.true_T_cw() * landmark.position);
@@ -73,7 +73,7 @@ TEST(MappedWorld, has_rigs_whose_poses_are_rotations) {
   EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(1).isApprox(-Eigen::Vector3d::UnitZ())) << "its y is down";
 }
 
-TEST(MappedWorld, matches_at_most_so_many_and_none_twice) {
+TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
   WorldOptions options = small_world();
   options.max_matches = 120;
   std::size_t full = 0;
@@ -113,7 +113,7 @@ TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   });
 }
 
-// What is in view of the camera and mapped, counted again.
+// Counts the mapped landmarks in view again.
 TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
   WorldOptions options = perfect_world();
   options.max_matches = 100000;
@@ -133,7 +133,7 @@ TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
 }
 
 TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
-  WorldOptions options = small_world();  // errors of the map do not matter here: the truth is compared with
+  WorldOptions options = small_world();  // errors of the map do not matter: the truth is the reference
   options.outlier_rate = 0;
   options.pixel_sigma = 1.5;
   std::vector<double> squares(8, 0), counts(8, 0);
@@ -170,7 +170,7 @@ TEST(MappedWorld, octaves_fall_with_distance) {
   });
 }
 
-TEST(MappedWorld, outliers_are_as_many_as_told_5_to_40_px_off_in_any_direction) {
+TEST(MappedWorld, outliers_have_the_configured_rate_and_errors_of_5_to_40_px) {
   WorldOptions options = perfect_world();
   options.outlier_rate = 0.2;
   double matches = 0, outliers = 0, distance = 0;
@@ -198,7 +198,7 @@ double mean_distance(const std::vector<double>& distances) {
   return sum;
 }
 
-TEST(MappedWorld, descriptor_distances_tell_a_little_about_errors_and_more_about_outliers) {
+TEST(MappedWorld, descriptor_distances_correlate_with_errors_and_more_with_outliers) {
   WorldOptions options = small_world();
   options.outlier_rate = 0;
   std::vector<double> errors, distances;
@@ -257,7 +257,7 @@ TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_fram
   Trajectory still = trajectory;
   for (auto& pose : still.poses) pose.T_wb = trajectory.poses[0].T_wb;
   for_every_frame(still, small_world(), 1, [&](const MappedWorld& world, const Frame&) {
-    EXPECT_EQ(world.keyframes(), 1U) << "nothing new to see";
+    EXPECT_EQ(world.keyframes(), 1U) << "nothing new is in view";
   });
 }
 

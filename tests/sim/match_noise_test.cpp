@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What residuals are whitened by, against dense matrices, the blocks of the library, and errors that are drawn.
+// The whitening of residuals, against dense matrices and the library.
 #include "sim/match_noise.hpp"
 
 #include "sim/outlier_rejection.hpp"
@@ -20,7 +20,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Sigma, 2 or 3 rows, written anew.
+// Sigma, 2 or 3 rows, by dense matrices.
 Eigen::MatrixXd dense_covariance(const Frame& frame, const Pose& T_cw, std::size_t i, bool stereo,
                                  const Eigen::Matrix3d& map_covariance) {
   const Match& match = frame.matches[i];
@@ -58,7 +58,7 @@ TEST(MatchNoise, whitening_makes_the_covariance_of_residuals_the_identity) {
       const Eigen::VectorXd spectrum = singular_values(covariance);
       const double condition = spectrum(0) / spectrum(rows - 1);
       EXPECT_LT(largest_difference(unit, Eigen::MatrixXd::Identity(rows, rows)), 1e-13 * condition);
-      EXPECT_LT(relative_difference(used, inverse(cholesky(covariance))), 1e-13 * condition) << "there is but one";
+      EXPECT_LT(relative_difference(used, inverse(cholesky(covariance))), 1e-13 * condition) << "it is unique";
       EXPECT_TRUE(W.isLowerTriangular(0));
       EXPECT_GT(used.diagonal().minCoeff(), 0);
       if (rows == 2) {
@@ -123,12 +123,12 @@ TEST(MatchNoise, a_map_without_covariances_has_one_deviation_for_all) {
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
     set_covariance(frame, i, 0.05 * 0.05 * Eigen::Matrix3d::Identity());
   }
-  const std::vector<Whitening> told = whitenings_of(frame, pose_of(frame), true, 7);
-  ASSERT_EQ(alike.size(), told.size());
-  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_EQ(alike[i].matrix(), told[i].matrix());
+  const std::vector<Whitening> given = whitenings_of(frame, pose_of(frame), true, 7);
+  ASSERT_EQ(alike.size(), given.size());
+  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_EQ(alike[i].matrix(), given[i].matrix());
 }
 
-// Matches, and covariances of their points, of which nothing can be made: all are added to the frame.
+// Adds matches to the frame that cannot be whitened.
 Subset add_spoilt(Frame& frame) {
   Subset spoilt;
   const Pose T_wc = pose_of(frame).inverse();
@@ -197,7 +197,7 @@ TEST(MatchNoise, what_cannot_be_whitened_is_left_out) {
   }
 }
 
-// A match that is good itself, with a whitening that is not.
+// A good match with a bad whitening.
 TEST(MatchNoise, a_whitening_that_is_not_finite_leaves_its_match_out) {
   Random random;
   SCOPED_TRACE(random.name());

@@ -20,7 +20,7 @@ using sim::Frame;
 
 inline Pose pose_of(const Frame& frame) { return sim::pose_of(frame.T_cw_prior); }
 
-// Exact matches of several octaves, some of them monocular, seen from anywhere.
+// Exact matches of several octaves, some of them monocular, seen from a random pose.
 inline Frame random_frame(Random& random, std::size_t n) {
   Frame frame;
   frame.camera = {450, 460, 376, 240, 50};

@@ -34,7 +34,7 @@ Eigen::Matrix<double, 2, 6> derivative_of_projection(const Frame& frame, const P
   return H;
 }
 
-// Where an error of pose and velocity leads in one step of T <- exp(v^) T, differentiated numerically.
+// Propagation of an error of pose and velocity in a step T <- exp(v^) T, differentiated numerically.
 Matrix12 derivative_of_motion(const Vector6& v) {
   const auto error_after = [&](const Vector6& pose, const Vector6& velocity) {
     return sim::log_se3(sim::exp_se3(v + velocity) * sim::exp_se3(pose) * sim::exp_se3(-v));
@@ -48,7 +48,7 @@ Matrix12 derivative_of_motion(const Vector6& v) {
   return F;
 }
 
-// [H; H F] of every segment: the first ends at the frame's pose, the next where that one began.
+// [H; H F] of every segment: the first ends at the frame's pose, each other where the one before begins.
 std::vector<Rows12> observability_rows(const Frame& frame, const Indices& candidates, const std::vector<Pose>& before) {
   std::vector<Rows12> rows(candidates.size(), Rows12(0, 12));
   Pose end = sim::pose_of(frame.T_cw_prior);
@@ -93,7 +93,7 @@ TEST(Observability, information_is_that_of_rows_differentiated_numerically) {
   }
 }
 
-TEST(Observability, a_match_behind_the_camera_informs_of_nothing) {
+TEST(Observability, a_match_behind_the_camera_has_no_information) {
   Frame frame = make_scene(sim::Scene::euroc_like, 10, 1);
   const Eigen::Vector3d behind = sim::pose_of(frame.T_cw_prior).inverse() * Eigen::Vector3d(0.1, 0.2, -3);
   for (int i = 0; i < 3; ++i) frame.matches[4].point[i] = behind[i];
@@ -102,8 +102,8 @@ TEST(Observability, a_match_behind_the_camera_informs_of_nothing) {
   EXPECT_EQ(information[1].norm(), 0);
 }
 
-// The same samples, and each of a sample decomposed: nobody in it is better than who was selected, by more than what
-// numerical derivatives are off by.
+// Decomposes each candidate of the same samples: none is better than the selected one by more than the error of
+// numerical derivatives.
 void expect_best_of_samples(const Frame& frame, const Indices& candidates, const std::vector<Pose>& before,
                             std::size_t k, double epsilon, std::uint64_t seed) {
   ObservabilitySelection selection;
@@ -146,7 +146,7 @@ TEST(Observability, selects_the_best_of_every_sample) {
   }
 }
 
-TEST(Observability, sees_the_least_observable_direction_better_than_random_selection) {
+TEST(Observability, improves_the_weakest_direction_over_random_selection) {
   Random random;
   SCOPED_TRACE(random.name());
   for (std::size_t trial = trials(20); trial > 0; --trial) {

@@ -23,7 +23,7 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
     for (const std::uint32_t i : scenario.all) {
       Match& match = scenario.matches[i];
       const double sigma = 1 / std::sqrt(match.inv_sigma2);
-      match.u += random.uniform(-1, 1) * sigma;  // chi2 is at most 3: none of these may go
+      match.u += random.uniform(-1, 1) * sigma;  // chi2 is at most 3: none of these may be rejected
       match.v += random.uniform(-1, 1) * sigma;
       if (match.is_stereo()) match.u_right += random.uniform(-1, 1) * sigma;
       const bool is_outlier = random.chance(0.25);
@@ -42,7 +42,7 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
   }
 }
 
-TEST(OutlierRejection, judges_by_errors_of_the_map_as_well_if_told_of_them) {
+TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
   for (const MapNoise map_noise : {MapNoise::alike, MapNoise::individual}) {
     Random random(static_cast<std::uint64_t>(map_noise));
     SCOPED_TRACE(random.name());
@@ -91,7 +91,7 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-// What ORB-SLAM2 made of a frame.
+// ORB-SLAM2's result for a frame.
 struct Tracked {
   Pose T_cw;
   std::vector<bool> is_outlier;

@@ -24,7 +24,7 @@ using Runs = std::vector<std::vector<PnpOutcome>>;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// The map is right, but for a shift by the bias along each axis, and there is next to no noise.
+// The map has no error except a shift by the bias along each axis, and there is almost no noise.
 PnpOptions shifted_map(double bias) {
   PnpOptions options = small_options();
   options.noises = {1e-9};
@@ -46,7 +46,7 @@ std::vector<double> numbers_of(const std::vector<PnpOutcome>& outcomes) {
   return numbers;
 }
 
-TEST(Pnp, the_same_run_has_the_same_result_and_another_run_or_seed_another) {
+TEST(Pnp, a_run_is_deterministic_and_depends_on_number_and_seed) {
   PnpOptions options = small_options();
   const auto first = numbers_of(run_pnp(options, 3));
   EXPECT_EQ(first.size(), 7 * pnp_cases(options).size());
@@ -109,7 +109,7 @@ TEST(Pnp, small_errors_are_as_theory_expects) {
   options.map_bias = 0.004;
   options.map_deviation = 0.005;
   Runs runs;
-  const std::uint64_t count = std::max<std::size_t>(trials(1000), 200);  // an RMS of fewer says nothing
+  const std::uint64_t count = std::max<std::size_t>(trials(1000), 200);  // an RMS of fewer is too noisy
   for (std::uint64_t run = 0; run < count; ++run) runs.push_back(run_pnp(options, run));
   for (const sim::PnpRow& row : summarize(options, runs)) {
     if (row.which.selector == "all_weighted") continue;
@@ -118,12 +118,12 @@ TEST(Pnp, small_errors_are_as_theory_expects) {
     EXPECT_NEAR(row.translation_m.value, row.expected_translation_m.value, 2.5 * row.translation_m.ci95);
     EXPECT_NEAR(row.rotation_deg.value, row.expected_rotation_deg.value, 2.5 * row.rotation_deg.ci95);
     if (count > 500) {
-      EXPECT_LT(row.translation_m.ci95, 0.15 * row.translation_m.value) << "what is compared says something";
+      EXPECT_LT(row.translation_m.ci95, 0.15 * row.translation_m.value) << "the comparison is meaningful";
     }
   }
 }
 
-TEST(Pnp, the_pose_moves_by_up_to_what_is_told) {
+TEST(Pnp, the_pose_moves_by_at_most_the_configured_motion) {
   PnpOptions options = shifted_map(0);
   options.translation = 0;
   options.rotation_deg = 0;
@@ -136,7 +136,7 @@ TEST(Pnp, the_pose_moves_by_up_to_what_is_told) {
   EXPECT_GT(std::abs(pnp_frame(options, 1).matches[0].u - frame.matches[0].u), 1);
 }
 
-// Kolmogorov and Smirnov's distance between depths and their law: above 2.2 / sqrt(n) once in 10000 times.
+// The Kolmogorov-Smirnov distance between depths and their law exceeds 2.2 / sqrt(n) once in 10000 times.
 TEST(Pnp, depths_follow_their_law_between_nearest_and_farthest) {
   PnpOptions options = shifted_map(0);
   options.map_deviation = 1e-12;
@@ -183,7 +183,7 @@ TEST(Pnp, map_errors_have_the_mean_and_deviation_of_the_options) {
   EXPECT_NEAR(squares / n / (0.02 * 0.02), 1, 5 * std::sqrt(2 / n));
 }
 
-TEST(Pnp, options_that_make_no_experiment_are_refused) {
+TEST(Pnp, options_out_of_range_are_refused) {
   const auto refuses = [](const std::function<void(PnpOptions&)>& change) {
     PnpOptions options;
     change(options);

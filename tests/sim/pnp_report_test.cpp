@@ -20,7 +20,7 @@ using sim::PnpOutcome;
 using sim::Table;
 using Runs = std::vector<std::vector<PnpOutcome>>;
 
-// Outcomes of hand-made runs: error(case, run) for translation, twice that for rotation, and so on.
+// Outcomes of hand-made runs: error(case, run) for the translation, twice that for the rotation, and so on.
 Runs hand_made(const PnpOptions& options, std::size_t runs,
                const std::function<double(const PnpCase&, std::size_t)>& error) {
   Runs made;
@@ -127,14 +127,14 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-// What is worse or better by 20 % against a spread of 10 % that all share can be told; equal in the mean with a spread
-// of its own cannot.
-TEST(Pnp, comparison_tells_better_from_worse_and_from_noise) {
+// A difference of 20 % is significant against a shared spread of 10 %; a difference of 0 with an independent spread is
+// not.
+TEST(Pnp, comparison_separates_better_worse_and_noise) {
   PnpOptions options = small_options();
   const auto spread = [](std::size_t run) { return 1 + 0.1 * (static_cast<double>(run % 7) - 3) / 3; };
   const Runs runs = hand_made(options, 70, [&](const PnpCase& which, std::size_t run) {
     const double scale = which.size == options.points && which.selector != "all" && which.selector != "all_weighted"
-                             ? 1000  // to be left out: there all are the same
+                             ? 1000  // must be left out
                              : which.noise_px;
     if (which.selector == "max_trace") return 1.2 * scale * spread(run);
     if (which.selector == "all") return 0.8 * scale * spread(run);
@@ -160,7 +160,7 @@ TEST(Pnp, comparison_tells_better_from_worse_and_from_noise) {
   EXPECT_EQ(cell_of(table, "max_trace", 1).rfind(sim::fixed(1.2 * rms, 4), 0), 0U);
 }
 
-// With a single size the score is an RMS, and the jackknife's interval has to be near that of the delta method.
+// With a single size the score is an RMS, and the jackknife's interval is near that of the delta method.
 TEST(Pnp, comparison_has_the_interval_of_an_rms) {
   PnpOptions options = small_options();
   options.sizes = {20};
@@ -192,7 +192,7 @@ TEST(Pnp, crossing_is_the_size_from_which_on_all_is_reached_for_good) {
                                 : 1;
     };
     if (which.selector == "max_log_det") return at(1.1, 1.04, 1.02, 0.9);
-    if (which.selector == "max_trace") return at(0.9, 1.1, 0.99, 0.98);  // below at 20, but not for good
+    if (which.selector == "max_trace") return at(0.9, 1.1, 0.99, 0.98);  // below at 20, but not from there on
     if (which.selector == "random") return at(0.9, 0.9, 0.9, 1.2);
     if (which.selector == "min_condition") return at(0.5, 0.5, 0.5, 0.5);
     return 1.0;
@@ -208,7 +208,7 @@ TEST(Pnp, crossing_is_the_size_from_which_on_all_is_reached_for_good) {
   EXPECT_EQ(cell_of(table, "all", 1), "no row all");
 }
 
-TEST(Pnp, expectation_stands_beside_what_was_measured) {
+TEST(Pnp, expectation_is_beside_the_measurement) {
   const PnpOptions options = small_options();
   const Runs runs =
       hand_made(options, 2, [](const PnpCase& which, std::size_t) { return which.selector == "random" ? 0.2 : 0.1; });

@@ -61,7 +61,7 @@ TEST(PoseOptimizer, agrees_with_a_dense_one) {
   });
 }
 
-TEST(PoseOptimizer, ignores_right_columns_if_told_so) {
+TEST(PoseOptimizer, ignores_right_columns_without_stereo) {
   Random random;
   SCOPED_TRACE(random.name());
   Scenario scenario = noisy_scenario(random, 50, 0.5, 1);
@@ -124,8 +124,8 @@ TEST(PoseOptimizer, huber_withstands_gross_outliers) {
   }
 }
 
-// Whitened by what they should have as covariance, the mean of n outer products is I, with entries that deviate by
-// sqrt(1 / n), on the diagonal by sqrt(2 / n).
+// The mean of n outer products, whitened by the expected covariance, is I, with deviations of sqrt(1 / n), on the
+// diagonal sqrt(2 / n).
 TEST(PoseOptimizer, covariance_is_that_of_many_trials) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -159,7 +159,7 @@ TEST(PoseOptimizer, levenberg_marquardt_never_raises_the_cost) {
     const Pose start = random_pose(random, 3, 0.7) * scenario.T_cw;
     PoseOptions options = precise(PoseMethod::levenberg_marquardt);
     options.huber_monocular = options.huber_stereo = random.chance(0.5) ? 2.5 : 0;
-    // Points that come in front of the camera later are no part of the first cost.
+    // The first cost does not contain points that come in front of the camera later.
     scenario.all.erase(std::remove_if(scenario.all.begin(), scenario.all.end(),
                                       [&](std::uint32_t i) {
                                         return chi2(scenario.camera, start, scenario.matches[i], true) == infinity;
@@ -170,13 +170,13 @@ TEST(PoseOptimizer, levenberg_marquardt_never_raises_the_cost) {
       const PoseEstimate estimate = optimize(scenario, start, options);
       EXPECT_LE(estimate.cost, cost);
       for (const std::uint32_t i : scenario.all) {
-        EXPECT_LT(chi2(scenario.camera, estimate.T_cw, scenario.matches[i], true), infinity) << "none gets behind";
+        EXPECT_LT(chi2(scenario.camera, estimate.T_cw, scenario.matches[i], true), infinity) << "none moves behind";
       }
       if (estimate.cost == cost && estimate.status == PoseStatus::iteration_limit) ++taken_back;
       cost = estimate.cost;
     }
   }
-  EXPECT_GE(taken_back, trials(100) / 5) << "too easy a test";
+  EXPECT_GE(taken_back, trials(100) / 5) << "the test is too easy";
 }
 
 TEST(PoseOptimizer, the_order_of_the_subset_does_not_matter) {
@@ -186,7 +186,7 @@ TEST(PoseOptimizer, the_order_of_the_subset_does_not_matter) {
     std::reverse(scenario.all.begin(), scenario.all.end());
     std::rotate(scenario.all.begin(), scenario.all.begin() + 17, scenario.all.end());
     const PoseEstimate other = optimize(scenario, start, options);
-    EXPECT_LT(largest(difference(estimate.T_cw, other.T_cw)), 1e-8) << "the cost cannot tell apart less";
+    EXPECT_LT(largest(difference(estimate.T_cw, other.T_cw)), 1e-8) << "the cost does not resolve less";
     EXPECT_NEAR(estimate.cost, other.cost, 1e-10 * estimate.cost);
   });
 }
@@ -205,7 +205,7 @@ TEST(PoseOptimizer, only_the_subset_counts) {
   EXPECT_EQ(sim::to_rows(estimate.T_cw), sim::to_rows(optimize(alone, scenario.T_cw, options).T_cw));
 }
 
-TEST(PoseOptimizer, leaves_out_what_is_not_finite_or_behind) {
+TEST(PoseOptimizer, leaves_out_matches_that_are_not_finite_or_behind) {
   Random random;
   SCOPED_TRACE(random.name());
   Scenario scenario = noisy_scenario(random, 40, 1, 1);
@@ -243,7 +243,7 @@ TEST(PoseOptimizer, leaves_out_what_is_not_finite_or_behind) {
   }
 }
 
-TEST(PoseOptimizer, says_when_matches_are_too_few) {
+TEST(PoseOptimizer, reports_too_few_matches) {
   Random random;
   SCOPED_TRACE(random.name());
   const Scenario scenario = random_scenario(random, 10, 1);
@@ -266,7 +266,7 @@ TEST(PoseOptimizer, says_when_matches_are_too_few) {
   }
 }
 
-// Points of a line: turning about it moves none of them.
+// Points on a line: a rotation about it moves none of them.
 Scenario line(const Scenario& like, const Eigen::Vector3d& from, const Eigen::Vector3d& direction, bool stereo) {
   Scenario scenario = like;
   for (std::size_t i = 0; i < scenario.matches.size(); ++i) {
@@ -277,7 +277,7 @@ Scenario line(const Scenario& like, const Eigen::Vector3d& from, const Eigen::Ve
   return scenario;
 }
 
-TEST(PoseOptimizer, says_when_the_problem_is_singular) {
+TEST(PoseOptimizer, reports_a_singular_problem) {
   Random random;
   SCOPED_TRACE(random.name());
   const Scenario like = random_scenario(random, 30, 1);
@@ -300,7 +300,7 @@ TEST(PoseOptimizer, says_when_the_problem_is_singular) {
   }
 }
 
-TEST(PoseOptimizer, says_when_numbers_overflow) {
+TEST(PoseOptimizer, reports_overflow) {
   Random random;
   SCOPED_TRACE(random.name());
   Scenario scenario = random_scenario(random, 10, 1);

@@ -32,7 +32,7 @@ struct Scenario {
   Pose T_cw;
   std::vector<Match> matches;
   Subset all;
-  std::vector<Eigen::Matrix3d> map_covariances;  // a match each, world frame, m^2; empty: residuals know none
+  std::vector<Eigen::Matrix3d> map_covariances;  // one for each match, world frame, m^2; empty: none
 };
 
 inline Match exact_match(const Scenario& scenario, const Eigen::Vector3d& in_camera, bool stereo) {
@@ -50,7 +50,7 @@ inline Eigen::Vector3d random_point(Random& random) {
   return {Z * random.uniform(-0.7, 0.7), Z * random.uniform(-0.5, 0.5), Z};
 }
 
-// n matches without noise, of several octaves, seen from some pose.
+// n matches without noise, of several octaves, seen from a random pose.
 inline Scenario random_scenario(Random& random, std::size_t n, double share_of_stereo) {
   Scenario scenario;
   scenario.T_cw = random_pose(random, 10, 1.5);
@@ -79,11 +79,11 @@ inline Scenario noisy_scenario(Random& random, std::size_t n, double share_of_st
   return scenario;
 }
 
-// What residuals know of errors of the map.
+// The errors of the map that residuals are whitened with.
 enum class MapNoise { none, alike, individual };
 constexpr MapNoise map_noises[] = {MapNoise::none, MapNoise::alike, MapNoise::individual};
 
-// Some 10 cm, as long as wide in no direction in particular.
+// Deviations of some 10 cm, anisotropic in random directions.
 inline void set_map_noise(Random& random, MapNoise noise, Scenario& scenario, double sigma = 0.05) {
   scenario.map_covariances.clear();
   if (noise == MapNoise::none) return;
@@ -100,7 +100,7 @@ inline std::vector<Whitening> whitenings_at(const Scenario& scenario, const Pose
   return whitenings;
 }
 
-// Whitened as it is seen from the start.
+// Residuals are whitened at the start.
 inline PoseEstimate optimize(const Scenario& scenario, const Pose& start, const PoseOptions& options) {
   return optimize_pose(scenario.camera, scenario.matches, scenario.all, start, options,
                        whitenings_at(scenario, start, options.stereo));
@@ -108,7 +108,7 @@ inline PoseEstimate optimize(const Scenario& scenario, const Pose& start, const 
 
 inline double largest(const Vector6& xi) { return xi.lpNorm<Eigen::Infinity>(); }
 
-// Sigma of match i seen from there, only its rows.
+// Sigma of match i at T_cw, only its rows.
 inline Eigen::MatrixXd covariance_of(const Scenario& scenario, std::uint32_t i, const Pose& T_cw, bool stereo) {
   LinearizedMatch at;
   EXPECT_TRUE(linearize(scenario.camera, T_cw, scenario.matches[i], stereo, at));
@@ -122,11 +122,11 @@ inline Eigen::MatrixXd covariance_of(const Scenario& scenario, std::uint32_t i, 
 }
 
 inline double threshold_of(const LinearizedMatch& match, const PoseOptions& options) {
-  const double told = match.rows == 3 ? options.huber_stereo : options.huber_monocular;
-  return told > 0 ? told : infinity;
+  const double given = match.rows == 3 ? options.huber_stereo : options.huber_monocular;
+  return given > 0 ? given : infinity;
 }
 
-// 1/2 sum rho at T_cw, with covariances that stay those of the start.
+// 1/2 sum rho at T_cw, with the covariances of the start.
 inline double slow_cost(const Scenario& scenario, const Pose& T_cw, const Pose& start, const PoseOptions& options) {
   double cost = 0;
   for (const std::uint32_t i : scenario.all) {
@@ -172,7 +172,7 @@ inline Pose slow_optimum(const Scenario& scenario, const Pose& start, const Pose
   return T_cw;
 }
 
-// What the options can vary, with noise and some gross outliers.
+// Calls body for every combination of options, with noise and some gross outliers.
 template <class Body>
 void for_every_problem(const Body& body) {
   std::uint64_t variation = 0;

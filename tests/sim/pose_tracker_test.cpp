@@ -26,7 +26,7 @@ constexpr std::size_t max_matches = 250;
 
 double distance_between(const Pose& a, const Pose& b) { return (a.matrix() - b.matrix()).norm(); }
 
-// Calls body(world, frame, tracked) for every frame that a tracker begun at the truth has tracked.
+// Calls body(world, frame, tracked) for every frame of a tracker that begins at the truth.
 template <class Body>
 void track(const Trajectory& trajectory, const WorldOptions& options, PoseTracker& tracker, const Body& body) {
   const sim::Rig rig = sim::forward_rig();
@@ -76,7 +76,7 @@ TEST(PoseTracker, predicts_by_constant_velocity) {
   EXPECT_EQ(poses.size(), 22U);
 }
 
-TEST(PoseTracker, without_matches_follows_its_prediction_and_then_goes_on) {
+TEST(PoseTracker, follows_its_prediction_without_matches_and_recovers) {
   const Trajectory trajectory = sim::analytic_trajectory(2);
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
@@ -108,14 +108,14 @@ double squared_error(const MappedWorld& world, const Frame& frame, std::uint32_t
   return (u * u + v * v) * match.inv_sigma2;
 }
 
-// Those that are so far off that no pose near the truth agrees with them.
-TEST(PoseTracker, selects_no_outlier_in_a_world_that_is_right_otherwise) {
+// Outliers whose errors disagree with every pose near the truth.
+TEST(PoseTracker, selects_no_outlier_in_a_world_without_other_errors) {
   WorldOptions options = perfect_world(max_matches);
   options.outlier_rate = 0.15;
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
     SelectorSettings settings = settings_of(kind);
-    settings.blocks.map_sigma = 0;  // as the map is
+    settings.blocks.map_sigma = 0;  // as in the map
     PoseTracker tracker(settings, {});
     std::size_t outliers = 0, inliers = 0;
     track(sim::analytic_trajectory(2), options, tracker,
@@ -157,7 +157,7 @@ TEST(PoseTracker, errors_of_the_map_count_with_all_weighted_alone) {
   }
 }
 
-TEST(PoseTracker, errors_of_the_map_count_with_every_selector_if_told_so) {
+TEST(PoseTracker, errors_of_the_map_count_with_every_selector_if_configured) {
   const auto whitened = [](SelectorKind kind, double map_sigma) {
     return poses_with(kind, map_sigma, Weighting::measurement_and_map);
   };
@@ -200,7 +200,7 @@ TEST(PoseTracker, covariances_of_a_frame_count_if_it_has_them) {
   }
 }
 
-// What a match weighs is what it was selected for: both are seen from where the pose of the selected ones begins.
+// Residuals have the noise model of the selection: both are linearised at the start of the final optimisation.
 TEST(PoseTracker, residuals_are_whitened_where_blocks_are_linearised) {
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
@@ -219,7 +219,7 @@ TEST(PoseTracker, residuals_are_whitened_where_blocks_are_linearised) {
   }
 }
 
-TEST(PoseTracker, goes_on_at_constant_velocity_for_as_long_as_it_sees_nothing) {
+TEST(PoseTracker, keeps_constant_velocity_without_matches) {
   const Trajectory trajectory = sim::analytic_trajectory(1);
   PoseTracker tracker(settings_of(SelectorKind::md), {});
   track(trajectory, perfect_world(max_matches), tracker, [](const auto&...) {});

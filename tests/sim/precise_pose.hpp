@@ -18,7 +18,7 @@ using sim::PoseStatus;
 using sim::Whitening;
 using Subset = std::vector<std::uint32_t>;
 
-/// Options with which an estimate is its optimum but for rounding.
+/// Options with which an estimate is the optimum except for rounding.
 inline PoseOptions precise(PoseMethod method = PoseMethod::gauss_newton) {
   PoseOptions options;
   options.method = method;

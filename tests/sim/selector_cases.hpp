@@ -40,7 +40,7 @@ inline Indices sorted(Indices indices) {
   return indices;
 }
 
-// Small steps about where the frame is, the last of them first.
+// Poses of small steps before the frame, the last pose first.
 inline std::vector<Pose> poses_before(Random& random, const Frame& frame, int count) {
   std::vector<Pose> poses;
   Pose T = sim::pose_of(frame.T_cw_prior);

@@ -6,7 +6,7 @@
 
 namespace maxlogdet::test {
 
-/// A selector of few matches.
+/// A selector with a small budget.
 inline sim::SelectorSettings settings_of(sim::SelectorKind kind) {
   sim::SelectorSettings settings;
   settings.kind = kind;

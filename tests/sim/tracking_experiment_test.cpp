@@ -35,7 +35,7 @@ std::string without_times(std::vector<TrackingOutcome> outcomes) {
   return to_json(outcomes).dump();
 }
 
-TEST(Tracking, is_the_same_for_the_same_run_but_for_times) {
+TEST(Tracking, a_run_is_deterministic_except_for_times) {
   TrackingOptions options = small_experiment();
   Trajectory trajectory = sim::analytic_trajectory(3);
   const auto outcomes_of = [&](std::uint64_t run) {
@@ -51,7 +51,7 @@ TEST(Tracking, is_the_same_for_the_same_run_but_for_times) {
   EXPECT_NE(outcomes_of(2), first);
 }
 
-TEST(Tracking, outcomes_say_what_happened) {
+TEST(Tracking, outcomes_describe_the_run) {
   TrackingOptions options = small_experiment();
   options.world = perfect_world(max_matches);
   const auto outcomes = run_tracking(options, sim::analytic_trajectory(3), sim::euroc_rig(), 0);
@@ -61,10 +61,10 @@ TEST(Tracking, outcomes_say_what_happened) {
     EXPECT_NEAR(o.errors.scale, 1, 1e-5);
     EXPECT_EQ(o.errors.windows, 41U) << "a second at 20 Hz, within 3 s";
     EXPECT_EQ(o.lost, 0U);
-    EXPECT_EQ(o.matches, outcomes[0].matches) << "all meet the same frames";
+    EXPECT_EQ(o.matches, outcomes[0].matches) << "all see the same frames";
     EXPECT_GT(o.ms_outliers, 0);
   }
-  EXPECT_NEAR(outcomes[0].used, 40, 2) << "of fewer matches in some frames all are used";
+  EXPECT_NEAR(outcomes[0].used, 40, 2) << "frames with fewer matches use all";
   EXPECT_EQ(outcomes[2].used, outcomes[2].matches);
 }
 

@@ -17,7 +17,7 @@ using sim::SelectorSettings;
 using sim::TrackingOutcome;
 using sim::TrackingRuns;
 
-// Two sequences, two runs; md is worse than all in A and better in B, in RPE; and the other way round in ROE.
+// Two sequences, two runs; md is worse than all in A and better in B, in RPE; and vice versa in ROE.
 TrackingRuns hand_made() {
   TrackingRuns runs;
   runs.contestants = {"md", "quality", "inl", "all"};
@@ -33,7 +33,7 @@ TrackingRuns hand_made() {
 
 using Row = std::vector<std::string>;
 
-TEST(TrackingReport, csv_has_an_outcome_a_row) {
+TEST(TrackingReport, csv_has_a_row_for_each_outcome) {
   TrackingRuns runs = hand_made();
   runs.runs[1].outcomes[2].ms_outliers = 1.5;
   runs.runs[1].outcomes[2].ms_selection = 0.25;
@@ -110,7 +110,7 @@ TrackingRuns duel(const std::function<double(std::size_t run)>& ours,
 
 double spread(std::size_t run) { return 1 + 0.3 * std::sin(static_cast<double>(run)); }
 
-TEST(TrackingReport, claims_what_can_be_told) {
+TEST(TrackingReport, claims_only_significant_differences) {
   const auto verdict_of = [](const TrackingRuns& runs, std::size_t column) {
     const sim::Table table = claim_table(runs, "md");
     EXPECT_EQ(table.rows.size(), 1U);
@@ -121,7 +121,7 @@ TEST(TrackingReport, claims_what_can_be_told) {
     return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
   };
   for (std::size_t column = 1; column < 4; ++column) {
-    // Both met the same frames: 10 % can be told although the runs differ by 60 %.
+    // Paired by frames, 10 % are significant although runs differ by 60 %.
     const auto better = verdict_of(duel([](auto run) { return 0.9 * spread(run); }, spread), column);
     const auto worse = verdict_of(duel([](auto run) { return 1.1 * spread(run); }, spread), column);
     const auto noise = verdict_of(duel([](auto run) { return 1.01 * spread(run + 7); }, spread), column);
@@ -136,7 +136,7 @@ TEST(TrackingReport, claims_what_can_be_told) {
   EXPECT_TRUE(claim_table(duel(spread, spread), "nobody").rows.empty());
 }
 
-// In per cent of the other's mean: theirs (2 + 4) / 2 = 3 and (3 + 9) / 2 = 6, mean 4.5; ours 2 and 6. Differences -1
+// In percent of the other's mean: theirs are (2 + 4) / 2 = 3 and (3 + 9) / 2 = 6, mean 4.5; ours 2 and 6. Differences -1
 // and 0: -22.2 and 0, mean -11.1, interval 12.7062 * 15.713 / sqrt(2).
 TEST(TrackingReport, claims_have_the_interval_of_paired_differences) {
   TrackingRuns runs;
@@ -144,7 +144,7 @@ TEST(TrackingReport, claims_have_the_interval_of_paired_differences) {
   runs.sequences = {"A", "B"};
   runs.runs = {{"A", 0, {outcome_of(1, 1, 1), outcome_of(2, 2, 2)}},
                {"A", 1, {outcome_of(4, 1, 1), outcome_of(3, 2, 2)}},
-               {"A", 2, {outcome_of(100, 1, 1), outcome_of(1, 2, 2)}},  // B was not reached: does not count
+               {"A", 2, {outcome_of(100, 1, 1), outcome_of(1, 2, 2)}},  // without B: not counted
                {"B", 0, {outcome_of(3, 1, 1), outcome_of(4, 2, 2)}},
                {"B", 1, {outcome_of(8, 1, 1), outcome_of(9, 2, 2)}}};
   const sim::Table table = claim_table(runs, "md");

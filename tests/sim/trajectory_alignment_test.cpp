@@ -9,13 +9,13 @@
 namespace maxlogdet::test {
 namespace {
 
-// Points to align, of a kind: round about, on a plane, close to a line, with and without noise, or mirrored.
+// Points to align: in space, on a plane, close to a line, with and without noise, or mirrored.
 struct PointSets {
   std::string kind;
   Matrix3Xd from;
   Matrix3Xd to;
   sim::Similarity known;
-  bool exact = false;  // known is the answer
+  bool exact = false;  // whether `known` is the answer
 };
 
 PointSets random_points(Random& random) {
@@ -47,7 +47,7 @@ PointSets random_points(Random& random) {
     sets.from.col(i) = turn * point + centre;
     sets.to.col(i) = turn * seen + centre + random_vector(random, kind.noise);
   }
-  // Three points that chance puts on a line leave the rotation open.
+  // Three points on a line by chance would leave the rotation undetermined.
   sets.from.col(1) += turn * Vector3d(kind.extent[0], 0, 0);
   sets.to.col(1) += turn * Vector3d(kind.extent[0], 0, 0);
   sets.from.col(2) += turn * Vector3d(0, kind.extent[1], 0);
@@ -92,7 +92,7 @@ TEST(TrajectoryAlignment, scales_less_than_the_ratio_of_the_spreads_by_what_it_c
     const double symmetric = horn(sets.from, sets.to).symmetric_scale;
     const double back = sim::align_sim3(sets.to, sets.from).scale;
     EXPECT_LE(scale, symmetric * (1 + 1e-12));
-    // Both ways see the same rotation, hence the same sum of products.
+    // Both directions have the same rotation, hence the same sum of products.
     EXPECT_NEAR(scale / symmetric, back * symmetric, 1e-10);
     if (sets.exact) {
       EXPECT_NEAR(scale, symmetric, 1e-11 * scale);
@@ -125,20 +125,20 @@ TEST(TrajectoryAlignment, is_the_best_near_and_far) {
     const sim::Similarity sim3 = sim::align_sim3(sets.from, sets.to);
     const sim::Similarity rigid = sim::align_rigid(sets.from, sets.to);
     const double spread = (sets.to.colwise() - Vector3d(sets.to.rowwise().mean())).squaredNorm();
-    const double least = squares(sim3, sets.from, sets.to) - 1e-13 * spread;
+    const double min_sim3 = squares(sim3, sets.from, sets.to) - 1e-13 * spread;
     const double min_rigid = squares(rigid, sets.from, sets.to) - 1e-13 * spread;
-    EXPECT_GE(squares(rigid, sets.from, sets.to), least);
+    EXPECT_GE(squares(rigid, sets.from, sets.to), min_sim3);
     for (int i = 0; i < 50; ++i) {
       const double size = std::pow(10.0, random.uniform(-6, 0.5));
       const Vector3d axis = random_vector(random).normalized();
       const Eigen::Matrix3d turn = Eigen::AngleAxisd(size * random.uniform(-1, 1), axis).toRotationMatrix();
       const Vector3d shift = random_vector(random, size);
       const double stretch = std::exp(size * random.uniform(-1, 1));
-      EXPECT_GE(squares({sim3.scale * stretch, turn * sim3.R, sim3.t + shift}, sets.from, sets.to), least);
+      EXPECT_GE(squares({sim3.scale * stretch, turn * sim3.R, sim3.t + shift}, sets.from, sets.to), min_sim3);
       EXPECT_GE(squares({1, turn * rigid.R, rigid.t + shift}, sets.from, sets.to), min_rigid);
-      // Turned about the centre, which moves no point far.
+      // A rotation about the centre, which moves no point far.
       const Vector3d centre = sets.to.rowwise().mean();
-      EXPECT_GE(squares({sim3.scale, turn * sim3.R, turn * (sim3.t - centre) + centre}, sets.from, sets.to), least);
+      EXPECT_GE(squares({sim3.scale, turn * sim3.R, turn * (sim3.t - centre) + centre}, sets.from, sets.to), min_sim3);
     }
   }
 }
@@ -191,7 +191,7 @@ TEST(TrajectoryAlignment, of_points_on_a_line_brings_the_lines_together) {
 }
 
 TEST(TrajectoryAlignment, of_what_has_nothing_in_common_is_a_similarity) {
-  // Sums of products are exactly 0 in all directions: the best scale is 0, and any rotation does.
+  // Sums of products are exactly 0 in all directions: the best scale is 0, and every rotation is equal.
   Matrix3Xd from(3, 4);
   from << 1, -1, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0;
   Matrix3Xd to(3, 4);

@@ -17,7 +17,7 @@ namespace {
 
 using sim::degrees;
 
-// A flight of `seconds` at 20 poses a second, through places and with yaw as told.
+// A flight of `seconds` at 20 poses per second, with the given positions and yaw.
 Poses flight(
     double seconds, const std::function<Vector3d(double)>& position,
     const std::function<double(double)>& yaw = [](double) { return 0.0; }) {
@@ -31,7 +31,7 @@ Poses flight(
 
 Vector3d on_a_curve(double t) { return {3 * std::sin(0.2 * t), 2 * std::sin(0.3 * t), std::cos(0.5 * t)}; }
 
-// Real motion and an estimate whose errors are of every kind.
+// An estimate of the true motion with errors of every kind.
 Poses noisy(Random& random, const Poses& truth, double noise = 0.05) {
   Poses estimate = transformed(random_similarity(random), truth);
   for (sim::StampedPose& pose : estimate) {
@@ -73,9 +73,9 @@ TEST(TrajectoryErrors, do_not_see_a_scale) {
 }
 
 TEST(TrajectoryErrors, of_four_poses_by_hand) {
-  // Along a line: x = -3, -1, 1, 3 m; the estimate leaves it by y = 1, -1, -1, 1 m, which no similarity explains.
-  // Squares of x sum to 20, of y to 4, products to 0: the best scale is 20 / 24, and 20 * 4 / 24 is what remains of the
-  // squares.
+  // Along a line: x = -3, -1, 1, 3 m; the estimate leaves it by y = 1, -1, -1, 1 m, which no similarity removes.
+  // Squares of x sum to 20, of y to 4, products to 0: the best scale is 20 / 24, and the squares that remain
+  // are 20 * 4 / 24.
   Poses truth;
   Poses estimate;
   for (const auto& [x, y] : {std::pair{-3, 1}, {-1, -1}, {1, -1}, {3, 1}}) {
@@ -107,8 +107,8 @@ TEST(TrajectoryErrors, of_a_yaw_that_drifts_are_its_rate) {
 }
 
 TEST(TrajectoryErrors, of_a_yaw_that_drifts_are_seen_in_its_own_frame) {
-  // Motion straight on at 0.7 m/s: seen from a pose whose yaw is wrong by a, it goes wrong by 2 sin(a / 2) times
-  // itself.
+  // Straight motion at 0.7 m/s: in the frame of a pose whose yaw has the error a, its error is 2 sin(a / 2) times the
+  // motion.
   const double rate = 2 / degrees;
   const auto ahead = [](double t) { return Vector3d(0.7 * t, 0, 1); };
   const auto errors = sim::trajectory_errors(flight(10, ahead, [&](double t) { return rate * t; }), flight(10, ahead));
@@ -121,8 +121,8 @@ TEST(TrajectoryErrors, of_a_yaw_that_drifts_are_seen_in_its_own_frame) {
 }
 
 TEST(TrajectoryErrors, of_a_jump_are_its_size_over_the_windows_with_it) {
-  // The truth jumps up between its poses 99 and 100 of 200, the estimate does not. Motion is level, and the same before
-  // the jump as backwards after it: neither scale nor rotation can explain any of it, and half of the jump remains.
+  // The truth jumps up between its poses 99 and 100 of 200, the estimate does not. Motion is level and symmetric in
+  // time about the jump: neither scale nor rotation removes any of it, and half of the jump remains.
   const double jump = 0.3;
   const auto level = [](double t) {
     const double s = std::abs(t - 4.975);
@@ -250,7 +250,7 @@ TEST(TrajectoryErrors, do_not_depend_on_the_frame_of_both) {
   }
 }
 
-// The definition once more, with 4 x 4 matrices, general inverses, every pair of poses, and Horn's alignment.
+// The definition, by 4 x 4 matrices, general inverses, every pair of poses, and Horn's alignment.
 sim::TrajectoryErrors errors_by_definition(const Poses& estimate, const Poses& truth, double window) {
   const auto n = static_cast<Eigen::Index>(truth.size());
   Matrix3Xd from(3, n);
@@ -297,7 +297,7 @@ TEST(TrajectoryErrors, are_those_of_the_definition) {
   for (std::size_t trial = trials(20); trial > 0; --trial) {
     auto truth = sim::analytic_trajectory(12).poses;
     for (auto& pose : truth) pose.time += 1403636580.83856 + random.uniform(-0.02, 0.02);
-    // Poses that are missing: some alone, and some in a row.
+    // Missing poses: single ones, and several in a row.
     for (int i = 0; i < 20; ++i) truth.erase(truth.begin() + random.integer(0, static_cast<int>(truth.size()) - 1));
     const auto gap = truth.begin() + random.integer(60, 120);
     truth.erase(gap, gap + random.integer(5, 40));
@@ -345,7 +345,7 @@ TEST(TrajectoryErrors, a_rigid_alignment_keeps_an_error_of_scale) {
   EXPECT_NEAR(sim::trajectory_errors(estimate, truth, 1).rpe_m_per_s, 0, 1e-12);
   const auto rigid = sim::trajectory_errors(estimate, truth, 1, sim::TrajectoryAlignment::rigid);
   EXPECT_EQ(rigid.scale, 1);
-  double expected = 0;  // a tenth of what is travelled
+  double expected = 0;  // a tenth of the distance travelled
   for (std::size_t i = 0; i + 1 < truth.size(); ++i) {
     expected += 0.1 * (truth[i + 1].T_wb.translation() - truth[i].T_wb.translation()).norm() / 19;
   }

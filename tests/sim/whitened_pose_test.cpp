@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Poses from whitened residuals, against those without whitening, the library's blocks, and errors that are drawn.
+// Poses from whitened residuals, against unwhitened ones, the library's blocks, and random errors.
 #include "sim/pose_optimizer.hpp"
 
 #include "tests/sim/noisy_frame.hpp"
@@ -13,7 +13,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(MatchNoise, deviations_as_whitenings_give_what_no_whitenings_do) {
+TEST(MatchNoise, deviations_as_whitenings_equal_no_whitenings) {
   for (const double huber : {0.0, 2.0}) {
     Random random(static_cast<std::uint64_t>(huber));
     SCOPED_TRACE(random.name());
@@ -38,14 +38,14 @@ TEST(MatchNoise, deviations_as_whitenings_give_what_no_whitenings_do) {
       EXPECT_NEAR(estimate.cost, expected.cost, 1e-12 * expected.cost);
       EXPECT_LT(relative_difference(estimate.information, expected.information), 1e-9);
       for (const std::uint32_t i : all_of(frame)) {
-        const double told = chi2(frame.camera, start, frame.matches[i], true);
-        EXPECT_NEAR(chi2(frame.camera, start, frame.matches[i], true, &whitenings[i]), told, 1e-12 * told);
+        const double unwhitened = chi2(frame.camera, start, frame.matches[i], true);
+        EXPECT_NEAR(chi2(frame.camera, start, frame.matches[i], true, &whitenings[i]), unwhitened, 1e-12 * unwhitened);
       }
     }
   }
 }
 
-// What is selected for its information counts with as much in the estimate.
+// The information that a match is selected for is its information in the estimate.
 TEST(MatchNoise, information_of_the_estimate_is_that_of_the_librarys_blocks) {
   for (const bool has_covariances : {false, true}) {
     for (const bool stereo : {false, true}) {
@@ -71,7 +71,7 @@ TEST(MatchNoise, information_of_the_estimate_is_that_of_the_librarys_blocks) {
         options.max_iterations = 0;
         const PoseEstimate estimate = optimize_pose(frame.camera, frame.matches, all_of(frame), T_cw, options,
                                                     whitenings_of(frame, T_cw, stereo, blocks.map_sigma));
-        // Entries compare with the diagonal scaled to 1: metres and radians are not mixed.
+        // With the diagonal scaled to 1, metres and radians are comparable.
         const Vector6 scale = expected.diagonal().array().rsqrt();
         const Matrix6 apart = scale.asDiagonal() * (estimate.information - expected) * scale.asDiagonal();
         EXPECT_LT(largest_entry(apart), 1e-6);
@@ -80,8 +80,8 @@ TEST(MatchNoise, information_of_the_estimate_is_that_of_the_librarys_blocks) {
   }
 }
 
-// Of a point that a stereo camera has mapped from some metres away: the deviation grows with the square of the depth
-// and is largest along its rays, which are not those of now.
+// The covariance of a point that a stereo camera mapped from another pose: the deviation grows with the square of the
+// depth and is largest along that camera's ray.
 Eigen::Matrix3d covariance_of_triangulation(Random& random, const Pose& T_cw, const Match& match) {
   const Eigen::Vector3d mapped_from = T_cw.inverse() * random_pose(random, 5, 0).translation();
   const Eigen::Vector3d ray = Eigen::Map<const Eigen::Vector3d>(match.point) - mapped_from;
@@ -92,11 +92,11 @@ Eigen::Matrix3d covariance_of_triangulation(Random& random, const Pose& T_cw, co
   return across * across * (Eigen::Matrix3d::Identity() - of_ray) + along * along * of_ray;
 }
 
-// Moves pixels and map points by the errors that their covariances say.
+// Adds errors to pixels and map points by their covariances.
 void add_errors(Random& random, const Pose& truth, Frame& frame) {
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
     Match& match = frame.matches[i];
-    match.inv_sigma2 *= 16;  // a quarter of a pixel at octave 0: the map counts
+    match.inv_sigma2 *= 16;  // a quarter of a pixel at octave 0: errors of the map matter
     const double sigma = 1 / std::sqrt(match.inv_sigma2);
     match.u += sigma * normal(random);
     match.v += sigma * normal(random);
@@ -109,7 +109,7 @@ void add_errors(Random& random, const Pose& truth, Frame& frame) {
 }
 
 // The mean of chi2 with 6 degrees of freedom is 6, and its variance 12.
-TEST(MatchNoise, with_errors_of_the_map_as_they_are_estimates_are_better_and_consistent) {
+TEST(MatchNoise, with_true_covariances_of_the_map_estimates_are_better_and_consistent) {
   Random random;
   SCOPED_TRACE(random.name());
   PoseOptions options = precise(PoseMethod::levenberg_marquardt);
@@ -136,7 +136,7 @@ TEST(MatchNoise, with_errors_of_the_map_as_they_are_estimates_are_better_and_con
     rad2_unaware += error_unaware.tail<3>().squaredNorm() / n;
   }
   EXPECT_NEAR(nees, 6, 5 * std::sqrt(12 / n) + 0.1);
-  EXPECT_GT(nees_unaware, 30) << "it takes what the map adds for something else";
+  EXPECT_GT(nees_unaware, 30) << "its covariance lacks the errors of the map";
   EXPECT_LT(metres2, 0.8 * metres2_unaware);
   EXPECT_LT(rad2, 0.8 * rad2_unaware);
   RecordProperty("nees", std::to_string(nees));
