@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What scripts are given: paths on their command line, and JSON in them."""
+"""Paths on the command line of scripts, and their JSON."""
 
 import json
 import pathlib
@@ -7,7 +7,7 @@ import sys
 
 
 def arguments(usage):
-    """The paths of the command line; ends the script with its usage where there is none, or an option."""
+    """The paths of the command line; terminates with the usage if there is none, or an option."""
     paths = sys.argv[1:]
     if not paths or any(path.startswith("-") for path in paths):
         sys.exit(usage.strip())
