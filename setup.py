@@ -23,10 +23,10 @@ class CMakeBuild(build_ext):
             sys.exit("cmake is missing, which compiles maxlogdet; on Debian: apt-get install cmake g++ libxsimd-dev "
                      "pybind11-dev python3-dev")
         build = pathlib.Path(self.build_temp).resolve() / "cmake"
-        # What was compiled stays for the next time. The rest does not: pip's cmake and ninja are in another folder then.
+        # Compiled objects stay for the next build. The rest does not: pip's cmake and ninja are in another folder then.
         shutil.rmtree(build / "CMakeFiles", ignore_errors=True)
         (build / "CMakeCache.txt").unlink(missing_ok=True)
-        # Nothing but the module, and no library that a wheel cannot bring along.
+        # Only the module, and no library that a wheel cannot contain.
         parts = [f"-DMAXLOGDET_BUILD_{part}=OFF" for part in ("PROGRAM", "TESTS", "BENCHMARKS", "TBB")]
         configure = ["cmake", "-S", here, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DMAXLOGDET_INSTALL=OFF",
                      "-DMAXLOGDET_BUILD_PYTHON=ON", f"-DPython3_EXECUTABLE={sys.executable}", *parts]

@@ -5,10 +5,9 @@
 
 namespace maxlogdet::cli {
 
-/// Each adds its subcommand; the work is done when the command line has been parsed, and reports a wrong input by
-/// throwing sim::InputError.
+/// Each adds its subcommand, which runs when the command line has been parsed; it throws sim::InputError about a wrong
+/// input.
 void add_select_command(CLI::App& program);
-void add_simulate_command(CLI::App& program);
 void add_info_command(CLI::App& program);
 
 }  // namespace maxlogdet::cli

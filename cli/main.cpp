@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cli/commands.hpp"
-#include "experiments/simulation.hpp"
+#include "experiments/runs.hpp"
+#include "experiments/simulate_command.hpp"
 #include "sim/command_line.hpp"
 #include "sim/text.hpp"
 
@@ -33,7 +34,7 @@ int main(int argc, char** argv) {
     program.require_subcommand(0, 1);
     program.set_version_flag("--version", maxlogdet::version());
     maxlogdet::cli::add_select_command(program);
-    maxlogdet::cli::add_simulate_command(program);
+    maxlogdet::sim::add_simulate_command(program);
     maxlogdet::cli::add_info_command(program);
     maxlogdet::sim::refuse_empty_values(program);
     try {
@@ -49,7 +50,7 @@ int main(int argc, char** argv) {
     if (program.get_subcommands().empty())
       return fail("a command is missing: select, simulate or info (maxlogdet --help)");
     return flush();
-  } catch (const maxlogdet::cli::Interrupted& error) {
+  } catch (const maxlogdet::sim::Interrupted& error) {
     fail(error.what());
     return exit_interrupted;
   } catch (const std::exception& error) {  // sim::InputError among them

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 
 get_filename_component(maxlogdet_root ${CMAKE_CURRENT_LIST_DIR}/.. ABSOLUTE)
-set(MAXLOGDET_ROOT ${maxlogdet_root} CACHE INTERNAL "The sources")  # for every folder that calls what follows
+set(MAXLOGDET_ROOT ${maxlogdet_root} CACHE INTERNAL "The sources")  # for every folder that calls the functions below
 
 # Compile options of all our own targets; private, so that none reaches a consumer.
 function(maxlogdet_compile_options target)
   target_include_directories(${target} PRIVATE ${MAXLOGDET_ROOT})
-  if(MAXLOGDET_IS_TOP_LEVEL)  # inside another project, that one chooses
+  if(MAXLOGDET_IS_TOP_LEVEL)  # inside another project, that project chooses
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion)
-    if(CMAKE_CXX_COMPILER_ID MATCHES Clang)  # what it sees here: docs/trust.md
+    if(CMAKE_CXX_COMPILER_ID MATCHES Clang)  # what it checks: docs/trust.md
       target_compile_options(${target} PRIVATE -Wthread-safety)
     endif()
     if(MAXLOGDET_WERROR)
@@ -20,20 +20,20 @@ function(maxlogdet_compile_options target)
                                              -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${MAXLOGDET_SANITIZE})
   endif()
-  # The answer is the same on every machine because every operation is rounded as IEEE 754 says, one by one; the flags
-  # that a surrounding project may set for all its code must not take that away.
+  # The answer is the same on every machine because every operation is rounded by itself, as IEEE 754 says; flags of a
+  # parent project must not change that.
   target_compile_options(${target} PRIVATE -fno-fast-math -ffp-contract=off)
 endfunction()
 
-# What UndefinedBehaviorSanitizer does in the library alone: elsewhere, in the code of Eigen above all, these make half of
-# the time that it takes to compile.
+# Turns off checks of UndefinedBehaviorSanitizer that only the library keeps: elsewhere, in Eigen above all, they take
+# half of the compile time.
 function(maxlogdet_sanitize_less target)
   if(MAXLOGDET_SANITIZE MATCHES undefined)
     target_compile_options(${target} PRIVATE -fno-sanitize=null,alignment,object-size,vptr)
   endif()
 endfunction()
 
-# For what takes longer to compile than to run, as the tests' oracles with their Eigen.
+# For targets that take longer to compile than to run, such as the tests' oracles with Eigen.
 function(maxlogdet_compile_quickly target)
   maxlogdet_sanitize_less(${target})
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
@@ -42,8 +42,8 @@ function(maxlogdet_compile_quickly target)
   endif()
 endfunction()
 
-# For programs of CLI11 and JSON, and tests' own code: under sanitizers not optimized at all by clang, which takes it half
-# of the time or less; gcc is hardly faster.
+# For programs with CLI11 and JSON, and test code: not optimised under sanitizers by clang, which then takes at most
+# half of the time; gcc is hardly faster.
 function(maxlogdet_hardly_optimize target)
   maxlogdet_compile_quickly(${target})
   if(MAXLOGDET_SANITIZE AND CMAKE_CXX_COMPILER_ID MATCHES Clang)
@@ -51,8 +51,8 @@ function(maxlogdet_hardly_optimize target)
   endif()
 endfunction()
 
-# Of an inline function that several objects have, the linker takes the first it sees: for programs that are not
-# optimized, that of LIBRARY..., which are.
+# The linker takes the first definition of an inline function that it sees: for programs that are not optimised, that of
+# LIBRARY..., which are.
 function(maxlogdet_link_first target)  # TARGET LIBRARY...
   list(TRANSFORM ARGN REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
   list(JOIN archives "," archives)
@@ -60,15 +60,15 @@ function(maxlogdet_link_first target)  # TARGET LIBRARY...
   target_link_options(${target} PRIVATE LINKER:--whole-archive,${archives},--no-whole-archive)
 endfunction()
 
-# What most files of sim/, cli/ and tests/ include, Eigen above all, parsed once for a target: half of the time that they
-# take to compile. -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON does without.
+# Common headers of sim/, cli/ and tests/, Eigen above all, precompiled once per target, which halves the compile time.
+# -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON turns this off.
 set(maxlogdet_common_headers
   <algorithm> <array> <cmath> <cstddef> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory> <numeric>
   <optional> <set> <sstream> <stdexcept> <string> <utility> <vector>
   <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/Geometry> <Eigen/LU> <Eigen/QR>)
 
-# maxlogdet_require(PACKAGE DEBIAN_PACKAGE OPTION...): find_package for optional parts; says what to install, or how to do
-# without.
+# maxlogdet_require(PACKAGE DEBIAN_PACKAGE OPTION...): find_package for optional parts; the error says what to install,
+# and which OPTION turns the part off.
 macro(maxlogdet_require package debian_package)
   find_package(${package} QUIET)
   if(NOT ${package}_FOUND)

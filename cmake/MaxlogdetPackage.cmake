@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: MIT
 
-# What a ROS 2 workspace looks for in the prefix of a package; nobody else reads it.
+# Read by ROS 2 workspaces only, which look for it in the prefix of a package.
 install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION share/maxlogdet)
 file(WRITE ${PROJECT_BINARY_DIR}/ament_index_marker "")
 install(FILES ${PROJECT_BINARY_DIR}/ament_index_marker
   DESTINATION share/ament_index/resource_index/packages RENAME maxlogdet)
 
-# The target `package`: Debian's libmaxlogdet-dev. Only in a build that is laid out for it, as ci/package configures
-# one: with the prefix /usr the libraries go where Debian's multiarch has them, and the program is not a development
-# file.
+# The target `package`: Debian's libmaxlogdet-dev. Only in a build configured as ci/package does: with the prefix /usr
+# libraries go to Debian's multiarch folder, and the program is not a development file.
 if(NOT MAXLOGDET_IS_TOP_LEVEL OR NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR MAXLOGDET_BUILD_PROGRAM
    OR CMAKE_CROSSCOMPILING)
   return()
 endif()
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME libmaxlogdet-dev)
-# The format wants an address, and there is none: RFC 2606 keeps `.invalid` for that. As in package.xml.
+# The format requires an address, and there is none: RFC 2606 reserves `.invalid` for that. As in package.xml.
 set(CPACK_PACKAGE_CONTACT "The maxlogdet authors <nobody@maxlogdet.invalid>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "feature selection for camera-pose least squares (development files)")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 
-# The C++ runtime, which a static library of C++ needs and a C compiler does not link by itself: what the C++ compiler
-# links of its own accord.
+# The C++ runtime, which a static C++ library needs and a C compiler does not link: the libraries that the C++ compiler
+# links by default.
 set(maxlogdet_cxx_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
 list(FILTER maxlogdet_cxx_runtime INCLUDE REGEX "^(stdc\\+\\+|c\\+\\+|c\\+\\+abi|m)$")
 list(REMOVE_DUPLICATES maxlogdet_cxx_runtime)

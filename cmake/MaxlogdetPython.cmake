@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
-# Sets MAXLOGDET_PYTHON_MISSING to the Debian packages that the Python module lacks, empty if there are all; then
-# Python3_EXECUTABLE is the interpreter that it is for, pybind11_add_module can be called, and MAXLOGDET_PYTHON_SITE_DIR
-# is where that interpreter keeps packages, relative to a prefix.
+# Sets MAXLOGDET_PYTHON_MISSING to the Debian packages that the Python module lacks. If it is empty, Python3_EXECUTABLE
+# is the module's interpreter, pybind11_add_module can be called, and MAXLOGDET_PYTHON_SITE_DIR is that interpreter's
+# folder of packages, relative to a prefix.
 #
-# A machine may have several interpreters, and NumPy for one of them only: a python3 of pyenv comes first in the path,
-# and apt-get installs for /usr/bin/python3. So of those in the path, and then the system's own, the first that can
-# import NumPy is taken, unless -DPython3_EXECUTABLE names one. All else follows from it: headers, the module's suffix,
-# tests.
+# A machine may have several interpreters, and NumPy for only one of them: a python3 of pyenv comes first in the path,
+# and apt-get installs for /usr/bin/python3. Unless -DPython3_EXECUTABLE names one, the first that can import NumPy is
+# used, of that in the path and then the system's. It determines headers, the module's suffix and tests.
 macro(maxlogdet_find_python)
   set(MAXLOGDET_PYTHON_MISSING)
   if(NOT Python3_EXECUTABLE)

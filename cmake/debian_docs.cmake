@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-# Run by CPack between installing and packing: /usr/share/doc as Debian has it, in the package's name, with its
-# copyright file and a changelog. The date is that of SOURCE_DATE_EPOCH, where that is set.
+# Run by CPack between installing and packing: makes /usr/share/doc as Debian requires it, named after the package, with
+# its copyright file and a changelog. The date is SOURCE_DATE_EPOCH, if that is set.
 set(docs ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/usr/share/doc)
 set(own ${docs}/${CPACK_PACKAGE_NAME})
 file(RENAME ${docs}/maxlogdet ${own})
-file(REMOVE ${own}/LICENSE)  # in the copyright file
+file(REMOVE ${own}/LICENSE)  # the copyright file holds it
 configure_file(${CPACK_MAXLOGDET_COPYRIGHT} ${own}/copyright COPYONLY)
 
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)

@@ -36,10 +36,53 @@ double usable_epsilon(double epsilon, std::size_t n, std::size_t k) {
   return epsilon < 1 ? epsilon : std::exp(-0.5 * static_cast<double>(k) / static_cast<double>(n));
 }
 
+Options options_of(std::size_t k, Strategy strategy) {
+  Options search;
+  search.budget = k;
+  search.threads = 1;
+  search.strategy = strategy;
+  return search;
+}
+
+// What stochastic greedy is compared with.
+struct Reference {
+  Timed greedy;
+  Timed lazy;
+  Timed certified;
+};
+
+Reference reference_of(Selector& selector, const BlockStore& blocks, std::size_t k) {
+  Options certify = options_of(k, Strategy::lazy_greedy);
+  certify.certify = true;
+  certify.certificate_passes = 8;
+  return {timed_select(selector, blocks, options_of(k, Strategy::greedy)),
+          timed_select(selector, blocks, options_of(k, Strategy::lazy_greedy)),
+          timed_select(selector, blocks, certify)};
+}
+
 double gains_asked_for(std::size_t n, std::size_t k, std::size_t sample) {
   double gains = 0;
   for (std::size_t i = 0; i < k; ++i) gains += static_cast<double>(std::min(sample, n - i));
   return gains;
+}
+
+EpsilonOutcome outcome_of(std::size_t n, std::size_t k, double epsilon, const Timed& found,
+                          const Reference& reference) {
+  const Timed& greedy = reference.greedy;
+  EpsilonOutcome outcome;
+  outcome.n = n;
+  outcome.k = k;
+  outcome.us = found.us;
+  outcome.us_greedy = greedy.us;
+  outcome.us_lazy = reference.lazy.us;
+  outcome.gap_nats = greedy.log_det - found.log_det;
+  for (const std::uint32_t i : found.indices) outcome.differing += 1 - greedy.indices.count(i);
+  const double sample = static_cast<double>(n) / static_cast<double>(k) * std::log(1 / epsilon);
+  outcome.gains = gains_asked_for(n, k, static_cast<std::size_t>(std::ceil(sample)));
+  outcome.gains_greedy = gains_asked_for(n, k, n);
+  outcome.share_of_greedy = (found.log_det - log_det_prior) / (greedy.log_det - log_det_prior);
+  outcome.share_of_bound = (found.log_det - log_det_prior) / (reference.certified.upper_bound - log_det_prior);
+  return outcome;
 }
 
 }  // namespace
@@ -66,37 +109,14 @@ std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size
   std::vector<EpsilonOutcome> outcomes;
   for (const double share : options.shares) {
     const auto k = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(share * static_cast<double>(n))));
-    Options search;
-    search.budget = k;
-    search.threads = 1;
-    search.strategy = Strategy::greedy;
-    const Timed greedy = timed_select(selector, blocks, search);
-    search.strategy = Strategy::lazy_greedy;
-    const Timed lazy = timed_select(selector, blocks, search);
-    search.certify = true;
-    search.certificate_passes = 8;
-    const Timed certified = timed_select(selector, blocks, search);
-    search.certify = false;
-    search.strategy = Strategy::stochastic_greedy;
+    const Reference reference = reference_of(selector, blocks, k);
     for (const double epsilon : options.epsilons) {
+      Options search = options_of(k, Strategy::stochastic_greedy);
       search.epsilon = usable_epsilon(epsilon, n, k);
       search.seed = seeds.bits();
       const Timed found = timed_select(selector, blocks, search);
-      EpsilonOutcome outcome;
-      outcome.n = n;
-      outcome.k = k;
-      outcome.epsilon = epsilon;
-      outcome.us = found.us;
-      outcome.us_greedy = greedy.us;
-      outcome.us_lazy = lazy.us;
-      outcome.gap_nats = greedy.log_det - found.log_det;
-      for (const std::uint32_t i : found.indices) outcome.differing += 1 - greedy.indices.count(i);
-      const double sample = static_cast<double>(n) / static_cast<double>(k) * std::log(1 / search.epsilon);
-      outcome.gains = gains_asked_for(n, k, static_cast<std::size_t>(std::ceil(sample)));
-      outcome.gains_greedy = gains_asked_for(n, k, n);
-      outcome.share_of_greedy = (found.log_det - log_det_prior) / (greedy.log_det - log_det_prior);
-      outcome.share_of_bound = (found.log_det - log_det_prior) / (certified.upper_bound - log_det_prior);
-      outcomes.push_back(outcome);
+      outcomes.push_back(outcome_of(n, k, search.epsilon, found, reference));
+      outcomes.back().epsilon = epsilon;
     }
   }
   return outcomes;

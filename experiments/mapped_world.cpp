@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/mapped_world.hpp"
 
+#include "sim/angles.hpp"
+#include "sim/euroc_camera.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,9 +11,8 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double radians = 0.017453292519943295;  // of a degree
-constexpr double nearest = 0.5;                   // m: closer than this nothing is matched
-constexpr double border = 16;                     // px, where ORB finds no corners
+constexpr double nearest = 0.5;  // m: closer than this nothing is matched
+constexpr double border = 16;    // px, where ORB finds no corners
 constexpr double scale_factor = 1.2;
 constexpr int octaves = 8;
 
@@ -35,9 +37,9 @@ Eigen::Vector3d bearing_of(const PinholeCamera& camera, const Eigen::Vector3d& p
 
 Rig euroc_rig() {
   Rig rig;
-  rig.camera = {458.654, 457.296, 367.215, 248.375, 0};
-  rig.width = 752;
-  rig.height = 480;
+  rig.camera = euroc_camera;
+  rig.width = euroc_width;
+  rig.height = euroc_height;
   rig.T_bc = pose_of({0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,  //
                       0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,      //
                       -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949});

@@ -108,14 +108,10 @@ Score score_of(const Squares& squares) {
   return score;
 }
 
-const char* verdict(const Score& log_det, const Score& other) {
-  std::vector<double> differences;
-  for (std::size_t i = 0; i < other.without.size(); ++i) {
-    differences.push_back(other.without[i] - log_det.without[i]);
-  }
-  const double difference = other.value - log_det.value;
-  if (!(std::abs(difference) > jackknife_ci95(differences))) return "·";
-  return difference > 0 ? "▲" : "▼";
+Estimate difference(const Score& ours, const Score& theirs) {
+  std::vector<double> without;
+  for (std::size_t i = 0; i < ours.without.size(); ++i) without.push_back(ours.without[i] - theirs.without[i]);
+  return {ours.value - theirs.value, jackknife_ci95(without)};
 }
 
 // The first of the ascending sizes from which on `holds` for all; "-" if it does not hold at the last.
@@ -126,7 +122,60 @@ std::string from_size(const std::vector<std::size_t>& sizes, const Holds& holds)
   return first;
 }
 
+template <class Member>
+Estimate rms_over(const std::vector<PnpOutcome>& outcomes, Member member) {
+  std::vector<double> values;
+  for (const PnpOutcome& outcome : outcomes) values.push_back(outcome.*member);
+  return rms_of(values);
+}
+
+PnpRow row_of(const PnpCase& which, const std::vector<PnpOutcome>& outcomes) {
+  PnpRow row;
+  row.which = which;
+  row.translation_m = rms_over(outcomes, &PnpOutcome::translation_m);
+  row.rotation_deg = rms_over(outcomes, &PnpOutcome::rotation_deg);
+  row.aligned_translation_m = rms_over(outcomes, &PnpOutcome::aligned_translation_m);
+  row.aligned_rotation_deg = rms_over(outcomes, &PnpOutcome::aligned_rotation_deg);
+  row.expected_translation_m = rms_over(outcomes, &PnpOutcome::expected_translation_m);
+  row.expected_rotation_deg = rms_over(outcomes, &PnpOutcome::expected_rotation_deg);
+  for (const PnpOutcome& outcome : outcomes) row.bias_amplification += outcome.bias_amplification;
+  row.bias_amplification /= static_cast<double>(outcomes.size());
+  row.runs = outcomes.size();
+  return row;
+}
+
 }  // namespace
+
+std::vector<PnpRow> summarize(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs) {
+  if (runs.empty()) return {};
+  const std::vector<PnpCase> cases = pnp_cases(options);
+  std::map<std::tuple<double, std::size_t, std::string, std::string>, PnpRow> rows;
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    std::vector<PnpOutcome> outcomes;
+    for (const auto& run : runs) outcomes.push_back(run.at(c));
+    const PnpCase& which = cases[c];
+    rows[{which.noise_px, which.size, which.weighting, which.selector}] = row_of(which, outcomes);
+  }
+  std::vector<PnpRow> table;
+  const auto add = [&](double noise, std::size_t size, std::size_t size_of_case, const std::string& weighting,
+                       const std::string& weighting_of_case, const std::string& selector) {
+    table.push_back(rows.at({noise, size_of_case, weighting_of_case, selector}));
+    table.back().which = {noise, size, weighting, selector};
+  };
+  for (const double noise : options.noises) {
+    for (const Weighting weighting : options.weightings) {
+      const std::string name = to_string(weighting);
+      for (const std::size_t size : options.sizes) {
+        for (const GreedyMetric metric : greedy_metrics) add(noise, size, size, name, name, to_string(metric));
+        add(noise, size, size, name, no_weighting, "random");
+        for (const char* const every : {"all", "all_weighted"}) {
+          add(noise, size, options.points, name, no_weighting, every);
+        }
+      }
+    }
+  }
+  return table;
+}
 
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned) {
   Table table;
@@ -211,7 +260,7 @@ Table comparison_table(const PnpOptions& options, const std::vector<std::vector<
         const Score score = score_of(errors.of(noise, to_string(weighting), selector, error));
         const Score reference = score_of(errors.of(noise, to_string(weighting), log_det, error));
         row.push_back(fixed({score.value, jackknife_ci95(score.without)}, 4));
-        if (selector != log_det) row.back() += std::string(" ") + verdict(reference, score);
+        if (selector != log_det) row.back() += std::string(" ") + verdict(difference(reference, score));
       }
     }
     table.rows.push_back(row);

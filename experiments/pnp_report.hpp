@@ -2,12 +2,28 @@
 #pragma once
 
 #include "experiments/pnp_experiment.hpp"
+#include "sim/statistics.hpp"
 #include "sim/table.hpp"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::sim {
+
+/// A line of metrics.csv: `all` and `random` stand under every weighting, `all` under every size.
+struct PnpRow {
+  PnpCase which;
+  Estimate translation_m;
+  Estimate rotation_deg;
+  Estimate aligned_translation_m;
+  Estimate aligned_rotation_deg;
+  Estimate expected_translation_m;
+  Estimate expected_rotation_deg;
+  double bias_amplification = 0;  ///< mean
+  std::size_t runs = 0;
+};
+std::vector<PnpRow> summarize(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs);
 
 /// metrics.csv; with `aligned` errors against the best rigid alignment of the map in its place.
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned);

@@ -49,10 +49,8 @@ std::map<Key, const RobustnessRow*> by_case(const std::vector<RobustnessRow>& ro
   return result;
 }
 
-std::string verdict(const Estimate& difference) {
-  if (std::isnan(difference.ci95)) return "";
-  if (!(std::abs(difference.value) > difference.ci95)) return " ·";
-  return difference.value < 0 ? " ▲" : " ▼";
+std::string with_verdict(const Estimate& difference) {
+  return fixed(difference, 1) + (std::isnan(difference.ci95) ? "" : std::string(" ") + verdict(difference));
 }
 
 std::vector<std::size_t> sorted(std::vector<std::size_t> budgets) {
@@ -136,10 +134,7 @@ Table robustness_differences(const RobustnessOptions& options, const RobustnessR
     table.rows.push_back({to_string(disturbance)});
     for (const SelectorKind kind : robustness_kinds) {
       if (kind == SelectorKind::md) continue;
-      const auto cell = [&](Error error) {
-        const Estimate difference = errors.difference(disturbance, kind, budget, error);
-        return fixed(difference, 1) + verdict(difference);
-      };
+      const auto cell = [&](Error error) { return with_verdict(errors.difference(disturbance, kind, budget, error)); };
       table.rows.back().push_back(cell(&RobustnessOutcome::translation_m) + ", " +
                                   cell(&RobustnessOutcome::rotation_deg));
     }

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,12 @@ class RunLog {
   std::map<std::string, nlohmann::json> runs_;
 };
 
+/// Ctrl-C: what is finished is written; says how much that is.
+class Interrupted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// While one lives, Ctrl-C only asks to stop: runs under way end, no other begins. A second Ctrl-C ends the program.
 class StopOnInterrupt {
  public:
@@ -54,5 +61,27 @@ std::size_t run_missing(const std::string& what, const std::vector<std::string>&
 
 /// A number of a log: JSON has no NaN and holds null in its place.
 double number_of(const nlohmann::json& value);
+
+/// Outcomes that are doubles alone as a log keeps them: a list for each, in the order of `members`.
+template <class Outcome, std::size_t n>
+nlohmann::json lists_of(const std::vector<Outcome>& outcomes, double Outcome::*const (&members)[n]) {
+  nlohmann::json lists = nlohmann::json::array();
+  for (const Outcome& outcome : outcomes) {
+    lists.push_back(nlohmann::json::array());
+    for (const auto member : members) lists.back().push_back(outcome.*member);
+  }
+  return lists;
+}
+
+/// The outcomes of such lists. Throws what the JSON library throws about others.
+template <class Outcome, std::size_t n>
+std::vector<Outcome> outcomes_of(const nlohmann::json& lists, double Outcome::*const (&members)[n]) {
+  std::vector<Outcome> outcomes;
+  for (const nlohmann::json& list : lists) {
+    outcomes.emplace_back();
+    for (std::size_t i = 0; i < n; ++i) outcomes.back().*members[i] = number_of(list.at(i));
+  }
+  return outcomes;
+}
 
 }  // namespace maxlogdet::sim

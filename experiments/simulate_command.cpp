@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "cli/commands.hpp"
-#include "experiments/simulation.hpp"
-#include "sim/frame_reader.hpp"
+#include "experiments/simulate_command.hpp"
 
-namespace maxlogdet::cli {
+#include "experiments/experiment_commands.hpp"
+#include "sim/input_error.hpp"
+
+namespace maxlogdet::sim {
 
 void add_simulate_command(CLI::App& program) {
   CLI::App* const command = program.add_subcommand("simulate", "The paper's experiments: tables and every run");
@@ -15,9 +16,9 @@ void add_simulate_command(CLI::App& program) {
   add_robustness_experiment(*command);
   command->callback([command] {
     if (command->get_subcommands().empty()) {
-      throw sim::InputError("simulate: an experiment is missing: metrics, budget, euroc, epsilon or robustness");
+      throw InputError("simulate: an experiment is missing: metrics, budget, euroc, epsilon or robustness");
     }
   });
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

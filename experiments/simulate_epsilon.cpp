@@ -1,64 +1,67 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/epsilon_report.hpp"
+#include "experiments/experiment_commands.hpp"
 #include "experiments/simulation.hpp"
-#include "sim/frame_reader.hpp"
+#include "sim/command_line.hpp"
 #include "sim/names.hpp"
 
 #include <algorithm>
 #include <memory>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 namespace {
 
 struct Arguments {
   SimulationArguments common;
-  sim::EpsilonOptions options;
+  EpsilonOptions options;
   std::string weighting = "map_bias";
 };
 
-void check(const sim::EpsilonOptions& options) {
+void check(const EpsilonOptions& options) {
   for (const std::size_t n : options.sizes) {
-    if (n < 10 || n > 20'000) throw sim::InputError("--sizes: expected numbers from 10 to 20000");
+    require_input(n >= 10 && n <= 20'000, "--sizes: expected numbers from 10 to 20000");
   }
   for (const double epsilon : options.epsilons) {
-    if (!(epsilon > 0 && epsilon <= 1)) throw sim::InputError("--epsilons: expected numbers above 0, at most 1");
+    require_input(epsilon > 0 && epsilon <= 1, "--epsilons: expected numbers above 0, at most 1");
   }
 }
 
-void run(const Arguments& arguments) {
-  const sim::EpsilonOptions& options = arguments.options;
-  check(options);
-  Simulation simulation("epsilon", arguments.common);
+// Keys are N/RUN.
+std::vector<std::string> keys_of(const Arguments& arguments) {
   std::vector<std::string> keys;
-  for (std::int64_t run = 0; run < arguments.common.runs; ++run) {
-    for (const std::size_t n : options.sizes) keys.push_back(std::to_string(n) + "/" + std::to_string(run));
+  for (const std::string& run : arguments.common.run_numbers()) {
+    for (const std::size_t n : arguments.options.sizes) keys.push_back(std::to_string(n) + "/" + run);
   }
-  simulation.run(to_json(options), keys, [&](const std::string& key) {
-    const auto slash = key.find('/');
-    return to_json(run_epsilon(options, std::stoull(key.substr(0, slash)), std::stoull(key.substr(slash + 1))));
-  });
+  return keys;
+}
 
-  std::vector<std::vector<sim::EpsilonOutcome>> runs;
-  std::vector<std::string> numbers;
-  for (const std::string& key : keys) {
-    if (!simulation.has(key)) continue;
-    runs.push_back(simulation.finished(key, sim::epsilon_outcomes_of, options.shares.size() * options.epsilons.size()));
-    numbers.push_back(key.substr(key.find('/') + 1));
-  }
-  const sim::Table table = epsilon_table(runs, numbers);
-  simulation.write_csv("epsilon", table);
-  if (runs.empty()) {
-    simulation.finish(table);
-    return;
-  }
-  simulation.print("Over the whole grid of n and k:", guarantee_table(options, runs));
+void report(Simulation& simulation, const EpsilonOptions& options,
+            const std::vector<std::vector<EpsilonOutcome>>& outcomes) {
+  simulation.print("Over the whole grid of n and k:", guarantee_table(options, outcomes));
   constexpr std::size_t paper_n = 1000, paper_k = 100;
   const bool has_papers = std::count(options.sizes.begin(), options.sizes.end(), paper_n) > 0 &&
                           std::count(options.shares.begin(), options.shares.end(), 0.1) > 0;
-  if (has_papers) {
-    simulation.print("At n = 1000, k = 100, where the paper's 43 × is k / ln(1/0.1):",
-                     speedup_table(options, runs, paper_n, paper_k));
-  }
+  if (!has_papers) return;
+  simulation.print("At n = 1000, k = 100, where the paper's 43 × is k / ln(1/0.1):",
+                   speedup_table(options, outcomes, paper_n, paper_k));
+}
+
+void run(const Arguments& arguments) {
+  const EpsilonOptions& options = arguments.options;
+  check(options);
+  Simulation simulation("epsilon", arguments.common);
+  const auto run_key = [&](const std::string& key) {
+    const auto slash = key.find('/');
+    return run_epsilon(options, std::stoull(key.substr(0, slash)), std::stoull(key.substr(slash + 1)));
+  };
+  const FinishedRuns<EpsilonOutcome> runs =
+      simulation.run<EpsilonOutcome>({to_json(options), keys_of(arguments),
+                                      options.shares.size() * options.epsilons.size(), run_key, epsilon_outcomes_of});
+  std::vector<std::string> numbers;
+  for (const std::string& key : runs.keys) numbers.push_back(key.substr(key.find('/') + 1));
+  const Table table = epsilon_table(runs.outcomes, numbers);
+  simulation.write_csv("epsilon", table);
+  if (!runs.keys.empty()) report(simulation, options, runs.outcomes);
   simulation.finish(table);
 }
 
@@ -77,13 +80,13 @@ void add_epsilon_experiment(CLI::App& simulate) {
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which blocks")
-      ->check(CLI::IsMember(sim::names_of(sim::weightings)))
+      ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();
   command->callback([arguments] {
     arguments->options.seed = seed_of(arguments->common.seed);
-    arguments->options.weighting = sim::find_named(sim::weightings, arguments->weighting).value();
+    arguments->options.weighting = find_named(weightings, arguments->weighting).value();
     run(*arguments);
   });
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

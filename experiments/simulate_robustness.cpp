@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: MIT
+#include "experiments/experiment_commands.hpp"
 #include "experiments/robustness_report.hpp"
 #include "experiments/simulation.hpp"
+#include "sim/command_line.hpp"
 #include "sim/names.hpp"
 
 #include <memory>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 namespace {
 
 struct Arguments {
   SimulationArguments common;
-  sim::RobustnessOptions options;
+  RobustnessOptions options;
   std::string scene = to_string(options.scene);
-  std::vector<std::string> disturbances = sim::names_of(sim::disturbances);
+  std::vector<std::string> disturbances = names_of(sim::disturbances);
 };
 
-void report(Simulation& simulation, const sim::RobustnessOptions& options, const sim::RobustnessRuns& runs,
-            const std::vector<sim::RobustnessRow>& rows) {
+void report(Simulation& simulation, const RobustnessOptions& options, const RobustnessRuns& runs,
+            const std::vector<RobustnessRow>& rows) {
   for (const std::size_t budget : options.budgets) {
     const std::string of_budget = std::to_string(budget) + " of " + std::to_string(options.matches) + " matches";
     simulation.print("RMS errors with " + of_budget + ", and of all:", robustness_levels(options, rows, budget));
@@ -29,24 +31,40 @@ void report(Simulation& simulation, const sim::RobustnessOptions& options, const
 }
 
 void run(const Arguments& arguments) {
-  const sim::RobustnessOptions& options = arguments.options;
-  sim::check(options);
+  const RobustnessOptions& options = arguments.options;
+  check(options);
   Simulation simulation("robustness", arguments.common);
-  std::vector<std::string> keys;
-  for (std::int64_t run = 0; run < arguments.common.runs; ++run) keys.push_back(std::to_string(run));
-  simulation.run(to_json(options), keys,
-                 [&](const std::string& key) { return to_json(run_robustness(options, std::stoull(key))); });
-
-  sim::RobustnessRuns runs;
-  for (const std::string& key : keys) {
-    if (!simulation.has(key)) continue;
-    runs.push_back(simulation.finished(key, sim::robustness_outcomes_of, robustness_cases(options).size()));
-  }
-  const std::vector<sim::RobustnessRow> rows = summarize(options, runs);
-  const sim::Table table = robustness_table(rows, runs.size());
+  const auto run_key = [&](const std::string& key) { return run_robustness(options, std::stoull(key)); };
+  const RobustnessRuns runs =
+      simulation
+          .run<RobustnessOutcome>({to_json(options), arguments.common.run_numbers(), robustness_cases(options).size(),
+                                   run_key, robustness_outcomes_of})
+          .outcomes;
+  const std::vector<RobustnessRow> rows = summarize(options, runs);
+  const Table table = robustness_table(rows, runs.size());
   simulation.write_csv("robustness", table);
   if (!rows.empty()) report(simulation, options, runs, rows);
   simulation.finish(table);
+}
+
+void add_errors_to(CLI::App& command, RobustnessOptions& options) {
+  command.add_option("--pixel-sigma", options.pixel_sigma, "Measurement noise at octave 0, px")->capture_default_str();
+  command.add_option("--map-sigma", options.map_sigma, "Noise of the pixels that points are triangulated from, px")
+      ->capture_default_str();
+  command.add_option("--keyframes", options.keyframes, "Keyframes that have mapped the points")->capture_default_str();
+  command
+      .add_option("--batch-translation", options.batch_translation, "batches: deviation of a keyframe's position, m")
+      ->capture_default_str();
+  command
+      .add_option("--batch-rotation", options.batch_rotation_deg, "batches: deviation of a keyframe's orientation, deg")
+      ->capture_default_str();
+  command.add_option("--patch-sigma", options.patch_sigma, "patches: deviation of a cell's error, px")
+      ->capture_default_str();
+  command
+      .add_option("--gate", options.gate, "wrong_*: maximum of a wrong match's chi2, as a multiple of its 95 % limit")
+      ->capture_default_str();
+  command.add_option("--focal-error", options.focal_error_percent, "focal: by how much it is taken too long, percent")
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -55,11 +73,11 @@ void add_robustness_experiment(CLI::App& simulate) {
   CLI::App* const command = simulate.add_subcommand(
       "robustness", "Selectors where errors are not what they believe: one frame a run, with known truth");
   const auto arguments = std::make_shared<Arguments>();
-  sim::RobustnessOptions& options = arguments->options;
+  RobustnessOptions& options = arguments->options;
   arguments->common.runs = 300;
   arguments->common.add_to(*command);
   command->add_option("--scene", arguments->scene, "Where the points are")
-      ->check(CLI::IsMember(sim::names_of(sim::robustness_scenes)))
+      ->check(CLI::IsMember(names_of(robustness_scenes)))
       ->capture_default_str();
   command->add_option("--matches", options.matches, "Matches of a frame")->capture_default_str();
   command->add_option("--budgets", options.budgets, "Matches that a selector may use")
@@ -67,37 +85,18 @@ void add_robustness_experiment(CLI::App& simulate) {
       ->capture_default_str();
   command->add_option("--disturbances", arguments->disturbances, "What is not as selectors and optimiser believe")
       ->delimiter(',')
-      ->check(CLI::IsMember(sim::names_of(sim::disturbances)))
+      ->check(CLI::IsMember(names_of(disturbances)))
       ->capture_default_str();
-  command->add_option("--pixel-sigma", options.pixel_sigma, "Measurement noise at octave 0, px")->capture_default_str();
-  command->add_option("--map-sigma", options.map_sigma, "Noise of the pixels that points are triangulated from, px")
-      ->capture_default_str();
-  command->add_option("--keyframes", options.keyframes, "Keyframes that have mapped the points")->capture_default_str();
-  command
-      ->add_option("--batch-translation", options.batch_translation, "batches: deviation of a keyframe's position, m")
-      ->capture_default_str();
-  command
-      ->add_option("--batch-rotation", options.batch_rotation_deg,
-                   "batches: deviation of a keyframe's orientation, deg")
-      ->capture_default_str();
-  command->add_option("--patch-sigma", options.patch_sigma, "patches: deviation of a cell's error, px")
-      ->capture_default_str();
-  command->add_option("--gate", options.gate, "wrong_*: chi2 of a wrong match is at most so many times its 95 % limit")
-      ->capture_default_str();
-  command->add_option("--focal-error", options.focal_error_percent, "focal: by so many percent it is taken too long")
-      ->capture_default_str();
+  add_errors_to(*command, options);
   command->add_option("--tau", options.tau, "Shared error that shared_cells and shared_keyframes believe in, px")
       ->capture_default_str();
   command->callback([arguments] {
-    sim::RobustnessOptions& chosen = arguments->options;
+    RobustnessOptions& chosen = arguments->options;
     chosen.seed = seed_of(arguments->common.seed);
-    chosen.scene = sim::find_named(sim::robustness_scenes, arguments->scene).value();
-    chosen.disturbances.clear();
-    for (const std::string& name : arguments->disturbances) {
-      chosen.disturbances.push_back(sim::find_named(sim::disturbances, name).value());
-    }
+    chosen.scene = find_named(robustness_scenes, arguments->scene).value();
+    chosen.disturbances = values_named(disturbances, arguments->disturbances);
     run(*arguments);
   });
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

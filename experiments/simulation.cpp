@@ -9,13 +9,12 @@
 #include <maxlogdet/version.hpp>
 
 #include <charconv>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <utility>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 namespace {
 
 // A cell as JSON: a number if it reads as one and is no name, null for nan.
@@ -28,7 +27,7 @@ nlohmann::ordered_json json_of(const std::string& column, const std::string& cel
   return value;
 }
 
-nlohmann::ordered_json json_of(const sim::Table& table) {
+nlohmann::ordered_json json_of(const Table& table) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   for (const auto& cells : table.rows) {
     nlohmann::ordered_json row;
@@ -39,21 +38,6 @@ nlohmann::ordered_json json_of(const sim::Table& table) {
 }
 
 }  // namespace
-
-std::string unsupported_isa_message() {
-  const char* const forced = std::getenv("MAXLOGDET_ISA");
-  return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
-         "'; expected one that this build and this machine have: " + sim::joined(sim::supported_isas(), ", ");
-}
-
-std::uint64_t seed_of(const std::string& text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    throw sim::InputError("--seed '" + text + "'; expected a number from 0 to 2^64 - 1");
-  }
-  return seed;
-}
 
 void SimulationArguments::add_to(CLI::App& command) {
   command.add_option("--runs", runs, "Repetitions with other random numbers")
@@ -67,45 +51,51 @@ void SimulationArguments::add_to(CLI::App& command) {
       ->capture_default_str();
 }
 
+std::vector<std::string> SimulationArguments::run_numbers() const {
+  std::vector<std::string> numbers;
+  for (std::int64_t run = 0; run < runs; ++run) numbers.push_back(std::to_string(run));
+  return numbers;
+}
+
 Simulation::Simulation(std::string name, const SimulationArguments& arguments)
     : name_(std::move(name)), folder_(arguments.output), threads_(static_cast<int>(arguments.threads)) {
-  if (std::string(active_isa()) == "none") throw sim::InputError(unsupported_isa_message());
+  if (std::string(active_isa()) == "none") throw InputError(unsupported_isa_message());
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error || !std::filesystem::is_directory(folder_)) {
-    throw sim::InputError("--output '" + folder_ + "': cannot be made; expected a folder that can be written to");
+    throw InputError("--output '" + folder_ + "': cannot be made; expected a folder that can be written to");
   }
 }
 
-void Simulation::run(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
-                     const std::function<nlohmann::json(const std::string&)>& work) {
+void Simulation::complete(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
+                          const std::function<nlohmann::json(const std::string&)>& work) {
   settings_ = settings;
   settings_["version"] = version();  // runs of another version are others
-  log_ = std::make_unique<sim::RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
-  const sim::StopOnInterrupt stop;
+  log_ = std::make_unique<RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
+  const StopOnInterrupt stop;
   asked_for_ = keys.size();
-  finished_ = sim::run_missing("simulate " + name_, keys, threads_, *log_, work);
+  finished_ = run_missing("simulate " + name_, keys, threads_, *log_, work);
 }
 
-void Simulation::write_csv(const std::string& file, const sim::Table& table) const {
-  sim::write_file(path_of(file + ".csv"), to_csv(table));
+void Simulation::write_csv(const std::string& file, const Table& table) const {
+  write_file(path_of(file + ".csv"), to_csv(table));
 }
 
 void Simulation::write_json(const std::string& file, const nlohmann::ordered_json& json) const {
   sim::write_json(path_of(file + ".json"), json, 1);
 }
 
-void Simulation::print(const std::string& heading, const sim::Table& table) {
+void Simulation::print(const std::string& heading, const Table& table) {
   const std::string text = heading + "\n\n" + to_markdown(table) + '\n';
   std::cout << text;
   report_ += text;
 }
 
-void Simulation::finish(const sim::Table& table) {
+void Simulation::finish(const Table& table) {
   const nlohmann::ordered_json all = {
       {"settings", settings_}, {"runs_finished", finished_}, {"runs_asked_for", asked_for_}, {"table", json_of(table)}};
   write_json(name_, all);
-  sim::write_file(path_of(name_ + ".md"), report_);
+  write_file(path_of(name_ + ".md"), report_);
   std::cout << "tables and every run: " << folder_ << "/" << name_ << "*\n";
   if (finished_ < asked_for_) {
     throw Interrupted("stopped: " + std::to_string(finished_) + " of " + std::to_string(asked_for_) +
@@ -113,4 +103,4 @@ void Simulation::finish(const sim::Table& table) {
   }
 }
 
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "experiments/runs.hpp"
-#include "sim/frame_reader.hpp"
+#include "sim/input_error.hpp"
 #include "sim/table.hpp"
 
 #include <CLI/CLI.hpp>
@@ -12,11 +12,10 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-namespace maxlogdet::cli {
+namespace maxlogdet::sim {
 
 /// What every experiment of `simulate` is asked for.
 struct SimulationArguments {
@@ -26,70 +25,84 @@ struct SimulationArguments {
   std::string output = "simulation";
 
   void add_to(CLI::App& command);
+
+  /// "0", "1", ...: a key for each run.
+  std::vector<std::string> run_numbers() const;
 };
 
-/// Ctrl-C: what is finished is written; says how much that is.
-class Interrupted : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+/// Runs that are finished: their keys, and an outcome for each case.
+template <class Outcome>
+struct FinishedRuns {
+  std::vector<std::string> keys;
+  std::vector<std::vector<Outcome>> outcomes;
+};
+
+/// What is run, and how its outcomes are kept.
+template <class Outcome>
+struct Experiment {
+  nlohmann::ordered_json settings;  ///< runs with the same settings are shared by calls of the program
+  std::vector<std::string> keys;    ///< one a run
+  std::size_t count;                ///< outcomes of a run
+  std::function<std::vector<Outcome>(const std::string& key)> run;
+  std::vector<Outcome> (*parse)(const nlohmann::json&);  ///< undoes to_json()
 };
 
 /// One experiment's results: a folder of files, and standard output.
 class Simulation {
  public:
-  /// Makes the folder. Throws sim::InputError if that fails.
+  /// Makes the folder. Throws InputError if that fails.
   Simulation(std::string name, const SimulationArguments& arguments);
 
-  /// Runs what NAME_runs.jsonl lacks; `settings` tell which runs may be shared with earlier calls.
-  void run(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
-           const std::function<nlohmann::json(const std::string&)>& work);
-  /// Whether a run is finished; and what it gave, `count` outcomes as `parse` makes them of JSON. Throws
-  /// sim::InputError if it is not what this program wrote.
-  bool has(const std::string& key) const { return log_->has(key); }
+  /// Runs what NAME_runs.jsonl lacks, and returns all that is finished. Throws InputError if the file is not what this
+  /// program wrote.
   template <class Outcome>
-  std::vector<Outcome> finished(const std::string& key, std::vector<Outcome> (*parse)(const nlohmann::json&),
-                                std::size_t count) const {
-    try {
-      std::vector<Outcome> outcomes = parse(log_->at(key));
-      if (outcomes.size() == count) return outcomes;
-    } catch (const std::exception&) {  // of the JSON library, which names neither file nor run
+  FinishedRuns<Outcome> run(const Experiment<Outcome>& experiment) {
+    complete(experiment.settings, experiment.keys,
+             [&](const std::string& key) { return to_json(experiment.run(key)); });
+    FinishedRuns<Outcome> finished;
+    for (const std::string& key : experiment.keys) {
+      if (!log_->has(key)) continue;
+      finished.keys.push_back(key);
+      finished.outcomes.push_back(outcomes_at(key, experiment));
     }
-    throw sim::InputError(path_of(name_ + "_runs.jsonl") + ": run " + key +
-                          " is damaged; expected what this program wrote: delete the file to begin anew");
+    return finished;
   }
 
   /// FILE.csv, FILE.json.
-  void write_csv(const std::string& file, const sim::Table& table) const;
+  void write_csv(const std::string& file, const Table& table) const;
   void write_json(const std::string& file, const nlohmann::ordered_json& json) const;
   /// Prints a headed table, and keeps it for NAME.md.
-  void print(const std::string& heading, const sim::Table& table);
-  std::string path_of(const std::string& file) const { return folder_ + "/" + file; }
+  void print(const std::string& heading, const Table& table);
 
   /// Writes NAME.md and NAME.json (settings, and `table` as objects), and says where all is. Throws Interrupted if runs
   /// are missing.
-  void finish(const sim::Table& table);
+  void finish(const Table& table);
 
  private:
+  void complete(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
+                const std::function<nlohmann::json(const std::string&)>& work);
+
+  template <class Outcome>
+  std::vector<Outcome> outcomes_at(const std::string& key, const Experiment<Outcome>& experiment) const {
+    try {
+      std::vector<Outcome> outcomes = experiment.parse(log_->at(key));
+      if (outcomes.size() == experiment.count) return outcomes;
+    } catch (const std::exception&) {  // of the JSON library, which names neither file nor run
+    }
+    throw InputError(path_of(name_ + "_runs.jsonl") + ": run " + key +
+                     " is damaged; expected what this program wrote: delete the file to begin anew");
+  }
+
+  std::string path_of(const std::string& file) const { return folder_ + "/" + file; }
+
   std::string name_;
   std::string folder_;
   int threads_;
   nlohmann::ordered_json settings_;
-  std::unique_ptr<sim::RunLog> log_;
+  std::unique_ptr<RunLog> log_;
   std::size_t asked_for_ = 0;
   std::size_t finished_ = 0;
   std::string report_;
 };
 
-/// What to say of a MAXLOGDET_ISA that is of no use here.
-std::string unsupported_isa_message();
-
-/// A number from 0 to 2^64 - 1; throws sim::InputError.
-std::uint64_t seed_of(const std::string& text);
-
-void add_metrics_experiment(CLI::App& simulate);
-void add_budget_experiment(CLI::App& simulate);
-void add_euroc_experiment(CLI::App& simulate);
-void add_epsilon_experiment(CLI::App& simulate);
-void add_robustness_experiment(CLI::App& simulate);
-
-}  // namespace maxlogdet::cli
+}  // namespace maxlogdet::sim

@@ -13,12 +13,12 @@
 
 namespace maxlogdet {
 
-// Weak: what is compiled as C++17 and takes its address has a definition of its own.
+// Weak: a C++17 translation unit that takes its address has a definition of its own.
 [[gnu::weak]] constexpr std::uint32_t ActiveSelection::none;
 
 namespace {
 
-// From one start() to the next.
+// The state from one start() to the next.
 struct Proposals {
   Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, std::uint32_t* best) noexcept
       : search(blocks, options, memory), status(search.start(blocks, options)), rounds(search), lanes(best) {
@@ -30,10 +30,10 @@ struct Proposals {
     return search.candidates.indices[search.screening.candidate(lanes[position])];
   }
 
-  // The position of an unanswered proposal; `count` if it is none.
-  std::size_t position_of(std::uint32_t wanted) const noexcept {
+  // The position of the unanswered proposal with the caller's index; `count` if there is none.
+  std::size_t position_of(std::uint32_t caller_index) const noexcept {
     std::size_t position = 0;
-    while (position < count && index(position) != wanted) ++position;
+    while (position < count && index(position) != caller_index) ++position;
     return position;
   }
 
@@ -43,27 +43,27 @@ struct Proposals {
     --listed;
   }
 
-  // One round of lazy greedy, but for the selection; the same round goes on as long as nothing is accepted.
-  void propose(std::size_t wanted) noexcept {
+  // One round of lazy greedy without its selection; the round continues until a proposal is accepted.
+  void propose(std::size_t batch_size) noexcept {
     if (status != Status::ok || !search.wants_more()) return;
     if (search.deadline.has_passed()) {
       status = Status::deadline_reached;
       return;
     }
-    wanted = std::min({wanted, search.budget - search.selected, search.remaining});
-    if (listed < wanted) list_best(wanted);
-    take_first(wanted);
-    while (count < wanted && listed < search.remaining) {  // groups took too few of these
+    batch_size = std::min({batch_size, search.budget - search.selected, search.remaining});
+    if (listed < batch_size) list_best(batch_size);
+    take_first(batch_size);
+    while (count < batch_size && listed < search.remaining) {  // full groups left too few of these
       list_best(std::min(2 * listed, search.remaining));
-      take_first(wanted);
+      take_first(batch_size);
     }
   }
 
-  void list_best(std::size_t wanted) noexcept {
+  void list_best(std::size_t k) noexcept {
     if (!rounds.is_open() && rounds.order_is_due()) rounds.order();
-    if (wanted > 1) {
-      rounds.evaluate(wanted);
-      listed = search.find_best(wanted, lanes);
+    if (k > 1) {
+      rounds.evaluate(k);
+      listed = search.find_best(k, lanes);
       return;
     }
     std::size_t lane = rounds.is_open() ? search.screening.next_certain() : search.screening.lanes();
@@ -75,11 +75,11 @@ struct Proposals {
     listed = 1;
   }
 
-  // Proposes the first ones listed; of a group no more than it has places, as if all of them were accepted.
-  void take_first(std::size_t wanted) noexcept {
+  // Proposes the first listed candidates; of a group at most its free places, as if all of them were accepted.
+  void take_first(std::size_t batch_size) noexcept {
     Constraints& constraints = search.constraints;
     count = 0;
-    for (std::size_t j = 0; j < listed && count < wanted; ++j) {
+    for (std::size_t j = 0; j < listed && count < batch_size; ++j) {
       const std::uint32_t candidate = search.screening.candidate(lanes[j]);
       if (!constraints.has_place(candidate)) continue;
       constraints.take_place(candidate);
@@ -89,12 +89,12 @@ struct Proposals {
     for (std::size_t j = 0; j < count; ++j) constraints.give_place(search.screening.candidate(lanes[j]));
   }
 
-  // The information changes.
+  // Ends the round, because the information changes.
   void accept(std::size_t position, const double (*rows)[state_dimension], int row_count) noexcept {
     if (rounds.is_open()) rounds.finish();
     const std::size_t lane = lanes[position];
     search.add(search.screening.candidate(lane), rows, row_count);
-    search.take_out(lane);
+    search.remove(lane);
     withdraw(position);
     listed = count;
   }
@@ -109,7 +109,7 @@ struct Proposals {
 
   Status accept(std::size_t position, const double* block, int row_count) noexcept {
     if (position >= count) return Status::nothing_proposed;
-    float stored[max_block_rows][state_dimension] = {};  // as a candidate's would be
+    float stored[max_block_rows][state_dimension] = {};  // rounded as in a store
     if (!round_block(block, row_count, stored)) return Status::invalid_block;
     double rows[max_block_rows][state_dimension];
     for (int row = 0; row < row_count; ++row) std::copy_n(stored[row], state_dimension, rows[row]);
@@ -127,11 +127,11 @@ struct Proposals {
   Search search;
   Status status;
   LazyRounds rounds;
-  std::uint32_t* lanes;    // the best as far as they are known, in order
-  std::size_t count = 0;   // unanswered proposals: the first of them
-  std::size_t listed = 0;  // all of them; when something is accepted the others are the best no longer
+  std::uint32_t* lanes;    // the best candidates known, in descending order
+  std::size_t count = 0;   // unanswered proposals: the first of `lanes`
+  std::size_t listed = 0;  // entries of `lanes`; an acceptance leaves only the proposals
 };
-static_assert(std::is_trivially_destructible<Proposals>::value, "start() makes them anew in the same place");
+static_assert(std::is_trivially_destructible<Proposals>::value, "start() constructs them in the same place again");
 
 Status check_active(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
   const Status status = check(candidates, options, memory);
@@ -149,11 +149,11 @@ struct ActiveSelection::State {
   SearchMemory memory;
   std::vector<std::uint32_t> best;  // lanes of the best candidates, in order
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type place;
-  Proposals* proposals = nullptr;           // in its place; nullptr: not started, or an error
-  Status error = Status::nothing_proposed;  // why
+  Proposals* proposals = nullptr;           // in `place`; nullptr before start() or after an error
+  Status error = Status::nothing_proposed;  // why there are none
   std::size_t invalid_candidates = 0;
 
-  // Answers with what `answer` makes of the proposals; nothing_proposed where there are none.
+  // Returns the result of `answer` for the proposals; nothing_proposed if there are none.
   template <class Answer>
   static Status answered(State* state, const Answer& answer) noexcept {
     if (state == nullptr || state->proposals == nullptr) return Status::nothing_proposed;

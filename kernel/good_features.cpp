@@ -13,7 +13,7 @@ namespace maxlogdet {
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double quantile_of_two = 5.991;  // 95 % of chi-squared with two degrees of freedom
+constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
 
 // e^T Omega e.
@@ -29,7 +29,7 @@ double square_of(const double* e, const double* omega, std::size_t count) noexce
 
 struct GoodFeatures::State {
   State(std::size_t capacity, Executor* helpers)
-      : store(capacity), selector(capacity, helpers), executor(helpers), most(capacity) {
+      : store(capacity), selector(capacity, helpers), executor(helpers), max_kept(capacity) {
     ids.reserve(capacity);
     points.reserve(3 * capacity);
     measured.reserve(3 * capacity);
@@ -60,7 +60,7 @@ struct GoodFeatures::State {
 
   void add(const FeatureMatch& match) noexcept {
     ++added;
-    if (ids.size() == most) return;
+    if (ids.size() == max_kept) return;
     ids.push_back(match.id);
     points.insert(points.end(), match.point, match.point + 3);
     measured.insert(measured.end(), match.measured, match.measured + 2);
@@ -77,7 +77,7 @@ struct GoodFeatures::State {
     append(match.jacobian, 6, jacobians, has_jacobians);
   }
 
-  // What some matches have and others do not; nothing is written before the first one that has it.
+  // Appends an array that only some matches have; nothing is written before the first of them.
   void append(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) const noexcept {
     if (entries == nullptr && !is_any) return;
     if (!is_any) all.assign(count * (ids.size() - 1), not_a_number);
@@ -106,9 +106,9 @@ struct GoodFeatures::State {
   BlockStore store;
   Selector selector;
   Executor* executor;
-  std::size_t most;
-  RigCamera only;  // the camera, in the place of the body
-  Rig rig;         // instead of it, if there is one
+  std::size_t max_kept;
+  RigCamera only;  // the single camera, as its own body
+  Rig rig;         // instead of it, if has_rig
   bool has_rig = false;
   RigidTransform T = RigidTransform::identity();
   ThirdMeasurement third = ThirdMeasurement::none;
@@ -120,7 +120,7 @@ struct GoodFeatures::State {
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
   std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
   bool has_covariances = false, has_jacobians = false;
-  std::size_t added = 0;  // of which those beyond the capacity are counted, and no more
+  std::size_t added = 0;  // including those beyond the capacity, which are not kept
   BlockReport report;
   Status status = Status::all_selected;
   double log_det = not_a_number;
@@ -158,10 +158,10 @@ Status GoodFeatures::State::select(Options options) noexcept {
   log_det = not_a_number;
   bool is_any_required = false;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const bool is_wanted = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
-    is_selected[i] = is_wanted ? 1 : 0;  // also without a block, in which case it is no candidate
-    is_required_candidate[i] = is_wanted && store.is_valid(i) ? 1 : 0;
-    is_any_required = is_any_required || is_wanted;
+    const bool is_required_match = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
+    is_selected[i] = is_required_match ? 1 : 0;  // also without a block, in which case it is no candidate
+    is_required_candidate[i] = is_required_match && store.is_valid(i) ? 1 : 0;
+    is_any_required = is_any_required || is_required_match;
   }
   options.required = is_any_required ? is_required_candidate.data() : nullptr;
   has_prior = options.prior != nullptr;
@@ -171,7 +171,8 @@ Status GoodFeatures::State::select(Options options) noexcept {
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
   is_target_reached = selection.status == Status::target_reached;
   const bool is_free = options.groups == nullptr && options.excluded == nullptr;
-  if (is_target_reached && is_free && selection.size == store.stored()) return Status::all_selected;  // as without one
+  if (is_target_reached && is_free && selection.size == store.stored())
+    return Status::all_selected;  // as without a target
   if (selection.status != Status::ok && !is_target_reached && !are_all_allowed) return selection.status;
   for (const std::uint32_t i : selection) is_selected[i] = 1;
   log_det = selection.log_det;
@@ -179,7 +180,7 @@ Status GoodFeatures::State::select(Options options) noexcept {
   return are_all ? Status::all_selected : Status::ok;
 }
 
-// z - h(T_cw, p_w), T_cw that of the body on a rig; false where the point has no image.
+// z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
 bool GoodFeatures::State::residual_of(const RigidTransform& T_cw, std::size_t i, double (&e)[3]) const noexcept {
   double p_b[3], p_c[3], uv[2];
   T_cw.transform(&points[3 * i], p_b);
@@ -194,7 +195,7 @@ bool GoodFeatures::State::residual_of(const RigidTransform& T_cw, std::size_t i,
   return true;
 }
 
-// Squared error of match i in deviations; `options`: nullptr if only those of the measurement count.
+// Squared error of match i in standard deviations; `options`: nullptr for those of the measurement only.
 double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i,
                                     const BlockOptions* options) const noexcept {
   if (has_jacobians) return not_a_number;
@@ -207,7 +208,7 @@ double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i,
   return (e[0] * e[0] + e[1] * e[1]) / (sigmas[i] * sigmas[i]) + of_third * of_third;
 }
 
-// As the blocks have it.
+// The noise that the block of match i is whitened by.
 MatchNoise GoodFeatures::State::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
   MatchNoise noise;
   noise.sigma = sigmas[i];
@@ -244,7 +245,7 @@ void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw, ThirdMeasur
 
 void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->add(match); }
 std::size_t GoodFeatures::size() const noexcept { return state_->added; }
-// Weak: what is compiled as C++17 and takes its address has a definition of its own.
+// Weak: a C++17 translation unit that takes its address has a definition of its own.
 [[gnu::weak]] constexpr std::uint32_t GoodFeatures::no_id;
 
 std::uint32_t GoodFeatures::id(std::size_t i) const noexcept { return state_->is_kept(i) ? state_->ids[i] : no_id; }
@@ -300,7 +301,7 @@ double GoodFeatures::share_of_all() noexcept {
   Options all;
   all.budget = s.selector.capacity();
   if (s.has_prior) all.prior = s.prior;
-  all.strategy = Strategy::backward_greedy;  // begins with all of them, and is at its end
+  all.strategy = Strategy::backward_greedy;  // starts from all of them and removes none
   const Selection selection = s.selector.select(s.store, all);
   return std::min(std::exp((s.log_det - selection.log_det) / state_dimension), 1.0);
 }

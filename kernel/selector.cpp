@@ -8,7 +8,6 @@
 #include "kernel/strategies/method.hpp"
 
 #include <algorithm>
-
 #include <limits>
 
 namespace maxlogdet {
@@ -33,8 +32,8 @@ std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->sear
 
 namespace {
 
-// Where no more candidates may be selected no selection is longer than the answer, whether groups are full or not: the
-// bases of a matroid have one size.
+// If no more candidates may be selected, no selection is longer than the answer, even with groups: all bases of a
+// matroid have the same size.
 std::size_t max_size(const Search& search) noexcept {
   if (search.remaining == 0) return search.selected;
   return std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
@@ -45,8 +44,8 @@ double upper_bound(const Search& search, std::size_t passes, CertificateMemory& 
   return upper_bound(search.problem(), incumbent, passes, search.deadline, memory);
 }
 
-// Where log det itself may have no digits, or is above its bound by more than rounding explains, nothing is known of
-// the answer (docs/numerics.md). By less than that rounding may put the computed log det of an optimal answer above it.
+// The bound; infinite where log det may have no correct digits, or exceeds it by more than rounding explains
+// (docs/numerics.md). Rounding may put the computed log det of an optimal answer above it: the bound is then log det.
 double reconciled(const Selection& selection, double relative_error) noexcept {
   if (!(relative_error < hopeless_error)) return std::numeric_limits<double>::infinity();
   const double excess = selection.log_det - selection.upper_bound;
@@ -61,7 +60,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   Selection selection = empty_selection(Status::capacity_exceeded);
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
-  if (!memory_) return selection;  // moved from: no capacity for anything
+  if (!memory_) return selection;  // moved from: a capacity of 0
   selection.status = check(candidates, options, memory_->search);
   if (selection.status != Status::ok) return selection;
   Search search(candidates, options, memory_->search);

@@ -9,10 +9,10 @@
 
 namespace maxlogdet {
 
-/// The first thing wrong with what the caller asks for; ok if nothing is.
+/// Returns the first error of the caller's arguments, or ok.
 Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept;
 
-/// A selection of nothing, as it is after an error.
+/// An empty selection, as after an error.
 Selection empty_selection(Status status) noexcept;
 
 }  // namespace maxlogdet

@@ -4,7 +4,10 @@
 #include "sim/input_error.hpp"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
 #include <string>
+#include <system_error>
 
 // What the programs ask of every command line. Only they need CLI11.
 
@@ -18,6 +21,15 @@ inline void refuse_empty_values(CLI::App& command) {
     option->check([](const std::string& text) { return text.empty() ? "a value is missing" : ""; });
   }
   for (CLI::App* const each : command.get_subcommands({})) refuse_empty_values(*each);
+}
+
+/// A number from 0 to 2^64 - 1; throws an InputError.
+inline std::uint64_t seed_of(const std::string& text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  require_input(error == std::errc() && end == text.data() + text.size(),
+                "--seed '" + text + "'; expected a number from 0 to 2^64 - 1");
+  return seed;
 }
 
 /// Throws an InputError if an option is given that does nothing without what is `needed`.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/draws.hpp"
 
+#include "sim/angles.hpp"
+
 #include <cmath>
 
 namespace maxlogdet::sim {
@@ -8,9 +10,8 @@ namespace maxlogdet::sim {
 double Draws::normal() {
   has_spare_ = !has_spare_;
   if (!has_spare_) return spare_;
-  constexpr double two_pi = 6.283185307179586;
   const double radius = std::sqrt(-2 * std::log(1 - uniform(0, 1)));
-  const double angle = two_pi * uniform(0, 1);
+  const double angle = 2 * pi * uniform(0, 1);
   spare_ = radius * std::sin(angle);
   return radius * std::cos(angle);
 }

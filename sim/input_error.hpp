@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 namespace maxlogdet::sim {
 
@@ -10,5 +11,10 @@ class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+/// Throws an InputError with this message unless a condition holds.
+inline void require_input(bool holds, const std::string& message) {
+  if (!holds) throw InputError(message);
+}
 
 }  // namespace maxlogdet::sim

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/names.hpp"
 
+#include <cstdlib>
+
 namespace maxlogdet::sim {
 
 std::vector<std::string> built_in_isas() {
@@ -15,6 +17,12 @@ std::vector<std::string> supported_isas() {
     if (isa_is_supported(name.c_str())) names.push_back(name);
   }
   return names;
+}
+
+std::string unsupported_isa_message() {
+  const char* const forced = std::getenv("MAXLOGDET_ISA");
+  return "MAXLOGDET_ISA is '" + std::string(forced == nullptr ? "" : forced) +
+         "'; expected one that this build and this machine have: " + joined(supported_isas(), ", ");
 }
 
 std::string joined(const std::vector<std::string>& words, const std::string& separator) {

@@ -23,6 +23,14 @@ std::vector<std::string> names_of(const Enum (&values)[n]) {
   return names;
 }
 
+/// The same of values chosen from it.
+template <class Enum>
+std::vector<std::string> names_of(const std::vector<Enum>& values) {
+  std::vector<std::string> names;
+  for (const Enum value : values) names.emplace_back(to_string(value));
+  return names;
+}
+
 /// The value of that name, if there is one.
 template <class Enum, std::size_t n>
 std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name) {
@@ -32,9 +40,20 @@ std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name)
   return std::nullopt;
 }
 
+/// The values of these names, each of which there is.
+template <class Enum, std::size_t n>
+std::vector<Enum> values_named(const Enum (&values)[n], const std::vector<std::string>& names) {
+  std::vector<Enum> found;
+  for (const std::string& name : names) found.push_back(find_named(values, name).value());
+  return found;
+}
+
 /// Instruction sets, narrowest first: all built in, and those of them that this machine supports.
 std::vector<std::string> built_in_isas();
 std::vector<std::string> supported_isas();
+
+/// The message about a MAXLOGDET_ISA that is of no use here.
+std::string unsupported_isa_message();
 
 /// The words with `separator` between them.
 std::string joined(const std::vector<std::string>& words, const std::string& separator);

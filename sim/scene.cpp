@@ -2,6 +2,7 @@
 #include "sim/scene.hpp"
 
 #include "sim/draws.hpp"
+#include "sim/euroc_camera.hpp"
 
 #include <cmath>
 
@@ -17,8 +18,11 @@ struct Camera {
   int height;
 };
 
-constexpr Camera euroc_camera{{458.654, 457.296, 367.215, 248.375, 458.654 * 0.11}, 752, 480};
-constexpr Camera kitti_camera{{707.0912, 707.0912, 601.8873, 183.1104, 379.8145}, 1226, 370};
+constexpr Camera euroc_stereo{
+    {euroc_camera.fx, euroc_camera.fy, euroc_camera.cx, euroc_camera.cy, euroc_camera.fx * 0.11},
+    euroc_width,
+    euroc_height};
+constexpr Camera kitti_stereo{{707.0912, 707.0912, 601.8873, 183.1104, 379.8145}, 1226, 370};
 
 // Where in the image and how far away the matches of a scene may be.
 struct Region {
@@ -30,7 +34,7 @@ struct Region {
 
 Region region_of(Scene scene) {
   constexpr double border = 16;  // px, where ORB finds no corners
-  const Camera& c = scene == Scene::kitti_like ? kitti_camera : euroc_camera;
+  const Camera& c = scene == Scene::kitti_like ? kitti_stereo : euroc_stereo;
   Region region{c, border, c.width - border, border, c.height - border, 2, 20, 0};
   if (scene == Scene::kitti_like) {
     region.near = 5;
@@ -41,6 +45,25 @@ Region region_of(Scene scene) {
     region.clusters = 20;
   }
   return region;
+}
+
+// Where a match is.
+struct Place {
+  double u, v, inverse_depth;
+};
+
+Place draw_place(const Region& region, Draws& random) {
+  const double u = random.uniform(region.u_min, region.u_max);
+  const double v = random.uniform(region.v_min, region.v_max);
+  return {u, v, random.uniform(1 / region.far, 1 / region.near)};
+}
+
+Place draw_place(const Region& region, const std::vector<Place>& clusters, Draws& random) {
+  if (clusters.empty()) return draw_place(region, random);
+  Place place = clusters[random.below(clusters.size())];
+  place.u += random.uniform(-2, 2);
+  place.v += random.uniform(-2, 2);
+  return place;
 }
 
 // A camera pose: looking along the horizontal of a z-up world, turned by up to about 30 degrees about any axis.
@@ -77,6 +100,32 @@ int random_octave(Draws& random) {
   return octave;
 }
 
+// p_w = R^T (p_c - t)
+void set_point(const Frame& frame, const Place& at, Match& match) {
+  const PinholeCamera& camera = frame.camera;
+  const double z = 1 / at.inverse_depth;
+  const double p_c[3] = {(at.u - camera.cx) / camera.fx * z, (at.v - camera.cy) / camera.fy * z, z};
+  const auto& t = frame.T_cw_prior;
+  for (std::size_t j = 0; j < 3; ++j) {
+    match.point[j] = 0;
+    for (std::size_t d = 0; d < 3; ++d) match.point[j] += t[4 * d + j] * (p_c[d] - t[4 * d + 3]);
+  }
+}
+
+Match match_at(const Frame& frame, const Place& at, std::size_t number, Draws& random) {
+  Match match;
+  match.keypoint = match.map_point_id = static_cast<std::int64_t>(number);
+  set_point(frame, at, match);
+  match.u = at.u;
+  match.v = at.v;
+  match.octave = random_octave(random);
+  for (int level = 0; level < match.octave; ++level) match.inv_sigma2 /= 1.2 * 1.2;
+  match.desc_dist = random.below(100);
+  const double disparity = frame.camera.bf * at.inverse_depth;
+  if (disparity >= 2 && at.u >= disparity) match.u_right = at.u - disparity;
+  return match;
+}
+
 }  // namespace
 
 std::string to_string(Scene scene) {
@@ -92,52 +141,18 @@ std::string to_string(Scene scene) {
 Frame make_scene(Scene scene, std::size_t n, std::uint64_t seed) {
   Draws random(seed);
   const Region region = region_of(scene);
-  const PinholeCamera& camera = region.camera.pinhole;
   Frame frame;
   frame.name = to_string(scene) + "_" + std::to_string(seed);
-  frame.camera = camera;
+  frame.camera = region.camera.pinhole;
   frame.width = region.camera.width;
   frame.height = region.camera.height;
   frame.T_cw_prior = random_pose(random);
-
-  struct Place {
-    double u, v, inverse_depth;
-  };
-  const auto place = [&] {
-    const double u = random.uniform(region.u_min, region.u_max);
-    const double v = random.uniform(region.v_min, region.v_max);
-    return Place{u, v, random.uniform(1 / region.far, 1 / region.near)};
-  };
   std::vector<Place> clusters;
-  for (int i = 0; i < region.clusters; ++i) clusters.push_back(place());
-
-  frame.matches.resize(n);
+  for (int i = 0; i < region.clusters; ++i) clusters.push_back(draw_place(region, random));
+  frame.matches.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    Place at{};
-    if (clusters.empty()) {
-      at = place();
-    } else {
-      at = clusters[random.below(clusters.size())];
-      at.u += random.uniform(-2, 2);
-      at.v += random.uniform(-2, 2);
-    }
-    const double z = 1 / at.inverse_depth;
-    const double p_c[3] = {(at.u - camera.cx) / camera.fx * z, (at.v - camera.cy) / camera.fy * z, z};
-    Match& match = frame.matches[i];
-    match.keypoint = static_cast<std::int64_t>(i);
-    match.map_point_id = static_cast<std::int64_t>(i);
-    const auto& t = frame.T_cw_prior;
-    for (std::size_t j = 0; j < 3; ++j) {  // p_w = R^T (p_c - t)
-      match.point[j] = 0;
-      for (std::size_t d = 0; d < 3; ++d) match.point[j] += t[4 * d + j] * (p_c[d] - t[4 * d + 3]);
-    }
-    match.u = at.u;
-    match.v = at.v;
-    match.octave = random_octave(random);
-    for (int level = 0; level < match.octave; ++level) match.inv_sigma2 /= 1.2 * 1.2;
-    match.desc_dist = random.below(100);
-    const double disparity = camera.bf * at.inverse_depth;
-    if (disparity >= 2 && at.u >= disparity) match.u_right = at.u - disparity;
+    const Place at = draw_place(region, clusters, random);
+    frame.matches.push_back(match_at(frame, at, i, random));
   }
   return frame;
 }

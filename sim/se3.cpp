@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/se3.hpp"
 
+#include "sim/angles.hpp"
+
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
@@ -118,7 +120,6 @@ double camera_distance(const Pose& a, const Pose& b) {
 }
 
 double camera_angle_deg(const Pose& a, const Pose& b) {
-  constexpr double degrees = 57.29577951308232;  // of a radian
   return rotation_angle(a.rotation() * b.rotation().transpose()) * degrees;
 }
 

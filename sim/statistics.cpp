@@ -2,27 +2,22 @@
 #include "sim/statistics.hpp"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <limits>
 
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double normal_975 = 1.959964;
+// Two-sided 95 % intervals end there.
+constexpr double upper_tail = 0.975;
 
-// 97.5 % quantiles of Student's t with 1, 2, ... 30 degrees of freedom.
-constexpr double student_975[] = {12.7062, 4.3027, 3.1824, 2.7764, 2.5706, 2.4469, 2.3646, 2.3060, 2.2622, 2.2281,
-                                  2.2010,  2.1788, 2.1604, 2.1448, 2.1314, 2.1199, 2.1098, 2.1009, 2.0930, 2.0860,
-                                  2.0796,  2.0739, 2.0687, 2.0639, 2.0595, 2.0555, 2.0518, 2.0484, 2.0452, 2.0423};
+double normal_quantile() { return quantile(boost::math::normal(), upper_tail); }
 
-// Beyond the table: the first terms of the quantile's expansion in 1 / freedom (Cornish & Fisher 1938), good to 1e-4.
 double student_quantile(std::size_t freedom) {
-  if (freedom <= std::size(student_975)) return student_975[freedom - 1];
-  constexpr double z = normal_975, z2 = z * z;
-  const auto n = static_cast<double>(freedom);
-  return z + z * (z2 + 1) / (4 * n) + z * (5 * z2 * z2 + 16 * z2 + 3) / (96 * n * n);
+  return quantile(boost::math::students_t(static_cast<double>(freedom)), upper_tail);
 }
 
 struct Moments {
@@ -54,8 +49,8 @@ Estimate rms_of(const std::vector<double>& errors) {
   for (const double error : errors) squares.push_back(error * error);
   const Moments moments = moments_of(squares);
   const double rms = std::sqrt(moments.mean);
-  const double ci95 = normal_975 * moments.deviation / std::sqrt(static_cast<double>(errors.size())) / (2 * rms);
-  return {rms, ci95};
+  const double deviation_of_mean = moments.deviation / std::sqrt(static_cast<double>(errors.size()));
+  return {rms, normal_quantile() * deviation_of_mean / (2 * rms)};
 }
 
 double jackknife_ci95(const std::vector<double>& without) {
@@ -64,7 +59,7 @@ double jackknife_ci95(const std::vector<double>& without) {
   for (const double value : without) mean += value / n;
   double squares = 0;
   for (const double value : without) squares += (value - mean) * (value - mean);
-  return normal_975 * std::sqrt((n - 1) / n * squares);
+  return normal_quantile() * std::sqrt((n - 1) / n * squares);
 }
 
 Estimate rms_change_percent(const std::vector<double>& ours, const std::vector<double>& theirs) {

@@ -70,6 +70,11 @@ std::string fixed(const Estimate& estimate, int decimals) {
   return fixed(estimate.value, decimals) + " ± " + fixed(estimate.ci95, decimals);
 }
 
+const char* verdict(const Estimate& difference) {
+  if (!(std::abs(difference.value) > difference.ci95)) return "·";
+  return difference.value < 0 ? "▲" : "▼";
+}
+
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs) {
   std::vector<double> percents;
   double sum = 0;
@@ -78,8 +83,7 @@ std::string claim(const std::vector<double>& ours, const std::vector<double>& th
   if (percents.empty()) return "-";
   const Estimate difference = mean_of(percents);
   if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
-  const bool is_told = std::abs(difference.value) > difference.ci95;
-  return fixed(difference, 1) + " % " + (!is_told ? "·" : difference.value < 0 ? "▲" : "▼");
+  return fixed(difference, 1) + " % " + verdict(difference);
 }
 
 }  // namespace maxlogdet::sim

@@ -29,8 +29,12 @@ std::string fixed(double value, int decimals);
 /// "0.123 ± 0.004"
 std::string fixed(const Estimate& estimate, int decimals);
 
+/// What a difference of errors, ours less theirs, shows with its 95 % interval: "▲" ours are lower, "▼" higher, "·"
+/// cannot be told.
+const char* verdict(const Estimate& difference);
+
 /// What paired errors show: ours less theirs in percent of the mean of theirs, with its 95 % interval. ▲ ours are
-/// lower, ▼ higher, · cannot be told. "-" without any.
+/// lower, ▼ higher, · cannot be told. "-" without any errors.
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
 
 }  // namespace maxlogdet::sim

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory_error.hpp"
 
+#include "sim/angles.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,7 +14,6 @@ namespace {
 
 constexpr double half_a_microsecond = 0.5e-6;  // a double holds the seconds since 1970 to a quarter of one
 constexpr double longest_gap = 0.5;            // s, of a window over its length
-constexpr double degrees = 180 / 3.14159265358979323846;
 
 void require(bool condition, const char* what) {
   if (!condition) throw std::invalid_argument(what);

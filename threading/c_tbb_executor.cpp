@@ -4,7 +4,7 @@
 
 namespace {
 
-// A TbbExecutor has no state: one is as good as another.
+// A TbbExecutor has no state: any instance will do.
 int32_t concurrency(void* /*user_data*/) { return maxlogdet::TbbExecutor().concurrency(); }
 
 void run(void* /*user_data*/, int32_t workers, maxlogdet_body body, void* context) {

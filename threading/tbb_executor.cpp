@@ -9,7 +9,7 @@ namespace maxlogdet {
 
 int TbbExecutor::concurrency() const noexcept { return std::max(1, oneapi::tbb::this_task_arena::max_concurrency()); }
 
-// A task that no helper has begun by the end is run by the waiting thread: it returns at once.
+// A task that no helper has begun by the end is run by the waiting thread, and returns at once.
 void TbbExecutor::run(int workers, Body body, void* context) noexcept {
   bool is_begun = false;
   try {

@@ -12,13 +12,13 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t closed = 0xFFFFFFFFU;
 
-// A helper waits so long for the next loop: spinning, as what lies between two loops is short; then yielding, as longer
-// pauses are rare; then no more.
+// How long a helper waits for the next loop: it spins first, as the time between two loops is short, then yields, as
+// longer pauses are rare, and leaves at last.
 constexpr auto helper_spins = std::chrono::microseconds(50);
 constexpr auto helper_stays = std::chrono::microseconds(1000);
-// The caller spins so often before it yields to a helper that has lost its processor within a chunk.
+// How often the caller spins before it yields to a helper that was preempted within a chunk.
 constexpr int caller_spins = 1000;
-constexpr int pauses_between_looks_at_the_clock = 32;
+constexpr int pauses_per_clock_read = 32;
 
 void pause() noexcept {
 #if defined(__x86_64__)
@@ -33,7 +33,7 @@ constexpr std::uint32_t field = 0xFFFFU;
 
 }  // namespace
 
-constexpr int Team::max_workers;  // C++14 wants it where a reference is taken
+constexpr int Team::max_workers;  // C++14 needs a definition where a reference is taken
 
 void Team::open(int workers) noexcept {
   workers_ = std::max(1, std::min(workers, max_workers));
@@ -45,8 +45,8 @@ void Team::open(int workers) noexcept {
 
 void Team::dismiss() noexcept { round_.value.store(closed, std::memory_order_release); }
 
-// Whoever gets a chunk owns it until unfinished_ says that it is done; until then the loop cannot be replaced. `next`
-// goes beyond `end` by at most one a worker.
+// A worker owns a claimed chunk until unfinished_ counts it as done; until then the loop cannot be replaced. `next`
+// exceeds `end` by at most one per worker.
 bool Team::claim(Range& range, std::uint32_t& chunk) noexcept {
   const auto is_empty = [](std::uint32_t state) { return (state & field) >= (state >> end_shift & field); };
   if (is_empty(range.value.load(std::memory_order_relaxed))) return false;
@@ -96,7 +96,7 @@ void Team::help(int worker) noexcept {
   auto idle_since = Clock::now();
   for (;;) {
     std::uint32_t round = round_.value.load(std::memory_order_acquire);
-    for (int i = 0; round == seen && i < pauses_between_looks_at_the_clock; ++i) {
+    for (int i = 0; round == seen && i < pauses_per_clock_read; ++i) {
       pause();
       round = round_.value.load(std::memory_order_acquire);
     }
@@ -115,8 +115,8 @@ void Team::help(int worker) noexcept {
 
 int workers_for(const Executor* executor, int threads, std::size_t candidates, std::size_t crossover) noexcept {
   if (executor == nullptr || threads == 1 || (threads == 0 && candidates < crossover)) return 1;
-  const int most = std::max(1, std::min(executor->concurrency(), Team::max_workers));
-  return threads == 0 ? most : std::min(threads, most);
+  const int available = std::max(1, std::min(executor->concurrency(), Team::max_workers));
+  return threads == 0 ? available : std::min(threads, available);
 }
 
 }  // namespace threading

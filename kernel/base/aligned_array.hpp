@@ -7,22 +7,22 @@
 
 namespace maxlogdet {
 
-constexpr std::size_t line_size = 64;  ///< bytes of a cache line, and of an AVX-512 register
+constexpr std::size_t line_size = 64;  ///< bytes of a cache line and of an AVX-512 register
 
-/// The first element of memory that starts a cache line.
+/// The first element of `memory` on a cache-line boundary.
 template <class T>
 T* first_on_a_line(T* memory) noexcept {
   const auto address = reinterpret_cast<std::uintptr_t>(memory);
   return memory + (line_size - address % line_size) % line_size / sizeof(T);
 }
 
-/// Zeros of a plain type that start on a cache line, so that no vector load straddles two.
+/// A zero-initialised array of a trivial type, aligned to a cache line, so that no vector load straddles two lines.
 template <class T>
 class AlignedArray {
  public:
   explicit AlignedArray(std::size_t size = 0)
       : memory_(new T[size + line_size / sizeof(T)]()), data_(first_on_a_line(memory_.get())) {}
-  operator T*() const noexcept { return data_; }  // NOLINT(google-explicit-constructor): it is used as one
+  operator T*() const noexcept { return data_; }  // NOLINT(google-explicit-constructor): used as a pointer
 
  private:
   std::unique_ptr<T[]> memory_;

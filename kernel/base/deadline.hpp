@@ -5,7 +5,7 @@
 
 namespace maxlogdet {
 
-/// A point in time after which a search ends with what it has. Without a limit it never looks at a clock.
+/// The time at which a search ends with the answer so far. Without a limit the clock is never read.
 class Deadline {
  public:
   /// `seconds` from now; 0: never.

@@ -8,7 +8,7 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double rotation_tolerance = 1e-3;  // of R R^T - I: poses kept in float32 pass
+constexpr double rotation_tolerance = 1e-3;  // on entries of R R^T - I: accepts poses stored in float32
 
 bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
 

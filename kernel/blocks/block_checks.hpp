@@ -7,16 +7,16 @@
 
 #include <cstddef>
 
-// What append_blocks and the weights of matches ask of their arguments, for one answer to the same question.
+// The argument checks that append_blocks and match_information share.
 namespace maxlogdet {
 
-/// Finite, R R^T = I within 1e-3, det R > 0.
+/// Whether all entries are finite, R R^T = I within 1e-3, and det R > 0.
 bool is_rigid(const RigidTransform& transform) noexcept;
 
-/// The first thing wrong; ok if nothing is.
+/// Returns the first error, or ok.
 BlockStatus check(const Points& points, std::size_t size) noexcept;
 BlockStatus check(const BlockOptions& options) noexcept;
-/// Of a camera whose Jacobians the caller gives, only what a stereo row takes is read.
+/// With Jacobians of the caller's, only the parameters of a stereo row are checked.
 BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept;
 
 }  // namespace maxlogdet

@@ -19,21 +19,39 @@ constexpr std::size_t floats_per_line = line_size / sizeof(float);
 constexpr std::size_t planes_per_row = state_dimension;
 static_assert(simd::point_plane == planes_per_row * max_block_rows, "planes of points come after those of entries");
 
-// Filling a store never fails for its instruction set: where MAXLOGDET_ISA names none, the Selector says so.
+// A store can be filled whatever MAXLOGDET_ISA names: the Selector reports an unsupported instruction set.
 const simd::Kernel* kernel_to_use() noexcept {
   const simd::Kernel* const active = simd::active();
   return active != nullptr ? active : simd::built_in()[0];
 }
 
-// The next capacity of a store that has room for `capacity` candidates and needs it for `needed`.
-std::size_t grown(std::size_t needed, std::size_t capacity) noexcept {
-  constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  return std::max({needed, std::min(2 * capacity, most), std::size_t{64}});
+// The capacity, at least `needed`, that a store of this `capacity` grows to.
+std::size_t next_capacity(std::size_t needed, std::size_t capacity) noexcept {
+  constexpr std::size_t max_capacity = std::numeric_limits<std::uint32_t>::max();
+  return std::max({needed, std::min(2 * capacity, max_capacity), std::size_t{64}});
+}
+
+// Adds the counts and maxima of a part to those of all.
+void add_report(const simd::BlockOutput& part, simd::BlockOutput& all) noexcept {
+  all.rows = std::max(all.rows, part.rows);
+  all.stored += part.stored;
+  all.unusable += part.unusable;
+  all.behind_camera += part.behind_camera;
+  all.too_near += part.too_near;
+  all.singular_rays += part.singular_rays;
+  all.unsound_covariances += part.unsound_covariances;
+  all.invalid_jacobians += part.invalid_jacobians;
+  for (int column = 0; column < state_dimension; ++column) {
+    all.column_max[column] = std::max(all.column_max[column], part.column_max[column]);
+    all.factored_max[column] = std::max(all.factored_max[column], part.factored_max[column]);
+  }
+  all.is_factored = all.is_factored && part.is_factored;
 }
 
 }  // namespace
 
-// Picked once, like a Selector's: a tracker's loop should not read the environment, which another thread may change.
+// The kernel is picked once, as in a Selector: a tracker's loop should not read the environment, which another thread
+// may change.
 BlockStore::BlockStore(std::size_t capacity) : kernel_(kernel_to_use()) { reserve(capacity); }
 
 BlockStore::BlockStore(const BlockStore& other) : kernel_(other.kernel_) { *this = other; }
@@ -77,8 +95,8 @@ BlockStore& BlockStore::operator=(BlockStore&& other) noexcept {
 void BlockStore::reserve(std::size_t capacity) {
   if (capacity <= capacity_) return;
   if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  static_assert(sizeof(std::size_t) > sizeof(std::uint32_t), "what the planes of so many take can be counted");
-  // An odd number of cache lines a plane: planes a power of two apart would all fall into the same few cache sets.
+  static_assert(sizeof(std::size_t) > sizeof(std::uint32_t), "the size of the planes fits into size_t");
+  // An odd number of cache lines per plane: planes a power of two apart would map to the same few cache sets.
   const std::size_t stride = ((capacity + floats_per_line - 1) / floats_per_line | 1) * floats_per_line;
   std::unique_ptr<float[]> memory(new float[simd::planes_of_store * stride + floats_per_line]);
   std::unique_ptr<unsigned char[]> valid(new unsigned char[capacity]);
@@ -98,11 +116,11 @@ void BlockStore::reserve(std::size_t capacity) {
   capacity_ = capacity;
 }
 
-// Those that hold something.
+// Copies the planes in use.
 void BlockStore::copy_planes(const float* from, std::size_t stride, std::size_t count) noexcept {
-  const std::size_t of_rows = planes_per_row * static_cast<std::size_t>(rows_);
+  const std::size_t row_planes = planes_per_row * static_cast<std::size_t>(rows_);
   for (std::size_t p = 0; p < simd::planes_of_store; ++p) {
-    if (p < of_rows || (p >= simd::point_plane && are_factored_))
+    if (p < row_planes || (p >= simd::point_plane && are_factored_))
       std::copy_n(from + p * stride, count, planes_ + p * stride_);
   }
 }
@@ -122,10 +140,10 @@ std::size_t BlockStore::place(std::size_t index) const noexcept {
 }
 
 void BlockStore::grow_for_one_more() {
-  if (size_ == capacity_) reserve(grown(size_ + 1, capacity_));
+  if (size_ == capacity_) reserve(next_capacity(size_ + 1, capacity_));
 }
 
-// The first block of this height: those before it get zero rows.
+// Called at the first block with this many rows: pads the blocks before it with zero rows.
 void BlockStore::grow_to_rows(int rows) noexcept {
   for (; rows_ < rows; ++rows_) {
     for (int column = 0; column < state_dimension; ++column) std::fill_n(entry(rows_, column), stored(), 0.0F);
@@ -161,10 +179,10 @@ std::size_t BlockStore::push_back_invalid() {
 BlockWriter::BlockWriter(BlockStore& blocks, std::size_t count) : blocks_(blocks) {
   if (count > SIZE_MAX - blocks.size_) throw std::bad_alloc();
   const std::size_t needed = blocks.size_ + count;
-  if (needed > blocks.capacity_) blocks.reserve(grown(needed, blocks.capacity_));
+  if (needed > blocks.capacity_) blocks.reserve(next_capacity(needed, blocks.capacity_));
 }
 
-// The blocks of matches [first, first + size), which have places from base + first on for themselves alone.
+// Builds the blocks of matches [first, first + size) at places from stored() + first on, which no other chunk uses.
 simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t first,
                                      std::size_t size) const noexcept {
   const auto advanced = [first](auto* array, std::size_t entries) {
@@ -191,7 +209,7 @@ simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t 
   return output;
 }
 
-// Moves the blocks of a part to where those before it end.
+// Moves the blocks of a part to `place`, where those before it end.
 void BlockWriter::close_up(const simd::BlockOutput& part, std::size_t place) const noexcept {
   std::uint32_t* const indices = blocks_.indices_.get() + place;
   if (part.indices == indices) return;
@@ -208,28 +226,15 @@ void BlockWriter::close_up(const simd::BlockOutput& part, std::size_t place) con
 simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::Team& team) noexcept {
   simd::BlockOutput output{};
   if (input.size == 0) return output;
-  constexpr std::size_t min_matches = 1024;  // of a chunk: a few microseconds of work
+  constexpr std::size_t min_matches = 1024;  // per chunk: a few microseconds of work
   simd::BlockOutput parts[threading::Team::max_chunks];
   const std::uint32_t chunks = team.in_chunks(
       input.size, min_matches, simd::tile_size,
       [&](std::size_t first, std::size_t size, std::uint32_t chunk) { parts[chunk] = build(input, first, size); });
   output = parts[0];
   for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
-    const simd::BlockOutput& part = parts[chunk];
-    close_up(part, blocks_.stored() + output.stored);
-    output.rows = std::max(output.rows, part.rows);
-    output.stored += part.stored;
-    output.unusable += part.unusable;
-    output.behind_camera += part.behind_camera;
-    output.too_near += part.too_near;
-    output.singular_rays += part.singular_rays;
-    output.unsound_covariances += part.unsound_covariances;
-    output.invalid_jacobians += part.invalid_jacobians;
-    for (int column = 0; column < state_dimension; ++column) {
-      output.column_max[column] = std::max(output.column_max[column], part.column_max[column]);
-      output.factored_max[column] = std::max(output.factored_max[column], part.factored_max[column]);
-    }
-    output.is_factored = output.is_factored && part.is_factored;
+    close_up(parts[chunk], blocks_.stored() + output.stored);
+    add_report(parts[chunk], output);
   }
 
   blocks_.grow_to_rows(output.rows);

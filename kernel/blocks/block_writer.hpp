@@ -10,13 +10,13 @@
 
 namespace maxlogdet {
 
-/// How append_blocks writes whole planes of a store.
+/// Appends blocks to a store plane by plane, for append_blocks.
 class BlockWriter {
  public:
-  /// Makes room for `count` more candidates; throws std::bad_alloc.
+  /// Makes room for `count` more candidates. Throws std::bad_alloc.
   BlockWriter(BlockStore& blocks, std::size_t count);
 
-  /// Makes the candidates, `input.size` of them, and counts them in.
+  /// Builds and appends input.size candidates; returns their counts and maxima.
   simd::BlockOutput append(const simd::BlockInput& input, threading::Team& team) noexcept;
 
  private:

@@ -8,10 +8,11 @@
 namespace maxlogdet {
 namespace {
 
-// A copy takes about as long as looking once at the same number of candidates; a search looks at each several times.
-constexpr std::size_t min_share = 8;  // one in so many is excluded
+// Excluded candidates are left out by a copy from this share on: it takes about as long as evaluating the same
+// candidates once, and a search evaluates each several times.
+constexpr std::size_t candidates_per_excluded = 8;
 
-// Makes of all candidates those that the first `count` of memory.places list, copied together.
+// Restricts `candidates` to those in the first `count` of memory.places, in a contiguous copy.
 void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& candidates,
                  CandidatesMemory& memory) noexcept {
   std::fill_n(memory.column_max, simd::dimension, 0.0);
@@ -61,7 +62,7 @@ Candidates without_excluded(const BlockStore& blocks, const Options& options, co
     memory.places[kept] = static_cast<std::uint32_t>(i);
     kept += options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
   }
-  if (candidates.count - kept < candidates.count / min_share + 1) return candidates;
+  if (candidates.count - kept < candidates.count / candidates_per_excluded + 1) return candidates;
 
   copy_listed(kept, kernel, candidates, memory);
   if (candidates.form == simd::factored) {

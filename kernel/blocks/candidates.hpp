@@ -13,17 +13,17 @@
 
 namespace maxlogdet {
 
-/// What a search looks at: the candidates that a store holds, one after the other, without those that are invalid and
-/// without many that are excluded. Within `kernel/` a candidate is its place here; `indices` are the caller's, in
-/// ascending order, so that the lower place is the lower index.
+/// The candidates of a search: the valid ones of a store, contiguous, without the excluded ones where these are many.
+/// Within `kernel/` a candidate is its place here; `indices` are the caller's, in ascending order, so that the lower
+/// place has the lower index.
 struct Candidates {
   simd::Planes planes;
   std::size_t count;
   int row_count;
-  simd::Form form;                ///< what screening reads of them
-  const double* largest;          ///< as BlockStore::column_max, of these candidates at least
-  const double* largest_of_form;  ///< as simd::ColumnMax has it for the form; likewise
-  const std::uint32_t* indices;   ///< of each candidate
+  simd::Form form;                ///< the form in which screening reads them
+  const double* largest;          ///< as BlockStore::column_max, over at least these candidates
+  const double* largest_of_form;  ///< as simd::ColumnMax for the form, over the same candidates
+  const std::uint32_t* indices;   ///< the caller's index of each candidate
 
   std::size_t size() const noexcept { return count; }
   int rows() const noexcept { return row_count; }
@@ -33,26 +33,26 @@ struct Candidates {
   }
 };
 
-/// All that a store holds.
+/// All valid candidates of a store.
 Candidates all_of(const BlockStore& blocks) noexcept;
 
-/// No row whose entries are at most these is longer.
+/// An upper bound of the norm of any row, given the maximum |entry| of each column.
 double max_row_norm(const double* column_max) noexcept;
 
-/// Room for a copy of up to `capacity` candidates.
+/// Memory for a copy of up to `capacity` candidates.
 struct CandidatesMemory {
   explicit CandidatesMemory(std::size_t capacity);
 
   std::size_t stride;
   AlignedArray<float> planes;
-  std::vector<std::uint32_t> places;  ///< scratch: in the store
+  std::vector<std::uint32_t> places;  ///< scratch: places in the store
   std::vector<std::uint32_t> indices;
-  double column_max[simd::dimension] = {};    ///< of those copied: no error bound is of what is excluded
-  double factored_max[simd::dimension] = {};  ///< likewise
+  double column_max[simd::dimension] = {};    ///< of the copy: excluded candidates do not loosen bounds
+  double factored_max[simd::dimension] = {};  ///< the same for the factored form
 };
 
-/// The same without those that `options.excluded` names, copied together if they are so many that the copy costs less
-/// than looking at them; else all of them.
+/// The same without those that `options.excluded` names, as a copy; all of them if so few are excluded that a copy does
+/// not pay.
 Candidates without_excluded(const BlockStore& blocks, const Options& options, const simd::Kernel& kernel,
                             CandidatesMemory& memory) noexcept;
 

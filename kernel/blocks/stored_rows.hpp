@@ -10,7 +10,8 @@
 
 namespace maxlogdet {
 
-/// A block, rows x 6 row-major, as a store holds it, in float32; false if that cannot hold it, or it is none.
+/// Rounds a block, rows x 6 row-major, to float32, as a store does. Returns false if it is null, has another number of
+/// rows, or float32 cannot hold it.
 inline bool round_block(const double* block, int rows, float (&stored)[max_block_rows][state_dimension]) {
   if (block == nullptr || rows < 1 || rows > max_block_rows) return false;
   for (int row = 0; row < rows; ++row) {
@@ -22,7 +23,7 @@ inline bool round_block(const double* block, int rows, float (&stored)[max_block
   return true;
 }
 
-/// The rows of candidate i as stored, in float64; candidates.rows() of them.
+/// Reads the stored rows of candidate i, candidates.rows() of them, into float64.
 inline void read_rows(const Candidates& candidates, std::size_t i, double (&rows)[max_block_rows][state_dimension]) {
   for (int row = 0; row < candidates.rows(); ++row) {
     for (int column = 0; column < state_dimension; ++column) {

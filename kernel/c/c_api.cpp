@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The handles of the C API: each is an object of C++, and what it lends out.
+// The handles of the C API: each owns an object of C++ and the structs that it returns.
 #include <maxlogdet/maxlogdet.h>
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -17,7 +17,7 @@ using maxlogdet::c_api::to_c;
 
 namespace {
 
-// An executor in C. Its functions do not throw: C has no exceptions, and C++ is told not to.
+// An executor in C. Its functions do not throw: C has no exceptions, and C++ callers must not let any escape.
 class CallbackExecutor final : public maxlogdet::Executor {
  public:
   explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
@@ -32,7 +32,7 @@ class CallbackExecutor final : public maxlogdet::Executor {
   maxlogdet_executor callbacks_;
 };
 
-// Nothing that it is used for throws for another reason than memory.
+// Reports any exception as out of memory: `work` throws no other.
 template <class Work>
 maxlogdet_status with_memory(const Work& work) noexcept {
   try {
@@ -43,7 +43,7 @@ maxlogdet_status with_memory(const Work& work) noexcept {
   return MAXLOGDET_STATUS_OK;
 }
 
-// What is lent out where no handle can, or where what it was asked is not understood.
+// Returned where there is no handle, or where an argument is invalid.
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGUMENT,
                                                    MAXLOGDET_STRATEGY_LAZY_GREEDY,
@@ -69,14 +69,14 @@ struct maxlogdet_block_store {
   explicit maxlogdet_block_store(size_t capacity) : blocks(capacity) {}
 
   maxlogdet::BlockStore blocks;
-  std::vector<maxlogdet::RigCamera> cameras;  // of the rig that was last appended for
+  std::vector<maxlogdet::RigCamera> cameras;  // of the last rig appended for
   maxlogdet_block_report report{};
 };
 
 struct maxlogdet_selector {
   maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks, bool has_executor)
       : executor(callbacks), selector(capacity, has_executor ? &executor : nullptr) {}
-  // The one points to the other.
+  // Not copyable: the selector points to the executor.
   maxlogdet_selector(const maxlogdet_selector&) = delete;
   maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
 
@@ -89,7 +89,7 @@ struct maxlogdet_active_selection {
   explicit maxlogdet_active_selection(size_t capacity) : active(capacity) {}
 
   maxlogdet::ActiveSelection active;
-  bool is_refused = false;  // the last start: what it was to end is over, its candidates may be gone
+  bool is_refused = false;  // by the last start; the selection before it has ended, its candidates may be gone
   maxlogdet_selection selection{};
 };
 
@@ -104,7 +104,7 @@ maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answ
   return static_cast<maxlogdet_status>(answer(active->active));
 }
 
-// Of a camera or a rig.
+// For a camera or a rig.
 template <class Cameras>
 const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cameras& cameras, const double* T,
                                         const maxlogdet_matches* matches, const maxlogdet_block_options* options,
@@ -131,7 +131,7 @@ void read_point(const maxlogdet::Points& points, size_t i, double* p_w) noexcept
   for (int d = 0; d < 3; ++d) p_w[d] = static_cast<double>(point[d]);
 }
 
-// Of one match: `write` is match_information or match_whitening.
+// For one match; `write` is match_information or match_whitening.
 template <class Write>
 int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches, size_t i,
               const maxlogdet_block_options* options, double* to, const Write& write) noexcept {

@@ -41,16 +41,16 @@ static_assert(is_same(MAXLOGDET_STATUS_OK, Status::ok) &&
                   is_same(MAXLOGDET_STATUS_TARGET_REACHED, Status::target_reached) &&
                   is_same(MAXLOGDET_STATUS_INVALID_TARGET, Status::invalid_target) &&
                   is_same(MAXLOGDET_STATUS_UNSUPPORTED_TARGET, Status::unsupported_target),
-              "values of the C API are for ever: a new Status goes to the end");
+              "values of the C API are permanent: a new Status goes to the end");
 static_assert(is_same(MAXLOGDET_WEIGHTING_MAP_BIAS, Weighting::map_bias) &&
                   is_same(MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD, Weighting::map_bias_world) &&
                   is_same(MAXLOGDET_WEIGHTING_MEASUREMENT, Weighting::measurement) &&
                   is_same(MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP, Weighting::measurement_and_map),
-              "values of the C API are for ever: a new Weighting goes to the end");
+              "values of the C API are permanent: a new Weighting goes to the end");
 static_assert(is_same(MAXLOGDET_THIRD_MEASUREMENT_NONE, ThirdMeasurement::none) &&
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_STEREO, ThirdMeasurement::stereo) &&
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_DEPTH, ThirdMeasurement::depth),
-              "values of the C API are for ever: a new ThirdMeasurement goes to the end");
+              "values of the C API are permanent: a new ThirdMeasurement goes to the end");
 static_assert(is_same(MAXLOGDET_BLOCK_STATUS_OK, BlockStatus::ok) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS, BlockStatus::singular_rays) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA, BlockStatus::invalid_camera) &&
@@ -61,12 +61,12 @@ static_assert(is_same(MAXLOGDET_BLOCK_STATUS_OK, BlockStatus::ok) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL, BlockStatus::unknown_camera_model) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID, BlockStatus::invalid_camera_id) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_JACOBIANS, BlockStatus::invalid_jacobians),
-              "values of the C API are for ever: a new BlockStatus goes to the end");
+              "values of the C API are permanent: a new BlockStatus goes to the end");
 static_assert(int{MAXLOGDET_STATUS_INVALID_ARGUMENT} == int{MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT} &&
                   int{MAXLOGDET_STATUS_OUT_OF_MEMORY} == int{MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY},
               "a status that C++ lacks has the same value in both");
 
-// nullptr for a value that C++ has.
+// nullptr for a status that C++ has.
 const char* name_in_c(std::int32_t status) noexcept {
   switch (status) {
     case MAXLOGDET_STATUS_INVALID_ARGUMENT: return "invalid_argument";

@@ -8,8 +8,9 @@ namespace maxlogdet {
 namespace c_api {
 namespace {
 
-static_assert(std::is_same<std::int32_t, int>::value && sizeof(std::size_t) == 8,
-              "every field, or pair of them, takes 8 bytes, so that a struct ends after a field at any multiple of it");
+static_assert(
+    std::is_same<std::int32_t, int>::value && sizeof(std::size_t) == 8,
+    "every field, or pair of fields, takes 8 bytes, so that a struct cut at a multiple of 8 ends after a field");
 constexpr std::size_t min_size = 16;
 constexpr std::size_t size_step = 8;
 
@@ -18,7 +19,7 @@ bool is_size_of(std::size_t size) noexcept {
   return size >= min_size && size <= sizeof(Struct) && size % size_step == 0;
 }
 
-// What a caller gets that fills in nothing: the defaults of C++, which so stand in one place.
+// The defaults of a caller that fills in nothing: those of C++, which are thus defined once.
 
 maxlogdet_camera default_camera() noexcept {
   const Camera from;
@@ -96,7 +97,7 @@ template <class Struct>
 maxlogdet_status init(Struct* given, std::size_t size, const Struct& defaults) noexcept {
   if (given == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
   if (!is_size_of<Struct>(size)) {
-    if (size >= sizeof given->struct_size) given->struct_size = 0;  // refused by whoever reads it
+    if (size >= sizeof given->struct_size) given->struct_size = 0;  // refused wherever it is read
     return MAXLOGDET_STATUS_INVALID_ARGUMENT;
   }
   std::memcpy(given, &defaults, size);
@@ -104,7 +105,7 @@ maxlogdet_status init(Struct* given, std::size_t size, const Struct& defaults) n
   return MAXLOGDET_STATUS_OK;
 }
 
-// `full` holds the defaults, and takes what there is of the other.
+// Overwrites the defaults in `full` with the fields that `given` has.
 template <class Struct>
 bool complete(const Struct* given, Struct& full) noexcept {
   if (given == nullptr) return false;

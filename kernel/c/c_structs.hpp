@@ -8,14 +8,14 @@
 
 #include <cstddef>
 
-// The structs of the C API, and what they are in C++.
+// Conversions between the structs of the C API and those of C++.
 
 namespace maxlogdet {
 namespace c_api {
 
-/// Takes what a caller of any version has filled in, over the defaults of this one. False, and without effect, for a
-/// null pointer, a struct_size that is none, a reserved field in use, or points of no type; an executor needs its
-/// functions besides.
+/// Reads what a caller of any version has filled in; fields that it lacks have the defaults of this one. Returns false,
+/// without effect, for a null pointer, an invalid struct_size, a nonzero reserved field, an invalid point type, or an
+/// executor without its functions.
 bool read(const maxlogdet_camera* given, Camera& camera) noexcept;
 bool read(const maxlogdet_matches* given, Matches& matches) noexcept;
 bool read(const maxlogdet_block_options* given, BlockOptions& options) noexcept;

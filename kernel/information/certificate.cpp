@@ -14,16 +14,16 @@ namespace {
 using simd::double_unit_roundoff;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// In units of 2^-53, relative to the magnitudes that are summed (docs/numerics.md).
+// Rounding error of the sums in units of 2^-53, relative to the magnitudes of their terms (docs/numerics.md).
 constexpr double sum_errors = 128;
 
-// The improvement that a pass must promise, nats: less is rounding.
+// The minimum improvement that a pass must promise, nats: less is rounding.
 constexpr double min_promise = 1e-9;
 // Guarantees termination: stops when `patience` passes improve the bound by less than `min_progress`, nats.
 constexpr std::size_t patience = 32;
 constexpr double min_progress = 1e-6;
 
-// A value, and the sum of magnitudes that its rounding error is in proportion to.
+// A sum, and that of its terms' magnitudes, to which its rounding error is proportional.
 struct Sum {
   double value = 0;
   double magnitude = 0;
@@ -33,7 +33,7 @@ struct Sum {
   }
 };
 
-// -2 sum log W_cc + tr(W M0 W^T) - 6, what the bound is without candidates.
+// -2 sum log W_cc + tr(W M0 W^T) - 6, the bound without candidates.
 Sum bound_of_prior(const double* w, const Information& prior) noexcept {
   Sum sum;
   sum.add(-state_dimension, state_dimension);
@@ -51,7 +51,7 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
   return sum;
 }
 
-// The bound that W proves, and with it the candidates that it ranks first.
+// The bound that W proves; `top` becomes the candidates of maximum trace.
 double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
                 CertificateMemory& memory) noexcept {
   const std::size_t required = problem.required_count;
@@ -62,12 +62,12 @@ double bound_at(const Problem& problem, const double* w, const Information& prio
   traces += top.sum;
 
   const auto count = static_cast<double>(required + top.count);
-  const double error = double_unit_roundoff * trace_root_error(problem.candidates, w);  // of the root of each
+  const double error = double_unit_roundoff * trace_root_error(problem.candidates, w);  // of the root of a trace
   const Sum rest = bound_of_prior(w, prior);
   const double rounding = (sum_errors + count) * double_unit_roundoff * (traces + rest.magnitude) +
                           error * (3 * std::sqrt(count * traces) + 2 * count * error);
   const double bound = rest.value + traces + rounding;
-  return bound < infinity ? bound : infinity;  // NaN too
+  return bound < infinity ? bound : infinity;  // also if it is NaN
 }
 
 Information sum_of(const Problem& problem, const std::uint32_t* list, std::size_t count, Information sum) noexcept {

@@ -18,7 +18,7 @@ struct CertificateMemory {
   std::vector<double> required;  ///< traces of the required candidates
 };
 
-/// A selection to start from, and how many candidates any selection may have.
+/// The selection to start from, and the maximum number of candidates of any selection.
 struct Incumbent {
   const std::uint32_t* selected;
   std::size_t count;
@@ -27,9 +27,9 @@ struct Incumbent {
 };
 
 /// An upper bound of log det(M0 + sum of H^T H), nats, over all selections of at most `incumbent.budget` candidates
-/// that hold all required ones and no others than these and the free ones; groups are left out, which can only raise
-/// it. Proved, rounding included (docs/numerics.md); +infinity where nothing can be proved. At most `passes` passes of
-/// Frank-Wolfe tighten it, as long as the deadline has not passed.
+/// that hold all required ones and otherwise only free ones; groups are ignored, which can only raise it. Proved,
+/// including rounding (docs/numerics.md); +infinity where nothing can be proved. At most `passes` Frank-Wolfe passes
+/// tighten it, until the deadline.
 double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
                    CertificateMemory& memory) noexcept;
 

@@ -12,11 +12,11 @@
 
 namespace maxlogdet {
 
-/// Runs the kernels over candidates: on the calling thread, or in chunks over a team where there is enough to do. What
-/// it computes does not depend on that.
+/// Runs the kernels on candidates: on the calling thread, or in chunks on a team where there is enough work. The
+/// results do not depend on the number of threads.
 class Evaluator {
  public:
-  /// `rows` (1, 2 or 3) is that of the tallest block: planes of further rows are not read.
+  /// `rows`: 1, 2 or 3, the maximum of the blocks; planes of further rows are not read.
   Evaluator(const simd::Kernel& kernel, const simd::Planes& planes, int rows, threading::Team& team) noexcept
       : kernel_(kernel), planes_(planes), rows_(rows), team_(team) {}
 
@@ -32,11 +32,11 @@ class Evaluator {
     });
   }
 
-  /// As simd::Losses; in it a tile is listed once.
+  /// As simd::Losses; each tile is listed at most once.
   void losses(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
-              double* losses, double* least) const noexcept {
+              double* losses, double* tile_loss) const noexcept {
     team_.in_chunks(count, min_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, least);
+      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, tile_loss);
     });
   }
 
@@ -67,8 +67,8 @@ class Evaluator {
     return std::accumulate(counts, counts + chunks, std::size_t{0});
   }
 
-  /// Lists the positions of values[0 .. count) that are at least `threshold`, in order; returns how many. Room for
-  /// `list_room` more than `count` is needed.
+  /// Lists the positions of values[0 .. count) that are at least `threshold`, in order; returns how many. `list` needs
+  /// room for count + list_room.
   std::size_t list_at_least(const float* values, std::size_t count, float threshold,
                             std::uint32_t* list) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
@@ -105,8 +105,8 @@ class Evaluator {
     });
   }
 
-  /// Copies candidates [0, count) to tiles in their order, as simd::Gather lays them out; read up to the next multiple
-  /// of 16 candidates.
+  /// Copies candidates [0, count) in order to tiles, in the layout of simd::Gather; reads up to the next multiple of 16
+  /// candidates.
   void pack(simd::Form form, std::size_t count, float* tiles) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const std::size_t entries = simd::entries_of(form);
@@ -119,16 +119,16 @@ class Evaluator {
     });
   }
 
-  /// Of the chunks that gains are evaluated in: half a microsecond of work.
+  /// Minimum number of tiles per chunk of gains: half a microsecond of work.
   static constexpr std::size_t min_tiles = 32;
 
   threading::Team& team() const noexcept { return team_; }
 
  private:
-  static constexpr std::size_t min_loss_tiles = 8;   // of a chunk in float64
-  static constexpr std::size_t min_lanes = 512;      // of a chunk of copies
-  static constexpr std::size_t min_decisions = 128;  // of a chunk in float64
-  static constexpr std::size_t min_counts = 4096;    // of a chunk of values to count or list
+  static constexpr std::size_t min_loss_tiles = 8;   // per chunk in float64
+  static constexpr std::size_t min_lanes = 512;      // per chunk of copies
+  static constexpr std::size_t min_decisions = 128;  // per chunk in float64
+  static constexpr std::size_t min_counts = 4096;    // per chunk of values to count or list
 
   const simd::Kernel& kernel_;
   simd::Planes planes_;

@@ -10,7 +10,7 @@
 
 namespace maxlogdet {
 
-/// Symmetric, both triangles filled.
+/// An information matrix: symmetric, with both triangles filled.
 struct Information {
   double entry[state_dimension][state_dimension];
 };

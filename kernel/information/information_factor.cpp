@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/information_factor.hpp"
 
+#include "simd/rounding.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,24 +10,25 @@
 namespace maxlogdet {
 namespace {
 
+using simd::double_unit_roundoff;
+
 constexpr int n = InformationFactor::n;
 
-// Asymmetry forgiven in a prior, relative to sqrt(M_ii M_jj): what assembling it in float64 leaves behind.
+// Tolerated asymmetry of a prior, relative to sqrt(M_ii M_jj): the rounding of assembling it in float64.
 constexpr double symmetry_tolerance = 1e-8;
 // A Cholesky pivot below this share of its diagonal entry is rounding, not information.
 constexpr double smallest_relative_pivot = 1e-14;
-// No |W_ij| above this: with any float32 block, W h and the determinant of three rows stay finite in float64.
+// The maximum |W_ij|: up to it, W h and the determinant of three rows stay finite in float64 for any float32 block.
 constexpr double largest_inverse_entry = 1e10;
 
-constexpr double unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
-// A generous constant of the error analysis in docs/numerics.md.
-constexpr double update_error = 192 * unit_roundoff;
-// Blocks after which the norm of W is taken again; the first ones change it most.
-constexpr std::uint32_t often = 8;
-// Rows that leave more than this share of det M may be taken away even where nothing is known of M for certain.
-constexpr double max_min_share = 0.5;
+// A constant of the error analysis in docs/numerics.md, rounded up.
+constexpr double update_error = 192 * double_unit_roundoff;
+// The norm of W is recomputed after each of the first blocks, which change it most, and then at this interval.
+constexpr std::uint32_t norm_interval = 8;
+// Downdates that keep more than this share of det M are accepted even where the error bound proves nothing.
+constexpr double max_required_share = 0.5;
 
-// Lower Cholesky factor of a prior, taken from its symmetric part; false if it is not safely positive definite.
+// The lower Cholesky factor of the symmetric part of a prior; false if it is not safely positive definite.
 bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
@@ -90,11 +93,11 @@ bool InformationFactor::reset(const double* prior, const double* added, double r
   norm_ = inverse_norm();
   added_ = 0;
   narrow();
-  relative_error_ = (update_error + n * roundings * unit_roundoff) * norm_ * norm_ * trace_;
+  relative_error_ = (update_error + n * roundings * double_unit_roundoff) * norm_ * norm_ * trace_;
   return true;
 }
 
-// Derived in docs/numerics.md.
+// The bound is derived in docs/numerics.md.
 double InformationFactor::determinant_error(const double* prior, const double* added, double roundings) const noexcept {
   double scaled = 0;  // tr D M^-1 D, D^2 the diagonal of M
   for (int d = 0; d < n; ++d) {
@@ -103,7 +106,7 @@ double InformationFactor::determinant_error(const double* prior, const double* a
     const double of_prior = prior == nullptr ? default_prior_information : prior[n * d + d];
     scaled += (of_prior + added[n * d + d]) * variance;
   }
-  return (update_error + n * roundings * unit_roundoff) * scaled;
+  return (update_error + n * roundings * double_unit_roundoff) * scaled;
 }
 
 double InformationFactor::add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
@@ -111,24 +114,24 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
     for (int d = 0; d < n; ++d) trace_ += rows[row][d] * rows[row][d];
   }
   const double relative_gain = kernel.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
-  relative_error_ += count * update_error * norm_ * std::sqrt(trace_);  // |W| before, or earlier: it only shrinks
+  relative_error_ += count * update_error * norm_ * std::sqrt(trace_);  // |W| before, or earlier: it only decreases
   ++added_;
-  if (added_ < often || added_ % often == 0) norm_ = inverse_norm();
+  if (added_ < norm_interval || added_ % norm_interval == 0) norm_ = inverse_norm();
   return relative_gain;
 }
 
-// What a downdate does to f is derived in docs/numerics.md.
+// The effect of a downdate on f is derived in docs/numerics.md.
 bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
   double norm = inverse_norm();
   added_ = 0;
   for (int row = 0; row < count; ++row) {
     const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
-    const double least = std::min(4 * uncertainty, max_min_share);
-    const double share = kernel.remove_row(&w_[0][0], rows[row], least);
-    if (!(share > least)) return false;
-    norm /= std::sqrt(share);  // at most that; M - h^T h >= share M
+    const double min_share = std::min(4 * uncertainty, max_required_share);
+    const double share = kernel.remove_row(&w_[0][0], rows[row], min_share);
+    if (!(share > min_share)) return false;
+    norm /= std::sqrt(share);  // an upper bound: M - h^T h >= share M
     const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
-    const bool is_known = 4 * uncertainty < max_min_share;
+    const bool is_known = 4 * uncertainty < max_required_share;
     relative_error_ =
         is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : std::numeric_limits<double>::infinity();
   }
@@ -144,7 +147,7 @@ void InformationFactor::narrow() noexcept {
 }
 
 double InformationFactor::inverse_norm() const noexcept {
-  double squares[simd::padded_dimension] = {};  // by columns: sums that do not wait for each other
+  double squares[simd::padded_dimension] = {};  // by columns: independent sums
   for (const auto& row : w_) {
     for (int d = 0; d < simd::padded_dimension; ++d) squares[d] += row[d] * row[d];
   }

@@ -9,12 +9,13 @@ namespace {
 
 constexpr int n = state_dimension;
 
-// Pairs of weights balanced after a step. Without any, relaxed fell up to 5e-3 nats short of greedy on clustered frames
-// in eight passes; with three or thirty 1e-3 (docs/performance.md).
+// Maximum number of pairs of weights balanced after a step. Without any, relaxed fell up to 5e-3 nats short of greedy
+// on clustered frames in eight passes; with three or thirty, 1e-3 (docs/performance.md).
 constexpr int max_balances = 4;
-// Nor is it worth it where their worths differ by less than this share of what the new selection promised.
+// A pair is balanced only if its derivatives differ by more than this share of the gain that the new selection
+// promised.
 constexpr double min_imbalance = 0.05;
-// A step need not be exact: it ends where the slope has fallen to this share, or after so many halvings.
+// A line search need not be exact: it stops when the slope has fallen to this share, or after line_search_steps.
 constexpr double flat_slope = 0.02;
 constexpr int line_search_steps = 20;
 
@@ -93,7 +94,7 @@ Information whitened(const double* w, const Information& a) noexcept {
   return result;
 }
 
-// W^T W = M^-1.
+// M^-1 = W^T W.
 Information inverse_information(const double* w) noexcept {
   Information result;
   for (int i = 0; i < n; ++i) {
@@ -145,25 +146,24 @@ bool InformationMixture::add(const Information& next, double min_promise) noexce
 
 bool InformationMixture::balance(double min_difference) noexcept {
   for (int i = 0; i < max_balances; ++i) {
-    // tr(M^-1 M_j): what weight on selection j would add.
     const Information inverse_sum = inverse_information(inverse());
-    int max_worth = -1;
-    int min_worth = -1;
+    int max_place = -1;
+    int min_place = -1;
     double highest = 0;
     double lowest = 0;
     for (int j = 0; j < count_; ++j) {
-      const double worth = trace_of_product(inverse_sum, selections_[j]);
-      if (max_worth < 0 || worth > highest) {
-        max_worth = j;
-        highest = worth;
+      const double derivative = trace_of_product(inverse_sum, selections_[j]);  // of log det, by the weight of j
+      if (max_place < 0 || derivative > highest) {
+        max_place = j;
+        highest = derivative;
       }
-      if (weights_[j] > 0 && (min_worth < 0 || worth < lowest)) {
-        min_worth = j;
-        lowest = worth;
+      if (weights_[j] > 0 && (min_place < 0 || derivative < lowest)) {
+        min_place = j;
+        lowest = derivative;
       }
     }
     if (!(highest - lowest > min_difference)) return true;
-    if (!move(min_worth, max_worth)) return false;
+    if (!move(min_place, max_place)) return false;
   }
   return true;
 }
@@ -177,7 +177,7 @@ bool InformationMixture::move(int from, int to) noexcept {
   return refactorise();
 }
 
-// Two of the least weight become one, of the same information in the sum.
+// Merges the two selections of minimum weight into one of the same information in the sum.
 void InformationMixture::merge_lightest() noexcept {
   for (int place : {max_selections - 1, max_selections - 2}) {
     const int lightest = static_cast<int>(std::min_element(weights_, weights_ + place + 1) - weights_);

@@ -6,25 +6,26 @@
 
 namespace maxlogdet {
 
-/// Information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j. It
-/// grows as Frank and Wolfe (1956) do it, by one selection at a time and the step of largest log det towards it; then a
-/// few pairs of weights are balanced likewise, without a look at candidates, which makes the next selection a better
-/// one (simplicial decomposition, Holloway 1974): on clustered frames it converges several times faster than
-/// Frank-Wolfe's steps alone. + - * / and square roots in one order: the same bits everywhere.
+/// The information of a relaxed selection: sum of a_j M_j, a_j >= 0, sum a_j = 1, over selections of information M_j.
+/// It is built as by Frank and Wolfe (1956): a line search of log det towards one selection at a time. Then a few pairs
+/// of weights are balanced by the same line search, which makes the next selection a better one (simplicial
+/// decomposition, Holloway 1974): on clustered frames it converges several times faster than the line search alone. + -
+/// * / and square roots in one order: the same bits everywhere.
 class InformationMixture {
  public:
-  /// One selection, of weight 1. False if it cannot be factorised: then, here and below, inverse() is of no use.
+  /// Starts from one selection, of weight 1. Returns false if the sum cannot be factorised; inverse() is then
+  /// undefined, also after add().
   bool reset(const Information& first) noexcept;
 
-  /// False also if no mixture with `next` can be better by more than `min_promise`, nats. Where `next` is the best
-  /// selection at inverse(), no mixture at all can.
+  /// Adds a selection. Returns false also if no mixture with `next` can be better by more than `min_promise`, nats; if
+  /// `next` is the best selection at inverse(), no mixture at all can.
   bool add(const Information& next, double min_promise) noexcept;
 
   /// W, the inverse Cholesky factor of the mixture, 6 x 8 row-major.
   const double* inverse() const noexcept { return factor_.inverse(); }
 
  private:
-  static constexpr int max_selections = 12;  // kept apart
+  static constexpr int max_selections = 12;  // with weights of their own
 
   bool refactorise() noexcept;
   bool balance(double min_difference) noexcept;

@@ -9,14 +9,14 @@
 
 namespace maxlogdet {
 
-/// What is asked of a selection, less its groups.
+/// The candidates and the prior of a selection, without its groups.
 struct Problem {
   const Candidates& candidates;
   const Evaluator& evaluator;
   const double* prior;            ///< as Options::prior
   const unsigned char* is_free;   ///< per candidate: nonzero if it may be selected and is not required
-  std::size_t free_count;         ///< how many are
-  const std::uint32_t* required;  ///< the candidates that are selected in any case
+  std::size_t free_count;         ///< number of free candidates
+  const std::uint32_t* required;  ///< the candidates that every selection includes
   std::size_t required_count;
 };
 

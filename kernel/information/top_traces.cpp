@@ -14,65 +14,81 @@ namespace {
 
 using simd::float_unit_roundoff;
 
-// Of the root of a trace, by the sum of 18 squares, in units of 2^-24 (docs/numerics.md).
+// Relative error of the root of a trace, from the sum of 18 squares, in units of 2^-24 (docs/numerics.md).
 constexpr double sum_errors = 16;
-// Of the root of a trace, by underflow in its squares.
+// Absolute error of the root of a trace, from underflow of its squares.
 constexpr double underflow_error = 1e-18;
-// |Y| within which no float32 operation overflows, or loses more to underflow than that.
+// For |Y| between these no float32 operation overflows, or loses more than that to underflow.
 constexpr double largest_norm = 1e15;
 constexpr double smallest_norm = 1e-12;
 
-// The traces of listed candidates are screened down to about so many more than wanted: one of them costs float64 about
-// as long as float32 takes to count 128.
-std::size_t enough(std::size_t n, std::size_t wanted) noexcept { return wanted + wanted / 16 + n / 128 + 8; }
+constexpr float max_float = std::numeric_limits<float>::max();
+constexpr float min_float = std::numeric_limits<float>::min();
 
-// A value that at least `wanted` of `count` are not below (so many are not negative), and not many more unless they are
-// equal. In growing steps from a guess, then by turns in half and where counts that grow evenly would be met.
-float threshold_for(const Evaluator& evaluator, const float* values, std::size_t count, std::size_t wanted,
-                    float guess) noexcept {
-  const std::size_t most = enough(count, wanted);
-  if (!(guess > 0)) guess = first_guess(wanted);
-  float factor = 1.2F;
-  float low = 0;
-  float high = std::numeric_limits<float>::max();
-  std::size_t at_low = count;
-  std::size_t at_high = 0;
-  bool is_bracketed = false;
-  for (bool halve = false;; halve = !halve) {
-    const std::size_t found = evaluator.count_at_least(values, count, guess);
-    if (found >= wanted) {
-      if (found <= most) return guess;
-      low = guess;
-      at_low = found;
+// The maximum number of contenders for the k largest of n traces: one more takes float64 about as long as float32 takes
+// to count 128.
+std::size_t max_contenders(std::size_t n, std::size_t k) noexcept { return k + k / 16 + n / 128 + 8; }
+
+// Bounds of a threshold: too many values, at_low, reach `low`; too few, at_high, reach `high`.
+struct Bracket {
+  float low;
+  float high;
+  std::size_t at_low;
+  std::size_t at_high;
+
+  bool is_bounded() const noexcept { return low > 0 && high < max_float; }
+
+  void narrow(float value, std::size_t reached, std::size_t k) noexcept {
+    if (reached >= k) {
+      low = value;
+      at_low = reached;
     } else {
-      high = guess;
-      at_high = found;
+      high = value;
+      at_high = reached;
     }
-    constexpr float smallest = std::numeric_limits<float>::min();
-    constexpr float largest = std::numeric_limits<float>::max() / 16;
-    is_bracketed = is_bracketed || (low > 0 && high < std::numeric_limits<float>::max());
-    if (!is_bracketed) {
-      if (low > 0 ? guess > largest : guess < 16 * smallest) return low;
-      guess *= low > 0 ? factor : 1 / factor;
+  }
+
+  // Where `count` values would reach, if their number fell linearly from low to high; not too close to either.
+  float interpolated(std::size_t count) const noexcept {
+    const auto excess = static_cast<double>(at_low - count);
+    const double share = excess / static_cast<double>(at_low - at_high);
+    return low + (high - low) * static_cast<float>(std::min(0.9, std::max(0.1, share)));
+  }
+};
+
+// A threshold that at least k of `count` values reach, and at most max_contenders() unless values are equal; at least k
+// are >= 0. Moves the guess by increasing factors until it is bracketed, then alternates interpolation and bisection.
+float threshold_for(const Evaluator& evaluator, const float* values, std::size_t count, std::size_t k,
+                    float guess) noexcept {
+  const std::size_t max_reached = max_contenders(count, k);
+  if (!(guess > 0)) guess = first_guess(k);
+  Bracket bracket{0, max_float, count, 0};
+  float factor = 1.2F;
+  for (bool halve = false;; halve = !halve) {
+    const std::size_t reached = evaluator.count_at_least(values, count, guess);
+    if (reached >= k && reached <= max_reached) return guess;
+    bracket.narrow(guess, reached, k);
+    if (!bracket.is_bounded()) {
+      const bool is_too_low = bracket.low > 0;
+      if (is_too_low ? guess > max_float / 16 : guess < 16 * min_float) return bracket.low;
+      guess *= is_too_low ? factor : 1 / factor;
       factor = std::min(8.0F, factor * factor);
       continue;
     }
-    const std::size_t aim = (wanted + most) / 2;
-    const auto excess = static_cast<double>(at_low - aim);
-    const double share = excess / static_cast<double>(at_low - at_high);
-    guess = low + (high - low) * (halve ? 0.5F : static_cast<float>(std::min(0.9, std::max(0.1, share))));
-    if (!(guess > low && guess < high)) return low;
+    const std::size_t aim = (k + max_reached) / 2;
+    guess = halve ? bracket.low + (bracket.high - bracket.low) * 0.5F : bracket.interpolated(aim);
+    if (!(guess > bracket.low && guess < bracket.high)) return bracket.low;
   }
 }
 
-// Lists the free candidates that may be among the `wanted` of largest exact trace, in ascending order.
-std::size_t list_contenders(const Problem& problem, const double* w, std::size_t wanted, float& threshold,
+// Lists in ascending order the free candidates whose exact trace may be among the k largest.
+std::size_t list_contenders(const Problem& problem, const double* w, std::size_t k, float& threshold,
                             TraceMemory& memory) noexcept {
   const std::size_t n = problem.candidates.size();
   std::uint32_t* const contenders = memory.contenders.data();
   const double unit_error = trace_root_error(problem.candidates, w);  // 8 |W| |h|
   const double norm = unit_error / 8;
-  if (!(norm < largest_norm && norm > smallest_norm) || wanted >= problem.free_count) {
+  if (!(norm < largest_norm && norm > smallest_norm) || k >= problem.free_count) {
     std::size_t listed = 0;
     for (std::size_t i = 0; i < n; ++i) {
       contenders[listed] = static_cast<std::uint32_t>(i);
@@ -81,12 +97,12 @@ std::size_t list_contenders(const Problem& problem, const double* w, std::size_t
     return listed;
   }
   problem.evaluator.traces(w, problem.is_free, n, memory.traces);
-  threshold = threshold_for(problem.evaluator, memory.traces, n, wanted, threshold);
+  threshold = threshold_for(problem.evaluator, memory.traces, n, k, threshold);
   const double error = unit_error * float_unit_roundoff + underflow_error;
   const double root =
       std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * float_unit_roundoff) - 2 * error;
-  const float least = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
-  return problem.evaluator.list_at_least(memory.traces, n, least, contenders);
+  const float min_trace = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
+  return problem.evaluator.list_at_least(memory.traces, n, min_trace, contenders);
 }
 
 }  // namespace
@@ -103,27 +119,27 @@ double trace_root_error(const Candidates& candidates, const double* w) noexcept 
   return 8 * std::sqrt(std::max(candidates.rows(), 1) * squares);
 }
 
-TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t wanted, float guess,
+TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k, float guess,
                           TraceMemory& memory) noexcept {
   TopTraces top{memory.top.data(), 0, 0, guess};
-  if (wanted == 0) return top;
-  const std::size_t listed = list_contenders(problem, w, wanted, top.threshold, memory);
+  if (k == 0) return top;
+  const std::size_t listed = list_contenders(problem, w, k, top.threshold, memory);
   if (listed == 0) return top;
   const std::uint32_t* const contenders = memory.contenders.data();
   double* const exact = memory.exact.data();
   problem.evaluator.exact_traces(w, contenders, listed, exact);
 
-  std::size_t last = listed - 1;  // the last one in order of traces, then of indices, that is taken
-  if (listed > wanted) {
+  std::size_t last = listed - 1;  // the last one taken, by descending trace, then by index
+  if (listed > k) {
     std::uint32_t* const places = memory.places.data();
     std::iota(places, places + listed, 0U);
-    std::nth_element(places, places + (wanted - 1), places + listed, [exact](std::uint32_t a, std::uint32_t b) {
+    std::nth_element(places, places + (k - 1), places + listed, [exact](std::uint32_t a, std::uint32_t b) {
       return exact[a] > exact[b] || (exact[a] == exact[b] && a < b);
     });
-    last = places[wanted - 1];
+    last = places[k - 1];
   }
   for (std::size_t j = 0; j < listed; ++j) {
-    if (listed > wanted && !(exact[j] > exact[last] || (exact[j] == exact[last] && j <= last))) continue;
+    if (listed > k && !(exact[j] > exact[last] || (exact[j] == exact[last] && j <= last))) continue;
     memory.top[top.count++] = contenders[j];
     top.sum += exact[j];
   }

@@ -10,35 +10,35 @@
 
 namespace maxlogdet {
 
-/// Memory of find_top_traces among up to `capacity` candidates.
+/// Memory of find_top_traces for up to `capacity` candidates.
 struct TraceMemory {
   explicit TraceMemory(std::size_t capacity);
-  AlignedArray<float> traces;             ///< per candidate, whole tiles, float32
-  std::vector<std::uint32_t> contenders;  ///< candidates that may be among the largest
+  AlignedArray<float> traces;             ///< per candidate, in whole tiles, float32
+  std::vector<std::uint32_t> contenders;  ///< candidates whose trace may be among the largest
   std::vector<double> exact;              ///< their traces in float64
-  std::vector<std::uint32_t> places;      ///< of contenders, partly ordered
+  std::vector<std::uint32_t> places;      ///< of contenders, partially sorted
   std::vector<std::uint32_t> top;         ///< the result
 };
 
 /// The free candidates of largest trace d_i = |H_i W^T|_F^2.
 struct TopTraces {
-  const std::uint32_t* candidates;  ///< in ascending order; in the memory
+  const std::uint32_t* candidates;  ///< in ascending order; a view into the TraceMemory
   std::size_t count;
   double sum;       ///< of their d_i
-  float threshold;  ///< about the smallest of them: where to look for it next time
+  float threshold;  ///< close to the minimum of them: the next call's `guess`
 };
 
-/// The `wanted` free candidates of largest d_i, or all if there are fewer; d_i in float64, ties to the lowest index:
-/// the same on every instruction set and number of threads. `w`: 6 x 8 row-major, lower triangular. `guess`: a
-/// threshold that was found with a similar one; it saves time.
-TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t wanted, float guess,
+/// The k free candidates of largest d_i, or all if there are fewer; d_i in float64, ties to the lowest index: the same
+/// on every instruction set and number of threads. `w`: 6 x 8 row-major, lower triangular. `guess`: the threshold found
+/// with a similar `w`, to save time.
+TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k, float guess,
                           TraceMemory& memory) noexcept;
 
-/// A first guess: at an optimum the largest d_i sum to at most 6.
-inline float first_guess(std::size_t wanted) noexcept { return 3.0F / static_cast<float>(wanted + 1); }
+/// The first `guess`: at an optimum the k largest d_i sum to at most 6.
+inline float first_guess(std::size_t k) noexcept { return 3.0F / static_cast<float>(k + 1); }
 
-/// A bound of | |H W^T|_F - |H W^T|_F as computed | for every candidate, in units of the unit roundoff and to first
-/// order, from rounding W and forming H W^T (docs/numerics.md).
+/// An upper bound, for every candidate, of the error of |H W^T|_F from rounding W and forming H W^T, in units of the
+/// unit roundoff and to first order (docs/numerics.md).
 double trace_root_error(const Candidates& candidates, const double* w) noexcept;
 
 }  // namespace maxlogdet

@@ -12,17 +12,17 @@ namespace {
 
 using simd::float_unit_roundoff;
 
-// Rounding errors in units of 2^-24 (docs/numerics.md): of a row of Y by form, and of the sum of minors by rows.
+// Rounding errors in units of 2^-24 (docs/numerics.md): of a row of Y per form, and of the sum of minors per rows.
 constexpr double whitening_errors[simd::forms] = {8, 8, 8, 12};
 constexpr double minors_errors[] = {8, 32, 160};
-// Within these |Y| no float32 operation of the kernels overflows, or loses to underflow what it must not.
+// For |Y| between these no float32 operation of the kernels overflows, or loses more to underflow than bounds allow.
 constexpr double largest_norm = 1e6;
 constexpr double smallest_norm = 1e-15;
-// An error of sqrt(det) below which one bound for all candidates is as good as one for each.
+// The error of sqrt(det) below which one bound for all candidates is as good as one for each.
 constexpr double small_volume_error = 1e-3;
-// Bounds are renewed when no relative gain exceeds this share of the highest bound that they were made with.
+// Bounds are recomputed when the highest stale bound has fallen below this share of the one that they were made with.
 constexpr float outdated_share = 0.75F;
-// The largest drift for which bounds of |Y| are kept from round to round.
+// The maximum drift for which bounds of |Y| are kept from round to round.
 constexpr double small_drift = 1e-3;
 
 }  // namespace
@@ -38,7 +38,7 @@ bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volu
 void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest_bound) noexcept {
   const double f = factor.relative_error();
   drift_ = f < hopeless_error ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
-  // Once the error is small its bound may be the wider one of an earlier round.
+  // Once the error is small, the wider bound of an earlier round suffices.
   may_last = may_last && !with_care_ && is_small() && drift_ < small_drift;
   const bool is_outdated = highest_bound < outdated_share * highest_then_ || drift_ > drift_limit_;
   is_new_ = !(may_last && is_lasting_) || is_outdated;
@@ -55,12 +55,12 @@ void ErrorBounds::bound_rows(const double* w) noexcept {
   bound_volumes(row_squares_);
 
   const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
-  // Three long rows are hardly ever far from parallel.
+  // Three long rows are nearly always almost parallel.
   const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
   with_care_ = overflows || is_hopeless || (with_care_ && !is_small());
 }
 
-// With no row of Y longer than the root of `squares`.
+// `squares`: an upper bound of |y|^2 for every row y of Y.
 void ErrorBounds::bound_volumes(double squares) noexcept {
   const double length = std::sqrt(1 + squares) + delta_;
   shrink_ = std::min(1.0, std::sqrt(squares));
@@ -82,9 +82,9 @@ void ErrorBounds::tighten(double highest_bound) noexcept {
 }
 
 // |relative gain - exact| <= minors error + 2 sqrt(1 + relative gain) error + error^2, with the root replaced by its
-// tangent, which is never below it.
+// tangent, which is nowhere below it.
 void ErrorBounds::set_tangent(double relative_gain) noexcept {
-  if (with_care_) {  // what is evaluated are bounds themselves
+  if (with_care_) {  // the values evaluated are bounds already
     slope_ = 1;
     offset_ = 0;
     return;

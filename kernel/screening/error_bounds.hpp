@@ -8,34 +8,34 @@
 
 namespace maxlogdet {
 
-/// How far a float32 relative gain can be from the exact one, for any candidate: the proof of docs/numerics.md as code.
+/// Bounds of the error of float32 relative gains, for any candidate: the proof of docs/numerics.md as code.
 /// An exact relative gain is at most slope() * (its float32 value) + offset(), a tangent that is tight near one value.
 ///
-/// One bound serves all candidates as long as it tells them apart. Where it does not, screening is done *with care*:
-/// each candidate then has an upper and a lower bound of its own, and slope and offset are those of the identity.
+/// One bound serves all candidates as long as it separates them. Where it does not, screening is done *with care*: each
+/// candidate has an upper and a lower bound of its own, and slope and offset are those of the identity.
 class ErrorBounds {
  public:
-  /// `column_max`: the largest |entry| of each column of any row, as simd::ColumnMax has it for this form.
+  /// `column_max`: the maximum |entry| of each column over all rows, as simd::ColumnMax for this form.
   ErrorBounds(simd::Form form, const double* column_max) noexcept : form_(form), rows_(simd::rows_of(form)) {
     std::copy_n(column_max, simd::dimension, column_max_);
   }
 
-  /// Forgets bounds of earlier rounds, which hold only while candidates are taken out and information grows.
+  /// Discards bounds of earlier rounds, which hold only while candidates are removed and information increases.
   void restart(const double* column_max) noexcept;
 
-  /// The same maxima, after large candidates were taken out.
+  /// The same maxima, to be lowered after large candidates were removed.
   double* column_max() noexcept { return column_max_; }
 
-  /// Starts a round with this information. `may_last`: candidates are only taken out from here on, so that bounds may
-  /// serve later rounds; `highest_bound`: no exact relative gain is above it, +infinity if that is not known.
+  /// Starts a round with this information. `may_last`: from here on candidates are only removed, so that bounds may
+  /// serve later rounds; `highest_bound`: an upper bound of every exact relative gain, +infinity if none is known.
   void begin_round(const InformationFactor& factor, bool may_last, float highest_bound) noexcept;
 
-  /// Whether this round needs tighten() before it evaluates anything.
+  /// Whether this round needs tighten() or keep_wide() before its first evaluation.
   bool is_new() const noexcept { return is_new_; }
 
-  /// Takes advantage of `highest_bound`: no row of Y is longer than its root.
+  /// Tightens the bounds by `highest_bound`: no row of Y is longer than its root.
   void tighten(double highest_bound) noexcept;
-  /// The same without that knowledge.
+  /// Keeps them as they are, for a `highest_bound` that proves nothing.
   void keep_wide(double highest_bound) noexcept {
     drift_limit_ = 2 * drift_;
     highest_then_ = static_cast<float>(highest_bound);
@@ -57,7 +57,7 @@ class ErrorBounds {
     return relative_gain - ((slope_ - 1) * relative_gain + offset_);
   }
 
-  /// 1 + (an exact relative gain) is at most (1 + drift()) (1 + its bound of an earlier round).
+  /// 1 + (an exact relative gain) is at most (1 + drift()) (1 + its stale bound).
   double drift() const noexcept { return drift_; }
 
   bool with_care() const noexcept { return with_care_; }
@@ -69,7 +69,7 @@ class ErrorBounds {
   /// Whether one bound for all candidates is as good as one for each.
   bool is_small() const noexcept;
 
-  /// An upper bound of every exact relative gain of a tile from the tile's highest value; -1 where nothing remains.
+  /// An upper bound of the exact relative gains of a tile, given its maximum float32 value; -1 if no candidate remains.
   struct Line {
     float slope, offset;
     float at(float highest) const noexcept { return highest < 0 ? -1.0F : slope * highest + offset; }
@@ -87,7 +87,7 @@ class ErrorBounds {
   }
 
  private:
-  // A tangent of sqrt(1 + relative gain) is tight up to that factor of 1 + relative gain.
+  // A tangent of sqrt(1 + relative gain) counts as tight within this factor of 1 + relative gain.
   static constexpr double far_from_tangent = 4;
 
   void bound_rows(const double* w) noexcept;
@@ -95,21 +95,21 @@ class ErrorBounds {
 
   simd::Form form_;
   int rows_;
-  double column_max_[simd::dimension];  // of candidates that remain, at least
+  double column_max_[simd::dimension];  // of at least the remaining candidates
 
   bool is_new_ = true;
-  bool is_lasting_ = false;  // |Y| is bounded for later rounds too
+  bool is_lasting_ = false;  // the bound of |Y| also holds in later rounds
   bool with_care_ = false;
   double slope_ = 1, offset_ = 0;
   double tangent_ = 0;       // the relative gain near which the line is tight
   double drift_ = 0;         // relative error of det M between this round and any earlier one
-  double row_squares_ = 0;   // no |y|^2 is above it, y a row of Y
-  double delta_ = 0;         // no row of Y is off by more
-  double volume_error_ = 0;  // E of docs/numerics.md: of sqrt(det) of any candidate
-  double shrink_ = 0;        // min(1, |y|): the share of it that a relative gain can feel
-  double minors_error_ = 0;  // of any relative gain, by the arithmetic after Y
-  double drift_limit_ = 0;   // up to which these hold
-  float highest_then_ = 0;   // the highest bound when they were found
+  double row_squares_ = 0;   // upper bound of |y|^2 for every row y of Y
+  double delta_ = 0;         // upper bound of the error of every row of Y
+  double volume_error_ = 0;  // E of docs/numerics.md: error of sqrt(det) of any candidate
+  double shrink_ = 0;        // min(1, |y|): the share of it that affects a relative gain
+  double minors_error_ = 0;  // error of any relative gain, from the arithmetic after Y
+  double drift_limit_ = 0;   // the maximum drift for which the bounds hold
+  float highest_then_ = 0;   // the highest stale bound when they were computed
 };
 
 }  // namespace maxlogdet

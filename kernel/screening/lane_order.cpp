@@ -5,14 +5,14 @@
 
 namespace maxlogdet {
 
-// A counting sort by the upper bits, each chunk of lanes with counts of its own.
+// A counting sort by the upper bits, with separate counts for each chunk of lanes.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
                         threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
                         std::uint32_t* order) noexcept {
   constexpr std::int32_t buckets = lane_order_buckets;
-  // Per chunk and bucket; the last bucket is of lanes that do not remain.
+  // Per chunk and bucket; the last bucket holds the lanes that do not remain.
   auto* const first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);
-  constexpr std::size_t min_lanes = 2048;  // of a chunk
+  constexpr std::size_t min_lanes = 2048;  // per chunk
   const auto for_chunks = [&](auto body) { return team.in_chunks(lanes, min_lanes, simd::tile_size, body); };
   const std::uint32_t chunks = for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
     for (std::size_t lane = begin; lane < begin + size; ++lane) {
@@ -22,7 +22,7 @@ std::size_t order_lanes(const float* values, const float* remaining, std::size_t
     std::fill_n(first[chunk], buckets + 1, 0U);
     for (std::size_t lane = begin; lane < begin + size; ++lane) ++first[chunk][bucket[lane]];
   });
-  std::uint32_t count = 0;  // becomes, for each chunk and bucket, of lanes that come before
+  std::uint32_t count = 0;  // prefix sum: lanes before each bucket of a chunk
   for (std::size_t b = 0; b <= buckets; ++b) {
     for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
       const std::uint32_t in_bucket = first[chunk][b];

@@ -13,7 +13,7 @@ namespace {
 
 using simd::tile_size;
 
-// A generous constant of the error analysis in docs/numerics.md.
+// A constant of the error analysis in docs/numerics.md, rounded up.
 constexpr double rounding_errors = 256;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
@@ -31,8 +31,8 @@ Losses::Losses(const Evaluator& evaluator, const double* column_max, ScreeningMe
       tiles_(evaluator, simd::form_of_rows(evaluator.rows()), shared.tiles),
       row_norm_(max_row_norm(column_max)) {}
 
-void Losses::start(const unsigned char* left, std::size_t n, const InformationFactor& factor) noexcept {
-  tiles_.use_store(left, n);
+void Losses::start(const unsigned char* is_left, std::size_t n, const InformationFactor& factor) noexcept {
+  tiles_.use_store(is_left, n);
   evaluate_all(factor);
   float* const values = shared_.relative_gains;
   float top = 0;
@@ -64,25 +64,25 @@ void Losses::evaluate_between(const InformationFactor& factor, float min_bound, 
   if (listed_ > first) evaluate(factor, first, listed_);
 }
 
-// The tile that held the minimum so far; then whatever might be below what that tile holds now.
+// Evaluates the tile of the minimum stale bound, then every tile that may hold a loss as small as its minimum.
 void Losses::evaluate_lazily(const InformationFactor& factor) noexcept {
   const float highest = kernel_.largest(shared_.bounds, tiles_.tile_count());
   evaluate_between(factor, highest, infinity);
   const double threshold = (min_listed() + 2 * rounding_error_) / (1 - 2.5 * factor_error_);
   const auto lowest = -static_cast<float>(std::min(threshold, 1.0) * (1 + 2e-7));
   evaluate_between(factor, lowest, std::nextafter(highest, -infinity));
-  keep_bounds();  // not before: a tile whose bound falls into the second range would be evaluated twice
+  keep_bounds();  // not earlier: a tile whose new bound is in the second range would be evaluated twice
 }
 
 void Losses::note_errors(const InformationFactor& factor) noexcept {
   factor_error_ = std::max(factor_error_, factor.relative_error());
   const double omega = factor.inverse_norm() * row_norm_;
-  const double longest = std::min(1.0, omega);  // row of Y
+  const double longest = std::min(1.0, omega);  // upper bound of the norm of a row of Y
   rounding_error_ =
       std::max(rounding_error_, rounding_errors * simd::double_unit_roundoff * longest * (longest + omega));
 }
 
-// Bounds are negative, at least -(the minimum loss), so that what finds the largest of them finds the minimum loss.
+// Bounds are lower bounds of the minimum loss, negated, so that the search for the maximum finds the minimum loss.
 void Losses::keep_bound(std::size_t tile) const noexcept {
   shared_.bounds[tile] = -static_cast<float>(memory_.tile_loss[tile] * (1 - 2e-7));
 }
@@ -122,7 +122,7 @@ std::size_t Losses::find_min(const InformationFactor& factor, bool lazily) noexc
 
 void Losses::remove(std::size_t lane) noexcept {
   const std::size_t tile = lane / tile_size;
-  tiles_.take_out(lane);
+  tiles_.remove(lane);
   memory_.losses[lane] = simd::no_loss;
   const double* const first = memory_.losses + tile * tile_size;
   memory_.tile_loss[tile] = *std::min_element(first, first + tile_size);

@@ -13,34 +13,35 @@
 
 namespace maxlogdet {
 
-/// Memory of Losses for up to `capacity` candidates; of the rest it uses that of a Screening.
+/// Memory of Losses for up to `capacity` candidates, beside that of a Screening, which it shares.
 struct LossesMemory {
   explicit LossesMemory(std::size_t capacity);
-  AlignedArray<double> losses;     ///< per lane: when last evaluated
+  AlignedArray<double> losses;     ///< per lane: the loss when last evaluated
   AlignedArray<double> tile_loss;  ///< per tile: the minimum of its lanes
 };
 
-/// The relative loss of each candidate in the information, 1 - det(M - H^T H) / det M, in float64, by tiles of 16.
-/// Losses only increase as candidates leave, so a tile whose minimum loss of an earlier round exceeds the minimum of
-/// this one need not be evaluated again.
+/// The relative loss of each candidate in the information, 1 - det(M - H^T H) / det M, in float64, by tiles.
+/// Losses only increase as candidates are removed, so a tile whose minimum loss of an earlier round exceeds the minimum
+/// of this one need not be evaluated again.
 class Losses {
  public:
-  /// `column_max`: the largest |entry| of each column of any row. `shared`: of a screening that is not in use.
+  /// `column_max`: the maximum |entry| of each column over all rows. `shared`: of a screening that is not in use.
   Losses(const Evaluator& evaluator, const double* column_max, ScreeningMemory& shared, LossesMemory& memory) noexcept;
 
-  /// The `n` candidates of the store, those with left[i] != 0, in tiles of similar losses. `factor` holds all of them.
-  void start(const unsigned char* left, std::size_t n, const InformationFactor& factor) noexcept;
+  /// Arranges the candidates i < n of the store with is_left[i] != 0 in tiles of similar losses. `factor` is that of
+  /// all of them.
+  void start(const unsigned char* is_left, std::size_t n, const InformationFactor& factor) noexcept;
 
   /// The lane of minimum loss; ties go to the highest index. At least one candidate remains. `lazily`: evaluates only
-  /// what could be the minimum, with the same result.
+  /// tiles that may hold the minimum, with the same result.
   std::size_t find_min(const InformationFactor& factor, bool lazily) noexcept;
 
   std::uint32_t candidate(std::size_t lane) const noexcept { return tiles_.candidate(lane); }
 
-  /// Takes a candidate out.
+  /// Removes a candidate.
   void remove(std::size_t lane) noexcept;
 
-  /// Lists all but the `kept` of largest loss, as far as losses are known; returns how many.
+  /// Lists all but the `kept` candidates of maximum loss when last evaluated; returns how many.
   std::size_t list_all_but(std::size_t kept, std::uint32_t* candidates) noexcept;
 
   /// Losses evaluated so far.
@@ -61,12 +62,12 @@ class Losses {
   ScreeningMemory& shared_;
   LossesMemory& memory_;
   TileLayout tiles_;
-  double row_norm_;  // no row is longer
+  double row_norm_;  // upper bound of the norm of a row
 
   std::size_t listed_ = 0;  // tiles evaluated in this round
   std::size_t evaluations_ = 0;
 
-  // The largest so far.
+  // Maxima over all rounds so far.
   double factor_error_ = 0;    // f of the factor
   double rounding_error_ = 0;  // of a loss, given the factor
 };

@@ -81,32 +81,32 @@ void Screening::evaluate_all() noexcept {
 }
 
 void Screening::evaluate_trial(float min_bound) noexcept {
-  const float least = std::max(0.0F, min_bound);
-  errors_.set_tangent(static_cast<double>(least));
-  evaluate_between(least, infinity);
+  const float threshold = std::max(0.0F, min_bound);
+  errors_.set_tangent(static_cast<double>(threshold));
+  evaluate_between(threshold, infinity);
 }
 
-// First the tiles whose stale bound is well above what the best is expected to reach, by how far it fell short of the
-// highest bound in earlier rounds. What they hold then decides about the others.
-void Screening::evaluate_promising(std::size_t wanted) noexcept {
+// First evaluates the tiles whose stale bound reaches about the expected best relative gain, which is predicted from
+// its share of the highest bound in earlier rounds. Their values then decide which others are evaluated.
+void Screening::evaluate_promising(std::size_t k) noexcept {
   const bool is_first_look = listed_ == 0;
   if (is_first_look) {
     if (errors_.is_new()) tighten_errors();
-    const float clearly = highest_bound_ < infinity ? share_of_expected() * highest_bound_ : infinity;
+    const float first_threshold = highest_bound_ < infinity ? share_of_expected() * highest_bound_ : infinity;
     const bool is_alone = evaluator_.team().workers() == 1 && !are_withdrawn_;
-    if (wanted == 1 && clearly > 0 && !errors_.with_care() && is_alone) {
-      if (evaluate_at_once(clearly)) return;
+    if (k == 1 && first_threshold > 0 && !errors_.with_care() && is_alone) {
+      if (evaluate_at_once(first_threshold)) return;
     } else {
-      evaluate_down_to(clearly);
+      evaluate_down_to(first_threshold);
     }
   }
   for (;;) {
-    if (wanted > 1 || !is_first_look) look_again(wanted);
-    // Where too few remain of what is listed, a step further down first.
-    const float step = wanted == 1 ? share_of_expected() : 0.5F;
+    if (k > 1 || !is_first_look) look_again(k);
+    // If too few of the listed candidates remain, first one step down.
+    const float step = k == 1 ? share_of_expected() : 0.5F;
     const float threshold = best_ < 0 ? step * highest_unlisted() : stale_threshold();
     if (!(threshold < lowest_listed_)) break;
-    // A little further than needed: the next rejection may need it.
+    // A little lower than needed: the next rejection may need it.
     evaluate_down_to(is_first_look || threshold < 0 ? threshold : 0.98F * threshold);
   }
 }
@@ -118,10 +118,10 @@ void Screening::tighten_errors() noexcept {
   errors_.set_tangent(is_known ? std::max(0.0, expected_share_ * highest) : 0);
 }
 
-void Screening::look_again(std::size_t wanted) noexcept {
+void Screening::look_again(std::size_t k) noexcept {
   best_ = -1;
   assured_ = -1;
-  learn_from(best_listed(wanted));
+  learn_from(best_listed(k));
 }
 
 void Screening::keep_bounds() noexcept {
@@ -137,14 +137,14 @@ void Screening::keep_bounds() noexcept {
 void Screening::end_round() noexcept {
   if (!are_bounds_kept_) keep_bounds();
   if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < infinity) {
-    // After rejections, of the best that was left: the next round had better go that far at once.
+    // After rejections best_ is that of the remaining candidates: the next round should start as low.
     const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
     expected_share_ += 0.5 * (found - expected_share_);
   }
   highest_bound_ = next_highest_bound_;
 }
 
-// What `best`, found by evaluate(), tells about all candidates.
+// Updates best_ and the lower bound assured_ by `best`, a result of evaluate().
 void Screening::learn_from(float best) noexcept {
   best_ = std::max(best_, best);
   if (errors_.with_care()) assured_ = std::max(assured_, static_cast<double>(best));
@@ -154,14 +154,14 @@ void Screening::learn_from(float best) noexcept {
   assured_ = std::max(assured_, errors_.at_least(relative_gain));
 }
 
-// The threshold that a stale bound must reach for its tile to matter.
+// Tiles whose stale bound is below this threshold are excluded.
 float Screening::stale_threshold() const noexcept {
   const double threshold = assured_ > 0 ? assured_ - (1 + assured_) * errors_.drift() : 0;
   return threshold > 0 ? simd::rounded_down(threshold) : any_candidate;
 }
 
-// Of the highest bound, a bit below what the best is expected to reach: in two rounds of three no other tile matters
-// then.
+// A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no other
+// tile is needed.
 float Screening::share_of_expected() const noexcept {
   return static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
 }
@@ -175,13 +175,13 @@ float Screening::highest_unlisted() const noexcept {
   return highest;
 }
 
-// A relative gain, or with care a lower bound of one, that at least `wanted` candidates in the tiles listed reach;
-// below 0 if there are fewer.
-float Screening::best_listed(std::size_t wanted) noexcept {
+// A relative gain, or with care a lower bound of one, that at least k candidates in the listed tiles reach; below 0 if
+// there are fewer.
+float Screening::best_listed(std::size_t k) noexcept {
   const float* const values = errors_.with_care() ? memory_.lower : memory_.relative_gains;
   float* const all = memory_.ranked;
   std::size_t count = 0;
-  if (wanted <= listed_) {  // as many tiles hold one each
+  if (k <= listed_) {  // the maxima of the tiles suffice
     for (std::size_t j = 0; j < listed_; ++j) {
       const std::uint32_t tile = memory_.list[j];
       all[count++] =
@@ -192,13 +192,13 @@ float Screening::best_listed(std::size_t wanted) noexcept {
       std::copy_n(values + tile_size * memory_.list[j], tile_size, all + count);
     }
   }
-  if (wanted == 1) return count == 0 ? -1.0F : *std::max_element(all, all + count);
-  if (count < wanted) return -1;
-  std::nth_element(all, all + (wanted - 1), all + count, [](float a, float b) { return a > b; });
-  return all[wanted - 1];
+  if (k == 1) return count == 0 ? -1.0F : *std::max_element(all, all + count);
+  if (count < k) return -1;
+  std::nth_element(all, all + (k - 1), all + count, [](float a, float b) { return a > b; });
+  return all[k - 1];
 }
 
-// Of the tiles listed, the largest relative gain, or with care the largest lower bound of one.
+// Evaluates the listed tiles; returns the maximum relative gain, or with care the maximum lower bound of one.
 float Screening::evaluate(const std::uint32_t* list, std::size_t count) noexcept {
   const simd::Form form = tiles_.form();
   if (errors_.with_care()) {
@@ -217,21 +217,30 @@ void Screening::evaluate_listed() noexcept {
   learn_from(*std::max_element(best, best + chunks));
 }
 
-// Every tile of at least this bound that is not listed yet.
+// Evaluates every tile of at least this stale bound that is not listed yet.
 void Screening::evaluate_down_to(float min_bound) noexcept {
   evaluate_between(min_bound, listed_ == 0 ? infinity : just_below(lowest_listed_));
   lowest_listed_ = min_bound;
 }
 
-// The tiles whose stale bound is in this range. Each chunk takes every `chunks`-th pack of tiles (strided): promising
-// ones lie together.
+// Lists and evaluates every `chunks`-th pack of tiles, from pack `chunk` on, whose stale bound is in this range.
+simd::ScreenedTiles Screening::screen_between(float min_bound, float max_bound, std::uint32_t chunk,
+                                              std::uint32_t chunks, std::uint32_t* list) noexcept {
+  const std::size_t tile_count = tiles_.tile_count();
+  if (errors_.with_care()) {
+    const std::size_t count =
+        kernel_.list_between(memory_.bounds, tile_count, chunk, chunks, min_bound, max_bound, list);
+    return {count, evaluate(list, count)};
+  }
+  return kernel_.screen_between[tiles_.form()](tiles_.tiles(), w_, memory_.bounds, tile_count, chunk, chunks, min_bound,
+                                               max_bound, list, memory_.relative_gains, memory_.highest);
+}
+
+// Evaluates the tiles whose stale bound is in this range. Chunks are strided because promising tiles are adjacent.
 void Screening::evaluate_between(float min_bound, float max_bound) noexcept {
-  struct Part {
-    std::size_t count, evaluations;
-    float best;
-  };
-  Part parts[threading::Team::max_chunks];
-  constexpr std::size_t min_tiles = 256;  // of a chunk: most of them are not evaluated
+  simd::ScreenedTiles parts[threading::Team::max_chunks];
+  std::size_t evaluations[threading::Team::max_chunks];
+  constexpr std::size_t min_tiles = 256;  // per chunk: most of them are not evaluated
   const std::size_t tile_count = tiles_.tile_count();
   const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count, min_tiles);
   const std::size_t packs = (tile_count + tile_size - 1) / tile_size;
@@ -240,37 +249,27 @@ void Screening::evaluate_between(float min_bound, float max_bound) noexcept {
   std::uint32_t* const list = memory_.list + listed_;
   evaluator_.team().for_chunks(chunks, [&](std::uint32_t chunk) {
     std::uint32_t* const own = list + room * chunk;
-    Part& part = parts[chunk];
-    if (errors_.with_care()) {
-      part.count = kernel_.list_between(memory_.bounds, tile_count, chunk, chunks, min_bound, max_bound, own);
-      part.best = evaluate(own, part.count);
-    } else {
-      const simd::ScreenedTiles found =
-          kernel_.screen_between[tiles_.form()](tiles_.tiles(), w_, memory_.bounds, tile_count, chunk, chunks,
-                                                min_bound, max_bound, own, memory_.relative_gains, memory_.highest);
-      part.count = found.count;
-      part.best = found.largest;
-    }
-    part.evaluations = tiles_.remaining_in(own, part.count);
+    parts[chunk] = screen_between(min_bound, max_bound, chunk, chunks, own);
+    evaluations[chunk] = tiles_.remaining_in(own, parts[chunk].count);
   });
   std::size_t count = 0;
   float best = -1;
   for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
-    const Part& part = parts[chunk];
+    const simd::ScreenedTiles& part = parts[chunk];
     if (chunk > 0) std::copy_n(list + room * chunk, part.count, list + count);
     count += part.count;
-    evaluations_ += part.evaluations;
-    best = std::max(best, part.best);
+    evaluations_ += evaluations[chunk];
+    best = std::max(best, part.largest);
   }
   listed_ += count;
   if (count > 0) learn_from(best);
 }
 
-// A whole round in one call of the kernel; false if that has left something to do.
-bool Screening::evaluate_at_once(float clearly) noexcept {
+// A whole round in one call of the kernel; returns false if the round has to go on.
+bool Screening::evaluate_at_once(float first_threshold) noexcept {
   simd::PromisingRound round{};
   round.tile_count = tiles_.tile_count();
-  round.clearly = clearly;
+  round.clearly = first_threshold;
   round.slope = errors_.slope();
   round.offset = errors_.offset();
   round.nearest = errors_.nearest();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The end of a round of Screening: which candidates float64 has to decide between, and taking them out.
+// The end of a round of Screening: listing the survivors, between which float64 decides, and removing candidates.
 #include "kernel/screening/screening.hpp"
 
 #include <maxlogdet/block_store.hpp>
@@ -12,7 +12,7 @@ using simd::tile_size;
 
 namespace {
 
-// With more survivors than this, they are evaluated again with care before float64 has to decide.
+// More survivors than this are evaluated again with care before float64 decides.
 constexpr std::size_t many_survivors = 24;
 
 }  // namespace
@@ -24,32 +24,32 @@ std::size_t Screening::survivors(std::uint32_t* lanes) noexcept {
   return list_distinct_survivors(lanes);
 }
 
-std::size_t Screening::survivors(std::size_t wanted, std::uint32_t* lanes) noexcept {
-  return wanted == 1 ? survivors(lanes) : list_survivors(nullptr, lanes);
+std::size_t Screening::survivors(std::size_t k, std::uint32_t* lanes) noexcept {
+  return k == 1 ? survivors(lanes) : list_survivors(nullptr, lanes);
 }
 
-// The threshold that a relative gain must reach for its candidate to be possibly the best.
+// Candidates whose relative gain is below this threshold are not the best.
 float Screening::survivor_threshold() const noexcept {
-  const double least = (assured_ - errors_.offset()) * std::max(0.0, 2 - errors_.slope());  // 2 - s <= 1 / s
-  return least > 0 ? simd::rounded_down(least) : simd::any_candidate;
+  const double threshold = (assured_ - errors_.offset()) * std::max(0.0, 2 - errors_.slope());  // 2 - s <= 1 / s
+  return threshold > 0 ? simd::rounded_down(threshold) : simd::any_candidate;
 }
 
 std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {
   const float threshold = survivor_threshold();
   const std::uint32_t* list = memory_.list;
   std::size_t count = listed_;
-  if (lists_all_) {  // a look at 16 tiles at once
-    std::uint32_t* const some = memory_.list + tiles_.tile_count();
+  if (lists_all_) {  // compares 16 tiles at once
+    std::uint32_t* const reaching = memory_.list + tiles_.tile_count();
     count = kernel_.list_between(memory_.highest, tiles_.tile_count(), 0, 1, threshold,
-                                 std::numeric_limits<float>::infinity(), some);
-    list = some;
+                                 std::numeric_limits<float>::infinity(), reaching);
+    list = reaching;
   }
   return kernel_.list_survivors[tiles_.form()](tiles_.tiles(), memory_.relative_gains, memory_.highest, threshold, list,
                                                count, unlike, lanes);
 }
 
-// Of identical candidates only the one of lowest index can be selected. Of all survivors that are identical to the
-// first one, that alone is kept.
+// Of identical candidates only the one of lowest index can be selected: drops the copies of the survivor of lowest
+// index.
 std::size_t Screening::list_distinct_survivors(std::uint32_t* lanes) const noexcept {
   std::size_t found = survivors_found_;
   if (found > 0) {
@@ -84,7 +84,7 @@ std::uint32_t Screening::lane_of_first(const std::uint32_t* lanes, std::size_t c
   return first;
 }
 
-// Takes out of the list whatever is identical to `first`, entry for entry of its rows.
+// Drops the candidates whose rows are identical to those of `first`, entry by entry.
 std::size_t Screening::drop_copies(std::uint32_t* lanes, std::size_t count, std::uint32_t first) const noexcept {
   const simd::Planes& planes = evaluator_.planes();
   const auto is_copy = [&](std::uint32_t lane) {
@@ -98,9 +98,9 @@ std::size_t Screening::drop_copies(std::uint32_t* lanes, std::size_t count, std:
   return static_cast<std::size_t>(std::remove_if(lanes, lanes + count, is_copy) - lanes);
 }
 
-// Called where one bound for all candidates tells too few of them apart.
+// Called where one bound for all candidates excludes too few of them.
 void Screening::look_with_care() noexcept {
-  // Bounds of tiles that are not evaluated again are kept, too.
+  // Keeps the bounds of tiles that are not evaluated again, too.
   if (tiles_.is_ordered() && !are_withdrawn_ && !are_bounds_kept_) keep_bounds();
   are_bounds_kept_ = false;
   survivors_found_ = 0;
@@ -119,7 +119,7 @@ void Screening::look_with_care() noexcept {
 std::size_t Screening::next_certain() noexcept {
   if (errors_.with_care()) return lanes();
   float best = -1;
-  float second = -1;  // of the tiles' highest
+  float second = -1;  // second-highest maximum of a tile
   std::uint32_t tile = 0;
   for (std::size_t j = 0; j < listed_; ++j) {
     const float highest = memory_.highest[memory_.list[j]];
@@ -141,16 +141,16 @@ std::size_t Screening::next_certain() noexcept {
 
 void Screening::withdraw(std::size_t lane) noexcept {
   const std::size_t tile = lane / tile_size;
-  tiles_.take_out(lane);
+  tiles_.remove(lane);
   memory_.relative_gains[lane] = -1;
   memory_.lower[lane] = -1;
   memory_.highest[tile] = kernel_.largest(memory_.relative_gains + tile_size * tile, tile_size);
 }
 
 void Screening::remove(std::size_t lane) noexcept {
-  tiles_.take_out(lane);
+  tiles_.remove(lane);
   memory_.relative_gains[lane] = -1;
-  // A far outlier of a frame is selected early; error bounds should not suffer from it any longer than that.
+  // A far outlier of a frame is selected early; it should not loosen error bounds any longer.
   if (!tiles_.is_ordered() || errors_.is_small()) return;
   tiles_.clear_entries(lane);
   tiles_.find_column_max(errors_.column_max());

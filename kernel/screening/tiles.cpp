@@ -45,7 +45,7 @@ void TileLayout::use_store(const unsigned char* free, std::size_t n) noexcept {
 void TileLayout::make_records(std::size_t n) noexcept { evaluator_.make_records(form_, n, memory_.records); }
 
 void TileLayout::make_records_of(const std::uint32_t* candidates, std::size_t count) noexcept {
-  std::size_t done = 0;  // candidates below it have records
+  std::size_t done = 0;  // candidates below this one have records
   for (std::size_t j = 0; j < count; ++j) {
     if (candidates[j] < done) continue;
     const std::size_t first = candidates[j] / tile_size * tile_size;

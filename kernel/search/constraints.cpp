@@ -11,9 +11,9 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 
 }  // namespace
 
-// Gives every candidate the number of its group, and every number its places. Numbers are those of the caller; where
-// there are more of them than places, as of objects or of cells of a fine grid, only the groups that have a candidate
-// count, in their order: these are never more than there is room for. Returns the number of groups.
+// Sets the group of every candidate and the places of every group; returns the number of groups. Groups have the
+// caller's numbers; if these exceed the memory (of objects, or cells of a fine grid), the groups that have a candidate,
+// which always fit, are numbered in their order.
 std::size_t Constraints::number_groups(const Options& options) noexcept {
   const auto named_by = [&](std::uint32_t i) { return options.groups[candidates_.indices[i]]; };
   const auto places_of = [&](std::size_t group) -> std::size_t {
@@ -37,7 +37,7 @@ std::size_t Constraints::number_groups(const Options& options) noexcept {
   return groups;
 }
 
-// A counting sort by groups; false if one of them does not exist, of candidates without a block too.
+// A counting sort by groups; false if any group, also of an invalid candidate, is not below group_count.
 bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   bool exist = true;
   for (std::size_t i = 0; i < n; ++i) exist = exist && options.groups[i] < options.group_count;
@@ -49,7 +49,7 @@ bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   std::uint32_t end = 0;
   for (std::size_t group = 0; group < groups; ++group) {
     end += first[group];
-    first[group] = end;  // filled from behind
+    first[group] = end;  // filled backwards
   }
   first[groups] = end;
   for (std::size_t i = candidates_.count; i-- > 0;)

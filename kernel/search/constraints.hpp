@@ -13,7 +13,7 @@
 
 namespace maxlogdet {
 
-/// Memory of Constraints for up to `capacity` candidates, and so for any number of groups: no more have a candidate.
+/// Memory of Constraints for up to `capacity` candidates and any number of groups: at most `capacity` have a candidate.
 struct ConstraintsMemory {
   explicit ConstraintsMemory(std::size_t capacity)
       : free(capacity),
@@ -24,26 +24,26 @@ struct ConstraintsMemory {
         places(capacity) {}
 
   std::vector<unsigned char> free;          ///< per candidate: whether a search may select it
-  std::vector<std::uint32_t> required;      ///< those that are selected in any case
+  std::vector<std::uint32_t> required;      ///< the required candidates
   std::vector<std::uint32_t> group;         ///< per candidate: the number of its group
   std::vector<std::uint32_t> members;       ///< candidates group by group
-  std::vector<std::uint32_t> first_member;  ///< per group, and one more: where its members begin
+  std::vector<std::uint32_t> first_member;  ///< per group: where its members begin, and a last end
   std::vector<std::size_t> places;          ///< per group: how many more may be selected
 };
 
-/// Which candidates may be selected: the valid ones, less those that Options exclude or require, and as long as their
-/// group has a place left (a partition matroid).
+/// Which candidates a search may select: the valid ones that Options neither exclude nor require, while their group has
+/// a place left (a partition matroid).
 class Constraints {
  public:
   explicit Constraints(ConstraintsMemory& memory) noexcept : memory_(memory) {}
 
-  /// Takes over what Options ask; at most as many candidates as the memory is for. `candidates`: those of the store,
-  /// all that are not excluded at least. ok, invalid_groups or infeasible.
+  /// Reads the constraints of Options, for at most `capacity` candidates. `candidates`: those of the store, at least
+  /// all that are not excluded. Returns ok, invalid_groups or infeasible.
   Status reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
 
-  /// Per candidate: nonzero if a search may select it. Not those required: they are selected before.
+  /// Per candidate: nonzero if a search may select it; 0 for required ones, which are selected before it.
   const unsigned char* free() const noexcept { return memory_.free.data(); }
-  /// How many that is.
+  /// The number of free candidates.
   std::size_t free_count() const noexcept { return free_count_; }
 
   const std::uint32_t* required() const noexcept { return memory_.required.data(); }
@@ -56,7 +56,7 @@ class Constraints {
     return groups_ == nullptr || memory_.places[memory_.group[candidate]] > 0;
   }
 
-  /// A candidate is selected, or no longer is: its group has a place less, or more.
+  /// Takes a place of the candidate's group when it is selected, and frees it when it no longer is.
   void take_place(std::uint32_t candidate) noexcept {
     if (groups_ != nullptr) --memory_.places[memory_.group[candidate]];
   }
@@ -64,7 +64,7 @@ class Constraints {
     if (groups_ != nullptr) ++memory_.places[memory_.group[candidate]];
   }
 
-  /// Calls body(i) for every candidate of this one's group, itself included.
+  /// Calls body(i) for every candidate i of this candidate's group, itself included.
   template <class Body>
   void for_group_of(std::uint32_t candidate, const Body& body) const {
     const std::uint32_t group = memory_.group[candidate];
@@ -79,7 +79,7 @@ class Constraints {
 
   ConstraintsMemory& memory_;
   Candidates candidates_{};
-  const std::uint32_t* groups_ = nullptr;  ///< by index
+  const std::uint32_t* groups_ = nullptr;  ///< by the caller's index
   std::size_t free_count_ = 0;
   std::size_t required_count_ = 0;
 };

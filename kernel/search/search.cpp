@@ -15,7 +15,7 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 
 namespace {
 
-// Indices are 32 bits wide, and one value of them says "none".
+// Indices have 32 bits, and one of their values means "none".
 std::size_t checked(std::size_t capacity) {
   if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
   return capacity;
@@ -75,7 +75,7 @@ void Search::set_target(const Options& options) noexcept {
   is_enough = target.is_met(factor);
 }
 
-// From a sum, where det of that is known well enough, else row by row.
+// Factorises the sum of all if its determinant is accurate enough; else adds row by row.
 InformationFactor Search::factor_of_all(const unsigned char* counted) const noexcept {
   double sum[state_dimension * state_dimension] = {};
   const double roundings = sum_up(counted, sum);
@@ -112,11 +112,11 @@ std::size_t Search::find_best() noexcept {
   return lanes[best];
 }
 
-std::size_t Search::find_best(std::size_t wanted, std::uint32_t* best) noexcept {
+std::size_t Search::find_best(std::size_t k, std::uint32_t* best) noexcept {
   std::uint32_t* const lanes = memory.decisions.lanes.data();
   std::uint32_t* const contenders = memory.decisions.candidates.data();
   double* const relative_gains = memory.decisions.relative_gains.data();
-  const std::size_t count = screening.survivors(wanted, lanes);
+  const std::size_t count = screening.survivors(k, lanes);
   for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
   evaluator.decide(factor.inverse(), contenders, count, relative_gains);
   float64_decisions += count;
@@ -126,9 +126,9 @@ std::size_t Search::find_best(std::size_t wanted, std::uint32_t* best) noexcept 
     return relative_gains[a] > relative_gains[b] ||
            (relative_gains[a] == relative_gains[b] && contenders[a] < contenders[b]);
   });
-  std::size_t known = 0;  // no other candidate gains as much
+  std::size_t known = 0;  // no unlisted candidate gains as much
   while (known < count && relative_gains[order[known]] >= screening.assured()) ++known;
-  known = std::max(known, std::min(wanted, count));
+  known = std::max(known, std::min(k, count));
   for (std::size_t j = 0; j < known; ++j) best[j] = lanes[order[j]];
   return known;
 }
@@ -162,16 +162,16 @@ std::size_t Search::select_best() noexcept {
   return lane;
 }
 
-// Taken out first: what vector loads of the next round read was written well before then.
+// Removes the lane first, so that its stores complete well before vector loads of the next round read them.
 void Search::select(std::size_t lane) noexcept {
   const std::uint32_t candidate = screening.candidate(lane);
   double rows[max_block_rows][state_dimension];
   read_rows(candidates, candidate, rows);
-  take_out(lane);
+  remove(lane);
   add(candidate, rows, candidates.rows());
 }
 
-void Search::take_out(std::size_t lane) noexcept {
+void Search::remove(std::size_t lane) noexcept {
   const std::uint32_t candidate = screening.candidate(lane);
   discard(lane);
   constraints.take_place(candidate);

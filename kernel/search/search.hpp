@@ -21,13 +21,13 @@
 
 namespace maxlogdet {
 
-/// What float64 decides between, in a round.
+/// Memory of the float64 decision of a round.
 struct DecisionMemory {
   explicit DecisionMemory(std::size_t capacity);
   std::vector<std::uint32_t> lanes;       ///< of the survivors
   std::vector<std::uint32_t> candidates;  ///< in these lanes
-  std::vector<double> relative_gains;     ///< of each of them
-  std::vector<std::uint32_t> order;       ///< positions above, the best first
+  std::vector<double> relative_gains;     ///< of these candidates
+  std::vector<std::uint32_t> order;       ///< positions in the above, best first
 };
 
 /// All the memory of a Search among up to `capacity` candidates, allocated once. Throws std::bad_alloc for a capacity
@@ -36,25 +36,25 @@ struct SearchMemory {
   explicit SearchMemory(std::size_t capacity);
 
   std::size_t capacity;
-  const simd::Kernel* kernel;  ///< picked when this is made; nullptr: MAXLOGDET_ISA names one that is not there
+  const simd::Kernel* kernel;  ///< picked on construction; nullptr: MAXLOGDET_ISA names an unsupported one
   threading::Team team;
   CandidatesMemory candidates;
   ScreeningMemory screening;
   ConstraintsMemory constraints;
   DecisionMemory decisions;
-  std::vector<unsigned char> is_counted;  ///< per candidate: whether a target compares with its information
+  std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of M_all of a target
   std::vector<std::uint32_t> selected;    ///< the answer, in order of selection
   std::vector<std::uint32_t> reported;    ///< the same in the caller's indices
   std::vector<double> gains;              ///< of the answer, nats
 };
 
-/// What every strategy works on: the candidates that remain, the information gathered so far, and the answer as it
-/// grows. All memory belongs to the SearchMemory.
+/// The state that every strategy works on: the remaining candidates, the information and the answer so far. All memory
+/// belongs to the SearchMemory.
 struct Search {
-  /// `memory` has a kernel, and room for the candidates.
+  /// `memory` must have a kernel, and room for the candidates.
   Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept;
 
-  /// Takes over constraints and prior, and selects what is required; the first thing wrong with them, or ok.
+  /// Reads constraints, prior and targets, and selects the required candidates. Returns the first error, or ok.
   Status start(const BlockStore& blocks, const Options& options) noexcept;
 
   SearchMemory& memory;
@@ -68,62 +68,62 @@ struct Search {
   InformationFactor factor;  ///< of the prior and the answer so far
   Deadline deadline;
   Target target;
-  bool is_enough = false;             ///< the targets are met
-  std::size_t budget;                 ///< how many to select, those required included
-  bool has_candidates;                ///< the store does, even if none is valid
-  std::size_t remaining = 0;          ///< candidates that may be selected and are not yet
+  bool is_enough = false;             ///< whether the targets are met
+  std::size_t budget;                 ///< how many to select, including required candidates
+  bool has_candidates;                ///< whether the store has any, valid or not
+  std::size_t remaining = 0;          ///< candidates that may still be selected
   std::size_t selected = 0;           ///< entries of the answer so far
-  std::size_t float64_decisions = 0;  ///< candidates that float64 had to decide between
+  std::size_t float64_decisions = 0;  ///< survivors evaluated in float64
   std::size_t losses_evaluated = 0;   ///< by backward elimination
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0 && !is_enough; }
 
-  /// The lane of the best of the candidates that this round has evaluated. Float64 decides between those that float32
-  /// cannot tell apart; ties go to the lowest index. screening.lanes() if there is none.
+  /// The lane of the best candidate that this round has evaluated. Float64 decides between the survivors; ties go to
+  /// the lowest index. screening.lanes() if there is none.
   std::size_t find_best() noexcept;
 
-  /// The same for the `wanted` best, in descending order, and for as many more as are known without further evaluation.
-  /// Returns how many; fewer than wanted only where no more remain.
-  std::size_t find_best(std::size_t wanted, std::uint32_t* best) noexcept;
+  /// The same for the k best, in descending order, and for further ones that are certain without another evaluation.
+  /// Returns how many; fewer than k only if no more remain.
+  std::size_t find_best(std::size_t k, std::uint32_t* best) noexcept;
 
-  /// sum, 6 x 6: H^T H over the candidates i with counted[i] != 0, in a tenth of the time of adding them one by one;
-  /// but this squares the condition number. Returns its roundings, as InformationFactor::reset takes them.
+  /// sum, 6 x 6: H^T H over the candidates i with counted[i] != 0, in a tenth of the time of adding their rows; but
+  /// this squares the condition number. Returns its roundings for InformationFactor::reset.
   double sum_up(const unsigned char* counted, double* sum) const noexcept;
 
-  /// Adds a candidate's rows to the information alone; returns the relative gain.
+  /// Adds a candidate's rows to the information only; returns the relative gain.
   double add_rows(std::uint32_t candidate) noexcept { return add_rows(candidate, factor); }
 
-  /// The same to another information.
+  /// The same for another information.
   double add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept;
 
   /// Downdates the information by a candidate's rows; as InformationFactor::remove_block.
   bool remove_rows(std::uint32_t candidate) noexcept;
 
-  /// Adds a candidate to the answer and its rows to the information; take_out() then keeps it from being found again.
+  /// Adds a candidate to the answer and its rows to the information; remove() then keeps it from being found again.
   void add(std::uint32_t candidate) noexcept { append(candidate, add_rows(candidate)); }
 
-  /// The same with other rows, `count` of them, in its place.
+  /// The same with `count` other rows instead of its own.
   void add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept;
 
-  /// Takes out a candidate that was added, with the rest of its group if that is full now (where the screening holds
-  /// all that remains).
-  void take_out(std::size_t lane) noexcept;
+  /// Removes an added candidate from the screening, and the rest of its group if that is full now (and the screening
+  /// holds all remaining candidates).
+  void remove(std::size_t lane) noexcept;
 
-  /// Takes out a candidate that was not added, between rounds or within one.
+  /// Removes a candidate that was not added, between rounds or within one.
   void reject(std::size_t lane, bool is_round_open) noexcept;
 
-  /// Adds what find_best() has found, and takes it out.
+  /// Adds the candidate that find_best() has found, and removes it.
   void select(std::size_t lane) noexcept;
 
-  /// Finds the best candidate, adds it, and takes it out. Returns its lane.
+  /// Finds, adds and removes the best candidate. Returns its lane.
   std::size_t select_best() noexcept;
 
-  /// What is asked, for parts that need no search.
+  /// The problem, for functions that need no state of the search.
   Problem problem() const noexcept;
 
-  /// Fills in what was selected; `status`: how the search ended.
+  /// Fills in the answer; `status`: how the search ended.
   void report(Status status, Selection& selection) const noexcept;
 
  private:

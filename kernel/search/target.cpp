@@ -16,11 +16,10 @@ struct Variances {
   double translation, rotation;
 };
 
-// Each entry is scaled before it is squared, so that no square leaves the range of float64 where the answer depends on
-// it.
+// Each entry is scaled before it is squared, so that no square that the answer depends on leaves the range of float64.
 Variances scaled_variances(const InformationFactor& factor, const double* scale) noexcept {
   const double* const w = factor.inverse();
-  double sums[simd::padded_dimension] = {};  // by columns: sums that do not wait for each other
+  double sums[simd::padded_dimension] = {};  // by columns: independent sums
   for (int row = 0; row < n; ++row) {
     for (int d = 0; d < simd::padded_dimension; ++d) {
       const double entry = w[simd::padded_dimension * row + d] * scale[d];
@@ -57,9 +56,9 @@ void Target::compare_with(const InformationFactor& all) noexcept {
   for (int c = 0; c < n; ++c) diagonal_of_all_[c] = 1 / all.inverse()[simd::padded_dimension * c + c];
 }
 
-// det M / det M_all is the product of (1 / (W_cc L_cc))^2, L that of all, in which no factor is above 1: an entry
-// L_cc^2 is what the first c directions leave of the c-th, and only grows with information. By pairs, each with its
-// share, no product of them leaves the range of float64 unless the answer is clear (docs/numerics.md).
+// det M / det M_all is the product of (1 / (W_cc L_cc))^2, L the Cholesky factor of M_all. No factor is above 1:
+// L_cc^2, a Schur complement, only increases with information. In pairs, each scaled by the share, the products leave
+// the range of float64 only where the answer is clear (docs/numerics.md).
 bool Target::is_met(const InformationFactor& factor) const noexcept {
   if (share_ > 0) {
     const double* const w = factor.inverse();

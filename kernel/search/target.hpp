@@ -9,13 +9,13 @@
 
 namespace maxlogdet {
 
-/// How much information is enough: the targets of Options. What it decides is made of products and sums in one order
-/// alone, so that a selection ends at the same candidate on every machine.
+/// How much information is enough: the targets of Options. Decisions take products and sums in one order only, so that
+/// a selection ends at the same candidate on every machine.
 class Target {
  public:
   explicit Target(const Options& options) noexcept;
 
-  /// The first thing wrong with what is asked for; ok if nothing is.
+  /// Returns the first error of the targets, or ok.
   static Status check(const Options& options) noexcept;
 
   /// Whether any target is given.
@@ -25,16 +25,16 @@ class Target {
   }
   bool is_asked() const noexcept { return is_asked_; }
 
-  /// Whether compare_with() has to come before the functions below.
+  /// Whether compare_with() must be called before the functions below.
   bool needs_all() const noexcept { return share_ > 0; }
 
-  /// The information of all candidates, of which target_efficiency is a share.
+  /// Sets M_all, the information of all candidates, which target_efficiency compares with.
   void compare_with(const InformationFactor& all) noexcept;
 
-  /// Whether the information meets every target given. What is not a number meets none.
+  /// Whether the information meets every target given. NaN meets none.
   bool is_met(const InformationFactor& factor) const noexcept;
 
-  /// Fills in how far the information is with what the targets are about.
+  /// Fills in the quantities of the targets given.
   void report(const InformationFactor& factor, Selection& selection) const noexcept;
 
  private:
@@ -42,7 +42,7 @@ class Target {
   double share_;  // target_efficiency
   bool has_translation_, has_rotation_;
   double per_sigma_[simd::padded_dimension] = {};  // 1 / target of the deviation of each direction; 0: none
-  double diagonal_of_all_[state_dimension] = {};   // of the Cholesky factor L of the information of all
+  double diagonal_of_all_[state_dimension] = {};   // of the Cholesky factor L of M_all
 };
 
 }  // namespace maxlogdet

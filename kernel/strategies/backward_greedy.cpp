@@ -7,14 +7,14 @@
 namespace maxlogdet {
 namespace {
 
-// With more candidates than that the minimum loss is below 1/2: the shares tr(H M^-1 H^T) of all sum to at most 6, and
-// no relative loss exceeds its share. So removing that candidate costs the factor at most one bit.
+// With more candidates than this, the minimum loss is below 1/2: the shares tr(H M^-1 H^T) of all sum to at most 6, and
+// no relative loss exceeds its share. Removing that candidate therefore costs the factor at most one bit.
 constexpr std::size_t few = 12;
-static_assert(few >= std::size_t{2} * state_dimension, "6 / few is 1/2 at most");
-// A refactorised factor of large error is not refactorised again until its error has increased this many times.
-constexpr double useless_increase = 16;
+static_assert(few >= std::size_t{2} * state_dimension, "6 / few is at most 1/2");
+// A refactorised factor of large error is refactorised again once its error has increased by this factor.
+constexpr double min_error_increase = 16;
 
-// Candidates leaving the information one by one.
+// Removes candidates from the information one by one.
 class Removal {
  public:
   Removal(Search& search, BackwardWorkspace& own) noexcept
@@ -22,16 +22,16 @@ class Removal {
     std::copy_n(search.constraints.free(), search.candidates.size(), left_);
   }
 
-  // Until `kept` remain.
+  // Removes candidates until `kept` remain.
   Status run(std::size_t kept, bool lazily) noexcept {
     if (search_.remaining > few) {
       const Status status = remove_many(kept, lazily);
       if (status != Status::ok) return status;
     }
-    return search_.remaining > kept ? remove_of_few(kept) : Status::ok;
+    return search_.remaining > kept ? remove_from_few(kept) : Status::ok;
   }
 
-  // The candidates that are left, by index.
+  // Makes the remaining candidates the answer, by index.
   void list() noexcept {
     search_.factor = required_;
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
@@ -70,16 +70,16 @@ class Removal {
     return Status::ok;
   }
 
-  // The error above which a factor just made is refactorised. Where even that factor has no digits, never.
+  // The error above which the factor, just computed, is refactorised; infinite if even now it has no correct digits.
   double error_limit() const noexcept {
     const double f = search_.factor.relative_error();
-    return f < hopeless_error ? std::max(large_error, useless_increase * f) : std::numeric_limits<double>::infinity();
+    return f < hopeless_error ? std::max(large_error, min_error_increase * f) : std::numeric_limits<double>::infinity();
   }
 
-  // With so few candidates each may be the only one to observe a direction, where 1 - det has no digits. The gain of
-  // adding it last to all others has them; but for identical ones, whose others are added in different orders, not the
-  // last bit.
-  Status remove_of_few(std::size_t kept) noexcept {
+  // Each of so few candidates may be the only one to observe a direction, where 1 - det has no correct digits. The gain
+  // of adding it to all others has them except the last bit, in which identical candidates may differ: their others
+  // are added in different orders.
+  Status remove_from_few(std::size_t kept) noexcept {
     std::uint32_t list[few];
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
@@ -89,7 +89,7 @@ class Removal {
     double relative_gains[few];
     for (bool is_first = true; count > kept; is_first = false) {
       is_late = is_late || (!is_first && search_.deadline.has_passed());
-      if (!is_late) {  // else by what is known
+      if (!is_late) {  // else by the gains of the last round
         for (std::size_t j = 0; j < count; ++j) relative_gains[j] = relative_gain_of(list, count, j);
       }
       std::size_t worst = 0;
@@ -105,7 +105,7 @@ class Removal {
     return is_late ? Status::deadline_reached : Status::ok;
   }
 
-  // Of the j-th when it is added to all others.
+  // The relative gain of adding the j-th candidate to all others.
   double relative_gain_of(const std::uint32_t* list, std::size_t count, std::size_t j) noexcept {
     search_.factor = required_;
     for (std::size_t other = 0; other < count; ++other) {
@@ -124,7 +124,7 @@ class Removal {
     return true;
   }
 
-  // False if the squared condition number leaves too few digits.
+  // Factorises the sum of all; false if its squared condition number leaves too few digits.
   bool sum_up() noexcept {
     unsigned char* const counted = own_.is_counted.data();
     std::copy_n(left_, search_.candidates.size(), counted);
@@ -143,7 +143,7 @@ class Removal {
 
   Search& search_;
   BackwardWorkspace& own_;
-  InformationFactor required_;  // the prior and what is required
+  InformationFactor required_;  // of the prior and the required candidates
   unsigned char* left_;         // per candidate
 };
 

@@ -8,8 +8,8 @@
 namespace maxlogdet {
 namespace {
 
-// Trying the places of an answer one by one. What decides is float64, and only beyond what rounding could explain, so
-// that log det never falls; what screens is float32, as in a round of greedy (docs/numerics.md).
+// Tries to improve the places of an answer one by one. Float32 screens, as in a round of greedy; float64 decides, and
+// swaps only beyond its rounding error, so that log det never decreases (docs/numerics.md).
 class Exchange {
  public:
   Exchange(Search& search, ExchangeWorkspace& own) noexcept
@@ -18,28 +18,28 @@ class Exchange {
     for (std::size_t j = 0; j < search.selected; ++j) unselected_[search.indices[j]] = 0;
   }
 
-  // Puts the best candidate for it into this place of the answer; whether that is another one.
+  // Puts the best candidate into this place of the answer; returns whether that changes it.
   bool improve(std::size_t place) noexcept {
     if (!has_bounds_) bound_relative_gains();
     const std::uint32_t out = search_.indices[place];
     const double f = search_.factor.relative_error();
     if (!(f < hopeless_error)) return false;
     // log det is concave: swapping i for j changes it by at most d_j - d_i, d = tr(H M^-1 H^T), and d_j is at most the
-    // relative gain by j. Nearly all places of an answer with 60 candidates are left at that.
-    const auto least = static_cast<float>(share_of_information(out) * (1 - 2.5 * f) * (1 - 1e-6));
-    if (search_.screening.highest_bound() < least) return false;
+    // relative gain by j. For nearly all places of an answer with 60 candidates this suffices.
+    const auto threshold = static_cast<float>(share_of_information(out) * (1 - 2.5 * f) * (1 - 1e-6));
+    if (search_.screening.highest_bound() < threshold) return false;
 
     const InformationFactor before = search_.factor;
-    take_out(place);
+    remove(place);
     search_.constraints.give_place(out);
     if (search_.constraints.has_groups()) open_lanes();
     search_.screening.restart(search_.candidates.largest_of_form);
     search_.screening.begin_round(search_.factor);
-    search_.screening.evaluate_trial(least);
+    search_.screening.evaluate_trial(threshold);
     const std::size_t best = search_.find_best();
     const bool is_better = best != search_.screening.lanes() && gains_more(static_cast<std::uint32_t>(best), out);
     if (is_better) {
-      put_in(static_cast<std::uint32_t>(best), place);
+      insert(static_cast<std::uint32_t>(best), place);
     } else {
       search_.factor = before;
     }
@@ -47,8 +47,8 @@ class Exchange {
     return is_better;
   }
 
-  // Gains of the answer as it is now, one after the other.
-  void list_again() noexcept {
+  // Recomputes the factor and the gains of the answer, in order.
+  void recompute_gains() noexcept {
     const std::size_t count = search_.selected;
     search_.factor = search_.prior;
     search_.selected = 0;
@@ -56,7 +56,7 @@ class Exchange {
   }
 
  private:
-  // With the information as it is, for all that is not selected, whether its group is full or not.
+  // Stale bounds, at the current information, of all unselected candidates, whether their group is full or not.
   void bound_relative_gains() noexcept {
     search_.screening.use_store(unselected_, search_.candidates.size());
     search_.screening.restart(search_.candidates.largest_of_form);
@@ -73,7 +73,7 @@ class Exchange {
     return trace;
   }
 
-  void take_out(std::size_t place) noexcept {
+  void remove(std::size_t place) noexcept {
     const bool is_sound = search_.remove_rows(search_.indices[place]);
     if (is_sound && search_.factor.relative_error() < large_error) return;
     search_.factor = search_.prior;
@@ -82,7 +82,7 @@ class Exchange {
     }
   }
 
-  void put_in(std::uint32_t candidate, std::size_t place) noexcept {
+  void insert(std::uint32_t candidate, std::size_t place) noexcept {
     unselected_[search_.indices[place]] = 1;
     unselected_[candidate] = 0;
     search_.indices[place] = candidate;
@@ -90,7 +90,7 @@ class Exchange {
     has_bounds_ = false;
   }
 
-  // Leaves out of the screening those whose group is full.
+  // Restricts the screening to candidates whose group has a place.
   void open_lanes() noexcept {
     for (std::size_t i = 0; i < search_.candidates.size(); ++i) {
       const bool is_open = unselected_[i] != 0 && search_.constraints.has_place(static_cast<std::uint32_t>(i));
@@ -105,7 +105,7 @@ class Exchange {
     search_.evaluator.decide(search_.factor.inverse(), both, 2, relative_gains);
     const double f = search_.factor.relative_error();
     const double omega = search_.factor.inverse_norm() * max_row_norm(search_.candidates.column_max());
-    // Of the difference of two gains, nats.
+    // Upper bound of the error of the difference of two gains, nats.
     const double error = 2.5 * search_.candidates.rows() * f + 128 * simd::double_unit_roundoff * omega;
     return f < hopeless_error && relative_gains[0] - relative_gains[1] > error * (1 + relative_gains[0]);
   }
@@ -122,7 +122,7 @@ Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noex
   const std::size_t first = search.constraints.required_count();
   const std::size_t places = search.selected - std::min(first, search.selected);
   Exchange exchange(search, own);
-  std::size_t unchanged = 0;  // places since the last swap
+  std::size_t unchanged = 0;  // consecutive places without a swap
   bool any = false;
   bool is_late = false;
   for (std::size_t sweep = 0; sweep < sweeps && unchanged < places && !is_late; ++sweep) {
@@ -134,7 +134,7 @@ Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noex
       any = any || is_changed;
     }
   }
-  if (any) exchange.list_again();
+  if (any) exchange.recompute_gains();
   return is_late ? Status::deadline_reached : Status::ok;
 }
 

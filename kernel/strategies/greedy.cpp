@@ -4,7 +4,7 @@
 namespace maxlogdet {
 namespace {
 
-// k rounds; in each the candidate of largest gain among all that remain (Nemhauser et al. 1978).
+// k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
 Status greedy(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
   search.screening.use_store(search.constraints.free(), search.candidates.size());
   while (search.wants_more()) {

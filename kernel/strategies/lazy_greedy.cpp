@@ -18,14 +18,14 @@ void LazyRounds::order() noexcept {
   order_is_due_ = false;
 }
 
-void LazyRounds::evaluate(std::size_t wanted) noexcept {
+void LazyRounds::evaluate(std::size_t k) noexcept {
   Screening& screening = search_.screening;
   if (!is_open_) screening.begin_round(search_.factor);
   if (is_ordered_) {
-    screening.evaluate_promising(wanted);
+    screening.evaluate_promising(k);
   } else {
     if (!is_open_) screening.evaluate_all();
-    if (is_open_ || wanted > 1) screening.look_again(wanted);
+    if (is_open_ || k > 1) screening.look_again(k);
     order_is_due_ = search_.selected - start_ >= first_rounds_;
   }
   is_open_ = true;

@@ -12,7 +12,7 @@
 
 namespace maxlogdet {
 
-/// Memory that a strategy has for itself. A strategy that needs any derives its own type from this, in its own file.
+/// The memory of one strategy. A strategy that needs any derives its own type from this, in its own file.
 struct Workspace {
   Workspace() = default;
   Workspace(const Workspace&) = delete;
@@ -20,17 +20,17 @@ struct Workspace {
   virtual ~Workspace() = default;
 };
 
-/// What a Selector has to know of a strategy. The file of each one defines its own: that of greedy is greedy_method.
+/// A strategy, as a Selector sees it. The file of each strategy defines its own: greedy_method for greedy.
 struct Method {
-  /// Selects until search.wants_more() says no: ok, or deadline_reached. `workspace`: as make_workspace made it.
-  /// nullptr: `automatic` alone, which stands for another one.
+  /// Selects until search.wants_more() is false. Returns ok or deadline_reached. `workspace`: from make_workspace.
+  /// nullptr only for `automatic`, which stands for another strategy.
   Status (*run)(Search& search, const Options& options, Workspace* workspace) noexcept;
 
-  /// The first thing wrong with the options that matter to this strategy alone; ok if nothing is.
+  /// Returns the first error of the options that only this strategy uses, or ok.
   Status (*check)(const Options& options) noexcept;
 
-  /// Fewer candidates than this are not worth a second thread: from here on two are not slower, be their cores near
-  /// each other or far apart (docs/threading.md).
+  /// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a
+  /// cache or not (docs/threading.md).
   std::size_t crossover;
 
   /// The workspace for up to `capacity` candidates, allocated with the Selector; nullptr: the strategy needs none.
@@ -45,7 +45,7 @@ std::unique_ptr<Workspace> make_workspace(std::size_t capacity) {
 /// The crossover of a strategy whose rounds are too short for two threads.
 constexpr std::size_t one_thread_only = std::numeric_limits<std::size_t>::max();
 
-/// Checks of strategies that take any options, or any but groups and targets.
+/// Checks of strategies that accept any options, or any but groups and targets.
 inline Status any_options(const Options& /*options*/) noexcept { return Status::ok; }
 inline Status no_groups_or_targets(const Options& options) noexcept {
   if (options.groups != nullptr) return Status::unsupported_groups;
@@ -56,7 +56,7 @@ inline Status no_groups_or_targets(const Options& options) noexcept {
 MAXLOGDET_STRATEGIES(MAXLOGDET_DECLARE)
 #undef MAXLOGDET_DECLARE
 
-/// nullptr if the strategy is not one of the enumerators.
+/// Returns nullptr if the strategy is not one of the enumerators.
 const Method* method_of(Strategy strategy) noexcept;
 
 /// The workspaces of all strategies.
@@ -69,7 +69,7 @@ class Workspaces {
   std::unique_ptr<Workspace> workspaces_[sizeof strategies / sizeof *strategies];
 };
 
-/// The strategy that `automatic` stands for; by the problem alone, so that the answer does not depend on threads.
+/// The strategy that `automatic` stands for; depends on the problem only, so that threads do not change the answer.
 Strategy chosen_for(const Search& search) noexcept;
 
 }  // namespace maxlogdet

@@ -19,7 +19,7 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
 struct StochasticWorkspace : Workspace {
   explicit StochasticWorkspace(std::size_t capacity) : pool(capacity), draws(capacity) {}
   std::vector<std::uint32_t> pool;   // candidates that remain; a round moves its sample to the front
-  std::vector<std::uint32_t> draws;  // of a round: offsets of the Fisher-Yates shuffle
+  std::vector<std::uint32_t> draws;  // offsets of a round's Fisher-Yates shuffle
 };
 
 // Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
@@ -31,7 +31,7 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
     if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
   }
-  const double wanted = sample_size(filled, std::min(filled, search.budget - search.selected), options.epsilon);
+  const double full_sample = sample_size(filled, std::min(filled, search.budget - search.selected), options.epsilon);
   const std::uint64_t key = CounterRandom(options.seed).key();
   std::uint64_t drawn = 0;
   search.screening.make_records(search.candidates.size());
@@ -39,7 +39,7 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   while (search.wants_more()) {
     if (search.deadline.has_passed()) return Status::deadline_reached;
     const std::size_t s =
-        wanted < static_cast<double>(search.remaining) ? static_cast<std::size_t>(wanted) : search.remaining;
+        full_sample < static_cast<double>(search.remaining) ? static_cast<std::size_t>(full_sample) : search.remaining;
     // Without replacement: the first s steps of a Fisher-Yates shuffle.
     search.kernel.draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining), s, draws);
     for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws[j]]);

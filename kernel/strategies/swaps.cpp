@@ -10,7 +10,7 @@ namespace {
 // Of 3168 relaxed selections on generated frames 42 fell up to 1e-2 nats short of greedy without a swap, 1 with one;
 // further swaps gain something on others.
 constexpr std::size_t max_swaps = 4;
-// Selected candidates that are tried for each: those of minimum trace, which is about what removing them costs.
+// Selected candidates tried for each swap: those of minimum trace, which approximates the loss of removing them.
 constexpr std::size_t max_tried = 8;
 // A smaller ratio of determinants is rounding.
 constexpr double min_ratio = 1 + 1e-7;

@@ -10,16 +10,16 @@
 
 namespace maxlogdet {
 
-/// Memory of swap_least_valuable among up to `capacity` candidates.
+/// Memory of swap_least_valuable for up to `capacity` candidates.
 struct SwapMemory {
   explicit SwapMemory(std::size_t capacity) : traces(capacity), order(capacity) {}
   std::vector<double> traces;        ///< of the selected candidates
-  std::vector<std::uint32_t> order;  ///< their places, partly ordered by trace
+  std::vector<std::uint32_t> order;  ///< their places, partially sorted by trace
 };
 
-/// Swaps one of the least valuable of `count` selected candidates for the best of the `available` ones that the
-/// screening holds, as long as that gains anything, a few times at most. `information` is that of all that is selected.
-/// Afterwards the factor and the gains of the search have to be computed anew. ok or deadline_reached.
+/// Swaps one of the `count` selected candidates, of small trace, for the best of the `available` ones that the
+/// screening holds, while that increases log det, at most a few times. `information` is that of all selected
+/// candidates. The caller must then recompute the factor and the gains of the search. Returns ok or deadline_reached.
 Status swap_least_valuable(Search& search, std::uint32_t* selected, std::size_t count, std::size_t available,
                            Information information, SwapMemory& memory) noexcept;
 

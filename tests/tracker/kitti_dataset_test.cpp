@@ -177,7 +177,7 @@ TEST_F(KittiFolder, names_the_image_that_cannot_be_used) {
   const auto expect_load_error = [&](const std::string& file, const std::string& expected) {
     expect_input_error([&] { dataset->load(1); }, path(file) + ": ", expected);
   };
-  const std::string unreadable = "cannot be read; expected a whole image";
+  const std::string unreadable = "cannot be read; expected a complete image file";
   write_bytes(path("image_l/000001.png"), good.substr(0, good.size() / 2));
   expect_load_error("image_l/000001.png", unreadable);
   std::string damaged = good;

@@ -186,7 +186,7 @@ TEST_F(RgbdFolder, names_the_image_that_cannot_be_used) {
   expect_load_error(depth(1), random_image(random, width, height, CV_8UC3), type);
   expect_load_error(depth(1), cv::Mat(height, width, CV_16UC3, cv::Scalar(1, 2, 3)), type);
   write_bytes(path(depth(1)), "no image");
-  expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", "expected a whole image");
+  expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", "expected a complete image file");
   fs::remove(path(depth(1)));
   expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", "expected an image file");
   EXPECT_TRUE(same(dataset->load(2).left, colours_[2])) << "the other images can still be loaded";

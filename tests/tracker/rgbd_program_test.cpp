@@ -83,8 +83,8 @@ TEST_F(RgbdProgram, refuses_bad_folders_with_one_line) {
   with("camera.txt", "300 nan 239.5 159.5 0 0 0 0\n480 320 1000\n", ":1: expected a finite number");
   with("associations.txt", "100 rgb/0.png\n", ":1: expected the 4 fields");
   with("associations.txt", "", ":0: end of file; expected at least one pair");
-  with("rgb/0.png", "no image", ": cannot be read; expected a whole image");
-  with("depth/2.png", "no image", ": cannot be read; expected a whole image");
+  with("rgb/0.png", "no image", ": cannot be read; expected a complete image file");
+  with("depth/2.png", "no image", ": cannot be read; expected a complete image file");
   const std::string good = contents_of(path("images/depth/2.png"));
   write_image("images/depth/2.png", cv::Mat(RenderedWorld::height, RenderedWorld::width, CV_8U, cv::Scalar(9)));
   expect_refused("images/depth/2.png: is an image of type CV_8UC1; expected depth in one channel of 16 bit");

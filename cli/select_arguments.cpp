@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "cli/select_arguments.hpp"
+
+#include "sim/command_line.hpp"
+#include "sim/names.hpp"
+#include "sim/output_file.hpp"
+
+#include <charconv>
+#include <cstddef>
+#include <filesystem>
+#include <system_error>
+
+namespace maxlogdet::cli {
+namespace {
+
+constexpr std::int64_t max_count = 1'000'000'000;
+
+void add_search_options(CLI::App& command, SelectArguments& arguments) {
+  command.add_option("--budget", arguments.budget, "k, how many matches to select")
+      ->check(CLI::Range(std::int64_t{0}, max_count))
+      ->capture_default_str();
+  command.add_option("--strategy", arguments.strategy, "How to search")
+      ->check(CLI::IsMember(sim::names_of(sim::strategies)))
+      ->capture_default_str();
+  command.add_option("--epsilon", arguments.options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
+      ->capture_default_str();
+  command.add_option("--seed", arguments.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
+  command.add_option("--threads", arguments.threads, "Threads; 0: as many as pay")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
+      ->capture_default_str();
+  command
+      .add_option("--time-limit-ms", arguments.time_limit_ms, "Terminates a search with what it has by then; 0: none")
+      ->capture_default_str();
+  command
+      .add_option("--exchange-sweeps", arguments.exchange_sweeps,
+                  "Sweeps that swap selected matches for better ones; pays for budgets of 20 or less")
+      ->check(CLI::Range(std::int64_t{0}, max_count))
+      ->capture_default_str();
+  command.add_option("--grid", arguments.grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each");
+  command.add_option("--max-per-cell", arguments.max_per_cell, "Matches of a cell of --grid")
+      ->check(CLI::Range(std::int64_t{0}, max_count))
+      ->capture_default_str();
+}
+
+void add_block_options(CLI::App& command, SelectArguments& arguments) {
+  command.add_option("--weighting", arguments.weighting, "Which noise the blocks assume (docs/frame_format.md)")
+      ->check(CLI::IsMember(sim::names_of(sim::weightings)))
+      ->capture_default_str();
+  command
+      .add_option("--map-sigma", arguments.block_options.map_sigma, "measurement_and_map: deviation of a map point, m")
+      ->capture_default_str();
+  command.add_flag("--stereo", arguments.stereo, "A third row for the matches that have a right-image column");
+}
+
+void add_target_options(CLI::App& command, SelectArguments& arguments) {
+  Options& options = arguments.options;
+  command.add_flag("--certify", options.certify, "Prove how far from optimal the answer can be");
+  command.add_option("--certificate-passes", arguments.certificate_passes, "Frank-Wolfe passes that tighten the proof")
+      ->check(CLI::Range(std::int64_t{0}, max_count))
+      ->capture_default_str();
+  command
+      .add_option("--target-efficiency", options.target_efficiency,
+                  "Stops at this D-efficiency against all candidates, at most 1; 0: none")
+      ->capture_default_str();
+  command
+      .add_option("--target-translation-sigma", options.target_translation_sigma,
+                  "Stops at this expected deviation of the translation, m; 0: none")
+      ->capture_default_str();
+  command
+      .add_option("--target-rotation-sigma", options.target_rotation_sigma,
+                  "Stops at this expected deviation of the rotation, rad; 0: none")
+      ->capture_default_str();
+}
+
+void add_output_options(CLI::App& command, SelectArguments& arguments) {
+  command.add_option("--repeat", arguments.repeat, "Timed calls a frame")
+      ->check(CLI::Range(std::int64_t{1}, max_count))
+      ->capture_default_str();
+  command.add_flag("--json", arguments.as_json, "One JSON object a frame, one a line");
+  command.add_option("--plot-data", arguments.plot_data,
+                     "Write what tools/draw_selection.py draws into this .json file; of a folder, one a frame");
+}
+
+// Refuses options that would change nothing.
+void check_used(const CLI::App& command, const SelectArguments& arguments) {
+  const bool is_stochastic = arguments.strategy == to_string(Strategy::stochastic_greedy);
+  const bool has_map_sigma = arguments.weighting == to_string(Weighting::measurement_and_map);
+  sim::refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
+  sim::refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
+  sim::refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
+  sim::refuse_idle(command, "--certificate-passes", arguments.options.certify, "--certify");
+  sim::refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
+}
+
+void check_plot_data(const std::string& file) {
+  if (file.empty()) return;
+  sim::require_input(std::filesystem::path(file).extension() == ".json",
+                     "--plot-data '" + file + "'; expected a file that ends in .json");
+  sim::check_output_file(file);
+}
+
+}  // namespace
+
+void SelectArguments::add_to(CLI::App& command) {
+  command.add_option("--input", input,
+                     "Frame file, or folder of frame_*.csv (docs/frame_format.md); without it, a synthetic frame");
+  add_search_options(command, *this);
+  add_block_options(command, *this);
+  add_target_options(command, *this);
+  add_output_options(command, *this);
+}
+
+void SelectArguments::complete(const CLI::App& command) {
+  check_used(command, *this);
+  options.seed = sim::seed_of(seed);
+  options.strategy = sim::find_named(sim::strategies, strategy).value();
+  options.threads = static_cast<int>(threads);
+  options.time_limit = time_limit_ms / 1e3;
+  options.certificate_passes = static_cast<std::size_t>(certificate_passes);
+  options.exchange_sweeps = static_cast<std::size_t>(exchange_sweeps);
+  options.max_per_group = static_cast<std::size_t>(max_per_cell);
+  block_options.weighting = sim::find_named(sim::weightings, weighting).value();
+  if (stereo) block_options.third = ThirdMeasurement::stereo;
+  check_plot_data(plot_data);
+}
+
+std::optional<sim::ImageGrid> SelectArguments::image_grid() const {
+  if (grid.empty()) return std::nullopt;
+  constexpr int max_cells = 1000;
+  sim::ImageGrid cells;
+  const char* const end = grid.data() + grid.size();
+  const auto columns = std::from_chars(grid.data(), end, cells.columns);
+  const bool has_rows = columns.ec == std::errc() && columns.ptr != end && *columns.ptr == 'x';
+  const auto rows = has_rows ? std::from_chars(columns.ptr + 1, end, cells.rows) : columns;
+  sim::require_input(has_rows && rows.ec == std::errc() && rows.ptr == end && cells.columns >= 1 && cells.rows >= 1 &&
+                         cells.columns <= max_cells && cells.rows <= max_cells,
+                     "--grid '" + grid + "'; expected COLUMNSxROWS, each from 1 to 1000, as in 8x6");
+  return cells;
+}
+
+}  // namespace maxlogdet::cli

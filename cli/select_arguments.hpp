@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/image_grid.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace maxlogdet::cli {
+
+/// What `select` is asked for.
+struct SelectArguments {
+  std::string input;  ///< empty: the embedded synthetic frame
+  Options options;    ///< but for the budget and the groups
+  BlockOptions block_options;
+  std::int64_t budget = 100;
+  std::string strategy = "lazy_greedy";
+  std::string weighting = "measurement";
+  std::string seed = "0";
+  bool stereo = false;
+  std::int64_t repeat = 100;
+  bool as_json = false;
+  std::string plot_data;  ///< empty: none
+  std::int64_t threads = 0;
+  std::int64_t certificate_passes = 0;
+  std::int64_t exchange_sweeps = 0;
+  double time_limit_ms = 0;
+  std::string grid;  ///< empty: no groups
+  std::int64_t max_per_cell = 1;
+
+  void add_to(CLI::App& command);
+
+  /// Checks what belongs together, and sets `options` and `block_options` by the other members, once the command line
+  /// has been parsed. Throws sim::InputError.
+  void complete(const CLI::App& command);
+
+  /// Nothing without --grid. Throws sim::InputError.
+  std::optional<sim::ImageGrid> image_grid() const;
+};
+
+}  // namespace maxlogdet::cli
