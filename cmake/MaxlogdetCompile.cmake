@@ -73,7 +73,7 @@ macro(maxlogdet_require package debian_package)
   find_package(${package} QUIET)
   if(NOT ${package}_FOUND)
     string(REPLACE ";" "=OFF -D" maxlogdet_options "${ARGN}")
-    message(FATAL_ERROR "${package} is missing. On Debian: apt-get install ${debian_package} (ci/install_packages test "
+    message(FATAL_ERROR "${package} is missing. On Debian: apt-get install ${debian_package} (tools/install_packages test "
                         "installs everything). To do without it: -D${maxlogdet_options}=OFF")
   endif()
 endmacro()

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace maxlogdet {
 
@@ -30,6 +31,15 @@ inline void read_rows(const Candidates& candidates, std::size_t i, double (&rows
       rows[row][column] = static_cast<double>(candidates.plane(row, column)[i]);
     }
   }
+}
+
+/// Whether two candidates have the same rows, entry for entry.
+inline bool are_identical(const simd::Planes& planes, int rows, std::uint32_t a, std::uint32_t b) noexcept {
+  for (int e = 0; e < rows * state_dimension; ++e) {
+    const float* const plane = planes.data + static_cast<std::size_t>(e) * planes.stride;
+    if (plane[a] < plane[b] || plane[a] > plane[b]) return false;
+  }
+  return true;
 }
 
 }  // namespace maxlogdet

@@ -2,6 +2,8 @@
 // The end of a round of Screening: listing the survivors, between which float64 decides, and removing candidates.
 #include "kernel/screening/screening.hpp"
 
+#include "kernel/blocks/stored_rows.hpp"
+
 #include <maxlogdet/block_store.hpp>
 
 #include <algorithm>
@@ -86,14 +88,8 @@ std::uint32_t Screening::lane_of_first(const std::uint32_t* lanes, std::size_t c
 
 // Drops the candidates whose rows are identical to those of `first`, entry by entry.
 std::size_t Screening::drop_copies(std::uint32_t* lanes, std::size_t count, std::uint32_t first) const noexcept {
-  const simd::Planes& planes = evaluator_.planes();
   const auto is_copy = [&](std::uint32_t lane) {
-    for (std::size_t e = 0; e < std::size_t{simd::dimension} * static_cast<std::size_t>(rows()); ++e) {
-      const float* const plane = planes.data + e * planes.stride;
-      if (plane[candidate(lane)] < plane[candidate(first)] || plane[candidate(lane)] > plane[candidate(first)])
-        return false;
-    }
-    return true;
+    return are_identical(evaluator_.planes(), rows(), candidate(lane), candidate(first));
   };
   return static_cast<std::size_t>(std::remove_if(lanes, lanes + count, is_copy) - lanes);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/strategies/backward_greedy.hpp"
 
+#include "kernel/blocks/stored_rows.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -115,13 +117,7 @@ class Removal {
   }
 
   bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {
-    for (int row = 0; row < search_.candidates.rows(); ++row) {
-      for (int column = 0; column < state_dimension; ++column) {
-        const float* const plane = search_.candidates.plane(row, column);
-        if (plane[a] < plane[b] || plane[a] > plane[b]) return false;
-      }
-    }
-    return true;
+    return are_identical(search_.candidates.planes, search_.candidates.rows(), a, b);
   }
 
   // Factorises the sum of all; false if its squared condition number leaves too few digits.
