@@ -9,6 +9,8 @@ import subprocess
 import sys
 from typing import NamedTuple
 
+from maxlogdet_tools.project import shown
+
 TERMINALS = {
     ".svg": "svg size {width},{height} dynamic noenhanced font 'sans-serif,14' background 'white'",
     ".png": "pngcairo size {width},{height} noenhanced font 'sans-serif,11' background 'white'",
@@ -81,7 +83,7 @@ def draw_both(picture, stem):
     """Draws STEM.svg and STEM.png, and prints their names."""
     for suffix in TERMINALS:
         draw(picture, f"{stem}{suffix}")
-    print(f"drew {stem}.svg and .png")
+    print(f"drew {shown(stem)}.svg and .png")
 
 
 def write_whole(file, content):

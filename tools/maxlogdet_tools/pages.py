@@ -3,12 +3,22 @@
 
 import pathlib
 import sys
+import textwrap
+
+from maxlogdet_tools.project import shown
+
+WIDTH = 120
 
 
 def table(header, rows):
     """The lines of a Markdown table; cells are texts."""
     line = lambda cells: "| " + " | ".join(cells) + " |"
     return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
+
+
+def paragraph(*sentences):
+    """The lines of a paragraph."""
+    return textwrap.wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def replace_between(page, begin, end, text):
@@ -24,4 +34,4 @@ def replace_between(page, begin, end, text):
 def rewrite(page, name, lines):
     """Rewrites the lines between '<!-- begin NAME -->' and '<!-- end NAME -->' of a page, and prints its name."""
     replace_between(page, f"<!-- begin {name} -->", f"<!-- end {name} -->", "\n" + "\n".join(lines) + "\n")
-    print(f"rewrote {name} in {page}")
+    print(f"rewrote {name} in {shown(page)}")
