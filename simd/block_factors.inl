@@ -128,7 +128,7 @@ inline Symmetric in_camera_frame(const double* T_cw, const Doubles (&s)[6]) {
 }
 
 // V S V^T with V = [1 0 -x; 0 1 -y; 0 0 1]: from the camera's axes to (dX - x dZ, dY - y dZ, dZ).
-inline Symmetric along_ray(const Symmetric& s, const Doubles& x, const Doubles& y) {
+[[gnu::always_inline]] inline Symmetric along_ray(const Symmetric& s, const Doubles& x, const Doubles& y) {
   const Doubles xz = s.xz - x * s.zz;
   const Doubles yz = s.yz - y * s.zz;
   return {s.xx - x * (s.xz + xz), s.xy - y * s.xz - x * yz, xz, s.yy - y * (s.yz + yz), yz, s.zz};

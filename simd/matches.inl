@@ -41,7 +41,8 @@ inline void repeat_last(double (&values)[batch_size], std::size_t count) {
 }
 
 // Lists usable matches from `next` on until the batch is full; returns the first one not looked at.
-inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch,
+                                                      BlockOutput& output) {
   batch.count = 0;
   const std::size_t first = next;
   if (input.usable == nullptr) {
@@ -96,7 +97,7 @@ inline Point load_point(const Batch& batch, std::size_t i) {
   return {load(batch.point[0], i), load(batch.point[1], i), load(batch.point[2], i)};
 }
 
-inline Point transform(const double* T_cw, const Point& world) {
+[[gnu::always_inline]] inline Point transform(const double* T_cw, const Point& world) {
   Doubles p[3];
   for (int row = 0; row < 3; ++row) {
     const double* const r = T_cw + 4 * row;

@@ -29,25 +29,18 @@ using Floats = xsimd::batch<float>;
 using Doubles = xsimd::batch<double>;
 using TwoDoubles = xsimd::make_sized_batch_t<double, 2>;
 
-// lane_mask: bit i is lane i. multiply_add: x y + z, and
-// minus_product: z - x y, rounded once where the instruction set can (AVX2, AVX-512, NEON) and twice on SSE2: for
-// values with an error bound, not for those that must be the same bits everywhere.
+inline TwoDoubles pair(double first, double second) { return TwoDoubles{first, second}; }
+
+// lane_mask: bit i is lane i. multiply_add: x y + z, and minus_product: z - x y, rounded once where the instruction set
+// can (AVX2, AVX-512, NEON) and twice on SSE2: for values with an error bound, not for those that must be the same bits
+// everywhere.
 #if XSIMD_VERSION_MAJOR >= 14
-inline TwoDoubles pair(double first, double second) { return TwoDoubles(first, second); }
 inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
   return static_cast<std::uint32_t>(condition.mask());
 }
 inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fma(x, y, z); }
 inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fnma(x, y, z); }
 #else
-inline TwoDoubles pair(double first, double second) {
-#if defined(__aarch64__)
-  return TwoDoubles(float64x2_t{first, second});
-#else
-  return TwoDoubles(_mm_set_pd(second, first));
-#endif
-}
-
 inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
 #if defined(__AVX512F__)
   const __mmask16 mask = condition;
@@ -102,7 +95,7 @@ inline float largest_lane(const Floats& x) {
 inline std::size_t list_lanes(const Floats::batch_bool_type& condition, std::uint32_t first, std::uint32_t* list) {
   std::uint32_t bits = lane_mask(condition);
 #if defined(__AVX512F__)
-  if (bits == 0) return 0;  // as most often
+  if (bits == 0) return 0;  // as usual
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(first)));
   _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
