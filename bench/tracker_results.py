@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What tracker_benchmark.cpp measured: the cases by what they are, and their targets."""
+"""What tracker_benchmark.cpp measured: its cases, and their targets."""
 
 import math
 
@@ -21,35 +21,35 @@ def find(results, method, blocks, n="465", caches="hot", k="100", isa=None, **mo
     wanted = {"kind": "tracker", "method": method, "blocks": blocks, "n": n, "caches": caches, "k": k}
     wanted["isa"] = "native" if method in EIGEN else isa or results.widest
     wanted.update({key: more.get(key) for key in OPTIONAL})
-    return next((row for row in results.rows if all(row.get(key) == value for key, value in wanted.items())), None)
+    return results.find_row(**wanted)
 
 
 def isas(results):
-    """The widest instruction set, and avx2 if that is another."""
+    """The widest instruction set, and avx2 unless that is it."""
     has_avx2 = any(row["kind"] == "tracker" and row["isa"] == "avx2" for row in results.rows)
     return [results.widest] + (["avx2"] if has_avx2 and results.widest != "avx2" else [])
 
 
 def times_eigen(results, blocks, n, caches, k="100", isa=None):
-    """Eigen's lazy greedy on given blocks, by our blocks and selection together."""
+    """The time of Eigen's lazy greedy on given blocks, relative to our blocks and selection together."""
     ours = find(results, "blocks_and_select", blocks, n, caches, k, isa)
     return ratio(find(results, "eigen_lazy_scan", blocks, n, caches, k), ours)
 
 
 def times_select(results, n, matched, batch="1", isa=None):
-    """The loop of an ActiveSelection by one select()."""
+    """The time of the loop of an ActiveSelection, relative to one select()."""
     active = find(results, "active", STEREO_MAP, n, isa=isa, batch=batch, matched=matched)
     return ratio(active, find(results, "lazy_greedy", STEREO_MAP, n, isa=isa))
 
 
 def times_dense(results, method, blocks, n, slots, caches, isa=None):
-    """With all that may not be selected, by without."""
+    """The time with candidates that may not be selected, relative to that without them."""
     full = find(results, method, blocks, n, caches, isa=isa, slots=slots)
     return ratio(full, find(results, method, blocks, n, caches, isa=isa, slots=n))
 
 
 def targets(results):
-    """(case, limits, whether at least, {instruction set: values})"""
+    """(case, limits, whether these are lower limits, {instruction set: values})"""
     of_isas = lambda values: {isa: values(isa) for isa in isas(results)}
     frames = [("465", STEREO_MAP, (4, 3)), ("465", MONOCULAR, (6, 4)), ("2000", STEREO_MAP, (4.5, 3.5))]
     for n, blocks, limits in frames:

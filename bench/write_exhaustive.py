@@ -1,30 +1,30 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes how far answers and bounds were from the best of all subsets: by family of instances into bench/results, and
+"""Writes the distances of answers and bounds from the best of all subsets: by family of instances into bench/results,
 over all families into docs/trust.md.
 
 Usage: write_exhaustive.py EXHAUSTIVE.csv    (of tests/core/exhaustive_test.cpp)
 """
 
-import csv
 import math
 import sys
 
-from results import ROOT
-from write_tables import replace_between, table
+from maxlogdet_tools.files import rows_of
+from maxlogdet_tools.pages import rewrite, table
+from maxlogdet_tools.project import ROOT
+from records import write_record
 
 OPTIMAL = 1e-10  # nats: what the test allows for its own rounding
 TIGHT = 1e-6  # nats
-RECORDED = ROOT / "bench/results"
 
 
 def quantile(values, share):
-    """Nearest rank."""
+    """Nearest-rank quantile."""
     return sorted(values)[max(0, math.ceil(share * len(values)) - 1)]
 
 
 def share(value):
-    return "1" if value >= 1 - 5e-13 else f"{math.floor(1e4 * value) / 1e4:.4f}"  # never rounded up to what it is not
+    return "1" if value >= 1 - 5e-13 else f"{math.floor(1e4 * value) / 1e4:.4f}"  # rounded down
 
 
 def percent(part, whole):
@@ -66,16 +66,11 @@ def bound_summaries(rows):
 
 
 def record(name, summaries):
-    RECORDED.mkdir(exist_ok=True)
-    with open(RECORDED / f"{name}.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, summaries[0].keys(), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(summaries)
-    print(f"rewrote bench/results/{name}.csv")
+    write_record(f"{name}.csv", summaries[0].keys(), (summary.values() for summary in summaries))
 
 
 def lowest_family(summaries, answer):
-    """The family that a minimum over all families is of."""
+    """The family with the minimum over all families."""
     own = [s for s in summaries if s["answer"] == answer]
     return next(s["family"] for s in own[1:] if s["minimum"] == own[0]["minimum"])
 
@@ -87,7 +82,7 @@ def short(text):
 
 
 def page_lines(answers, bounds, problems, large):
-    alike = {}  # answers with the same figures stand in one row
+    alike = {}  # answers with the same figures share a row
     for s in (s for s in answers if s["family"] == "all"):
         cells = (s["minimum"], lowest_family(answers, s["answer"]), s["one_percent"], s["median"], s["optimal_percent"])
         alike.setdefault(cells, []).append(s["answer"])
@@ -110,14 +105,13 @@ def page_lines(answers, bounds, problems, large):
 def write(answers, bounds, problems, large):
     record("exhaustive_answers", answers)
     record("exhaustive_bounds", bounds)
-    replace_between(ROOT / "docs/trust.md", "exhaustive", page_lines(answers, bounds, problems, large))
+    rewrite(ROOT / "docs/trust.md", "exhaustive", page_lines(answers, bounds, problems, large))
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    with open(sys.argv[1], newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(sys.argv[1])
     answers = [r for r in rows if not r["answer"].startswith("upper_bound")]
     bounds = [r for r in rows if r["answer"].startswith("upper_bound")]
     problems = sum(r["answer"] == "greedy" for r in answers)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Runs maxlogdet_search_tables, records its tables in bench/results/, and shortens them in docs/performance.md.
+"""Runs maxlogdet_search_tables, records its tables in bench/results, and shows a part in docs/performance.md.
 
-Usage: write_search_tables.py PROGRAM [denormals|targets]    with a name: that table alone
+Usage: write_search_tables.py PROGRAM [denormals|targets]    a name: only that table
 """
 
 import datetime
@@ -10,8 +10,9 @@ import os
 import subprocess
 import sys
 
-from results import ROOT, cpu_model, record_run, write_csv
-from write_tables import paragraph, replace_between, table, unless_said
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT, cpu_model
+from records import record_run, unless_on_page, write_record
 
 BUDGETS = ["60", "100", "200", "500"]
 CELLS = [f"{what}_k_{k}" for k in BUDGETS for what in ("speed_up", "delta_nats")]
@@ -61,7 +62,7 @@ def picked(rows, columns):
 
 
 def extremes(rows, columns):
-    """'SMALLEST to LARGEST' of some columns."""
+    """'MINIMUM to MAXIMUM' of some columns."""
     values = sorted((row[column] for row in rows for column in columns), key=float)
     return " to ".join(value.replace("-0.0000", "+0.0000") for value in (values[0], values[-1]))
 
@@ -149,7 +150,7 @@ def denormals(tables):
     return paragraph(f"Ratios of `greedy` / `lazy_greedy` / `stochastic_greedy`: {', '.join(parts)}.")
 
 
-# What a section of the page is made of.
+# The tables of each section of the page.
 SECTIONS = {
     exchange: ["exchange"],
     stopping: ["stopping"],
@@ -167,7 +168,7 @@ def main():
     output = subprocess.run(sys.argv[1:], check=True, stdout=subprocess.PIPE, text=True).stdout
     facts, tables = facts_and_tables(output.splitlines())
     for name, rows in tables.items():
-        write_csv(f"{name}.csv", COLUMNS[name], (row.values() for row in rows))
+        write_record(f"{name}.csv", COLUMNS[name], (row.values() for row in rows))
     machine = (
         f"{cpu_model()}, {os.cpu_count()} cores, {facts['isa']}, {facts['compiler']}, one thread, "
         f"{datetime.date.today()}, load {load:.1f}; `bench/run`."
@@ -175,7 +176,7 @@ def main():
     page = ROOT / "docs/performance.md"
     for section, names in SECTIONS.items():
         if all(name in tables for name in names):
-            replace_between(page, section.__name__, [*section(tables), *unless_said(page, machine)])
+            rewrite(page, section.__name__, [*section(tables), *unless_on_page(page, machine)])
             record_run(names, machine)
 
 

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes what maxlogdet_soak found into docs/performance.md and bench/results/soak.csv, or prints it in one line.
+"""Writes the results of maxlogdet_soak into docs/performance.md and bench/results/soak.csv, or prints one line.
 
 Usage: write_soak.py [--line] SOAK.json
 """
 
 import datetime
-import json
 import os
-import pathlib
 import sys
 
-from results import ROOT, cpu_model, record_run, write_csv
-from write_tables import replace_between, table, unless_said
+from maxlogdet_tools.files import json_of
+from maxlogdet_tools.pages import rewrite, table
+from maxlogdet_tools.project import ROOT, cpu_model
+from records import record_run, unless_on_page, write_record
 
 
 def microseconds(value):
@@ -23,7 +23,7 @@ LATENCIES = ["p50_us", "p99_us", "p999_us", "max_us"]
 
 
 def record_rows(result):
-    """PHASE, WHAT, VALUE of all that was counted."""
+    """(phase, what, value) of every count."""
     yield from (("both", status, count) for status, count in result["statuses"].items())
     for phase in result["phases"]:
         yield from ((phase["phase"], key, value) for key, value in phase.items() if key not in ("phase", "latency"))
@@ -32,7 +32,7 @@ def record_rows(result):
 
 
 def phase_rows(phases):
-    """What was counted a line, the phases in columns."""
+    """A row per count, a column per phase."""
     pair = lambda *keys: [" / ".join(f"{phase[key]}" for key in keys) for phase in phases]
     grown = (p["resident_kib_at_the_end"] - p["resident_kib_at_a_tenth"] for p in phases)
     yield ["allocations in `select()` / in filling stores / malformed answers",
@@ -51,8 +51,8 @@ def lines_of(result):
     statuses = result["statuses"]
     ended = ", ".join(f"`{name}` {statuses[name]}" for name in usual if name in statuses)
     others = [count for name, count in statuses.items() if name not in usual]
-    said = result["mlockall"]
-    locked = [] if said == "permitted" else [f"This machine does not permit mlockall: {said}."]
+    reason = result["mlockall"]
+    locked = [] if reason == "permitted" else [f"This machine does not permit mlockall: {reason}."]
     return [
         f"{result['selections']} selections, seed {result['seed']}: {ended}, {len(others)} other statuses "
         f"{sum(others)}.",
@@ -83,14 +83,14 @@ def line_of(result):
 def main():
     if len(sys.argv) not in (2, 3) or sys.argv[1:-1] not in ([], ["--line"]):
         sys.exit(__doc__)
-    result = json.loads(pathlib.Path(sys.argv[-1]).read_text())
+    result = json_of(sys.argv[-1])
     if len(sys.argv) == 3:
         print(line_of(result))
         return
     page = ROOT / "docs/performance.md"
-    replace_between(page, "soak", [*lines_of(result), *unless_said(page, machine(result))])
+    rewrite(page, "soak", [*lines_of(result), *unless_on_page(page, machine(result))])
     record_run(["soak"], machine(result))
-    write_csv("soak.csv", ["phase", "what", "value"], record_rows(result))
+    write_record("soak.csv", ["phase", "what", "value"], record_rows(result))
 
 
 if __name__ == "__main__":

@@ -1,55 +1,28 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints the table of all cases; rewrites the benchmark tables of docs/ and the records in bench/results/.
+"""Prints the table of all cases; rewrites the tables of the grid and of threads in docs/, and their records.
 
-Usage: write_tables.py BENCH.json [--threads]    --threads: those of docs/threading.md alone
-Those of what a tracker pays are write_tracker_tables.py's, the targets are write_targets.py's.
-A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'.
+Usage: write_tables.py BENCH.json [--threads]    --threads: only those of docs/threading.md
+write_tracker_tables.py writes the tables of tracker frames, write_targets.py the targets.
 """
 
 import sys
-import textwrap
 
-from results import (
-    BLOCKS, EIGEN, EPSILONS, ROOT, STRATEGIES, Results, fastest, label_of, nats, ratio, record_run, times,
-    us,
-)  # fmt: skip
+import thread_results
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT
+from records import record_run
+from results import BLOCKS, EIGEN, EPSILONS, STRATEGIES, Results, fastest, label_of, nats, ratio, times, us
 
-SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
-BUDGETS = ["20", "60", "100", "200"]
+PERFORMANCE = ROOT / "docs/performance.md"
 COLUMNS = [("greedy", None), ("lazy_greedy", None), *(("stochastic_greedy", e) for e in EPSILONS)]
-
-
-def replace_between(path, name, lines):
-    text = path.read_text()
-    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
-    if text.count(begin) != 1 or text.count(end) != 1:
-        sys.exit(f"{path}: expected one line '{begin}' and one line '{end}'")
-    head, rest = text.split(begin)
-    path.write_text(head + begin + "\n" + "\n".join(lines) + "\n" + end + rest.split(end)[1])
-    print(f"rewrote {name} in {path.relative_to(ROOT)}")
-
-
-def unless_said(path, line):
-    """A run's line, if the page's first run was not on that machine; else bench/results/runs.csv has the rest."""
-    machine = ",".join(line.split(",")[:4])  # processor, cores, instruction set, compiler
-    return [] if machine in path.read_text().split("<!-- end latency -->")[0] else ["", line]
-
-
-def table(header, rows):
-    line = lambda cells: "| " + " | ".join(cells) + " |"
-    return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
-
-
-def paragraph(*sentences):
-    return textwrap.wrap(" ".join(sentences), 120, break_long_words=False, break_on_hyphens=False)
 
 
 def epsilon_at(method, epsilon):
     return {"epsilon": epsilon} if epsilon else {}
 
 
-# The table of everything, for the terminal.
+# The table of all cases, for the terminal.
 
 
 def print_all(results):
@@ -76,21 +49,21 @@ def number(text):
     return int(text) if text and text.isdigit() else 0
 
 
-# docs/performance.md: the base point, then one setting changed at a time.
+# docs/performance.md: the base point, then other values of one setting at a time.
 
 COUNTERPARTS = {"greedy": ["eigen_exact", "eigen_exact_batched"], "lazy_greedy": ["eigen_lazy", "eigen_lazy_scan"],
                 "stochastic_greedy": ["eigen_stochastic"]}  # fmt: skip
 
 
 def times_counterpart(results, row):
-    """How many times faster than the same search with Eigen, the faster of its variants."""
+    """How many times faster than the fastest variant of the same search with Eigen."""
     if row is None or row["method"] not in COUNTERPARTS:
         return ""
     return times(ratio(fastest([results.baseline(m, row) for m in COUNTERPARTS[row["method"]]]), row))
 
 
 def base_row(results, label, methods, epsilon):
-    """Of several methods the fastest one; None if it was not measured."""
+    """The row of the fastest of several methods; None if none was measured."""
     two, three = (fastest([results.find(m, blocks=b, **epsilon_at(m, epsilon)) for m in methods])
                   for b in ("2_rows", "3_rows"))  # fmt: skip
     if two is None:
@@ -129,7 +102,7 @@ POINTS = [
 
 
 def point_row(results, label, **where):
-    """Ours, and the faster variant of the baselines."""
+    """Our strategies, and the fastest variant of each baseline."""
     greedy, lazy, stochastic = ours = [results.find(method, **where) for method in COUNTERPARTS]
     if None in ours:
         return None
@@ -169,49 +142,28 @@ def appended(results):
     return f"`append_blocks` of 2000 matches takes, with no third row / stereo / depth, {parts} µs."
 
 
-# docs/threading.md: what several threads gain, and from where on.
-
-THREAD_KINDS = ["threads", "choose", "after_pause", "side_by_side", "append_threads", "line"]
-THREADED_SIZES = ["2000", "5000", "10000", "20000", "50000", "100000"]
-
-
-def speedup_of_threads(results, method, n, threads):
-    one = results.find_threads("threads", method, 1, n)
-    return ratio(one, results.find_threads("threads", method, threads, n))
-
-
-def chosen_costs(results):
-    """How much longer `threads = 0` takes than 1 at the small points of the grid, and their rows."""
-    points = [(r, results.find_threads("choose", r["method"], 0, r["n"], r["k"], r["blocks"], r["family"]))
-              for r in results.rows if r["kind"] == "choose" and r["threads"] == "1"]  # fmt: skip
-    return sorted(((ratio(chosen, one), one) for one, chosen in points if chosen is not None), key=lambda cost: cost[0])
-
-
-def side_by_side(results):
-    """The throughput of a serial selector on each thread, by that of one."""
-    threads = results.max_threads()
-    return threads * ratio(*(results.find_threads("side_by_side", "lazy_greedy", count) for count in (1, threads)))
-
+# docs/threading.md: the gain of several threads.
 
 def thread_rows(results, methods):
-    for n in THREADED_SIZES:
-        if n != "5000":  # the record has it
-            append = ratio(*(results.find_append_threads(n, count) for count in (1, results.max_threads())))
-            speed_ups = (speedup_of_threads(results, method, n, results.max_threads()) for method in methods)
+    threads = thread_results.max_threads(results)
+    for n in thread_results.SIZES:
+        if n != "5000":  # only in the record
+            append = ratio(*(thread_results.find_append(results, n, count) for count in (1, threads)))
+            speed_ups = (thread_results.speedup(results, method, n, threads) for method in methods)
             yield [n, *(times(value) for value in (*speed_ups, append))]
 
 
 def thread_tables(results):
-    threads = results.max_threads()
+    threads = thread_results.max_threads(results)
     if threads == 1:
-        return ["One core here: nothing to measure."]
-    methods = [m for m in STRATEGIES if results.find_threads("threads", m, 1, "2000")]
-    costs = [cost for cost, _ in chosen_costs(results)]
-    one, several = (results.find_threads("after_pause", "greedy", count, "20000") for count in (1, threads))
+        return ["This machine has one core: nothing was measured."]
+    methods = [m for m in STRATEGIES if thread_results.find(results, "threads", m, 1, "2000")]
+    costs = [cost for cost, _ in thread_results.chosen_costs(results)]
+    one, several = (thread_results.find(results, "after_pause", "greedy", count, "20000") for count in (1, threads))
     return [
         *paragraph(
             f"Speed-up of {threads} threads (medians, k = 100, 2 rows, EuRoC-like), round trip of a cache line",
-            f"{results.round_trip()}. {results.machine(f'1 and {threads} threads')}",
+            f"{thread_results.round_trip(results)}. {results.machine(f'1 and {threads} threads')}",
         ),
         "",
         *table(["n", *methods, "append_blocks"], thread_rows(results, methods)),
@@ -230,12 +182,12 @@ def main():
         sys.exit(__doc__)
     results = Results(sys.argv[1])
     print_all(results)
-    replace_between(ROOT / "docs/threading.md", "crossover", thread_tables(results))
-    results.record("threads.csv", *THREAD_KINDS)
+    rewrite(ROOT / "docs/threading.md", "crossover", thread_tables(results))
+    results.record("threads.csv", *thread_results.KINDS)
     if sys.argv[2:]:
         return
-    replace_between(ROOT / "docs/performance.md", "latency", base_table(results))
-    replace_between(ROOT / "docs/performance.md", "grid", grid(results))
+    rewrite(PERFORMANCE, "latency", base_table(results))
+    rewrite(PERFORMANCE, "grid", grid(results))
     results.record("select.csv", "select", "many_calls", "full_round")
     results.record("append.csv", "append_blocks", "points_to_indices")
     record_run(["latency", "grid"], results.machine())

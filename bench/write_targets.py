@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the table of performance targets, and of what was found, in docs/performance.md.
+"""Rewrites the table of performance targets and results in docs/performance.md.
 
-Usage: write_targets.py BENCH.json    The record of profiles/run_roofline counts too.
+Usage: write_targets.py BENCH.json    It also reads the record of profiles/run_roofline.
 """
 
-import json
 import math
 import sys
 
+import thread_results
 import tracker_results
-from results import ROOT, Results, label_of, ratio, record_run
-from write_tables import chosen_costs, paragraph, replace_between, side_by_side, table
+from maxlogdet_tools.files import json_of
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT
+from records import record_run
+from results import Results, label_of, ratio
 
 KINDS = ["2_rows", "2_rows_measurement", "3_rows", "3_rows_measurement"]
 REASONS = {
@@ -36,7 +39,7 @@ def number(value):
 
 
 def verdict(limits, values, at_least):
-    """'VALUE / VALUE, missed', or a word for each where they differ."""
+    """'VALUE / VALUE, missed', or a verdict for each value if these differ."""
     if any(value is None or math.isnan(value) for value in values):
         return "not measured"
     is_met = lambda value, limit: value >= limit if at_least else value <= limit
@@ -47,7 +50,7 @@ def verdict(limits, values, at_least):
 
 
 def row(reason, case, limits, by_isa, at_least=False, unit=""):
-    """A row of the table; limits: one a value, or one for all."""
+    """A row of the table; limits: one per value, or one for all."""
     sign = "≥" if at_least else "≤"
     shown = " / ".join(f"{limit:g}" for limit in limits)
     each = [limits * len(values) if len(limits) == 1 else limits for values in by_isa]
@@ -106,21 +109,22 @@ THREADED = [  # method, (n, k, blocks) of two points, what they are, the smalles
 
 
 def thread_rows(results):
-    threads = results.max_threads()
+    threads = thread_results.max_threads(results)
     if threads == 1:
         return
     for method, points, what, limit in THREADED:
-        speed = [ratio(*(results.find_threads("threads", method, count, *point) for count in (1, threads)))
+        speed = [ratio(*(thread_results.find(results, "threads", method, count, *point) for count in (1, threads)))
                  for point in points]  # fmt: skip
         yield row("j", f"speed-up by {threads} threads, `{method}`, {what}", [limit], [speed], True)
     case = f"throughput of {threads} serial selectors side by side"
-    yield row("j", case, [0.95 * threads], [[side_by_side(results)]], True)
-    yield row("j", "`threads = 0` / 1, n ≤ 5000, the slowest point", [1.03], [[chosen_costs(results)[-1][0]]])
+    yield row("j", case, [0.95 * threads], [[thread_results.side_by_side(results)]], True)
+    slowest, _ = thread_results.chosen_costs(results)[-1]
+    yield row("j", "`threads = 0` / 1, n ≤ 5000, the slowest point", [1.03], [[slowest]])
 
 
 def kernel_row():
     roofline = ROOT / "profiles/roofline.json"
-    record = json.loads(roofline.read_text()) if roofline.is_file() else {}
+    record = json_of(roofline) if roofline.is_file() else {}
     shares = [record.get(key) for key in ("full_round_share_of_slots", "full_round_share_of_peak")]
     return row("k", "full round, share of the peak in [FMA slots / flops](profiles.md)", [0.8], [shares], True)
 
@@ -131,8 +135,8 @@ def targets(results):
     return [
         *paragraph(
             "A / B is the time of A by that of B. The first five rows are of [tracker frames](#in-a-tracker), hot /",
-            "cold unless they say otherwise; the others of the base point but for what they name. Two threads depend on",
-            "the distance of the cores ([why](threading.md#when-it-pays)). Misses are explained",
+            "cold unless they say otherwise; the others of the base point but for what they name. Two threads depend",
+            "on the distance of the cores ([why](threading.md#when-it-pays)). Misses are explained",
             "[below](#what-limits-the-missed-targets).",
         ),
         "",
@@ -146,7 +150,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     results = Results(sys.argv[1])
-    replace_between(ROOT / "docs/performance.md", "targets", targets(results))
+    rewrite(ROOT / "docs/performance.md", "targets", targets(results))
     record_run(["targets"], results.machine())
 
 

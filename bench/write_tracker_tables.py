@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints what was measured "in a tracker"; rewrites these tables in docs/performance.md and README.md, and the record.
+"""Prints the tables of tracker frames; rewrites them in docs/performance.md and README.md, and the record.
 
 Usage: write_tracker_tables.py BENCH.json
 """
@@ -8,13 +8,15 @@ Usage: write_tracker_tables.py BENCH.json
 import math
 import sys
 
-from results import ROOT, Results, ratio, record_run, us
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT
+from records import record_run, unless_on_page
+from results import Results, ratio, us
 from tracker_results import (
     CACHES, KINDS, MONOCULAR, STEREO, STEREO_MAP, find, isas, p99_by_median, times_eigen, times_select,
 )  # fmt: skip
-from write_tables import paragraph, replace_between, table, unless_said
 
-SHOWN = [(kind, n) for kind in (MONOCULAR, STEREO_MAP) for n in ("200", "465", "2000")]  # the record has all
+SHOWN = [(kind, n) for kind in (MONOCULAR, STEREO_MAP) for n in ("200", "465", "2000")]  # the record has all rows
 
 
 def number(value, digits=2):
@@ -22,7 +24,7 @@ def number(value, digits=2):
 
 
 def hot_and_cold(value):
-    """HOT / COLD of what value(caches) says."""
+    """HOT / COLD, where value(caches) is each of them."""
     return " / ".join(value(caches) for caches in CACHES)
 
 
@@ -38,7 +40,7 @@ def frame_rows(results):
 
 
 def pair_row(results, label, first, second):
-    """The time of the first by that of the second on each instruction set; first(caches, isa) says which row."""
+    """The time of the first row relative to the second on each instruction set; first(caches, isa) finds a row."""
     by = lambda isa: hot_and_cold(lambda caches: number(ratio(first(caches, isa), second(caches, isa))))
     return [*label, *(by(isa) for isa in isas(results))]
 
@@ -135,14 +137,14 @@ def main():
         sys.exit(__doc__)
     results = Results(sys.argv[1])
     if not any(row["kind"] == "tracker" for row in results.rows):
-        print("nothing measured of what a tracker pays: its tables stay as they are")
+        print("no case of a tracker was measured: its tables stay unchanged")
         return
     performance = ROOT / "docs/performance.md"
-    lines = [*page(results), *unless_said(performance, results.machine())]
+    lines = [*page(results), *unless_on_page(performance, results.machine())]
     print("\n".join(lines))
-    replace_between(performance, "tracker", lines)
+    rewrite(performance, "tracker", lines)
     record_run(["tracker"], results.machine())
-    replace_between(ROOT / "README.md", "tracker_latency", readme(results))
+    rewrite(ROOT / "README.md", "tracker_latency", readme(results))
     results.record("tracker.csv", "tracker")
 
 

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Coverage of each folder from gcovr's JSON summary: the last line of ci/coverage, and the table of docs/trust.md.
+"""Prints the coverage of each folder from gcovr's JSON summary, the last line of ci/coverage; rewrites docs/trust.md.
 
 Usage: coverage_page.py SUMMARY MIN_PERCENT_OF_LINES MIN_PERCENT_OF_BRANCHES yes|no
 """
 
-import json
-import pathlib
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "bench"))
-from write_tables import replace_between, table  # noqa: E402
+from maxlogdet_tools.files import json_of
+from maxlogdet_tools.pages import rewrite, table
+from maxlogdet_tools.project import ROOT
 
 
 def percent(part, whole):
@@ -18,25 +16,27 @@ def percent(part, whole):
 
 
 def main(summary, min_lines, min_branches, page):
-    files = json.loads(pathlib.Path(summary).read_text())["files"]
+    files = json_of(summary)["files"]
     rows = []
     for folder in ["kernel", "simd", "threading", "all"]:
         of_folder = [f for f in files if folder in ("all", f["filename"].split("/")[0])]
         total = {key: sum(f[key] for f in of_folder)
                  for key in ("line_covered", "line_total", "branch_covered", "branch_total")}
         if total["line_total"] == 0:
-            sys.exit(f"no line of {folder}/ was counted")
+            sys.exit(f"{summary}: expected counted lines of {folder}/")
         lines = percent(total["line_covered"], total["line_total"])
         branches = percent(total["branch_covered"], total["branch_total"])
         rows.append((folder, total, lines, branches))
     if page == "yes":
-        replace_between(ROOT / "docs/trust.md", "coverage", table(
+        rewrite(ROOT / "docs/trust.md", "coverage", table(
             ["folder", "lines", "branches"],
             [[f"{folder}" if folder == "all" else f"`{folder}/`",
               f"{lines:.1f} % of {total['line_total']}", f"{branches:.1f} % of {total['branch_total']}"]
              for folder, total, lines, branches in rows]))
-    short = [folder for folder, _, lines, branches in rows if lines < float(min_lines) or branches < float(min_branches)]
-    print(", ".join(f"{folder}: {lines:.1f} % of lines, {branches:.1f} % of branches" for folder, _, lines, branches in rows))
+    short = [folder for folder, _, lines, branches in rows
+             if lines < float(min_lines) or branches < float(min_branches)]
+    print(", ".join(f"{folder}: {lines:.1f} % of lines, {branches:.1f} % of branches"
+                    for folder, _, lines, branches in rows))
     if short:
         sys.exit(f"{', '.join(short)}: expected {min_lines} % of lines and {min_branches} % of branches")
 

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Reads what `maxlogdet simulate` wrote, and records full tables as CSV files in experiments/results."""
+"""Reads the results of `maxlogdet simulate`, and records full tables in experiments/results."""
 
-import csv
 import pathlib
 import re
 import sys
 
-RECORDED = pathlib.Path(__file__).resolve().parent / "results"
-VERDICTS = {"▲": "better", "·": "open", "▼": "worse"}
+from maxlogdet_tools.files import rows_of, write_csv
+from maxlogdet_tools.project import ROOT
+
+BETTER, OPEN, WORSE = "▲", "·", "▼"
+VERDICTS = {BETTER: "better", OPEN: "open", WORSE: "worse"}
 ESTIMATE = re.compile(r"(?P<value>-?[\d.]+|-)(?: ± (?P<ci95>[\d.]+))?(?: %)?(?: (?P<sign>[▲·▼]))?")
 
 
@@ -34,8 +36,7 @@ class Experiment:
         return {row[0]: dict(zip(rows[0], row)) for row in rows[1:]}
 
     def csv(self, file):
-        with open(self.folder / file, newline="") as lines:
-            return list(csv.DictReader(lines))
+        return rows_of(self.folder / file)
 
     def seconds(self):
         return float((self.folder / "seconds").read_text())
@@ -50,11 +51,6 @@ def estimate(cell):
     return [value, match["ci95"] or "", VERDICTS.get(match["sign"], "")]
 
 
-def write_csv(name, header, rows):
+def record(name, header, rows):
     """Rewrites experiments/results/NAME.csv."""
-    RECORDED.mkdir(exist_ok=True)
-    with open(RECORDED / f"{name}.csv", "w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
-    print(f"rewrote experiments/results/{name}.csv")
+    write_csv(ROOT / f"experiments/results/{name}.csv", header, rows)

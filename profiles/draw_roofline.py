@@ -2,18 +2,13 @@
 # SPDX-License-Identifier: MIT
 """Draws docs/images/roofline.{svg,png} from profiles/roofline.json."""
 
-import json
-import pathlib
-import subprocess
+from maxlogdet_tools.files import json_of
+from maxlogdet_tools.gnuplot import Picture, draw_both
+from maxlogdet_tools.project import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-COLOURS = ["#7f8c8d", "#1f77b4", "#d95f02"]  # narrowest instruction set first
+COLOURS = ["#7f8c8d", "#1f77b4", "#d95f02"]  # from narrow to wide instruction sets
 POINT_TYPES = {2: 7, 3: 5}  # rows: circle, square
 LOWEST, HIGHEST = 0.1, 32.0  # flop / byte
-TERMINALS = {
-    "svg": "svg size 900,560 dynamic noenhanced font 'sans-serif,14' background 'white'",
-    "png": "pngcairo size 900,560 noenhanced font 'sans-serif,11' background 'white'",
-}
 
 
 def script(record):
@@ -51,13 +46,4 @@ def script(record):
     return "\n".join(commands) + "\nplot sample " + ", \\\n".join(plots) + "\n"
 
 
-def main():
-    record = json.loads((ROOT / "profiles/roofline.json").read_text())
-    for kind, terminal in TERMINALS.items():
-        file = ROOT / f"docs/images/roofline.{kind}"
-        text = f"set terminal {terminal}\nset output '{file}'\n{script(record)}"
-        subprocess.run(["gnuplot"], input=text, text=True, check=True)
-        print(f"drew {file.relative_to(ROOT)}")
-
-
-main()
+draw_both(Picture(900, 560, script(json_of(ROOT / "profiles/roofline.json"))), ROOT / "docs/images/roofline")

@@ -2,23 +2,20 @@
 # SPDX-License-Identifier: MIT
 """Rewrites the tables of docs/profiles.md from the records beside this script.
 
-Usage: write_tables.py [perf|callgrind|roofline]...    (all of them when none is named)
+Usage: write_tables.py [perf|callgrind|roofline]...    default: all
 """
 
 import collections
-import json
-import pathlib
 import re
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(ROOT / "bench"))
-from write_tables import paragraph, replace_between, table  # noqa: E402
+from maxlogdet_tools.files import json_of
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT
 
 PAGE = ROOT / "docs/profiles.md"
 RECORDS = ROOT / "profiles"
-SMALLEST_SHARE = 3.0  # per cent, of what is listed; the records have the others
+MIN_SHARE = 3.0  # per cent, of the listed functions; the records have the others
 
 
 def plain_name(symbol):
@@ -35,7 +32,7 @@ def plain_name(symbol):
 
 
 def read_record(path):
-    """The header as a dictionary, and the lines of each strategy, the first of which is what the program printed."""
+    """The header as a dictionary, and the lines of each strategy, of which the first is the output of the program."""
     lines = path.read_text().splitlines()
     header = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
     body = "\n".join(line for line in lines if not line.startswith("#"))
@@ -47,19 +44,19 @@ def caption(header):
 
 
 def program_line(line):
-    """Strategy, gains evaluated and instruction set, as one_selection prints them."""
+    """Strategy, gains evaluated and instruction set of a line that one_selection printed."""
     match = re.fullmatch(r"(\w+): .*, (\d+) gains evaluated, (\w+)", line)
     if not match:
-        sys.exit(f"not a line of one_selection: {line}")
+        sys.exit(f"expected a line of one_selection, not: {line}")
     return match.groups()
 
 
 def shares(functions):
-    """'name 76.2, other 20.8' of (name, per cent) pairs, equal names added up, largest first."""
+    """'name 76.2, other 20.8' of (name, per cent) pairs, equal names added, in descending order."""
     total = collections.Counter()
     for name, share in functions:
         total[name] += share
-    return ", ".join(f"`{name}` {share:.1f}" for name, share in total.most_common() if share >= SMALLEST_SHARE)
+    return ", ".join(f"`{name}` {share:.1f}" for name, share in total.most_common() if share >= MIN_SHARE)
 
 
 def perf():
@@ -96,7 +93,7 @@ def callgrind():
 
 
 def roofline():
-    record = json.loads((RECORDS / "roofline.json").read_text())
+    record = json_of(RECORDS / "roofline.json")
     peaks = ", ".join(f"{isa} {peak:.0f}" for isa, peak in record["peak_gflops"].items())
     roofs = ", ".join(sorted({r["roof"] for r in record["full_round"]}))
     cells = lambda r: [f"{r['rows']}", r["isa"], f"{r['ns_per_gain']:.2f}", f"{r['gflops']:.1f}",
@@ -124,7 +121,7 @@ def main():
     if any(name not in TABLES for name in names):
         sys.exit(__doc__)
     for name in names:
-        replace_between(PAGE, name, TABLES[name]())
+        rewrite(PAGE, name, TABLES[name]())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: MIT
 # Shared by the scripts beside it; sourced.
 
+# run_python SCRIPT ARGUMENT...: runs a Python script of the project, which may import the package in tools/. From the
+# root of the project.
+run_python() { PYTHONPATH=tools PYTHONDONTWRITEBYTECODE=1 python3 "$@"; }
+
 # run_logged LABEL LOG COMMAND...: runs COMMAND with its output in LOG, and returns its exit code. On a terminal, a
 # command that takes over two seconds shows the last line of LOG behind LABEL until it ends, unless $quiet says not to.
 run_logged() {

@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks the accuracy in a summary.json of the stereo odometry. Usage: check_summary.py SUMMARY.json TRAJECTORIES
+"""Checks the accuracy in a summary.json of the stereo odometry: prints a line of figures, or the failures and exits
+with 1.
 
-Prints a line of figures; names what does not hold and exits with 1. TRAJECTORIES: how many were found to be the same
-with one thread and with two.
+Usage: check_summary.py SUMMARY.json TRAJECTORIES    TRAJECTORIES: how many are the same with one thread and with two
 """
 
-import json
 import sys
+
+from maxlogdet_tools.files import json_of
 
 SELECTORS = {"quality", "bucket", "observability", "md", "quality_md", "random", "leverage", "half_random", "md_cells",
              "md_keyframes", "shared_cells", "shared_keyframes", "inl", "all", "all_weighted", "active"}  # fmt: skip
 
-results = {entry["selector"]: entry for entry in json.load(open(sys.argv[1]))}
+results = {entry["selector"]: entry for entry in json_of(sys.argv[1])}
 same = int(sys.argv[2])
 md, inl = results["md"], results["inl"]
 share = {key: md[key] / inl[key] for key in ("rpe_m_per_s", "roe_deg_per_s")}

@@ -5,6 +5,7 @@
 #include "sim/input_error.hpp"
 #include "sim/text.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/core.hpp>
@@ -50,18 +51,18 @@ std::string name_of(const std::string& folder) {
 cv::Mat rectified(const cv::Mat& image, const RectifyingMap& map, int interpolation = cv::INTER_LINEAR) {
   if (map.x.empty()) return image;
   cv::Mat result;
-  cv::remap(image, result, map.x, map.y, interpolation, cv::BORDER_REPLICATE);  // a map may lead a pixel beside it
+  cv::remap(image, result, map.x, map.y, interpolation, cv::BORDER_REPLICATE);  // some sources are a pixel outside
   return result;
 }
 
-// m. Nearest neighbours: between two sides of an edge there is nothing.
+// m. By nearest neighbours: interpolation would invent depths at edges.
 cv::Mat metres(const cv::Mat& depth, const Recording& recording) {
   cv::Mat result;
   rectified(depth, recording.left_map, cv::INTER_NEAREST).convertTo(result, CV_32F, 1 / recording.depth_units);
   return result;
 }
 
-// As it is in the file (flags of cv::imread), but for the size, which is checked.
+// Reads a file with flags of cv::imread, and checks its size.
 cv::Mat read_image(const std::string& file, int flags, const cv::Size& size) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) throw InputError(file + ": is missing; expected an image file");
@@ -69,9 +70,9 @@ cv::Mat read_image(const std::string& file, int flags, const cv::Size& size) {
   try {
     image = cv::imread(file, flags);
   } catch (const cv::Exception&) {
-    image.release();  // the other way in which OpenCV tells that it cannot
+    image.release();  // OpenCV reports some errors by an exception, others by an empty image
   }
-  if (image.empty()) throw InputError(file + ": cannot be read; expected a whole image, PNG as a rule");
+  if (image.empty()) throw InputError(file + ": cannot be read; expected a complete image file, such as PNG");
   const auto text = [](const cv::Size& s) {
     return std::to_string(s.width) + " x " + std::to_string(s.height) + " px";
   };
@@ -111,6 +112,13 @@ cv::Mat read_depth(const std::string& file, const cv::Size& size) {
                      "; expected depth in one channel of 16 bit (CV_16UC1)");
   }
   return image;
+}
+
+bool is_image_side(double side) { return side >= 1 && side <= 32766 && side == std::floor(side); }
+
+void refuse_control_characters(const maxlogdet::sim::TextFile& file, std::string_view name) {
+  const auto is_control = [](unsigned char c) { return c < ' ' || c == 127; };
+  if (std::any_of(name.begin(), name.end(), is_control)) file.fail("a file name without control characters");
 }
 
 bool is_stereo(const maxlogdet::PinholeCamera& camera) {

@@ -15,45 +15,45 @@
 
 namespace stereo_odometry {
 
-/// A stereo pair, or what a depth camera gives: then there is `depth`, of the left image's pixels, and no right image.
+/// A stereo pair; or the image of a depth camera with `depth` at its pixels, and no right image.
 struct StereoImages {
   cv::Mat left, right;  ///< 8-bit grey, rectified, of one size
   cv::Mat depth;        ///< CV_32F, m; 0: none
 };
 
-/// Where the value of each pixel of a rectified image comes from; empty: the recorded images are rectified.
+/// The source of each pixel of a rectified image; empty: the recorded images are rectified.
 struct RectifyingMap {
   cv::Mat x, y;  ///< px, float32
 };
 
-/// What the readers of the layouts make of a folder; everything but the images.
+/// The contents of a folder without the images, as the readers of the layouts return them.
 struct Recording {
   struct Pair {
     double time = 0;                           ///< s
-    std::string left, right;                   ///< image files; of an RGB-D recording colour and depth
-    std::optional<maxlogdet::sim::Pose> T_wc;  ///< true pose, where known
+    std::string left, right;                   ///< image files; in RGB-D recordings colour and depth
+    std::optional<maxlogdet::sim::Pose> T_wc;  ///< true pose, if known
   };
   std::vector<Pair> pairs;          ///< at least 1
   maxlogdet::PinholeCamera camera;  ///< rectified left camera
   int width = 0;                    ///< px
   int height = 0;                   ///< px
   RectifyingMap left_map, right_map;
-  double depth_units = 0;  ///< of the depth images, a metre; 0: there are none, but right images
+  double depth_units = 0;  ///< of the depth images, per metre; 0: stereo
 };
 
-/// A sequence of stereo pairs, or of pairs of colour and depth, read from disk one by one. Const functions may be
-/// called from several threads.
+/// A sequence of stereo pairs, or of pairs of colour and depth, read from disk one by one. Several threads may call
+/// const functions.
 class StereoDataset {
  public:
   StereoDataset(std::string name, Recording recording) : name_(std::move(name)), recording_(std::move(recording)) {}
 
-  /// Pairs, at least 1. The functions of i below throw std::out_of_range from there on.
+  /// The number of pairs, at least 1. The functions of i below throw std::out_of_range from size() on.
   std::size_t size() const { return recording_.pairs.size(); }
 
-  /// For tables and plots: the folder's name, other characters than letters, digits, `_`, `-` and `.` replaced by `_`.
+  /// For tables and plots: the folder's name; all but letters, digits, `_`, `-` and `.` are replaced by `_`.
   const std::string& name() const { return name_; }
 
-  /// Rectified left camera, bf > 0; the right one, which with RGB-D is a virtual one, has the same fx, fy, cx, cy.
+  /// Rectified left camera, bf > 0. The right camera, virtual in RGB-D recordings, has the same fx, fy, cx, cy.
   const maxlogdet::PinholeCamera& camera() const { return recording_.camera; }
   int width() const { return recording_.width; }    ///< px
   int height() const { return recording_.height; }  ///< px
@@ -61,11 +61,11 @@ class StereoDataset {
   /// s, increasing.
   double time(std::size_t i) const { return recording_.pairs.at(i).time; }
 
-  /// Reads a pair; the images are the caller's. Throws sim::InputError that names the file: missing, unreadable, or of
-  /// another size than width() x height(), or depth that is not of 16 bit.
+  /// Reads a pair. Throws sim::InputError, which names the file, if an image is missing or unreadable, if its size is
+  /// not width() x height(), or if depth does not have 16 bit.
   StereoImages load(std::size_t i) const;
 
-  /// True pose of the rectified left camera, camera to world, m, where it is known.
+  /// True pose of the rectified left camera, camera to world, m, if known.
   const std::optional<maxlogdet::sim::Pose>& truth(std::size_t i) const { return recording_.pairs.at(i).T_wc; }
 
  private:
@@ -73,9 +73,9 @@ class StereoDataset {
   Recording recording_;
 };
 
-/// Opens a folder of KITTI odometry (kitti.cpp), of EuRoC in the ASL layout (euroc.cpp) or of TUM RGB-D (tum.cpp);
-/// which one it is, is seen from its subfolders. Reads all text files, but of the images only the first, and of depth
-/// images as many as there are without depth. Throws sim::InputError.
+/// Opens a folder of KITTI odometry (kitti.cpp), of EuRoC in the ASL layout (euroc.cpp) or of TUM RGB-D (tum.cpp),
+/// which it recognises by the subfolders. Reads all text files, the first image, and depth images until one has any
+/// depth. Throws sim::InputError.
 std::unique_ptr<StereoDataset> open_dataset(const std::string& folder);
 
 }  // namespace stereo_odometry

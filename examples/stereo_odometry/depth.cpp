@@ -8,10 +8,10 @@ double virtual_right(const cv::Mat& depth, const cv::Point2f& at, double bf) {
   const cv::Point pixel(cvRound(at.x), cvRound(at.y));
   const cv::Rect inside(1, 1, depth.cols - 2, depth.rows - 2);
   if (!inside.contains(pixel)) return -1;
-  double least = 0, most = 0;
-  cv::minMaxLoc(depth({pixel.x - 1, pixel.y - 1, 3, 3}), &least, &most);
+  double nearest = 0, farthest = 0;
+  cv::minMaxLoc(depth({pixel.x - 1, pixel.y - 1, 3, 3}), &nearest, &farthest);
   const double z = depth.at<float>(pixel);
-  if (!(least > 0) || !(most - least <= largest_step * z)) return -1;
+  if (!(nearest > 0) || !(farthest - nearest <= largest_step * z)) return -1;
   const double u = at.x - bf / z;
   return u >= 0 ? u : -1;
 }

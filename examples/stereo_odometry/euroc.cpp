@@ -28,7 +28,7 @@ struct Camera {
   Pose T_bc;             // camera to body
 };
 
-// sensor.yaml. Not by cv::FileStorage, which reads beyond the end of damaged files.
+// sensor.yaml, not read by cv::FileStorage, which reads beyond the end of damaged files.
 class SensorFile {
  public:
   explicit SensorFile(std::string file) : file_(std::move(file)) {
@@ -39,7 +39,7 @@ class SensorFile {
     } catch (const YAML::Exception& error) {
       fail(error.mark, "YAML; " + error.msg);
     }
-    if (!root_.IsMap()) throw InputError(file_ + ": expected a sensor file, YAML with a field a line");
+    if (!root_.IsMap()) throw InputError(file_ + ": expected a sensor file, YAML with one field per line");
   }
 
   Camera read() const {
@@ -50,11 +50,8 @@ class SensorFile {
     const auto size = numbers(field(root_, "resolution"), 2, "resolution, width and height");
     const auto T = numbers(field(field(root_, "T_BS"), "data"), 16, "T_BS (4 x 4 row-major)");
     if (!(k[0] > 0) || !(k[1] > 0)) fail(field(root_, "intrinsics").Mark(), "positive focal lengths");
-    constexpr double largest = 32766;  // of an image that cv::remap takes
-    for (const double side : size) {
-      if (!(side >= 1 && side <= largest && side == std::floor(side))) {
-        fail(field(root_, "resolution").Mark(), "a width and height from 1 to 32766 px");
-      }
+    if (!is_image_side(size[0]) || !is_image_side(size[1])) {
+      fail(field(root_, "resolution").Mark(), expected_image_sides);
     }
     const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T_BS(T.data());
     const std::optional<Pose> T_bc = maxlogdet::sim::nearest_pose(T_BS.topRows<3>());
@@ -66,7 +63,7 @@ class SensorFile {
   }
 
  private:
-  // `expected` may show what is in the file, line ends included.
+  // `expected` may quote the file, including line ends.
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& expected) const {
     throw InputError(file_ + ":" + std::to_string(mark.line + 1) + ": expected " + maxlogdet::sim::one_line(expected));
   }
@@ -107,9 +104,7 @@ std::vector<StampedImage> list_images(const std::string& camera_folder) {
   TextFile file(camera_folder + "/data.csv", "list of images");
   std::vector<StampedImage> images;
   const auto read_row = [&](std::int64_t stamp, const std::vector<std::string_view>& fields) {
-    const auto is_control = [](unsigned char c) { return c < ' ' || c == 127; };
-    if (std::any_of(fields[1].begin(), fields[1].end(), is_control))
-      file.fail("a file name without control characters");
+    refuse_control_characters(file, fields[1]);
     images.push_back({stamp, camera_folder + "/data/" + std::string(fields[1])});
   };
   maxlogdet::sim::read_stamped_rows(file, 2, "stamp,filename", read_row);
@@ -138,7 +133,7 @@ std::vector<Recording::Pair> list_pairs(const std::string& mav0) {
   return pairs;
 }
 
-// Sets camera, size and maps; returns the rotation from the left to the rectified left camera.
+// Sets camera, size and maps. Returns the rotation from the left to the rectified left camera.
 Eigen::Matrix3d rectify(const Camera& left, const Camera& right, Recording& recording) {
   const Pose T_rl = right.T_bc.inverse() * left.T_bc;
   cv::Matx33d R, R1, R2;
@@ -148,7 +143,7 @@ Eigen::Matrix3d rectify(const Camera& left, const Camera& right, Recording& reco
   cv::eigen2cv(Eigen::Matrix3d(T_rl.linear()), R);
   cv::eigen2cv(Eigen::Vector3d(T_rl.translation()), t);
   cv::stereoRectify(left.K, left.distortion, right.K, right.distortion, left.size, R, t, R1, R2, P1, P2, Q,
-                    cv::CALIB_ZERO_DISPARITY, 0);  // 0: no pixel without a source
+                    cv::CALIB_ZERO_DISPARITY, 0);  // 0: every pixel has a source
   cv::initUndistortRectifyMap(left.K, left.distortion, R1, P1, left.size, CV_32FC1, recording.left_map.x,
                               recording.left_map.y);
   cv::initUndistortRectifyMap(right.K, right.distortion, R2, P2, right.size, CV_32FC1, recording.right_map.x,
@@ -184,7 +179,7 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
   Recording recording;
   recording.pairs = list_pairs(mav0);
   for (const std::string& file : {recording.pairs.front().left, recording.pairs.front().right}) {
-    read_grey(file, left.size);  // before maps are made, of whatever size the calibration tells
+    read_grey(file, left.size);  // before maps of the calibrated size are made
   }
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   bool is_sensible = false;
@@ -199,10 +194,9 @@ Recording read_euroc(const std::string& folder, const std::string& mav0) {
     throw InputError(right_sensor + ": expected intrinsics, distortion and T_BS that can be rectified with cam0's");
   }
   const auto truth = find_ground_truth(folder, mav0);
-  constexpr double longest_gap = 0.1 + 1e-4;          // s; stamps of 10 Hz may be rounded
   const Pose T_br = left.T_bc * Pose(R.transpose());  // rectified left camera to body
   for (Recording::Pair& pair : recording.pairs) {
-    const std::optional<Pose> T_wb = pose_at(truth, pair.time, longest_gap);
+    const std::optional<Pose> T_wb = pose_at(truth, pair.time, max_truth_gap);
     if (!T_wb) continue;
     pair.T_wc = *T_wb * T_br;
     if (!pair.T_wc->matrix().allFinite()) {

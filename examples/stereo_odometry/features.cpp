@@ -11,13 +11,13 @@
 namespace stereo_odometry {
 namespace {
 
-constexpr int cell_size = 40;  // px; some features a cell in a wide image
+constexpr int cell_size = 40;  // px; a cell of a wide image has several features
 constexpr int window = 13;     // of optical flow, px
 constexpr int flow_levels = 1;
-constexpr double farthest_move = 4;  // px, between two keypoints that match and patches that do
+constexpr double farthest_move = 4;  // px, of the aligned patch from the keypoint
 constexpr int max_distance = 75;     // of descriptors left and right, bits of 256
 
-// The best of each cell in turn, until there are `count`: corners cluster on a few strong textures otherwise.
+// Takes the best keypoint of each cell in turn, up to `count`; otherwise corners cluster on a few strong textures.
 std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> keypoints, cv::Size size, std::size_t count) {
   if (keypoints.size() <= count) return keypoints;
   const int columns = size.width / cell_size + 1, rows = size.height / cell_size + 1;
@@ -115,13 +115,13 @@ void FeatureExtractor::find_right(const cv::Mat& right_image, StereoFeatures& fe
   alignment_.clear();
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::KeyPoint& left = features.keypoints[i];
-    int best = -1, least = max_distance + 1;
+    int best = -1, best_bits = max_distance + 1;
     for (const int j : in_row[static_cast<std::size_t>(std::min(cvRound(left.pt.y), right_image.rows - 1))]) {
       const cv::KeyPoint& candidate = right[static_cast<std::size_t>(j)];
       const double disparity = left.pt.x - candidate.pt.x;
       if (std::abs(candidate.octave - left.octave) > 1 || disparity < 0 || disparity > largest_disparity_) continue;
       const int bits = distance(features.descriptors.ptr(static_cast<int>(i)), right_descriptors.ptr(j));
-      if (bits < least) least = bits, best = j;
+      if (bits < best_bits) best_bits = bits, best = j;
     }
     if (best < 0) continue;
     matched.push_back(i);

@@ -12,23 +12,23 @@
 
 namespace stereo_odometry {
 
-/// The ORB pyramid: level l is smaller by scale_factor^l, and so much less is known of where a keypoint of it is.
+/// The ORB pyramid: level l is smaller by scale_factor^l, and its keypoints are less exact by the same factor.
 constexpr double scale_factor = 1.2;
 constexpr int pyramid_levels = 8;
 double scale_of(int octave);
 
 using Descriptor = std::array<unsigned char, 32>;  ///< ORB
 
-/// Deviation of a keyframe's observation in the map, px. Matches of the frame have sim::MotionNoise instead.
+/// Standard deviation of a keyframe's observation in the map, px. Matches of the frame have sim::MotionNoise instead.
 constexpr double aligned_sigma = 0.5;
 
-/// Keypoints of the left image and where the right image has them, or, with depth, would have them.
+/// Keypoints of the left image with their columns in the right image, or in a virtual one if there is depth.
 struct StereoFeatures {
   std::vector<cv::KeyPoint> keypoints;  ///< left, px
-  cv::Mat descriptors;                  ///< a row a keypoint, 32 bytes: ORB
-  std::vector<double> u_right;          ///< a keypoint's column in the right image, px; -1: not found
-  std::vector<cv::Mat> pyramid;         ///< left image, as Alignment takes it
-  cv::Mat depth;                        ///< that of the images
+  cv::Mat descriptors;                  ///< ORB: a row of 32 bytes per keypoint
+  std::vector<double> u_right;          ///< column of each keypoint in the right image, px; -1: not found
+  std::vector<cv::Mat> pyramid;         ///< of the left image, for Alignment
+  cv::Mat depth;                        ///< of the images
 
   std::size_t size() const { return keypoints.size(); }
 };
@@ -36,19 +36,19 @@ struct StereoFeatures {
 /// Hamming distance of two ORB descriptors, bits.
 int distance(const unsigned char* a, const unsigned char* b);
 
-/// Finds places in an image whose surroundings look most like those of their partners in another (Lucas & Kanade 1981),
-/// px at level 0: a keypoint stands on a whole pixel of its level, this is good to a tenth of a pixel.
+/// Finds the positions in an image whose patches match those around positions in another image (Lucas & Kanade 1981),
+/// px at level 0, to a tenth of a pixel; keypoints are only whole pixels of their level.
 struct Alignment {
-  std::vector<cv::Point2f> from;          ///< where the places are in one image
-  std::vector<cv::Point2f> start;         ///< and, roughly, in the other
-  std::vector<cv::Point2f> to;            ///< found there
-  std::vector<unsigned char> is_aligned;  ///< zero where that failed, or led far away
+  std::vector<cv::Point2f> from;          ///< positions in one image
+  std::vector<cv::Point2f> start;         ///< approximate positions in the other
+  std::vector<cv::Point2f> to;            ///< found positions
+  std::vector<unsigned char> is_aligned;  ///< zero where it failed or moved too far
 
   void clear();
   void run(const std::vector<cv::Mat>& from_pyramid, const std::vector<cv::Mat>& to_pyramid);
 };
 
-/// ORB spread over the image, and stereo matches along rows, aligned to a fraction of a pixel; or the depth there.
+/// ORB features spread over the image, with stereo matches along rows, aligned to a fraction of a pixel, or with depth.
 class FeatureExtractor {
  public:
   FeatureExtractor(const maxlogdet::PinholeCamera& camera, int count);

@@ -1,30 +1,31 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What residuals depend on: models of their variance, each fitted to all sets but one and judged by that one.
+"""Fits models of the variance of residuals to all sets except one, and evaluates them on that one.
 
 Usage: fit_noise.py RESULTS    RESULTS: the folder that ci/tracker_page fills
 Reads RESULTS/residuals/SET/inl/residuals.csv. Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET and
 fitted_to_all (base and growth of sim::MotionNoise) and docs/images/tracker_residuals.svg.
 
-A residual is a Student t with 4 degrees of freedom, for matches that are wrong, whose scale squared is a + b x. EM:
-weights w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
+A residual has a Student t distribution with 4 degrees of freedom, because of wrong matches; its squared scale is
+a + b x. EM: weights w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
 """
 
-import csv
 import json
 import math
 import pathlib
 import statistics
-import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+from maxlogdet_tools.files import rows_of
+from maxlogdet_tools.gnuplot import Picture, data_block, draw
+from maxlogdet_tools.project import ROOT
+
 PICTURE = ROOT / "docs/images/tracker_residuals.svg"
 NU = 4.0
 MIN_VARIANCE = 0.03**2  # px^2
-MAX_RESIDUAL = 4.0  # px: beyond that a match is of another point
-EVERY = 4  # of the residuals, for time's sake
-# What may explain a variance, and how many levels of it the picture shows.
+MAX_RESIDUAL = 4.0  # px: larger ones are wrong matches
+STEP = 4  # fits every `STEP`-th residual, to save time
+# Quantities that may explain the variance.
 QUANTITIES = {
     "nothing": lambda row: 0.0,
     "motion": lambda row: float(row["motion_px"]),
@@ -34,24 +35,22 @@ QUANTITIES = {
     "age": lambda row: float(row["age"]),
     "no right column": lambda row: 1.0 - float(row["stereo"]),
 }
-AXES = {
-    "image motion (px)": lambda row: float(row["motion_px"]),
-    "octave": lambda row: float(row["octave"]),
-    "inverse depth (1/m)": lambda row: float(row["inverse_depth"]),
-    "observations": lambda row: float(row["observations"]),
-    "age (keyframes)": lambda row: float(row["age"]),
-    "right column (0: none)": lambda row: float(row["stereo"]),
+AXES = {  # of the picture: column and step of the tics
+    "image motion (px)": ("motion_px", 50),
+    "octave": ("octave", 1),
+    "inverse depth (1/m)": ("inverse_depth", 0.4),
+    "observations": ("observations", 1),
+    "age (keyframes)": ("age", 1),
+    "right column (0: none)": ("stereo", 1),
 }
 
 
 def read(path):
-    with open(path) as file:
-        rows = [row for row in csv.DictReader(file)]
-    return [row for row in rows if math.hypot(float(row["e_u"]), float(row["e_v"])) < MAX_RESIDUAL]
+    return [row for row in rows_of(path) if math.hypot(float(row["e_u"]), float(row["e_v"])) < MAX_RESIDUAL]
 
 
 def samples_of(rows, quantity):
-    return [(quantity(row), float(row[name]) ** 2) for row in rows[::EVERY] for name in ("e_u", "e_v")]
+    return [(quantity(row), float(row[name]) ** 2) for row in rows[::STEP] for name in ("e_u", "e_v")]
 
 
 def fit(samples):
@@ -80,14 +79,14 @@ def fit(samples):
 
 
 def mean_nll(samples, a, b):
-    """Mean negative log likelihood, nats, but for a constant."""
+    """Mean negative log likelihood up to a constant, nats."""
     return statistics.fmean(0.5 * math.log(a + b * x) + (NU + 1) / 2 * math.log1p(square / (NU * (a + b * x)))
                             for x, square in samples)
 
 
-def levels(rows, quantity):
-    """(x, rms) of six levels with as many residuals each; of what takes few values, one a value."""
-    ordered = sorted((quantity(row), float(row["e_u"]) ** 2 + float(row["e_v"]) ** 2) for row in rows)
+def levels(rows, column):
+    """(x, rms) of six quantile groups; of each value if there are few."""
+    ordered = sorted((float(row[column]), float(row["e_u"]) ** 2 + float(row["e_v"]) ** 2) for row in rows)
     values = sorted({x for x, _ in ordered})
     if len(values) <= 8:
         parts = [[p for p in ordered if p[0] == value] for value in values]
@@ -97,22 +96,20 @@ def levels(rows, quantity):
             for part in parts if len(part) >= 30]
 
 
-def draw(sets):
-    script = ["set terminal svg size 900,520 dynamic background '#ffffff'", f"set output '{PICTURE}'",
-              "set multiplot layout 2,3", "set yrange [0:1.4]", "set grid", "set key top left",
+def picture(sets):
+    script = ["set encoding utf8", "set multiplot layout 2,3", "set yrange [0:1.4]", "set grid", "set key bottom right",
               "set ylabel 'RMS of u, v (px)'"]  # fmt: skip
-    for number, (name, quantity) in enumerate(AXES.items()):
-        blocks = []
+    for number, (name, (column, step)) in enumerate(AXES.items()):
+        curves = []
         for i, (which, rows) in enumerate(sets.items()):
-            script.append(f"$d{number}_{i} << EOD")
-            script += [f"{x} {y}" for x, y in levels(rows, quantity)] + ["EOD"]
-            blocks.append(f"$d{number}_{i} with linespoints title '{which if number == 0 else ''}' noenhanced")
-        script += [f"set xlabel '{name}'", "plot " + ", ".join(blocks)]
-    subprocess.run(["gnuplot"], input="\n".join(script) + "\nunset multiplot\n", text=True, check=True)
+            script.append(data_block(f"d{number}_{i}", levels(rows, column)))
+            curves.append(f"$d{number}_{i} with linespoints title '{which if number == 0 else ''}'")
+        script += [f"set xlabel '{name}'", f"set xtics {step}", "plot " + ", ".join(curves)]
+    return Picture(1050, 600, "\n".join(script) + "\nunset multiplot\n")
 
 
 def fit_models(sets, folder):
-    """{x: {set: a, b and the mean negative log likelihood of the set by what was fitted to the others}}"""
+    """{x: {set: a, b fitted to the other sets, and the mean negative log likelihood of the set}}"""
     models = {}
     for name, quantity in QUANTITIES.items():
         samples = {which: samples_of(rows, quantity) for which, rows in sets.items()}
@@ -137,12 +134,12 @@ def main():
     found = sorted(results.glob("residuals/*/inl/residuals.csv"))
     sets = {path.parent.parent.name: read(path) for path in found}
     if len(sets) < 2:
-        sys.exit(f"{results}/residuals: {len(sets)} sets; expected at least 2, to judge one by what the others say")
+        sys.exit(f"{results}/residuals: {len(sets)} sets; expected at least 2, to fit to one and evaluate on another")
     folder = results / "noise"
     folder.mkdir(parents=True, exist_ok=True)
     models = fit_models(sets, folder)
     (folder / "models.json").write_text(json.dumps(models, indent=1) + "\n")
-    draw(sets)
+    draw(picture(sets), PICTURE)
 
 
 main()

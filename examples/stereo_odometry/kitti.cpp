@@ -31,7 +31,7 @@ Matrix34 matrix(const TextFile& file, std::string_view text, const std::string& 
   return M;
 }
 
-// A projection matrix K [I | offset]; `offset` is -1 times the camera's place in the frame of the poses.
+// A projection matrix K [I | offset]; the camera is at -offset in the frame of the poses.
 struct Projection {
   Eigen::Matrix3d K;
   Eigen::Vector3d offset;
@@ -49,14 +49,14 @@ Projection projection(const TextFile& file, std::string_view text) {
   return {K, K.inverse() * P.col(3)};
 }
 
-// Sets the camera; returns the left camera's place in the frame of the poses: not its origin if that is another camera.
+// Sets the camera. Returns the left camera's position in the frame of the poses, whose origin may be another camera.
 Eigen::Vector3d read_calibration(const std::string& path, int left_matrix, maxlogdet::PinholeCamera& camera) {
   const std::string left_label = "P" + std::to_string(left_matrix);
   const std::string right_label = "P" + std::to_string(left_matrix + 1);
   TextFile file(path, "calibration file");
   std::map<std::string, Projection> found;
   while (const auto text = file.next()) {
-    std::string label = found.empty() ? left_label : right_label;  // of bare numbers
+    std::string label = found.empty() ? left_label : right_label;  // of a line without a label
     const auto colon = text->find(':');
     if (colon != std::string_view::npos) label = maxlogdet::sim::trimmed(text->substr(0, colon));
     if (label != left_label && label != right_label) continue;

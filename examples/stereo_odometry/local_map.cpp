@@ -84,7 +84,7 @@ bool LocalMap::needs_keyframe(const Pose& T_cw) const {
          maxlogdet::sim::rotation_angle(motion.linear()) > options_.min_rotation;
 }
 
-// By the last keyframe.
+// Adds an observation of the last keyframe.
 void LocalMap::observe(std::size_t point, const StereoFeatures& features, const Match& match) {
   const View& view = views_.back();
   MapPoint& seen = map_.points[point];
@@ -99,17 +99,16 @@ void LocalMap::observe(std::size_t point, const StereoFeatures& features, const 
   map_.is_stereo[point] = match.is_stereo() ? 1 : 0;
   seen.observations.push_back({view.number, match});
   seen.observations.back().match.inv_sigma2 = 1 / (aligned_sigma * aligned_sigma);
-  // The first one stays: it has the depth.
+  // Keeps the first observation, which has the depth.
   if (seen.observations.size() > options_.keyframes) seen.observations.erase(seen.observations.begin() + 1);
   const auto observations = static_cast<double>(seen.observations.size());
-  map_.chances[point] = observations / (observations + 2);  // 0.33 to 0.71; counted on two KITTI clips: 0.27 to 0.79
+  map_.chances[point] = observations / (observations + 2);  // 0.33 to 0.71; measured on two KITTI clips: 0.27 to 0.79
 }
 
-// Gauss-Newton on sum ||z - h(T_cw, p)||^2 inv_sigma2, all poses fixed; the covariance is the inverse of its
-// information.
+// Gauss-Newton on sum ||z - h(T_cw, p)||^2 inv_sigma2 with all poses fixed; the covariance is the inverse information.
 void LocalMap::refine(std::size_t point) {
   Eigen::Vector3d position = map_.positions[point];
-  double least = HUGE_VAL;
+  double lowest = HUGE_VAL;
   for (int step = 0; step < 3; ++step) {
     double cost = 0;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -125,8 +124,8 @@ void LocalMap::refine(std::size_t point) {
       cost += match.inv_sigma2 * at.residual.head(at.rows).squaredNorm();
     }
     const Eigen::Matrix3d covariance = information.inverse();
-    if (!(cost <= least) || !covariance.allFinite()) return;
-    least = cost;
+    if (!(cost <= lowest) || !covariance.allFinite()) return;
+    lowest = cost;
     map_.positions[point] = position;
     map_.covariances[point] = covariance;
     position += covariance * gradient;

@@ -88,8 +88,7 @@ void Matcher::add(const MapPoints& map, std::uint32_t point, std::int64_t keypoi
   points_.push_back(point);
 }
 
-// Brings the matches from the `first` on to where the image looks as where their points were last seen, all of one
-// keyframe at once.
+// Aligns the matches from `first` on with the patches of their points' last observations, one keyframe at a time.
 void Matcher::align(const LocalMap& map, std::size_t first) {
   is_aligned_.resize(points_.size());
   for (const View& view : map.views()) {

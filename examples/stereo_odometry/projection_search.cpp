@@ -9,7 +9,7 @@ namespace {
 
 constexpr int cell_size = 32;      // px
 constexpr int max_distance = 100;  // of descriptors, bits of 256
-constexpr double ratio = 0.8;      // a match is better than the next best by so much
+constexpr double ratio = 0.8;      // of a match's distance to the next best one's, at most
 constexpr double min_cosine = 0.5;
 
 }  // namespace
@@ -58,7 +58,8 @@ void ProjectionSearch::start(const StereoFeatures& features) {
   cell_end_.assign(static_cast<std::size_t>(columns_ * rows_) + 1, 0);
   for (const cv::KeyPoint& k : features.keypoints) ++cell_end_[cell_of(k.pt) + 1];
   for (std::size_t cell = 1; cell < cell_end_.size(); ++cell) cell_end_[cell] += cell_end_[cell - 1];
-  for (std::size_t i = 0; i < features.size(); ++i) {  // each entry goes from its cell's begin to its end
+  for (std::size_t i = 0; i < features.size();
+       ++i) {  // counting sort: each entry advances from its cell's begin to its end
     const cv::KeyPoint& k = features.keypoints[i];
     keypoints_[cell_end_[cell_of(k.pt)]++] = {k.pt.x, k.pt.y, features.u_right[i], k.octave, static_cast<int>(i)};
   }
@@ -72,7 +73,7 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
   const int first_column = cell_at(prediction.u - radius, columns_),
             last_column = cell_at(prediction.u + radius, columns_);
   const int last_row = cell_at(prediction.v + radius, rows_);
-  int best = -1, least = 257, next = 257, best_octave = 0, next_octave = 0;
+  int best = -1, best_bits = 257, next_bits = 257, best_octave = 0, next_octave = 0;
   for (int row = cell_at(prediction.v - radius, rows_); row <= last_row; ++row) {
     const int first_cell = row * columns_ + first_column, last_cell = row * columns_ + last_column;
     std::size_t k = first_cell == 0 ? 0 : cell_end_[static_cast<std::size_t>(first_cell - 1)];
@@ -83,17 +84,17 @@ std::int64_t ProjectionSearch::find(const Prediction& prediction, double radius)
         continue;
       if (seen.u_right >= 0 && std::abs(seen.u_right - prediction.u_right) > radius) continue;
       const int bits = distance(prediction.descriptor.data(), features_->descriptors.ptr(seen.index));
-      if (bits < least) {
-        next = least, next_octave = best_octave;
-        least = bits, best_octave = seen.octave, best = seen.index;
-      } else if (bits < next) {
-        next = bits, next_octave = seen.octave;
+      if (bits < best_bits) {
+        next_bits = best_bits, next_octave = best_octave;
+        best_bits = bits, best_octave = seen.octave, best = seen.index;
+      } else if (bits < next_bits) {
+        next_bits = bits, next_octave = seen.octave;
       }
     }
   }
-  // The same corner is often a keypoint of two levels: only a rival of the same level makes a match doubtful.
-  const bool is_doubtful = best_octave == next_octave && least > ratio * next;
-  return least <= max_distance && !is_doubtful ? best : none;
+  // The same corner is often a keypoint of two levels, so only a rival of the same level makes a match ambiguous.
+  const bool is_ambiguous = best_octave == next_octave && best_bits > ratio * next_bits;
+  return best_bits <= max_distance && !is_ambiguous ? best : none;
 }
 
 void ProjectionSearch::find_all(const std::vector<Prediction>& predictions, double radius,

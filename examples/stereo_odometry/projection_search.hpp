@@ -8,7 +8,7 @@
 
 namespace stereo_odometry {
 
-/// A point as it should look from a pose.
+/// The predicted appearance of a point from a pose.
 struct Prediction {
   std::uint32_t point = 0;           ///< its index in the map
   int octave = 0;                    ///< of the keypoint
@@ -16,26 +16,26 @@ struct Prediction {
   Descriptor descriptor{};
 };
 
-/// The points in front of the camera, in the image, from not too far off where they were seen before, in their order;
-/// of those that a keyframe from `first_view` on has seen.
+/// Finds the points that a keyframe from `first_view` on has seen, that are in front of the camera and in the image,
+/// and that appear at a similar angle and distance as before; in their order.
 void find_points_in_view(const MapPoints& map, std::int64_t first_view, const maxlogdet::PinholeCamera& camera,
                          int width, int height, const maxlogdet::sim::Pose& T_cw, std::vector<Prediction>& result);
 
-/// Keypoints by place, to search around projections.
+/// Keypoints in cells of the image, to search around projections.
 class ProjectionSearch {
  public:
   ProjectionSearch(int width, int height);
 
   static constexpr std::int64_t none = -1;
 
-  /// Begins anew with the keypoints of an image. The features stay the caller's.
+  /// Starts with the keypoints of an image; keeps a pointer to the features.
   void start(const StereoFeatures& features);
 
-  /// The keypoint most like the point within `radius` times its level's scale, px; none if it is not like it enough, or
-  /// another one is nearly as like. Keypoints that are taken are passed by.
+  /// The keypoint with the smallest distance of descriptors within `radius` times the scale of the level, px; none if
+  /// that distance is large, or another one's is nearly as small. Skips keypoints that are taken.
   std::int64_t find(const Prediction& prediction, double radius) const;
 
-  /// Searches all; of several points that claim one keypoint the most like gets it. found[i]: of predictions[i].
+  /// Searches for all; if several points claim one keypoint, the one with the smallest distance gets it.
   void find_all(const std::vector<Prediction>& predictions, double radius, std::vector<std::int64_t>& found);
 
   void take(std::int64_t keypoint) { is_taken_[static_cast<std::size_t>(keypoint)] = 1; }
@@ -52,8 +52,8 @@ class ProjectionSearch {
 
   const StereoFeatures* features_ = nullptr;
   int columns_, rows_;
-  std::vector<Keypoint> keypoints_;      // cell by cell
-  std::vector<std::uint32_t> cell_end_;  // of them, a cell each; cell 0 begins at 0
+  std::vector<Keypoint> keypoints_;      // sorted by cell
+  std::vector<std::uint32_t> cell_end_;  // of each cell in keypoints_; cell 0 begins at 0
   std::vector<char> is_taken_;
   std::vector<std::int64_t> claimed_by_;
 };

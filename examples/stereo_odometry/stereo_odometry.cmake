@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Everything but main(), as a library: for the program and for its tests. Where OpenCV or yaml-cpp is missing,
-# stereo_odometry_FOUND is false and there is no library.
+# A library of everything except the command line and main(), for the program and its tests. If OpenCV or yaml-cpp is
+# missing, stereo_odometry_FOUND is false and there is no library.
 find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs features2d calib3d video)
 find_package(yaml-cpp QUIET)
 set(stereo_odometry_FOUND FALSE)

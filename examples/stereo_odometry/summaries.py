@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What ci/tracker_page has recorded: a summary.json for each set and number of keypoints, and ratios of its errors."""
+"""What ci/tracker_page recorded, a summary.json for each set and number of keypoints; and ratios of its errors."""
 
-import json
 import math
 import statistics
+
+from maxlogdet_tools.files import json_of
 
 SETS = {
     "kitti_clip_1": "a straight road, 51 stereo pairs at 10 Hz",
@@ -14,7 +15,7 @@ RPE, ROE = "rpe_m_per_s", "roe_deg_per_s"
 
 
 def results_of(folder):
-    return json.loads((folder / "summary.json").read_text())
+    return json_of(folder / "summary.json")
 
 
 def entry_of(run, **which):
@@ -26,7 +27,7 @@ def find(results, selector, budget=100):
 
 
 def every(results, folder):
-    """{set: [results of each number of keypoints]} of a folder that ci/tracker_page has filled everywhere."""
+    """{set: [results of each number of keypoints]} of a folder that ci/tracker_page fills for every set."""
     return {name: [results_of(path) for path in sorted((results / folder / name).iterdir())]
             for name in SETS if (results / folder / name).is_dir()}
 
@@ -36,7 +37,7 @@ def geometric_mean(values):
 
 
 def ratio(runs, key, **which):
-    """To inl's of the same run, the geometric mean over runs."""
+    """The ratio to inl in the same run, the geometric mean over runs."""
     return geometric_mean(entry_of(r, **which)[key] / find(r, "inl")[key] for r in runs)
 
 
@@ -45,14 +46,14 @@ def both(runs, **which):
 
 
 def interval(runs, error, against="inl", **which):
-    """(difference, half width of its 95 % interval), percent, means over runs: runs of one set are no independent
-    witnesses, so the interval gets no narrower."""
+    """(difference, half width of its 95 % interval), percent, means over runs. Runs of one set are not independent, so
+    they do not narrow the interval."""
     differences = [entry_of(r, **which)["against"][against][error] for r in runs]
     return [statistics.fmean(d[key] for d in differences) for key in ("percent", "ci95")]
 
 
 def contestants(runs):
-    """(selector, budget) of all that are compared with inl."""
+    """(selector, budget) of all contestants except inl."""
     return [(e["selector"], e["budget"]) for e in runs[0] if e["selector"] != "inl"]
 
 

@@ -51,7 +51,7 @@ void number(std::vector<std::uint32_t>& all, std::size_t count) {
   std::iota(all.begin(), all.end(), 0U);
 }
 
-// Leaves at most `count`, evenly spaced.
+// Keeps at most `count`, evenly spaced.
 void thin(std::vector<Prediction>& all, std::size_t count) {
   if (all.size() <= count) return;
   for (std::size_t i = 0; i < count; ++i) all[i] = all[i * all.size() / count];
@@ -102,7 +102,7 @@ const FrameResult& StereoTracker::track(const StereoFeatures& features) {
   return result_;
 }
 
-// A frame without a single stereo match begins nothing: then the next one may.
+// A frame with too few stereo matches begins no map; the next one may.
 void StereoTracker::begin_map(const StereoFeatures& features) {
   map_.clear();
   map_.add_keyframe(result_.T_cw, features, {}, {});
@@ -115,7 +115,7 @@ void StereoTracker::begin_map(const StereoFeatures& features) {
   watch_.lap(result_.ms.mapping);
 }
 
-// Wider and wider around the prediction, until enough agree on a pose: the second frame has no velocity yet.
+// Widens the search around the prediction until enough matches agree on a pose: the second frame has no velocity yet.
 bool StereoTracker::find_coarse_pose(const StereoFeatures& features) {
   std::vector<Prediction>& points = matcher_.predict(map_.points(), result_.T_cw, map_.first_of_last(1));
   thin(points, options_.coarse_points);
@@ -160,7 +160,7 @@ void StereoTracker::match_local_map() {
   watch_.lap(result_.ms.outlier_rejection);
 }
 
-// The matches as the library takes them.
+// Converts the matches to the library's arrays.
 void StereoTracker::fill_arrays() {
   arrays_.clear();
   for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
@@ -168,7 +168,7 @@ void StereoTracker::fill_arrays() {
   }
 }
 
-// Residuals know as much of each match's errors as its block: pixel noise, and the covariance of its point.
+// Residuals have the noise of their blocks: pixel noise, and the covariance of the point.
 void StereoTracker::whiten_matches(const std::vector<std::uint32_t>& which) {
   const maxlogdet::sim::SelectorSettings& settings = options_.selection;
   if (!weighs_map_errors(settings)) return;
@@ -185,9 +185,9 @@ void StereoTracker::select() {
   watch_.lap(result_.ms.selection);
 }
 
-// Blocks are predicted, as the points should look from the coarse pose; what the library proposes is searched for. The
-// map's own arrays are what blocks are made of. Candidates are the points in view, but not those that the last keyframe
-// has missed: of what was proposed of these one in ten was found.
+// Makes blocks of the predictions at the coarse pose, from the map's own arrays, and searches for the points that the
+// library proposes. Candidates are the points in view that the last keyframe has seen: of the others only one proposal
+// in ten was found.
 void StereoTracker::match_actively() {
   const std::size_t candidates =
       matcher_.predict(map_.points(), result_.T_cw, map_.first_of_last(options_.candidate_keyframes)).size();
@@ -228,7 +228,7 @@ void StereoTracker::optimize() {
   whiten_matches(result_.selected);
   const Rejection pose = reject_outliers(matcher_.frame().camera, matcher_.matches(), result_.selected, result_.T_cw,
                                          options_.optimization, whitenings_);
-  // A small budget cannot bring as many: half of what was selected is enough then.
+  // With a small budget half of the selected matches suffices.
   const std::size_t enough = std::min(options_.min_matches, (result_.selected.size() + 1) / 2);
   const bool is_good = pose.estimate.is_usable() && pose.inliers.size() >= std::max<std::size_t>(enough, 6);
   result_.T_cw = is_good ? pose.estimate.T_cw : predicted_pose_;
@@ -236,10 +236,9 @@ void StereoTracker::optimize() {
   watch_.lap(result_.ms.pose_optimization);
 }
 
-// What was not selected is matched nevertheless: flags by chi2 at the new pose, for selected and unselected alike.
-// A keyframe needs the other matches too, or it would make new points of what the map has already. Of points that the
-// last keyframe has missed one in ten is found again, and of those that the last two have missed one in thirty (counted
-// on both KITTI clips): these are left alone.
+// Sets outlier flags by chi2 at the new pose, for selected and unselected matches alike. A keyframe also needs the
+// other matches, or it would duplicate points of the map. Of the points that the last keyframe has missed one in ten is
+// found again, of those that the last two have missed one in thirty (counted on both KITTI clips): it skips the latter.
 void StereoTracker::judge(const StereoFeatures& features) {
   watch_ = Stopwatch();
   result_.is_keyframe = result_.status == FrameStatus::tracked && map_.needs_keyframe(result_.T_cw);
@@ -250,7 +249,7 @@ void StereoTracker::judge(const StereoFeatures& features) {
     watch_.lap(result_.ms.matching_the_rest);
   }
   number(all_, matcher_.matches().size());
-  whiten_matches(all_);  // of new ones too, and from where the camera is
+  whiten_matches(all_);  // also of new matches, at the new pose
   for (std::size_t i = 0; i < matcher_.matches().size(); ++i) {
     const maxlogdet::sim::Whitening* const whitening = whitenings_.empty() ? nullptr : &whitenings_[i];
     const bool is_inlier =
@@ -259,7 +258,7 @@ void StereoTracker::judge(const StereoFeatures& features) {
   }
   if (options_.estimates_noise && result_.status == FrameStatus::tracked) estimate_noise();
   watch_.lap(result_.ms.mapping);
-  if (options_.keeps_residuals) keep_residuals();  // outside all times
+  if (options_.keeps_residuals) keep_residuals();  // not timed
   watch_ = Stopwatch();
   if (result_.is_keyframe) {
     keyframe_matches_.clear();
@@ -274,7 +273,7 @@ void StereoTracker::judge(const StereoFeatures& features) {
   watch_.lap(result_.ms.mapping);
 }
 
-// From where the patch was seen that the match is aligned with, px.
+// Distance from the patch that the match is aligned with, px.
 double StereoTracker::motion_of(std::size_t match) const {
   const Match& seen = matcher_.matches()[match];
   const cv::Point2f& from = map_.points().points[matcher_.points()[match]].pixel;
@@ -314,7 +313,8 @@ void StereoTracker::estimate_noise() {
   matcher_.set_noise(noise_.noise());
 }
 
-// For the record, outside all times: the same search with what was selected required, and without, to prove a bound.
+// For the record, not timed: one search that requires the selected matches, for their log det, and one without, for its
+// upper bound.
 void StereoTracker::measure_selection() {
   if (result_.status != FrameStatus::tracked) return;
   const maxlogdet::sim::Frame& frame = matcher_.frame();
@@ -334,7 +334,7 @@ void StereoTracker::measure_selection() {
   }
   options.required = required.data();
   result_.log_det = certifier_.select(blocks_, options).log_det;
-  if (options_.active) return;  // what else there was to match is not known
+  if (options_.active) return;  // the other candidates were not matched
   options.required = nullptr;
   options.certify = true;
   options.certificate_passes = 8;

@@ -37,14 +37,14 @@ std::optional<Fields> next_row(TextFile& file) {
   return std::nullopt;
 }
 
-// The numbers of one line; those from `least` on may be left out.
-template <std::size_t Most>
-std::size_t read_numbers(TextFile& file, std::size_t least, const std::string& names,
-                         std::array<double, Most>& values) {
+// Reads the numbers of one line, of which at least `min_count` must be present. Returns how many are.
+template <std::size_t max_count>
+std::size_t read_numbers(TextFile& file, std::size_t min_count, const std::string& names,
+                         std::array<double, max_count>& values) {
   const std::string expected = "a line '" + names + "'";
   const std::optional<Fields> fields = next_row(file);
   if (!fields) file.fail_at_end(expected);
-  if (fields->size() < least || fields->size() > Most) {
+  if (fields->size() < min_count || fields->size() > max_count) {
     file.fail(expected + ", not " + std::to_string(fields->size()) + " fields");
   }
   for (std::size_t i = 0; i < fields->size(); ++i) values[i] = file.number((*fields)[i], "'" + names + "'");
@@ -64,10 +64,7 @@ Camera read_camera(const std::string& path) {
   std::copy(lens.begin() + 4, lens.end(), camera.distortion.begin());
   std::array<double, 3> image = {0, 0, camera.depth_units};
   read_numbers(file, 2, image_names, image);
-  constexpr double largest = 32766;  // of an image that cv::remap takes
-  for (const double side : {image[0], image[1]}) {
-    if (!(side >= 1 && side <= largest && side == std::floor(side))) file.fail("a width and height from 1 to 32766 px");
-  }
+  if (!is_image_side(image[0]) || !is_image_side(image[1])) file.fail(expected_image_sides);
   if (!(image[2] >= 1 && image[2] <= 1e6)) file.fail("from 1 to 1000000 depth units a metre");
   camera.size = cv::Size(static_cast<int>(image[0]), static_cast<int>(image[1]));
   camera.depth_units = image[2];
@@ -82,11 +79,6 @@ struct StampedImage {
   double time;  // s
   std::string file;
 };
-
-void refuse_control_characters(const TextFile& file, std::string_view name) {
-  const auto is_control = [](unsigned char c) { return c < ' ' || c == 127; };
-  if (std::any_of(name.begin(), name.end(), is_control)) file.fail("a file name without control characters");
-}
 
 std::vector<StampedImage> list_images(const std::string& folder, const std::string& name) {
   TextFile file(folder + "/" + name + ".txt", "list of images");
@@ -103,7 +95,7 @@ std::vector<StampedImage> list_images(const std::string& folder, const std::stri
   return images;
 }
 
-// As the data set's own associate.py: of all pairs near enough in time the nearest first, each image once at most.
+// As the data set's own associate.py: pairs in order of their difference in time, each image at most once.
 std::vector<Recording::Pair> associate(const std::string& folder) {
   struct Candidate {
     double difference;  // s
@@ -134,7 +126,7 @@ std::vector<Recording::Pair> associate(const std::string& folder) {
   return pairs;
 }
 
-// Some tools write depth images first; the folders tell.
+// Some tools write depth images first: the folders distinguish them.
 std::vector<Recording::Pair> read_associations(const std::string& folder) {
   TextFile file(folder + "/associations.txt", "list of image pairs");
   const std::string expected = "'timestamp rgb/FILE timestamp depth/FILE'";
@@ -169,11 +161,11 @@ std::vector<Recording::Pair> list_pairs(const std::string& folder) {
   return associate(folder);
 }
 
-// Sets camera, size and map. Depth is along the camera's axis and stays what it is.
+// Sets camera, size and map. Depth is measured along the optical axis and does not change.
 void undistort(const Camera& camera, Recording& recording) {
   cv::Matx33d K = camera.K;
   if (cv::countNonZero(camera.distortion) > 0) {
-    K = cv::getOptimalNewCameraMatrix(camera.K, camera.distortion, camera.size, 0);  // 0: no pixel without a source
+    K = cv::getOptimalNewCameraMatrix(camera.K, camera.distortion, camera.size, 0);  // 0: every pixel has a source
     cv::initUndistortRectifyMap(camera.K, camera.distortion, cv::Matx33d::eye(), K, camera.size, CV_32FC1,
                                 recording.left_map.x, recording.left_map.y);
   }
@@ -210,7 +202,7 @@ Recording read_tum_rgbd(const std::string& folder) {
   Recording recording;
   recording.pairs = list_pairs(folder);
   expect_files(recording.pairs);
-  read_grey(recording.pairs.front().left, camera.size);  // before maps are made, of whatever size the file tells
+  read_grey(recording.pairs.front().left, camera.size);  // before maps of the size in the file are made
   const auto has_depth = [&](const Recording::Pair& pair) {
     return cv::countNonZero(read_depth(pair.right, camera.size)) > 0;
   };
@@ -224,9 +216,8 @@ Recording read_tum_rgbd(const std::string& folder) {
   const std::string truth_file = folder + "/groundtruth.txt";
   if (!fs::exists(truth_file, error)) return recording;
   const maxlogdet::sim::Trajectory truth = maxlogdet::sim::read_tum(truth_file);
-  constexpr double longest_gap = 0.1 + 1e-4;  // s; as in euroc.cpp
   for (Recording::Pair& pair : recording.pairs) {
-    pair.T_wc = pose_at(truth, pair.time, longest_gap);
+    pair.T_wc = pose_at(truth, pair.time, max_truth_gap);
     if (pair.T_wc && !pair.T_wc->matrix().allFinite()) {
       throw InputError(truth_file + ": expected poses between which float64 can hold the camera's place");
     }

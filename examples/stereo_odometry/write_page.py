@@ -1,38 +1,32 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of docs/tracker.md from what the stereo odometry wrote, and copies its picture beside them.
+"""Rewrites the tables of docs/tracker.md from the results of the stereo odometry, and copies its picture.
 
 Usage: write_page.py RESULTS [--mean-budgets SET/N]    RESULTS: the folder that ci/tracker_page fills
-A table stands between the lines '<!-- begin NAME -->' and '<!-- end NAME -->'. All rows and columns of those that the
-page shortens go to examples/stereo_odometry/results/*.csv. --mean-budgets only prints what the targets have selected.
+examples/stereo_odometry/results/*.csv get all rows and columns of tables that the page shortens. --mean-budgets only
+prints how many matches each target selected on average.
 """
 
-import csv
 import datetime
-import json
 import math
 import pathlib
 import shutil
 import statistics
 import sys
-import textwrap
 
+from maxlogdet_tools.files import json_of, rows_of, write_csv
+from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.project import ROOT, cpu_model
 from summaries import (ROE, RPE, SETS, both, changes, contestants, entry_of, every, find, geometric_mean, interval,
                        ratio, results_of)  # fmt: skip
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-sys.path.insert(0, str(ROOT / "bench"))
-
-from results import cpu_model  # noqa: E402
-from write_tables import replace_between, table  # noqa: E402
-
 PAGE = ROOT / "docs/tracker.md"
-TABLES = ROOT / "examples/stereo_odometry/results"
+RECORDS = ROOT / "examples/stereo_odometry/results"
 BATCHES = (5, 10, 20, 40, 100)
 BLOCKS = ("measurement", "measurement_and_map", "map_bias")
 WEIGHTS = ("measurement", "measurement_and_map")
 STREETS = ("kitti_clip_1", "kitti_0039_a")
-# What the page shows; the rest is in the CSV files.
+# The parts that the page shows; the records have everything.
 SHOWN = [("kitti_clip_1", 30), ("kitti_clip_1", 100),
          ("kitti_0039_a", 30), ("kitti_0039_a", 100), ("kitti_0039_a", 200), ("tum_fr1_rpy_a", 100)]  # fmt: skip
 SHOWN_TARGETS = [(name, level) for name in STREETS for level in (0.5, 0.7)]
@@ -40,17 +34,12 @@ HIDDEN = ("quality_md", "all_weighted")
 STAGES = ("matching", "selection", "pose_optimization")
 
 
-def write_csv(name, header, rows):
-    TABLES.mkdir(exist_ok=True)
-    with open(TABLES / name, "w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
-    print(f"wrote {(TABLES / name).relative_to(ROOT)}")
+def record(name, header, rows):
+    write_csv(RECORDS / name, header, rows)
 
 
 def origin(results):
-    """Of what the numbers are, and when the last of them was recorded."""
+    """The machine of the numbers, and the day of the last one."""
     newest = max(path.stat().st_mtime for path in results.rglob("summary.json"))
     day = datetime.date.fromtimestamp(newest).isoformat()
     return f"{cpu_model()}, one thread, recorded {day}; `ci/tracker_page`."
@@ -60,7 +49,7 @@ def origin(results):
 
 
 def error_records(summary):
-    """A line a set, selector and budget, for the CSV file."""
+    """A line per set, selector and budget, for the record."""
     for name, runs in summary.items():
         for selector, budget in [*contestants(runs), ("inl", None)]:
             at = {"selector": selector, "budget": budget}
@@ -82,7 +71,7 @@ def set_rows(summary):
 
 
 def error_rows(summary):
-    """A row a selector, errors at the budgets that are shown; and the intervals."""
+    """A row per selector with its errors at the shown budgets; and the intervals."""
     selectors = dict.fromkeys(selector for selector, _ in contestants(summary[STREETS[0]]))
     for selector in (s for s in selectors if s not in HIDDEN):
         has_budget = find(summary[STREETS[0]][0], selector)["budget"] is not None
@@ -93,7 +82,7 @@ def error_rows(summary):
 
 
 def half_widths(runs, budget):
-    """The 95 % intervals of all selectors with that budget, the median of their half widths."""
+    """The median half width of the 95 % intervals of all selectors with that budget."""
     selectors = [selector for selector, k in contestants(runs) if k == budget]
     median = lambda error: statistics.median(interval(runs, error, selector=s, budget=budget)[1] for s in selectors)
     return f"{median('rpe') / 100:.2f} / {median('roe') / 100:.2f}"
@@ -102,10 +91,10 @@ def half_widths(runs, budget):
 def write_errors(results, summary):
     header = ["set", "selector", "budget", "rpe_ratio", "rpe_ci95", "roe_ratio", "roe_ci95", RPE, ROE,
               "inliers", "selected", "efficiency", *(f"{stage}_ms" for stage in STAGES)]  # fmt: skip
-    write_csv("errors.csv", header, error_records(summary))
-    replace_between(PAGE, "sets", table(["set", "images", "RPE (m/s)", "ROE (deg/s)", "inliers"], set_rows(summary)))
+    record("errors.csv", header, error_records(summary))
+    rewrite(PAGE, "sets", table(["set", "images", "RPE (m/s)", "ROE (deg/s)", "inliers"], set_rows(summary)))
     lines = table(["selector", *(f"{name}, {budget}" for name, budget in SHOWN)], error_rows(summary))
-    replace_between(PAGE, "errors", lines + ["", origin(results)])
+    rewrite(PAGE, "errors", lines + ["", origin(results)])
 
 
 # Goals, met and missed.
@@ -167,8 +156,8 @@ def write_goals(summary):
         if selector != "md_cells":
             shown = ", ".join(text if holds else f"**{text}**" for text, holds in found.values())
             lines.append(f"- `{selector}`, {goal}: {shown}")
-    write_csv("goals.csv", ["goal", "selector", "set", "found", "holds"], rows)
-    replace_between(PAGE, "goals", lines)
+    record("goals.csv", ["goal", "selector", "set", "found", "holds"], rows)
+    rewrite(PAGE, "goals", lines)
 
 
 # Blocks and weights, and the noise they know.
@@ -187,20 +176,20 @@ def weights_records(results):
 
 def write_weights(results):
     records = list(weights_records(results))
-    write_csv("weights.csv", ["set", "blocks", "weights", "rpe_ratio", "roe_ratio"], records)
+    record("weights.csv", ["set", "blocks", "weights", "rpe_ratio", "roe_ratio"], records)
     cells = {(name, blocks, weights): " / ".join(errors) for name, blocks, weights, *errors in records}
     columns = [(name, weights) for name in STREETS for weights in WEIGHTS]
     rows = [[blocks, *(cells.get((name, blocks, weights), "") for name, weights in columns)]
             for blocks in dict.fromkeys(record[1] for record in records)]
-    replace_between(PAGE, "weights", table(["blocks", *(f"{name}: `{weights}`" for name, weights in columns)], rows))
+    rewrite(PAGE, "weights", table(["blocks", *(f"{name}: `{weights}`" for name, weights in columns)], rows))
 
 
 def write_noise(results):
-    models = json.loads((results / "noise/models.json").read_text())
+    models = json_of(results / "noise/models.json")
     names = [name for name in SETS if name in models["nothing"]]
     rows = [[x, *(f"{models[x][s]['mean_nll'] - models['nothing'][s]['mean_nll']:+.3f}" for s in names)]
             for x in models if x != "nothing"]
-    replace_between(PAGE, "models", table(["x", *names], rows))
+    rewrite(PAGE, "models", table(["x", *names], rows))
 
     constant = every(results, "noise/constant")
     rows = []
@@ -208,14 +197,14 @@ def write_noise(results):
         runs = every(results, f"noise/{folder}")
         rows.append([label, *(changes(runs[name], constant[name], one) for name in runs for one in ("inl", "md"))])
     header = ["motion noise"] + [f"{name}: `{one}`" for name in constant for one in ("inl", "md")]
-    replace_between(PAGE, "noise", table(header, rows))
+    rewrite(PAGE, "noise", table(header, rows))
 
 
 # Targets in accuracy.
 
 
 def fixed_ratio(targets, fixed, level, key):
-    """The error of md with a fixed budget, the mean of what the target took in the same run."""
+    """The error of md with a fixed budget, the mean number that the target selected in the same run."""
     shares = []
     for run, other in zip(targets, fixed):
         taken = entry_of(run, selector="md", target_efficiency=level)["selected"]
@@ -242,7 +231,7 @@ def target_records(results):
 
 def write_targets(results):
     records = target_records(results)
-    write_csv("targets.csv", ["set", "target", "share", "mean", "min", "max", "rpe_ratio", "roe_ratio",
+    record("targets.csv", ["set", "target", "share", "mean", "min", "max", "rpe_ratio", "roe_ratio",
                               "fixed_rpe_ratio", "fixed_roe_ratio"],
               ([*key, *(f"{x:.{0 if 0 < i < 4 else 3}f}" for i, x in enumerate(record))]
                for key, record in records.items()))  # fmt: skip
@@ -252,11 +241,11 @@ def write_targets(results):
         rows.append([name, f"{level}", f"{100 * share:.0f} %", f"{mean:.0f}", f"{low:.0f} to {high:.0f}",
                      *(f"{a:.2f} / {b:.2f}" for a, b in (errors[:2], errors[2:]))])  # fmt: skip
     header = ["set", "target", "of the matches", "mean", "per frame", "RPE / ROE", "fixed budget"]
-    replace_between(PAGE, "targets", table(header, rows))
+    rewrite(PAGE, "targets", table(header, rows))
 
 
 def mean_budgets(folder):
-    """What the targets have selected on the mean, as --budget takes it."""
+    """The mean numbers of matches that the targets selected, as an argument of --budget."""
     budgets = {max(20, round(e["selected"])) for e in results_of(folder) if e["target_efficiency"] is not None}
     return ",".join(str(k) for k in sorted(budgets))
 
@@ -265,7 +254,7 @@ def mean_budgets(folder):
 
 
 def cost_rows(name, results):
-    """What the stages that selection makes cheaper cost, with and without what active's keyframes match afterwards."""
+    """Times of the stages that selection makes cheaper, with and without the matches that active's keyframes add."""
     total = lambda e: sum(e["ms"][stage] for stage in STAGES)
     all_inliers = total(find(results, "inl"))
     for one in ("inl", "md", "active"):
@@ -280,17 +269,17 @@ def write_active(results):
             *cost_rows("kitti_clip_1", results_of(results / "all"))]
     header = ["set", "selector", "matching (ms)", "selection (ms)", "pose opt. (ms)", "sum, of `inl`'s",
               "with keyframes' rest"]  # fmt: skip
-    replace_between(PAGE, "cost", table(header, rows))
+    rewrite(PAGE, "cost", table(header, rows))
     rows = [[name, *(both([results_of(results / f"batch_{n}_{name}")], selector="active") for n in BATCHES)]
             for name in ("kitti_0039_a", "kitti_clip_1")]
-    replace_between(PAGE, "batches", table(["set", *(f"{n}" for n in BATCHES)], rows))
+    rewrite(PAGE, "batches", table(["set", *(f"{n}" for n in BATCHES)], rows))
 
 
 # KITTI clip 1, and a camera at rest.
 
 
 def clip_record(run, e):
-    """All that summary.json says of a selector but the intervals against others than inl."""
+    """Everything in summary.json about a selector, except the intervals against selectors other than inl."""
     against = [f"{e['against']['inl'][error][key]:.1f}" if e["selector"] != "inl" else ""
                for error in ("rpe", "roe") for key in ("percent", "ci95")]
     efficiency = "" if e["efficiency"] is None else f"{e['efficiency']:.3f}"
@@ -301,7 +290,7 @@ def clip_record(run, e):
 
 
 def beyond(run, error):
-    """Which selectors have a higher and a lower error than inl, beyond the interval; in words."""
+    """The selectors whose error is higher or lower than inl's beyond the interval, as text."""
     found = {1: [], -1: []}
     for e in (e for e in run if e["selector"] not in ("inl", "all_weighted")):
         percent, half = (e["against"]["inl"][error][key] for key in ("percent", "ci95"))
@@ -313,7 +302,7 @@ def beyond(run, error):
 
 def write_clip(results):
     runs = {name: results_of(results / name) for name in ("all", "stochastic", "monocular")}
-    write_csv("kitti_clip_1.csv",
+    record("kitti_clip_1.csv",
               ["run", "selector", "ate_m", RPE, ROE, "rpe_percent", "rpe_ci95", "roe_percent", "roe_ci95",
                "rpe_1s_m_per_s", "roe_1s_deg_per_s", "tracked_percent",
                *(f"{stage}_ms" for stage in ("base", *STAGES, "total")), "inliers", "selected", "efficiency"],
@@ -321,10 +310,10 @@ def write_clip(results):
     greedy, stochastic = (find(runs[name], "md") for name in ("all", "stochastic"))
     of = lambda e: (f"{e['ms']['selection']:.3f} ms, efficiency {e['efficiency']:.3f}, RPE {e[RPE]:.4f} m/s and "
                     f"ROE {e[ROE]:.4f} deg/s")
-    replace_between(PAGE, "clip", textwrap.wrap(
+    rewrite(PAGE, "clip", paragraph(
         f"Beyond the 95 % interval, compared with `inl`, RPE is {beyond(runs['all'], 'rpe')}; "
         f"ROE is {beyond(runs['all'], 'roe')}. Lazy greedy takes {of(greedy)}; "
-        f"stochastic greedy, ε = 0.1, {of(stochastic)}.", 118))  # fmt: skip
+        f"stochastic greedy, ε = 0.1, {of(stochastic)}."))  # fmt: skip
     shutil.copy(results / "all/trajectory.svg", ROOT / "docs/images/tracker_trajectory.svg")
 
 
@@ -333,12 +322,11 @@ def write_rest(results):
     poses = [line.split() for line in lines if line[0] != "#"]
     drift = max(math.hypot(*(float(x) for x in pose[1:4])) for pose in poses)
     active, md = (find(results_of(results / "rest"), one) for one in ("active", "md"))
-    with open(results / "rest/md/frames.csv") as file:
-        keyframes = sum(row["keyframe"] == "1" for row in csv.DictReader(file))
-    replace_between(PAGE, "rest", textwrap.wrap(
+    keyframes = sum(row["keyframe"] == "1" for row in rows_of(results / "rest/md/frames.csv"))
+    rewrite(PAGE, "rest", paragraph(
         f"Over {float(poses[-1][0]) - float(poses[0][0]):.1f} s the camera seems to move by {1000 * drift:.1f} mm at "
         f"most (`md`), and {keyframes} keyframe(s) are made: matching takes {md['ms']['matching']:.2f} ms with `md`, "
-        f"{active['ms']['matching']:.2f} ms with `active`.", 118))  # fmt: skip
+        f"{active['ms']['matching']:.2f} ms with `active`."))  # fmt: skip
 
 
 def main():

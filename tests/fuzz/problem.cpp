@@ -2,6 +2,7 @@
 #include "tests/fuzz/problem.hpp"
 
 #include "simd/counter_random.hpp"
+#include "simd/rounding.hpp"
 #include "tests/fuzz/require.hpp"
 
 #include <algorithm>

@@ -20,6 +20,12 @@ class Pages(unittest.TestCase):
         self.assertEqual(pages.table(["a", "b"], [["1", "2"], ["3", "4"]]),
                          ["| a | b |", "|---|---|", "| 1 | 2 |", "| 3 | 4 |"])
 
+    def test_paragraphs_are_wrapped_between_words(self):
+        lines = pages.paragraph("word " * 30, "`a-b`" * 40)
+        self.assertEqual(len(lines), 3)
+        self.assertLessEqual(max(len(line) for line in lines[:2]), 120)
+        self.assertEqual(lines[2], "`a-b`" * 40, "longer than a line, but one word")
+
     def test_replaces_what_stands_between(self):
         self.page.write_text("head [old] tail\n")
         pages.replace_between(self.page, "[", "]", "new")

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-// What the tests of all layouts share.
+// Fixtures and helpers of the tests of all layouts.
 namespace maxlogdet::test {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ using stereo_odometry::open_dataset;
 using stereo_odometry::StereoImages;
 using Lines = std::vector<std::string>;
 
-/// A folder of its own for a dataset to be written into.
+/// A temporary folder for a dataset.
 class StereoDatasetFolder : public ::testing::Test {
  protected:
   StereoDatasetFolder() : folder_(::testing::TempDir() + "maxlogdet_stereo_" + std::to_string(Random().seed())) {
@@ -47,7 +47,7 @@ class StereoDatasetFolder : public ::testing::Test {
     ASSERT_TRUE(cv::imwrite(path(file), image)) << file;
   }
 
-  // Writes a file with one line replaced, expects the error, and puts the file back.
+  // Writes a file with one line replaced, expects the error, and restores the file.
   void expect_error_with(const std::string& file, const Lines& lines, std::size_t line, const std::string& text,
                          const std::string& expected) const {
     Lines changed = lines;
@@ -104,32 +104,37 @@ inline void write_bytes(const std::string& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// Whatever is done to a file, the folder is read, or there is an InputError of one line.
-inline void expect_no_crash_of_damaged_files(const std::string& folder, const Lines& files, std::size_t count) {
-  Random random;
-  SCOPED_TRACE(random.name());
+/// Changes, removes, inserts, truncates or repeats bytes, one to three times.
+inline std::string damaged(std::string bytes, Random& random) {
   const auto any = [&random](std::size_t n) {
     return static_cast<std::size_t>(random.integer(0, static_cast<int>(n) - 1));
   };
+  for (int changes = random.integer(1, 3); changes > 0 && !bytes.empty(); --changes) {
+    const std::size_t i = any(bytes.size());
+    constexpr char syntax[] = "[]{}:,- \n\t#&*!%'\"0e.9";
+    switch (random.integer(0, 4)) {
+      case 0: bytes[i] = static_cast<char>(random.integer(0, 255)); break;
+      case 1: bytes.erase(i, 1 + any(20)); break;
+      case 2: bytes.insert(i, 1, syntax[any(sizeof syntax - 1)]); break;
+      case 3: bytes.resize(i); break;
+      default: bytes.insert(i, bytes.substr(any(bytes.size()), 1 + any(30))); break;
+    }
+  }
+  return bytes;
+}
+
+/// However a file is damaged, the folder is read, or there is an InputError of one line.
+inline void expect_no_crash_of_damaged_files(const std::string& folder, const Lines& files, std::size_t count) {
+  Random random;
+  SCOPED_TRACE(random.name());
   std::size_t errors = 0;
   for (std::size_t trial = trials(count); trial > 0; --trial) {
-    const std::string file = folder + "/" + files[any(files.size())];
+    const std::string file =
+        folder + "/" + files[static_cast<std::size_t>(random.integer(0, static_cast<int>(files.size()) - 1))];
     SCOPED_TRACE(file + ", trials left " + std::to_string(trial));
     const std::string good = read_bytes(file);
     ASSERT_FALSE(good.empty());
-    std::string bytes = good;
-    for (int changes = random.integer(1, 3); changes > 0 && !bytes.empty(); --changes) {
-      const std::size_t i = any(bytes.size());
-      constexpr char telling[] = "[]{}:,- \n\t#&*!%'\"0e.9";
-      switch (random.integer(0, 4)) {
-        case 0: bytes[i] = static_cast<char>(random.integer(0, 255)); break;
-        case 1: bytes.erase(i, 1 + any(20)); break;
-        case 2: bytes.insert(i, 1, telling[any(sizeof telling - 1)]); break;
-        case 3: bytes.resize(i); break;
-        default: bytes.insert(i, bytes.substr(any(bytes.size()), 1 + any(30))); break;
-      }
-    }
-    write_bytes(file, bytes);
+    write_bytes(file, damaged(good, random));
     try {
       const auto dataset = open_dataset(folder);
       for (std::size_t i = 0; i < dataset->size(); ++i) {
@@ -145,7 +150,7 @@ inline void expect_no_crash_of_damaged_files(const std::string& folder, const Li
     }
     write_bytes(file, good);
   }
-  EXPECT_GT(errors, trials(count) / 5) << "damage is seen";
+  EXPECT_GT(errors, trials(count) / 5) << "damage is detected";
 }
 
 }  // namespace maxlogdet::test

@@ -72,7 +72,7 @@ stereo_odometry::StereoImages RenderedWorld::blank(int grey) {
   return {cv::Mat(height, width, CV_8UC1, cv::Scalar(grey)), cv::Mat(height, width, CV_8UC1, cv::Scalar(grey)), {}};
 }
 
-// Nearest first is right as long as the camera is before all of them.
+// The panels are sorted by z, so the nearest one comes first as long as the camera is in front of all.
 RenderedWorld::Sight RenderedWorld::look(const sim::Pose& T_wc, double u, double v) const {
   const PinholeCamera K = camera();
   const Eigen::Vector3d ray = T_wc.linear() * Eigen::Vector3d((u - K.cx) / K.fx, (v - K.cy) / K.fy, 1);
@@ -80,7 +80,7 @@ RenderedWorld::Sight RenderedWorld::look(const sim::Pose& T_wc, double u, double
     const double depth = (panel.z - T_wc.translation().z()) / ray.z();
     const Eigen::Vector3d p = T_wc.translation() + depth * ray;
     if (std::abs(p.x() - panel.x) > panel.half_width || std::abs(p.y() - panel.y) > panel.half_height) continue;
-    const double pitch = 7 * panel.z / K.fx;  // 7 px, seen from the origin
+    const double pitch = 7 * panel.z / K.fx;  // 7 px in a view from the origin
     return {depth, texture_.at(p.x() + 50 * panel.z, p.y() + 50 * panel.z, pitch)};
   }
   return {0, 0};

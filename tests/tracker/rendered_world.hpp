@@ -11,15 +11,15 @@
 
 namespace maxlogdet::test {
 
-/// Smooth random brightness: random values on a grid of spacing `pitch`, and half of it, eased in between.
+/// Smooth random brightness: random values on grids of spacing `pitch` and half of that, smoothly interpolated.
 class Texture {
  public:
   explicit Texture(const std::string& name);
 
-  /// Grey value at (x, y), 8 to 248, in units of which `pitch` is one.
+  /// Grey value at (x, y), 8 to 248; the unit of x, y and pitch is the caller's.
   double at(double x, double y, double pitch) const;
 
-  /// What an image has whose pixel (x, y) shows the texture at (x - dx, y - dy), px.
+  /// An image whose pixel (x, y) shows the texture at (x - dx, y - dy), px.
   cv::Mat image(int width, int height, double pitch, double dx = 0, double dy = 0) const;
 
  private:
@@ -31,8 +31,8 @@ class Texture {
   std::vector<double> values_;
 };
 
-/// Textured panels in front of a textured wall, all parallel to the plane z = 0, seen by a rectified stereo camera that
-/// moves among them: images and depths are known exactly.
+/// Textured panels in front of a textured wall, all parallel to the plane z = 0, in views of a moving rectified stereo
+/// camera: images and depths are known exactly.
 class RenderedWorld {
  public:
   static constexpr int width = 480;  ///< px
@@ -40,18 +40,18 @@ class RenderedWorld {
 
   RenderedWorld();
 
-  /// A baseline of 0.3 m.
+  /// The baseline is 0.3 m.
   static PinholeCamera camera() { return {300, 300, 239.5, 159.5, 90}; }
 
-  /// True pose of the left camera at a frame: forward, to the side and turning, at about 8 cm and 0.6 deg a frame.
+  /// True pose of the left camera, which moves forward and to the side and turns, about 8 cm and 0.6 deg per frame.
   static sim::Pose T_wc(std::size_t frame);
 
-  /// Depth of what the left camera sees at a pixel, m.
+  /// Depth at a pixel of the left camera, m.
   double depth(const sim::Pose& T_wc, double u, double v) const { return look(T_wc, u, v).depth; }
 
   stereo_odometry::StereoImages images(const sim::Pose& T_wc) const;
 
-  /// The same from a depth camera, whose virtual baseline is depth_camera()'s.
+  /// The same view of a depth camera with the virtual baseline of depth_camera().
   stereo_odometry::StereoImages depth_images(const sim::Pose& T_wc) const;
   static PinholeCamera depth_camera() { return {300, 300, 239.5, 159.5, 40}; }
 

@@ -38,7 +38,7 @@ TEST(VirtualRight, is_not_known_at_edges_and_holes) {
     EXPECT_EQ(with_neighbour(z), -1) << z;
   }
   for (const cv::Point2f at : {cv::Point2f(0, 4), cv::Point2f(199, 4), cv::Point2f(150, 0), cv::Point2f(150, 8)}) {
-    EXPECT_EQ(virtual_right(wall, at, bf), -1) << "beside the image nothing is known: " << at;
+    EXPECT_EQ(virtual_right(wall, at, bf), -1) << "unknown outside the image: " << at;
   }
   for (const float z : {0.F, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     EXPECT_EQ(virtual_right(cv::Mat(9, 200, CV_32F, cv::Scalar(z)), {150, 4}, bf), -1) << z;
@@ -95,7 +95,7 @@ TEST_F(DepthTracking, aligned_matches_have_the_depth_of_where_they_are) {
     if (!match.is_stereo()) continue;
     ++stereo;
     const double z = world_.depth(RenderedWorld::T_wc(1), std::round(match.u), std::round(match.v));
-    EXPECT_NEAR(match.u_right, match.u - bf / z, 1e-4) << "the depth is that of where the match was aligned to";
+    EXPECT_NEAR(match.u_right, match.u - bf / z, 1e-4) << "the depth at the aligned position";
   }
   EXPECT_GT(stereo, 200U);
 }

@@ -12,8 +12,8 @@
 
 namespace maxlogdet::test {
 
-/// The first `frames` frames of the rendered world in the layout of TUM RGB-D, 30 Hz, with ground truth that begins
-/// before them; 1000 units a metre.
+/// Writes the first frames of the rendered world in the layout of TUM RGB-D, 30 Hz, with ground truth that begins
+/// before them; 1000 depth units per metre.
 inline void write_rendered_rgbd(const std::string& folder, std::size_t frames) {
   const RenderedWorld world;
   for (const char* const kind : {"rgb", "depth"}) std::filesystem::create_directories(folder + "/" + kind);
@@ -30,7 +30,7 @@ inline void write_rendered_rgbd(const std::string& folder, std::size_t frames) {
     ASSERT_TRUE(cv::imwrite(folder + "/rgb/" + file, images.left));
     ASSERT_TRUE(cv::imwrite(folder + "/depth/" + file, depth));
     associations << time << " rgb/" << file << ' ' << time + 0.004 << " depth/" << file << '\n';
-    // Exact at the frames themselves.
+    // Exact at the times of the frames.
     const sim::Pose T_wc = RenderedWorld::T_wc(i);
     const Eigen::Quaterniond q(T_wc.linear());
     const Eigen::Vector3d p = T_wc.translation();

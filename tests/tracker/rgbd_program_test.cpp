@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stereo odometry on RGB-D folders: what it makes of them, and how it refuses them.
+// The program on RGB-D folders: its results, and its refusals.
 #include "tests/support/program.hpp"
 #include "tests/tracker/rgbd_folder.hpp"
 
@@ -33,7 +33,7 @@ class RgbdProgram : public Program {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_EQ(outcome.out, "") << "no partial output";
     EXPECT_EQ(outcome.err.rfind("stereo_odometry: images", 0), 0U) << outcome.err;
-    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err << "\ndoes not tell: " << message;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err << "\ndoes not contain: " << message;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(path("results/summary.json")));
   }
@@ -83,8 +83,8 @@ TEST_F(RgbdProgram, refuses_bad_folders_with_one_line) {
   with("camera.txt", "300 nan 239.5 159.5 0 0 0 0\n480 320 1000\n", ":1: expected a finite number");
   with("associations.txt", "100 rgb/0.png\n", ":1: expected the 4 fields");
   with("associations.txt", "", ":0: end of file; expected at least one pair");
-  with("rgb/0.png", "no image", ": cannot be read; expected a whole image");
-  with("depth/2.png", "no image", ": cannot be read; expected a whole image");
+  with("rgb/0.png", "no image", ": cannot be read; expected a complete image file");
+  with("depth/2.png", "no image", ": cannot be read; expected a complete image file");
   const std::string good = contents_of(path("images/depth/2.png"));
   write_image("images/depth/2.png", cv::Mat(RenderedWorld::height, RenderedWorld::width, CV_8U, cv::Scalar(9)));
   expect_refused("images/depth/2.png: is an image of type CV_8UC1; expected depth in one channel of 16 bit");
@@ -104,7 +104,7 @@ TEST_F(RgbdProgram, refuses_bad_folders_with_one_line) {
 
 class RealRgbdProgram : public Program {};
 
-// A camera that is turned by hand, by up to 6 deg a frame: from frame 100 on images are blurred, and some get lost.
+// A camera turned by hand, by up to 6 deg per frame: from frame 100 on images are blurred, and tracking may get lost.
 TEST_F(RealRgbdProgram, tracks_a_recorded_clip) {
   const std::string clip = std::filesystem::absolute(data_folder() + "/tum_fr1_rpy_a").string();
   if (data_folder().empty() || !std::filesystem::is_directory(clip)) GTEST_SKIP() << no_real_frames;
@@ -113,8 +113,8 @@ TEST_F(RealRgbdProgram, tracks_a_recorded_clip) {
   for (const nlohmann::json& entry : nlohmann::json::parse(contents_of(folder_ + "/results/summary.json"))) {
     SCOPED_TRACE(std::string(entry["selector"]));
     EXPECT_GE(entry["tracked_percent"], 85);
-    EXPECT_LT(entry["ate_m"], 0.1) << "0.03 as a rule";
-    EXPECT_LT(entry["rpe_m_per_s"], 0.5) << "0.1 to 0.2; ground truth is itself off by millimetres from frame to frame";
+    EXPECT_LT(entry["ate_m"], 0.1) << "typically 0.03";
+    EXPECT_LT(entry["rpe_m_per_s"], 0.5) << "0.1 to 0.2; ground truth itself has errors of millimetres between frames";
     EXPECT_LT(entry["roe_deg_per_s"], 40) << "15 to 20, at up to 170 deg/s";
     std::istringstream rows(contents_of(folder_ + "/results/" + std::string(entry["selector"]) + "/frames.csv"));
     std::string row;

@@ -20,7 +20,7 @@ std::vector<cv::Mat> pyramid_of(const cv::Mat& image) {
   return pyramid;
 }
 
-// Of these points, which are taken to be in the same place.
+// Aligns the points, starting from the same positions.
 Alignment aligned(const std::vector<cv::Mat>& before, const std::vector<cv::Mat>& after,
                   const std::vector<cv::Point2f>& points) {
   Alignment alignment;
@@ -68,7 +68,7 @@ TEST(Align, refuses_what_is_far_away) {
     return 40 - std::count(alignment.is_aligned.begin(), alignment.is_aligned.end(), 0);
   };
   EXPECT_EQ(found(3.5), 40);
-  EXPECT_EQ(found(4.5), 0) << "also where optical flow gets there";
+  EXPECT_EQ(found(4.5), 0) << "even where optical flow converges";
 }
 
 TEST(Align, refuses_where_there_is_no_texture) {
@@ -85,7 +85,7 @@ TEST(Align, finds_many_at_once_where_it_finds_them_one_by_one) {
   const Texture texture(random.name());
   const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8)),
                              after = pyramid_of(texture.image(200, 150, 8, 2.2, -1.3));
-  const std::vector<cv::Point2f> points = random_points(random, 200, 150, 0, 60);  // up to the rim, where some fail
+  const std::vector<cv::Point2f> points = random_points(random, 200, 150, 0, 60);  // up to the border, where some fail
   const Alignment all = aligned(before, after, points);
   for (std::size_t p = 0; p < points.size(); ++p) {
     const Alignment alone = aligned(before, after, {points[p]});
@@ -111,14 +111,14 @@ TEST(FeatureExtractor, stereo_matches_are_where_the_scene_has_them) {
       if (std::abs(features.u_right[i] - expected) < 0.3) ++right;
     }
     EXPECT_GT(matched, features.size() / 3);
-    EXPECT_GT(static_cast<double>(right), 0.85 * static_cast<double>(matched)) << "but at the rims of panels";
+    EXPECT_GT(static_cast<double>(right), 0.85 * static_cast<double>(matched)) << "except at the edges of panels";
   }
 }
 
 TEST(FeatureExtractor, spreads_at_most_count_keypoints_over_all_texture) {
   const RenderedWorld world;
   StereoImages images = world.images(RenderedWorld::T_wc(0));
-  images.left.colRange(240, 480).setTo(128);  // half of it is plain
+  images.left.colRange(240, 480).setTo(128);  // one half has no texture
   for (const int count : {30, 100, 300}) {
     FeatureExtractor extractor(RenderedWorld::camera(), count);
     const StereoFeatures features = extractor.extract(images);
@@ -131,13 +131,13 @@ TEST(FeatureExtractor, spreads_at_most_count_keypoints_over_all_texture) {
       ++in_cell.at<int>(static_cast<int>(k.pt.y) / 40, static_cast<int>(k.pt.x) / 40);
     }
     if (count == 30) {
-      double most = 0;
-      cv::minMaxLoc(in_cell, nullptr, &most);
-      EXPECT_LE(most, 2) << "the best corner of each cell comes before any second one";
+      double fullest = 0;
+      cv::minMaxLoc(in_cell, nullptr, &fullest);
+      EXPECT_LE(fullest, 2) << "the best corner of each cell comes before any second one";
       EXPECT_GE(cv::countNonZero(in_cell), 25);
     }
     if (count == 300) {
-      // Those that lie wholly where ORB finds keypoints, 31 px and more from the rim.
+      // Cells that are entirely where ORB finds keypoints, at least 31 px from the border.
       EXPECT_EQ(cv::countNonZero(in_cell(cv::Rect(1, 1, 5, 6))), 30) << in_cell;
     }
   }
@@ -173,7 +173,7 @@ TEST(FeatureExtractor, finds_nothing_on_blank_images) {
   }
   const RenderedWorld world;
   StereoImages images = world.images(RenderedWorld::T_wc(0));
-  images.right.setTo(0);  // the right camera alone is blind
+  images.right.setTo(0);  // only the right camera is blind
   const StereoFeatures features = extractor.extract(images);
   EXPECT_EQ(features.size(), 400U);
   EXPECT_EQ(features.u_right, std::vector<double>(400, -1));

@@ -43,7 +43,7 @@ class Matching : public ::testing::Test {
     return matcher;
   }
 
-  // Of what is predicted.
+  // The points that are predicted.
   static Indices all_points(Matcher& matcher, const LocalMap& map) {
     Indices points;
     for (const Prediction& prediction : matcher.predict(map.points(), T_cw())) points.push_back(prediction.point);
@@ -57,7 +57,7 @@ class Matching : public ::testing::Test {
     return matcher.match_some(map_, points, radius, T_cw(), RejectionOptions());
   }
 
-  // Of these points the ones that are matched if they are searched for one after the other.
+  // The points that are matched if they are searched for one after the other.
   Indices matched_one_by_one(Matcher& matcher, const Indices& points) const {
     Indices matched;
     for (const std::uint32_t point : points) {
@@ -113,7 +113,7 @@ TEST_F(Matching, at_once_matches_what_it_matches_one_by_one) {
   EXPECT_EQ(at_once.points(), matched);
 
   all_points(all_at_once, map_);
-  const std::vector<unsigned char> is_matched = match(all_at_once, points);  // and others that are not
+  const std::vector<unsigned char> is_matched = match(all_at_once, points);  // some are matched, others are not
   Indices told;
   std::set<std::int64_t> keypoints;
   for (std::size_t j = 0; j < points.size(); ++j) {
@@ -122,7 +122,7 @@ TEST_F(Matching, at_once_matches_what_it_matches_one_by_one) {
   EXPECT_EQ(all_at_once.points(), told);
   for (const Match& match : all_at_once.matches()) {
     EXPECT_TRUE(agrees(RenderedWorld::camera(), match, T_cw(), RejectionOptions()));
-    EXPECT_TRUE(keypoints.insert(match.keypoint).second) << "one point a keypoint";
+    EXPECT_TRUE(keypoints.insert(match.keypoint).second) << "a keypoint has one point";
   }
 }
 
@@ -152,12 +152,12 @@ TEST_F(Matching, predicts_only_what_is_not_matched_yet) {
   std::set<std::int64_t> keypoints;
   for (const Match& match : matcher.matches()) keypoints.insert(match.keypoint);
   EXPECT_GT(matcher.matches().size(), before);
-  EXPECT_EQ(keypoints.size(), matcher.matches().size()) << "what is matched keeps its keypoint";
+  EXPECT_EQ(keypoints.size(), matcher.matches().size()) << "a matched point keeps its keypoint";
   matcher.start(now_);
-  EXPECT_EQ(all_points(matcher, map_), points) << "begins anew";
+  EXPECT_EQ(all_points(matcher, map_), points) << "start() discards the matches";
 }
 
-// But for what OpenCV needs to align, nothing is allocated after the first frame.
+// After the first frame only OpenCV allocates, for the alignment.
 TEST_F(Matching, tells_the_library_which_points_are_candidates_and_allocates_nothing) {
   Matcher matcher = started(now_);
   const Indices points = all_points(matcher, map_);

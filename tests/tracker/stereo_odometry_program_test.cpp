@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The stereo odometry as its user meets it: which files it writes, what it prints, and how it refuses.
+// The program from the outside: the files it writes, its output, and its refusals.
 #include "sim/feature_selector.hpp"
 #include "sim/trajectory.hpp"
 #include "tests/support/program.hpp"
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t frames = 5;
 
-// A rendered sequence in KITTI's layout, in `images` of the folder that the program is run in.
+// A rendered sequence in KITTI's layout, in the subfolder `images` of the working folder.
 class StereoProgram : public Program {
  protected:
   StereoProgram() {
@@ -50,18 +50,18 @@ class StereoProgram : public Program {
     ASSERT_TRUE(cv::imwrite(path(file), pixels)) << file;
   }
 
-  // Few features, so that it takes no longer than it has to.
+  // Few features, to save time.
   Outcome track(const std::string& arguments) const {
     return run("--dataset images --output results --features 500 --runs 1 " + arguments);
   }
 
-  // libpng, which OpenCV reads images with, has its own say about broken ones first.
+  // libpng, with which OpenCV reads images, prints its own messages about broken ones first.
   void expect_refused(Outcome outcome, const std::string& message) const {
     while (outcome.err.rfind("libpng ", 0) == 0) outcome.err.erase(0, outcome.err.find('\n') + 1);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_EQ(outcome.out, "") << "no partial output";
     EXPECT_EQ(outcome.err.rfind("stereo_odometry: ", 0), 0U) << outcome.err;
-    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err << "\ndoes not tell: " << message;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err << "\ndoes not contain: " << message;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_LT(outcome.err.size(), message.size() + 300) << outcome.err;
     EXPECT_FALSE(fs::exists(path("results/summary.json")));
@@ -81,6 +81,25 @@ std::vector<std::string> selectors() {
   return names;
 }
 
+// Expects the entry of a selector with two runs and a budget of 60.
+void expect_complete(const nlohmann::json& entry) {
+  const auto kind = sim::find_named(sim::selector_kinds, std::string(entry["selector"]));
+  if (!kind || has_budget(*kind)) {
+    EXPECT_EQ(entry["budget"], 60);
+    EXPECT_LE(entry["selected"], 60);
+  } else {
+    EXPECT_TRUE(entry["budget"].is_null());
+  }
+  EXPECT_EQ(entry["runs"], 2);
+  EXPECT_EQ(entry["tracked_percent"], 100);
+  for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_GT(entry[key], 0) << key;
+  EXPECT_LT(entry["ate_m"], 0.02);
+  for (const char* const stage : {"base", "matching", "selection", "pose_optimization"}) {
+    EXPECT_GE(entry["ms"][stage], 0) << stage;
+  }
+  EXPECT_GT(entry["ms"]["total"], 0);
+}
+
 TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) {
   const Outcome outcome = run("--dataset images --output results --features 500 --runs 2 --budget 60 --overlays 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -89,30 +108,15 @@ TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) 
   for (const char* const ending : {".svg", ".png"}) {
     EXPECT_TRUE(fs::exists(path(std::string("results/trajectory") + ending))) << ending;
   }
-  EXPECT_EQ(contents_of(path("results/summary.md")), outcome.out) << "the same for people";
+  EXPECT_EQ(contents_of(path("results/summary.md")), outcome.out) << "the same text";
   const nlohmann::json list = summary();
   ASSERT_TRUE(list.is_array());
   std::vector<std::string> names;
   for (const nlohmann::json& entry : list) {
     names.push_back(entry["selector"]);
     SCOPED_TRACE(names.back());
-    const auto kind = sim::find_named(sim::selector_kinds, names.back());
-    if (!kind || has_budget(*kind)) {
-      EXPECT_EQ(entry["budget"], 60);
-      EXPECT_LE(entry["selected"], 60);
-    } else {
-      EXPECT_TRUE(entry["budget"].is_null());
-    }
-    EXPECT_EQ(entry["runs"], 2);
-    EXPECT_EQ(entry["tracked_percent"], 100);
-    for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_GT(entry[key], 0) << key;
-    EXPECT_LT(entry["ate_m"], 0.02);
-    for (const char* const stage : {"base", "matching", "selection", "pose_optimization"}) {
-      EXPECT_GE(entry["ms"][stage], 0) << stage;
-    }
-    EXPECT_GT(entry["ms"]["total"], 0);
+    expect_complete(entry);
     EXPECT_NE(outcome.out.find("| " + names.back()), std::string::npos) << outcome.out;
-
     EXPECT_EQ(sim::read_tum(path("results/" + names.back() + "/trajectory_tum.txt")).poses.size(), frames);
     EXPECT_EQ(lines_of(names.back() + "/trajectory_kitti.txt"), frames);
     EXPECT_EQ(lines_of(names.back() + "/frames.csv"), frames + 1);
@@ -249,8 +253,8 @@ TEST_F(StereoProgram, stops_at_targets_of_efficiency) {
   EXPECT_TRUE(found[0]["target_efficiency"].is_null());
   EXPECT_EQ(found[1]["target_efficiency"], 0.6);
   EXPECT_TRUE(found[1]["budget"].is_null());
-  EXPECT_LT(found[1]["selected"], found[2]["selected"]) << "0.9 takes more";
-  EXPECT_LT(found[2]["selected"], found[3]["selected"]) << "than 0.9 of everything is";
+  EXPECT_LT(found[1]["selected"], found[2]["selected"]) << "0.9 selects more than 0.6";
+  EXPECT_LT(found[2]["selected"], found[3]["selected"]) << "and fewer than all";
   EXPECT_LE(found[1]["selected_min"], found[1]["selected_max"]);
   EXPECT_TRUE(fs::exists(path("results/md_efficiency_0.6/frames.csv")));
   for (const auto& entry : found) {

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What scripts are given: paths on their command line, and JSON in them."""
+"""Paths on the command line of scripts, and files of JSON and CSV."""
 
+import csv
 import json
 import pathlib
 import sys
 
+from maxlogdet_tools.project import shown
+
 
 def arguments(usage):
-    """The paths of the command line; ends the script with its usage where there is none, or an option."""
+    """The paths of the command line; terminates with the usage if there is none, or an option."""
     paths = sys.argv[1:]
     if not paths or any(path.startswith("-") for path in paths):
         sys.exit(usage.strip())
@@ -16,8 +19,23 @@ def arguments(usage):
 
 def json_of(file):
     try:
-        return json.loads(file.read_text())
+        return json.loads(pathlib.Path(file).read_text())
     except OSError as error:
         sys.exit(f"{file}: cannot be read ({error.strerror}); expected a file of JSON")
     except ValueError as error:
         sys.exit(f"{file}: expected JSON ({error})")
+
+
+def rows_of(file):
+    """The rows of a CSV file as dictionaries."""
+    with open(file, newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def write_csv(file, header, rows):
+    """Rewrites a CSV file, and says so."""
+    file = pathlib.Path(file)
+    file.parent.mkdir(exist_ok=True)
+    with open(file, "w", newline="") as lines:
+        csv.writer(lines, lineterminator="\n").writerows([header, *rows])
+    print(f"wrote {shown(file)}")
