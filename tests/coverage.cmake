@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# For ci/coverage: the library once more, counting lines and branches, and the core tests linked with that one. It is
-# compiled without optimisation, which would merge branches; what tests are compiled to stays what it is.
+# For ci/coverage: a second library that counts lines and branches, and the core tests linked with it. It is compiled with
+# little optimisation, which would merge branches; the object files of tests stay as they are.
 function(maxlogdet_count_lines target)
   get_target_property(sources ${target} SOURCES)
   list(FILTER sources EXCLUDE REGEX TARGET_OBJECTS)

@@ -119,7 +119,7 @@ static void check_nothing_to_answer(maxlogdet_active_selection* active, uint32_t
   CHECK(maxlogdet_active_selection_selection(active)->size == 0);
 }
 
-// The candidates of the start before may be gone: nothing may look at them any more.
+// The candidates of the previous start may no longer exist: nothing may access them.
 void a_start_that_is_refused_ends_what_was_under_way(void) {
   maxlogdet_block_store* blocks = random_blocks(20);
   maxlogdet_active_selection* active = NULL;

@@ -29,7 +29,7 @@ static const maxlogdet_block_report* append(const given* it) {
   return maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, it->blocks, NULL);
 }
 
-// Every pointer that may not be null, and every struct that is none.
+// Every pointer that may not be null, and every invalid struct.
 static void check_refused_blocks(given* it) {
   CHECK(maxlogdet_append_blocks(NULL, identity_pose, &it->matches, &it->options, it->blocks, NULL)->status == refused);
   CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, NULL, &it->options, it->blocks, NULL)->status == refused);

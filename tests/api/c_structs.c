@@ -72,7 +72,7 @@ static maxlogdet_status init_camera(void* s, size_t size) { return maxlogdet_cam
 static maxlogdet_status init_matches(void* s, size_t size) { return maxlogdet_matches_init(s, size); }
 static maxlogdet_status init_executor(void* s, size_t size) { return maxlogdet_executor_init(s, size); }
 
-// Memory of exactly `size` bytes: a sanitizer sees whoever goes beyond.
+// Memory of exactly `size` bytes, so that a sanitizer sees accesses beyond.
 static void* exactly(size_t size, const void* content) {
   void* const memory = malloc(size);
   REQUIRE(memory != NULL);

@@ -141,7 +141,7 @@ TEST(ActiveSelection, answers_by_index_need_a_proposal) {
   ActiveSelection active(20);
   expect_nothing_to_answer(active);
   ASSERT_EQ(active.start(blocks, with_budget(5)), Status::ok);
-  EXPECT_EQ(active.accept(0), Status::nothing_proposed) << "nobody asked for a proposal";
+  EXPECT_EQ(active.accept(0), Status::nothing_proposed) << "no proposal was requested";
   std::uint32_t batch[5];
   ASSERT_EQ(active.next(batch, 5), 5U);
   ASSERT_EQ(active.start(blocks, with_budget(21)), Status::invalid_budget);

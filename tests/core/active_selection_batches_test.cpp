@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Batches of proposals against a model that computes every gain anew, asked and answered in every way.
+// Batches of proposals against a model that recomputes every gain, with requests and answers of every kind.
 #include "tests/core/active_selection_model.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which strategy `automatic` stands for, and that its answer is that strategy's.
+// Which strategy `automatic` chooses, and that its answer is that strategy's.
 #include "tests/support/support.hpp"
 
 namespace maxlogdet::test {

@@ -70,7 +70,7 @@ void FeatureFrame::add(Random& random, std::size_t i) {
   matches.push_back(match);
 }
 
-// A match without a covariance gets what the options' map_sigma stands for.
+// A match without a covariance gets that of the options' map_sigma.
 void FeatureFrame::add_covariance(Random& random) {
   const bool is_known = kind.covariances == FeatureKind::Covariances::all ||
                         (kind.covariances == FeatureKind::Covariances::some && random.chance(0.5));

@@ -77,8 +77,7 @@ TEST(GoodFeatures, build_makes_the_same_blocks_and_selects_nothing) {
   expect_all_selected(good, 100);
 }
 
-// The options of blocks may change between two calls for one frame, and with them what stands for an unknown
-// covariance.
+// The options of blocks may change between two calls for one frame, and with them the value of an unknown covariance.
 TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
   FeatureKind kind;
   kind.covariances = FeatureKind::Covariances::some;
@@ -137,7 +136,7 @@ void expect_all_with(void (*change)(Options&), GoodFeatures& good, const Feature
   EXPECT_EQ(good.selected_count(), 50U);
 }
 
-// Started anew with something that blocks cannot be made of.
+// Restarts with a camera, pose or rig that gives no blocks.
 template <class Start>
 void expect_all_started(const Start& start, GoodFeatures& good, const FeatureFrame& frame, const std::string& reason) {
   frame.gather(good);

@@ -50,7 +50,7 @@ TEST(Target, says_ok_where_the_budget_comes_first_and_target_reached_where_both_
   }
   Options options = axes.options(600);
   options.target_translation_sigma = 1e-3;
-  EXPECT_EQ(selector.select(axes.blocks, options).status, Status::all_selected) << "not to be had";
+  EXPECT_EQ(selector.select(axes.blocks, options).status, Status::all_selected) << "out of reach";
   options.target_translation_sigma = std::sqrt(3 / 100.5);
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached);
   options.target_translation_sigma = 0;

@@ -51,9 +51,9 @@ void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp) {
               same_value(in_c->rotation_sigma, in_cpp.rotation_sigma),
           "what targets are about is that of C++");
   require(in_c->evaluations == in_cpp.evaluations && in_c->float64_decisions == in_cpp.float64_decisions,
-          "the work told is that of C++", in_c->evaluations, in_cpp.evaluations);
+          "the work reported is that of C++", in_c->evaluations, in_cpp.evaluations);
   require(in_c->invalid_candidates == in_cpp.invalid_candidates, "invalid candidates are those of C++");
-  require(in_c->strategy == static_cast<int>(in_cpp.strategy), "the strategy told is that of C++", in_c->strategy);
+  require(in_c->strategy == static_cast<int>(in_cpp.strategy), "the strategy reported is that of C++", in_c->strategy);
   require(in_c->threads == in_cpp.threads && in_c->reserved == 0, "threads are those of C++", in_c->threads);
   require((maxlogdet_selection_has_answer(in_c) != 0) == in_cpp.has_answer(), "an answer is one in C and C++");
 }

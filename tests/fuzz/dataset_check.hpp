@@ -43,7 +43,7 @@ inline void check_dataset(const stereo_odometry::StereoDataset& dataset) {
   const stereo_odometry::StereoImages images = dataset.load(0);
   for (const cv::Mat& image : {images.left, images.right}) {
     require(image.cols == dataset.width() && image.rows == dataset.height() && image.type() == CV_8UC1,
-            "images are grey, and of the size told", image.cols, image.rows);
+            "images are grey, and of the reported size", image.cols, image.rows);
   }
 }
 

@@ -10,7 +10,7 @@
 
 namespace maxlogdet::test {
 
-/// What Options::prior stands for where it is not set.
+/// The information where Options::prior is not set.
 constexpr double default_prior = 1e-5;  // times the identity
 Matrix6 default_information();
 

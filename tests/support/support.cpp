@@ -124,8 +124,8 @@ std::vector<const simd::Kernel*> supported_kernels() {
 }
 
 std::size_t trials(std::size_t count) {
-  const char* const told = std::getenv("MAXLOGDET_TEST_SHARE");
-  const double share = told == nullptr ? 1 : std::strtod(told, nullptr);
+  const char* const given = std::getenv("MAXLOGDET_TEST_SHARE");
+  const double share = given == nullptr ? 1 : std::strtod(given, nullptr);
   return std::max<std::size_t>(1, static_cast<std::size_t>(static_cast<double>(count) * std::clamp(share, 0.0, 1.0)));
 }
 

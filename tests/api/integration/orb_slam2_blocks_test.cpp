@@ -50,7 +50,7 @@ TEST(OrbSlam2Adapter, covariances_are_computed_anew_when_the_number_of_observati
   EXPECT_LT(difference_from(before), 1e-4) << "kept";
   for (const auto& point : world.points) world.observe(random, *point, *world.keyframes[1], true);
   const std::vector<SeenPoint> after = seen_matches(world.frame, true);
-  EXPECT_LT(difference_from(after), 1e-4) << "computed anew";
+  EXPECT_LT(difference_from(after), 1e-4) << "recomputed";
   EXPECT_GT(difference_from(before), 1e-2) << "the change is too small for this test";
 
   world.keyframes[2]->mbBad = true;

@@ -37,9 +37,9 @@ sim::Pose pose_in_double(const Frame& frame);
 sim::Match match_of(const Frame& frame, std::size_t i);
 cv::Mat to_mat(const sim::Pose& T_cw);
 
-/// A frame with `n` matches, every fourth of its slots empty besides; every eighth match is off by 2 to 20 deviations,
-/// every second one stereo. The frame's pose is a guess some ten centimetres beside the true one. Three keyframes
-/// nearby have observed every point, at random octaves, one in stereo.
+/// A frame with `n` matches, and an empty slot for every third of them; every eighth match is off by 2 to 20
+/// deviations, every second one stereo. The frame's pose is a guess some ten centimetres beside the true one. Three
+/// keyframes nearby have observed every point, at random octaves, one in stereo.
 struct World {
   World(Random& random, std::size_t n, bool stereo);
 
