@@ -136,8 +136,8 @@ TEST(TrackingReport, claims_only_significant_differences) {
   EXPECT_TRUE(claim_table(duel(spread, spread), "nobody").rows.empty());
 }
 
-// In percent of the other's mean: theirs are (2 + 4) / 2 = 3 and (3 + 9) / 2 = 6, mean 4.5; ours 2 and 6. Differences -1
-// and 0: -22.2 and 0, mean -11.1, interval 12.7062 * 15.713 / sqrt(2).
+// In percent of the other's mean: theirs are (2 + 4) / 2 = 3 and (3 + 9) / 2 = 6, mean 4.5; ours 2 and 6. Differences
+// -1 and 0: -22.2 and 0, mean -11.1, interval 12.7062 * 15.713 / sqrt(2).
 TEST(TrackingReport, claims_have_the_interval_of_paired_differences) {
   TrackingRuns runs;
   runs.contestants = {"md", "all"};
