@@ -5,7 +5,7 @@
 
 namespace maxlogdet::cli {
 
-/// Each adds its subcommand, which runs when the command line has been parsed; it throws sim::InputError about a wrong
+/// Each adds its subcommand, which runs once the command line has been parsed, and throws sim::InputError about wrong
 /// input.
 void add_select_command(CLI::App& program);
 void add_info_command(CLI::App& program);

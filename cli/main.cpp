@@ -27,7 +27,7 @@ int flush() { return std::cout.flush() ? 0 : fail("standard output could not be 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size writing fails, as on a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size, writing fails as on a full disk
   try {
     CLI::App program("Picks the feature matches that keep a camera-pose least-squares problem best conditioned.");
     program.name("maxlogdet");

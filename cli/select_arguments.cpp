@@ -25,7 +25,7 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
   command.add_option("--epsilon", arguments.options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->capture_default_str();
   command.add_option("--seed", arguments.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
-  command.add_option("--threads", arguments.threads, "Threads; 0: as many as pay")
+  command.add_option("--threads", arguments.threads, "Threads; 0: as many as are worthwhile")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command
@@ -33,7 +33,7 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
       ->capture_default_str();
   command
       .add_option("--exchange-sweeps", arguments.exchange_sweeps,
-                  "Sweeps that swap selected matches for better ones; pays for budgets of 20 or less")
+                  "Sweeps that exchange selected matches for better ones; worthwhile for budgets up to 20")
       ->check(CLI::Range(std::int64_t{0}, max_count))
       ->capture_default_str();
   command.add_option("--grid", arguments.grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each");
@@ -73,15 +73,15 @@ void add_target_options(CLI::App& command, SelectArguments& arguments) {
 }
 
 void add_output_options(CLI::App& command, SelectArguments& arguments) {
-  command.add_option("--repeat", arguments.repeat, "Timed calls a frame")
+  command.add_option("--repeat", arguments.repeat, "Timed calls for each frame")
       ->check(CLI::Range(std::int64_t{1}, max_count))
       ->capture_default_str();
-  command.add_flag("--json", arguments.as_json, "One JSON object a frame, one a line");
+  command.add_flag("--json", arguments.as_json, "One JSON object for each frame, in a line");
   command.add_option("--plot-data", arguments.plot_data,
-                     "Write what tools/draw_selection.py draws into this .json file; of a folder, one a frame");
+                     "Write what tools/draw_selection.py draws into this .json file; for a folder, one for each frame");
 }
 
-// Refuses options that would change nothing.
+// Refuses options without effect.
 void check_used(const CLI::App& command, const SelectArguments& arguments) {
   const bool is_stochastic = arguments.strategy == to_string(Strategy::stochastic_greedy);
   const bool has_map_sigma = arguments.weighting == to_string(Weighting::measurement_and_map);

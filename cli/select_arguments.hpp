@@ -12,10 +12,10 @@
 
 namespace maxlogdet::cli {
 
-/// What `select` is asked for.
+/// Options of `select`.
 struct SelectArguments {
   std::string input;  ///< empty: the embedded synthetic frame
-  Options options;    ///< but for the budget and the groups
+  Options options;    ///< except budget and groups
   BlockOptions block_options;
   std::int64_t budget = 100;
   std::string strategy = "lazy_greedy";
@@ -34,11 +34,11 @@ struct SelectArguments {
 
   void add_to(CLI::App& command);
 
-  /// Checks what belongs together, and sets `options` and `block_options` by the other members, once the command line
-  /// has been parsed. Throws sim::InputError.
+  /// Checks combinations, and sets `options` and `block_options` by the other members, once the command line has been
+  /// parsed. Throws sim::InputError.
   void complete(const CLI::App& command);
 
-  /// Nothing without --grid. Throws sim::InputError.
+  /// Returns the cells of --grid; nothing without it. Throws sim::InputError.
   std::optional<sim::ImageGrid> image_grid() const;
 };
 

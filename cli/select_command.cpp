@@ -31,7 +31,7 @@ constexpr std::uint64_t embedded_seed = 1;
 
 void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   for (const std::string& column : frame.unknown_columns) {
-    std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is skipped\n";
+    std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is ignored\n";
   }
   const bool has_stereo =
       std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.is_stereo(); });
@@ -40,7 +40,7 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   }
 }
 
-// Throws for what makes the frame unusable; warns about what only makes it poorer.
+// Throws if the frame is unusable; warns if only some matches are.
 void check(const sim::Frame& frame, const BlockReport& report) {
   if (report.status == BlockStatus::singular_rays) {
     std::cerr << "maxlogdet: frame " << frame.name << ": " << report.singular_rays
@@ -57,9 +57,9 @@ std::vector<sim::Frame> frames_of(const std::string& input) {
 }
 
 std::size_t max_matches(const std::vector<sim::Frame>& frames) {
-  std::size_t most = 0;
-  for (const sim::Frame& frame : frames) most = std::max(most, frame.matches.size());
-  return most;
+  std::size_t maximum = 0;
+  for (const sim::Frame& frame : frames) maximum = std::max(maximum, frame.matches.size());
+  return maximum;
 }
 
 // One call of `select`.
@@ -77,7 +77,7 @@ class SelectCommand {
     options_.group_count = grid_ ? grid_->cells() : 0;
   }
 
-  // Nothing is printed unless every frame can be.
+  // Prints nothing unless every frame is usable.
   void run() {
     for (const sim::Frame& frame : frames_) try_out(frame);
     for (const sim::Frame& frame : frames_) select(frame);
@@ -93,7 +93,7 @@ class SelectCommand {
     options_.groups = cells_.data();
   }
 
-  // A folder's frames have a file each: selection.json becomes selection_frame_001.json and so on.
+  // Each frame of a folder has its file: selection.json becomes selection_frame_001.json and so on.
   std::string plot_data_of(const sim::Frame& frame) const {
     if (is_alone()) return arguments_.plot_data;
     const std::filesystem::path path(arguments_.plot_data);
@@ -121,7 +121,7 @@ class SelectCommand {
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector_.select(blocks_, options_); });
-    if (!arguments_.plot_data.empty()) {  // first: where it fails nothing is printed of the frame
+    if (!arguments_.plot_data.empty()) {  // first: if it fails, nothing is printed of the frame
       sim::write_json(plot_data_of(frame), selection_data(frame, {selection.begin(), selection.end()}));
     }
     print(frame, selection, timing);

@@ -14,7 +14,7 @@
 namespace maxlogdet::cli {
 namespace {
 
-// Which targets are given.
+// Whether a target is given.
 bool has_efficiency(const Options& options) { return options.target_efficiency > 0; }
 bool has_translation(const Options& options) { return options.target_translation_sigma > 0; }
 bool has_rotation(const Options& options) { return options.target_rotation_sigma > 0; }
@@ -30,7 +30,7 @@ nlohmann::ordered_json in_us(const sim::Latency& latency) {
   return {{"median", latency.median}, {"p99", latency.p99}, {"max", latency.max}};
 }
 
-// What was asked for.
+// Adds the arguments.
 void add_arguments(const SelectArguments& arguments, const Selection& selection, nlohmann::ordered_json& line) {
   const Options& options = arguments.options;
   line["budget"] = arguments.budget;
@@ -97,7 +97,6 @@ void print_table_row(const sim::Frame& frame, const Selection& selection, const 
   std::cout << std::flush;
 }
 
-// What was reached of the targets given.
 void print_reached(const Options& options, const Selection& selection) {
   if (has_efficiency(options))
     print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency_of_all);
@@ -107,7 +106,7 @@ void print_reached(const Options& options, const Selection& selection) {
 
 void print_selected(const sim::Frame& frame, const Selection& selection) {
   if (selection.size == 0) return;
-  if (!std::isnan(selection.upper_bound)) {  // asked for
+  if (!std::isnan(selection.upper_bound)) {  // with --certify
     print("\nproved: no selection within the budget has a log det above %.4f; D-efficiency %.3f %%\n",
           selection.upper_bound, 100 * selection.efficiency());
   }
@@ -131,14 +130,15 @@ std::string explained(Status status, const Options& options) {
     case Status::unsupported_isa: return sim::unsupported_isa_message();
     case Status::unsupported_groups:
       return std::string(to_string(options.strategy)) +
-             " cannot keep to --grid; greedy, lazy_greedy and stochastic_greedy can";
+             " does not support --grid; greedy, lazy_greedy and stochastic_greedy can";
     case Status::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
     case Status::invalid_target:
       return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or more for --target-translation-sigma and "
              "--target-rotation-sigma";
     case Status::unsupported_target:
-      return "greedy, lazy_greedy and stochastic_greedy without --exchange-sweeps can stop at a target, nothing else";
+      return "greedy, lazy_greedy and stochastic_greedy without --exchange-sweeps stop at targets, and nothing else "
+             "does";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }

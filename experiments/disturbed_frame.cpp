@@ -19,10 +19,10 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double keyframe_distance = 0.3;   // m, from one to the next, which is behind it
+constexpr double keyframe_distance = 0.3;   // m, between successive keyframes
 constexpr double prior_translation = 0.05;  // m, each axis
 constexpr double prior_rotation_deg = 0.5;  // each axis
-constexpr double strayed_share = 1.0 / 3;   // of the points: mapped by any keyframe
+constexpr double strayed_share = 1.0 / 3;   // of the points: mapped by a random keyframe
 constexpr double bad_sigma = 2;             // sigma_uneven: times the noise
 constexpr double wrong_shares[] = {0.05, 0.1, 0.2};
 
@@ -33,7 +33,7 @@ Vector6 uniform_step(Draws& draws, double translation, double rotation_deg) {
   return xi;
 }
 
-// Everything that a run draws, whatever of it a disturbance uses.
+// All draws of a run, the same for every disturbance.
 struct Run {
   Run(const RobustnessOptions& options, std::uint64_t number);
 
@@ -45,10 +45,10 @@ struct Run {
   std::vector<std::size_t> keyframe_of;       // of a match
   std::vector<Eigen::Vector3d> noise;         // of a match, deviation 1: u, v, u_right
   std::vector<Eigen::Vector3d> map_noise;     // the same of the keyframe's pixels
-  std::vector<Eigen::Vector3d> strays;        // of a match, if it is wrong: a direction, not normed
-  std::vector<double> stray_quantiles;        // of how far in that direction
+  std::vector<Eigen::Vector3d> strays;        // of a match that is wrong: a direction, not normalised
+  std::vector<double> stray_quantiles;        // of the distance in that direction
   std::vector<Eigen::Vector2d> patch_errors;  // of a cell, deviation 1
-  std::vector<std::uint32_t> wrong_order;     // the first ones are wrong
+  std::vector<std::uint32_t> wrong_order;     // wrong matches come first
 };
 
 Run::Run(const RobustnessOptions& options, std::uint64_t number) {
@@ -89,7 +89,7 @@ Run::Run(const RobustnessOptions& options, std::uint64_t number) {
   draws.shuffle_front(wrong_order, wrong_order.size());
 }
 
-// What a keyframe makes of a point: pixels that are off, J e = noise, and the covariance of that e.
+// Adds the error e of a point that a keyframe triangulates from noisy pixels, J e = noise, and sets its covariance.
 void triangulate(const Frame& frame, const Pose& keyframe, const Eigen::Vector3d& noise, double sigma, Match& match,
                  std::array<double, 9>& covariance) {
   Match seen = match;
@@ -102,7 +102,7 @@ void triangulate(const Frame& frame, const Pose& keyframe, const Eigen::Vector3d
   Eigen::Map<Eigen::Matrix3d>(covariance.data()) = sigma * sigma * J_inverse * J_inverse.transpose();
 }
 
-// As a keyframe that is off has it: the point is where it was in its camera.
+// Moves a point with the erroneous pose of its keyframe, in whose camera frame it stays.
 void shift(const RobustnessOptions& options, const Pose& keyframe, const Vector6& unit_error, Match& match) {
   Vector6 xi = unit_error;
   xi.head<3>() *= options.batch_translation;
@@ -118,7 +118,7 @@ void add_to_pixels(Match& match, const Eigen::Vector3d& error) {
   if (match.is_stereo()) match.u_right = std::max(0.0, match.u_right + error[2]);  // still a stereo match
 }
 
-// A residual uniform in the ball that the chi2 test passes, at the truth, in deviations.
+// Makes a match wrong: its whitened residual at the truth is uniform in the ball that passes the chi2 test.
 void lead_astray(Frame& at_truth, const Run& run, double gate, std::uint32_t i) {
   Match& match = at_truth.matches[i];
   LinearizedMatch at;
@@ -131,7 +131,7 @@ void lead_astray(Frame& at_truth, const Run& run, double gate, std::uint32_t i) 
   if (!is_stereo) direction[2] = 0;
   const Eigen::Map<const Eigen::Matrix3d> map_covariance(at_truth.map_covariances[i].data());
   Eigen::Matrix3d L_inverse = whitening_of(at_truth.camera, run.true_T_cw, match, true, map_covariance).matrix();
-  if (!is_stereo) L_inverse(2, 2) = 1;  // a row that is not there
+  if (!is_stereo) L_inverse(2, 2) = 1;  // a missing row
   const Eigen::Vector3d residual =
       L_inverse.triangularView<Eigen::Lower>().solve(Eigen::Vector3d(radius * direction.normalized()));
   add_to_pixels(match, residual - at.residual);
@@ -229,7 +229,7 @@ nlohmann::ordered_json to_json(const RobustnessOptions& options) {
 }
 
 void check(const RobustnessOptions& options) {
-  const auto is_within = [](double value, double least, double most) { return value >= least && value <= most; };
+  const auto is_within = [](double value, double low, double high) { return value >= low && value <= high; };
   require_input(options.matches >= 20 && options.matches <= 5000, "--matches: expected 20 to 5000");
   require_input(!options.budgets.empty() && !options.disturbances.empty(),
                 "--budgets, --disturbances: expected at least one of each");

@@ -5,12 +5,12 @@
 
 namespace maxlogdet::sim {
 
-// Of a symmetric matrix. Here, and not where they are needed, because Eigen's solver takes seconds to compile.
+// Eigenvalues of symmetric matrices, in a file of their own because Eigen's solver takes seconds to compile.
 
-/// The smallest first.
+/// Returns the eigenvalues in ascending order.
 Vector6 eigenvalues_of(const Matrix6& Q);
 
-/// The eigenvector of the largest eigenvalue, of length 1.
+/// Returns the unit eigenvector of the largest eigenvalue.
 Vector6 largest_eigenvector(const Matrix6& Q);
 
 }  // namespace maxlogdet::sim

@@ -30,8 +30,8 @@ Timed timed_select(Selector& selector, const BlockStore& blocks, const Options& 
   return {{selection.begin(), selection.end()}, selection.log_det, selection.upper_bound, latency.median};
 }
 
-// Algorithm 1 with epsilon = 1 samples nobody; the least that a round can look at is one, and so does any epsilon that
-// asks for at most one.
+// Algorithm 1 with epsilon = 1 samples no candidate. A round needs at least one, and this epsilon asks for less than
+// one.
 double usable_epsilon(double epsilon, std::size_t n, std::size_t k) {
   return epsilon < 1 ? epsilon : std::exp(-0.5 * static_cast<double>(k) / static_cast<double>(n));
 }

@@ -12,12 +12,13 @@
 
 namespace maxlogdet::sim {
 
-/// Section IV of the paper: what the decay factor epsilon of stochastic greedy (Algorithm 1) costs and saves, over the
-/// method's own grid of n, k and epsilon.
+/// Section IV of the paper: cost and benefit of the decay factor epsilon of stochastic greedy (Algorithm 1), over the
+/// paper's grid of n, k and epsilon.
 struct EpsilonOptions {
-  std::vector<std::size_t> sizes = {100, 200, 500, 1000, 2000, 3000};           ///< n
-  std::vector<double> shares = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8};        ///< k / n
-  std::vector<double> epsilons = {1, 0.5, 0.2, 0.1, 0.05, 0.025, 0.01, 0.005};  ///< 1: one random candidate a round
+  std::vector<std::size_t> sizes = {100, 200, 500, 1000, 2000, 3000};     ///< n
+  std::vector<double> shares = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8};  ///< k / n
+  std::vector<double> epsilons = {1,    0.5,   0.2,  0.1,
+                                  0.05, 0.025, 0.01, 0.005};  ///< 1: one random candidate in each round
   Scene scene = Scene::euroc_like;
   Weighting weighting = Weighting::map_bias;
   std::uint64_t seed = 0;
@@ -34,14 +35,15 @@ struct EpsilonOutcome {
   double us_greedy = 0;        ///< of greedy: every candidate in every round
   double us_lazy = 0;          ///< of lazy greedy: greedy's answer
   double gap_nats = 0;         ///< log det of greedy minus log det
-  std::size_t differing = 0;   ///< how many of the k greedy does not select
-  double gains = 0;            ///< s k: gains that the algorithm asks for (a round has no more than are left)
+  std::size_t differing = 0;   ///< how many of the k are not in greedy's answer
+  double gains = 0;            ///< s k: gains of the algorithm (a round has at most the remaining candidates)
   double gains_greedy = 0;     ///< sum of n - i
   double share_of_greedy = 0;  ///< f / f(greedy), f = log det M - log det M0
   double share_of_bound = 0;   ///< f / the certificate's upper bound of the optimal f
 };
 
-/// A frame of n matches with every share and epsilon, in that order: same options and run, same result but for times.
+/// Runs a frame of n matches with every share and epsilon, in that order: deterministic in options and run, except
+/// times.
 std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size_t n, std::uint64_t run);
 
 nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes);

@@ -24,7 +24,7 @@ std::vector<double> values_where(const Runs& runs, const Holds& holds, const Val
 
 double mean(const std::vector<double>& values) { return values.empty() ? std::nan("") : mean_of(values).value; }
 
-double least(const std::vector<double>& values) {
+double minimum(const std::vector<double>& values) {
   return values.empty() ? std::nan("") : *std::min_element(values.begin(), values.end());
 }
 
@@ -41,8 +41,8 @@ std::vector<std::string> row_of(const Runs& runs, double epsilon, const Holds& h
   const auto mean_value = [&](const Value& value) { return mean(values_where(runs, holds, value)); };
   return {exact(epsilon),
           guarantee(epsilon),
-          fixed(least(values_where(runs, holds, [](const auto& o) { return o.share_of_greedy; })), 4),
-          fixed(least(values_where(runs, holds, [](const auto& o) { return o.share_of_bound; })), 4),
+          fixed(minimum(values_where(runs, holds, [](const auto& o) { return o.share_of_greedy; })), 4),
+          fixed(minimum(values_where(runs, holds, [](const auto& o) { return o.share_of_bound; })), 4),
           fixed(mean_value([](const auto& o) { return o.gap_nats; }), 3),
           fixed(mean_value(differing_percent), 1),
           fixed(mean_value([](const auto& o) { return o.gains_greedy / o.gains; }), 1),
@@ -52,8 +52,8 @@ std::vector<std::string> row_of(const Runs& runs, double epsilon, const Holds& h
 
 const std::vector<std::string> columns = {"ε",
                                           "1 − 1/e − ε",
-                                          "least f / f(greedy)",
-                                          "least f / bound",
+                                          "minimum f / f(greedy)",
+                                          "minimum f / bound",
                                           "mean gap (nats)",
                                           "features differing (%)",
                                           "× fewer gains",

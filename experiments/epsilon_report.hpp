@@ -10,11 +10,11 @@
 
 namespace maxlogdet::sim {
 
-/// epsilon.csv: an outcome a row, under the number of its run; runs come a size each.
+/// epsilon.csv: a row for each outcome, with the number of its run; each run has one size.
 Table epsilon_table(const std::vector<std::vector<EpsilonOutcome>>& runs, const std::vector<std::string>& numbers);
 
-/// By epsilon, over the whole grid: the least f / f(greedy) and f / bound beside the guarantee 1 - 1/e - epsilon; mean
-/// gap, share of differing features, gains saved and times saved against greedy and lazy greedy.
+/// By epsilon, over the whole grid: the minima of f / f(greedy) and f / bound beside the guarantee 1 - 1/e - epsilon;
+/// mean gap, share of differing features, and savings of gains and time against greedy and lazy greedy.
 Table guarantee_table(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs);
 
 /// The same at one n and k. The paper's "43 x" is k / ln(1/epsilon) at k = 100, epsilon = 0.1.

@@ -14,9 +14,8 @@
 namespace maxlogdet::sim {
 namespace {
 
-// The smallest eigenvalue that Q needs to have for the metric to reach `best`. To beat a condition number, lambda_min
-// has to be above lambda_max / condition, and lambda_max is at least v^T Q v, v the eigenvector that was the largest's
-// a round ago.
+// Returns the smallest eigenvalue with which Q reaches `best`. To improve a condition number, lambda_min must be above
+// lambda_max / condition, and lambda_max is at least v^T Q v, v the last round's eigenvector of the largest eigenvalue.
 double needed_eigenvalue(GreedyMetric metric, const Matrix6& Q, double best, const Vector6& v) {
   if (metric == GreedyMetric::max_min_eigenvalue) return best;
   return v.dot(Q * v) / -best;

@@ -11,21 +11,21 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double nearest = 0.5;  // m: closer than this nothing is matched
+constexpr double nearest = 0.5;  // m: closer points are not matched
 constexpr double border = 16;    // px, where ORB finds no corners
 constexpr double scale_factor = 1.2;
 constexpr int octaves = 8;
 
-// A keyframe after 0.25 m or 10 degrees, or when less than 60 % of what is in view is mapped; never two within 5
-// frames.
+// A keyframe is inserted after 0.25 m or 10 degrees, or when less than 60 % of the landmarks in view are mapped; never
+// two within 5 frames.
 constexpr double keyframe_distance = 0.25;
 constexpr double keyframe_angle = 10 * radians;
 constexpr double keyframe_share = 0.6;
 constexpr std::size_t keyframe_gap = 5;
 constexpr double mapping_rate = 0.8;  // share of the new landmarks that a keyframe triangulates
-constexpr std::uint32_t memory = 10;  // keyframes after which a landmark out of view is forgotten
+constexpr std::uint32_t memory = 10;  // keyframes until a landmark out of view is forgotten
 
-// Room around the trajectory, m: walls, floor and ceiling.
+// Distances from the trajectory, m: walls; floor and ceiling.
 constexpr double wall_distance = 2.5;
 constexpr double floor_distance = 1.5;
 
@@ -57,8 +57,8 @@ MappedWorld::MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptio
   scatter_landmarks();
 }
 
-// A box around the flight. Two thirds on its six faces in proportion to their area, one third inside; half of all in
-// clusters, as texture is.
+// In a box around the trajectory: two thirds on its six faces in proportion to their area, one third inside; half of
+// all in clusters, like texture.
 void MappedWorld::scatter_landmarks() {
   Eigen::Vector3d low = trajectory_.poses.front().T_wb.translation();
   Eigen::Vector3d high = low;
@@ -168,7 +168,7 @@ MappedWorld::BatchError MappedWorld::next_batch_error() {
   return batch_error_;
 }
 
-// In the keyframe's camera frame: triangulation error, then scale; then the keyframe is not where it should be.
+// In the keyframe's camera frame: the error of triangulation, then of scale, then of the keyframe's pose.
 Eigen::Vector3d MappedWorld::as_mapped(const Landmark& landmark, const BatchError& error) {
   Eigen::Vector3d p_c = T_cw_ * landmark.position;
   const double depth = p_c.z();
@@ -192,7 +192,7 @@ Match MappedWorld::match_of(std::uint32_t id, const Landmark& landmark) {
   const double levels = std::log(landmark.reference_depth / p_c.z()) / std::log(scale_factor);
   match.octave = std::clamp(landmark.octave + static_cast<int>(std::lround(levels)), 0, octaves - 1);
   const double scale = std::pow(scale_factor, match.octave);
-  match.inv_sigma2 = 1 / (scale * scale);  // what a tracker assumes: 1 px at octave 0
+  match.inv_sigma2 = 1 / (scale * scale);  // a tracker assumes 1 px at octave 0
 
   const double sigma = options_.pixel_sigma * scale;
   const double error_v = draws_.normal(), error_u = draws_.normal();

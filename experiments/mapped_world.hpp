@@ -20,52 +20,51 @@ struct Rig {
   Pose T_bc;       ///< camera to body
 };
 
-/// Cam0 of the EuRoC MAV, 752 x 480 px, without its distortion; T_bc is the data set's T_BS.
+/// Returns cam0 of the EuRoC MAV, 752 x 480 px, without its distortion; T_bc is the dataset's T_BS.
 Rig euroc_rig();
-/// The same camera looking along a body's x axis, as analytic_trajectory() has it.
+/// Returns the same camera looking along the body's x axis, as for analytic_trajectory().
 Rig forward_rig();
 
 struct WorldOptions {
   std::size_t landmarks = 25000;
-  std::size_t max_matches = 2000;   ///< of a frame
+  std::size_t max_matches = 2000;   ///< maximum of a frame
   double detection_rate = 0.8;      ///< share of the mapped landmarks in view that are matched
-  double outlier_rate = 0.1;        ///< share of the matches that are wrong: 5 to 40 px off in any direction
+  double outlier_rate = 0.1;        ///< share of the matches that are wrong: errors of 5 to 40 px in a random direction
   double pixel_sigma = 1;           ///< px at octave 0; times 1.2^octave
   double batch_translation = 0.03;  ///< m, deviation of a keyframe's position, each axis
   double batch_rotation_deg = 0.2;  ///< deviation of a keyframe's orientation, each axis
   double batch_scale = 0.01;        ///< deviation of the scale of a keyframe's depths
-  double batch_correlation = 0.9;   ///< between a keyframe's errors and those of the one before
+  double batch_correlation = 0.9;   ///< between errors of successive keyframes
   double depth_sigma = 0.0025;      ///< 1/m: deviation of a point's depth is this times depth^2 (triangulation)
   double lateral_sigma = 0.001;     ///< rad: deviation of a point across the ray is this times depth
 };
 
-/// A world of landmarks around a trajectory, and the map that a tracker's keyframes would make of it. A keyframe is
-/// inserted every so often; the landmarks that it sees for the first time (or that the map has forgotten) enter the map
-/// together, as one batch: moved by that keyframe's errors of position, orientation and scale, which follow those of
-/// the keyframe before (a first-order autoregression), and each by its own error of triangulation. So map errors are
-/// biased, and the bias is shared by a batch: section II, "batch-perturbed when triangulated with erroneous camera
-/// poses [...] scale-drifted key frames". The map does not depend on what a tracker estimates: all selectors meet the
-/// same frames.
+/// A world of landmarks around a trajectory, and the map that a tracker's keyframes would make of it. The
+/// landmarks that a keyframe sees for the first time (or that the map has forgotten) enter the map together, as a
+/// batch: moved by the keyframe's errors of position, orientation and scale, which are a first-order autoregression
+/// over keyframes, and each by its own error of triangulation. So map errors are biased, and a batch shares the bias:
+/// section II, "batch-perturbed when triangulated with erroneous camera poses [...] scale-drifted key frames". The map
+/// does not depend on what a tracker estimates: all selectors meet the same frames.
 class MappedWorld {
  public:
-  /// The trajectory outlives this. Everything is drawn from `seed`.
+  /// The trajectory must outlive this object. All draws come from `seed`.
   MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptions& options, std::uint64_t seed);
 
-  /// Frames in order of the trajectory, from 0 on. Returns false after the last; `frame` keeps its memory. Its
-  /// T_cw_prior is left alone.
+  /// Makes the next frame of the trajectory, in the memory of `frame`; its T_cw_prior is unchanged. Returns false after
+  /// the last.
   bool next(Frame& frame);
 
-  /// Camera pose of the frame that next() gave last.
+  /// Returns the camera pose of the last frame.
   const Pose& true_T_cw() const { return T_cw_; }
   std::size_t keyframes() const { return keyframes_; }
 
   struct Landmark {
     Eigen::Vector3d position;  ///< true, m
-    Eigen::Vector3d mapped;    ///< as the map has it
-    double reference_depth;    ///< m, at which its octave is `octave`
+    Eigen::Vector3d mapped;    ///< in the map, m
+    double reference_depth;    ///< m, where its octave is `octave`
     int octave;
     std::uint32_t batch = 0;      ///< keyframe that mapped it, from 1 on; 0: not in the map
-    std::uint32_t last_seen = 0;  ///< keyframes made when it was in view last
+    std::uint32_t last_seen = 0;  ///< number of keyframes when it was last in view
   };
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
 

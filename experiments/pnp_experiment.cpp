@@ -24,8 +24,8 @@ constexpr double PnpOutcome::*members[] = {
     &PnpOutcome::expected_rotation_deg,
 };
 
-// The parts of eq. 4 come together: |bias|^2 + trace of both covariances. The error of the centre is R^T times that of
-// the left perturbation's translation to first order.
+// The expected square by eq. 4: |bias|^2 + trace of both covariances. To first order the error of the centre is R^T
+// times the translation of the left perturbation.
 void expect(const PnpOptions& options, const PnpScene& scene, const Frame& frame, double noise_px,
             const std::vector<std::uint32_t>& subset, PnpOutcome& outcome) {
   const PoseErrorModel model(frame.camera, frame.matches, subset, scene.true_T_cw, false);
@@ -38,7 +38,7 @@ void expect(const PnpOptions& options, const PnpScene& scene, const Frame& frame
   outcome.bias_amplification = model.bias_amplification()[0];
 }
 
-// What a run needs to know about one noise.
+// The part of a run with one noise.
 class PnpRun {
  public:
   PnpRun(const PnpOptions& options, const PnpScene& scene, double noise_px)

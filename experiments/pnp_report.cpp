@@ -25,7 +25,7 @@ std::vector<std::string> selector_names() {
 
 std::string px(double noise) { return exact(noise) + " px"; }
 
-// Rows by what they are about.
+// Rows by noise, size and selector.
 class Rows {
  public:
   Rows(const std::vector<PnpRow>& rows, Weighting weighting) {
@@ -85,7 +85,7 @@ class SquaredErrors {
   std::size_t points_;
 };
 
-// The mean over sizes of the RMS over runs, as it is and with each run left out.
+// The mean over sizes of the RMS over runs, of all runs and with each run left out.
 struct Score {
   double value = 0;
   std::vector<double> without;
@@ -114,7 +114,7 @@ Estimate difference(const Score& ours, const Score& theirs) {
   return {ours.value - theirs.value, jackknife_ci95(without)};
 }
 
-// The first of the ascending sizes from which on `holds` for all; "-" if it does not hold at the last.
+// Returns the first of the ascending sizes from which on `holds` is true; "-" if it is false at the last.
 template <class Holds>
 std::string from_size(const std::vector<std::size_t>& sizes, const Holds& holds) {
   std::string first = "-";

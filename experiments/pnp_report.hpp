@@ -11,7 +11,7 @@
 
 namespace maxlogdet::sim {
 
-/// A line of metrics.csv: `all` and `random` stand under every weighting, `all` under every size.
+/// A row of metrics.csv: `all` and `random` are repeated for every weighting, `all` for every size.
 struct PnpRow {
   PnpCase which;
   Estimate translation_m;
@@ -25,25 +25,25 @@ struct PnpRow {
 };
 std::vector<PnpRow> summarize(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs);
 
-/// metrics.csv; with `aligned` errors against the best rigid alignment of the map in its place.
+/// metrics.csv; with `aligned`, errors are against the pose by the map's best rigid alignment.
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned);
 
 /// metrics_runs.csv: every outcome of every run, under the run's number.
 Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
                          const std::vector<std::string>& numbers);
 
-/// What theory expects beside what was measured: bias amplification and errors by eqs. 5 to 7, at one size.
+/// Expected and measured errors at one size: bias amplification, and errors by eqs. 5 to 7.
 Table expectation_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting,
                         std::size_t size);
 
-/// One line a selector, two columns a noise: the mean over subset sizes of the RMS errors, with its interval
-/// (jackknife over runs), and whether it differs from max_log_det's: ▲ max_log_det is better, ▼ worse, · cannot be
-/// told. Sizes of all points are left out: there all selectors are the same.
+/// For each selector (row) and noise (two columns) the mean over subset sizes of the RMS errors, with its interval
+/// (jackknife over runs) and verdict: ▲ max_log_det is better, ▼ worse, · not significant. The size of all points,
+/// where all selectors agree, is left out.
 Table comparison_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
                        Weighting weighting);
 
-/// Where max_log_det, the other metrics and random come near `all`: from which size on the RMS error stays within 5 %
-/// of it, and from which on it stays below it.
+/// For each metric and random, the size from which on the RMS error stays within 5 % of that of `all`, and from which
+/// on it stays below.
 Table crossing_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting);
 
 }  // namespace maxlogdet::sim

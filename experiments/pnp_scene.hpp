@@ -14,8 +14,8 @@
 
 namespace maxlogdet::sim {
 
-/// How the depths of points are spread between the nearest and the farthest. The paper says only "randomly generated in
-/// front of the camera".
+/// The distribution of depths between the nearest and the farthest. The paper says only "randomly generated in front of
+/// the camera".
 enum class DepthLaw {
   uniform,
   volume,   ///< uniform in space: most points are far
@@ -36,14 +36,14 @@ struct PnpOptions {
   DepthLaw depths = DepthLaw::uniform;
   double nearest = 2;        ///< m, depth of the points
   double farthest = 20;      ///< m
-  double translation = 0.1;  ///< m, the true pose differs from the guess by up to that, each axis
+  double translation = 0.1;  ///< m, maximum difference of the true pose from the guess, each axis
   double rotation_deg = 5;   ///< the same, rotation vector
   std::uint64_t seed = 0;
 };
 
 nlohmann::ordered_json to_json(const PnpOptions& options);
 
-/// Throws InputError for options that make no experiment.
+/// Throws InputError about options out of range.
 void check(const PnpOptions& options);
 
 /// One draw of everything that a run needs. Noises are multiples of the same draw, so that panels differ in noise
@@ -52,7 +52,7 @@ struct PnpScene {
   PinholeCamera camera = euroc_camera;
   Pose true_T_cw = Pose::Identity();
   Pose guess = Pose::Identity();         ///< where the camera was before it moved
-  Pose aligned_T_cw = Pose::Identity();  ///< right if the map's best rigid alignment were its frame
+  Pose aligned_T_cw = Pose::Identity();  ///< the true pose in the frame of the map's best rigid alignment
   Eigen::Matrix3Xd points;               ///< true
   Eigen::Matrix3Xd mapped;
   Eigen::Matrix2Xd pixels;  ///< true
@@ -62,7 +62,7 @@ struct PnpScene {
 
 PnpScene draw_scene(const PnpOptions& options, std::uint64_t run);
 
-/// The scene as the tracker sees it: points as the map has them, measured with that noise, the guess as pose.
+/// Returns the tracker's frame: map points, measurements with that noise, and the guess as prior.
 Frame frame_of(const PnpScene& scene, double noise_px);
 
 }  // namespace maxlogdet::sim

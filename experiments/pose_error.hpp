@@ -8,7 +8,7 @@
 
 namespace maxlogdet::sim {
 
-/// How far an estimated pose is from the true one; NaN where there is no usable estimate.
+/// The error of an estimated pose; NaN without a usable estimate.
 struct PoseError {
   double translation_m = 0;  ///< of the camera's centre
   double rotation_deg = 0;

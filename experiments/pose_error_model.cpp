@@ -59,7 +59,7 @@ Vector6 PoseErrorModel::expected_error(const Eigen::Vector3d& mu_p) const {
 Vector6 PoseErrorModel::bias_amplification() const {
   const Matrix6 squared = covariance_of_map_error(1);  // H_x^+ H_p (H_x^+ H_p)^T
   if (!squared.allFinite()) return Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
-  return eigenvalues_of(squared).reverse().cwiseMax(0).cwiseSqrt();  // a zero may round to below 0
+  return eigenvalues_of(squared).reverse().cwiseMax(0).cwiseSqrt();  // a zero may round to a negative number
 }
 
 }  // namespace maxlogdet::sim

@@ -10,11 +10,11 @@
 
 namespace maxlogdet::sim {
 
-/// Section II of the paper: what errors of measurements and of the map do to a least-squares pose,
-/// eps_x = H_x^+ (eps_z - H_p eps_p) (eq. 4), for the left perturbation. All matches count alike, as there.
+/// Section II of the paper: how errors of measurements and of the map propagate to a least-squares pose,
+/// eps_x = H_x^+ (eps_z - H_p eps_p) (eq. 4), for the left perturbation, with equal weights as in the paper.
 class PoseErrorModel {
  public:
-  /// Of the matches of `subset` in front of the camera; H_x must have rank 6, else every answer is not finite.
+  /// Linearises the matches of `subset` in front of the camera; unless H_x has rank 6, no answer is finite.
   PoseErrorModel(const PinholeCamera& camera, const std::vector<Match>& matches,
                  const std::vector<std::uint32_t>& subset, const Pose& T_cw, bool stereo);
 

@@ -18,7 +18,7 @@ bool is_good(const Rejection& optimized) {
 PoseTracker::PoseTracker(const SelectorSettings& selection, const RejectionOptions& optimization)
     : selector_(selection), optimization_(optimization) {}
 
-// What a match is known to deviate by, seen from there: blocks are made of the same.
+// Residuals are whitened with the same noise as blocks.
 void PoseTracker::whiten_at(const Pose& T_cw, const Frame& frame) {
   if (!weighs_map_errors(selector_.settings())) return;
   const double* const covariances = frame.map_covariances.empty() ? nullptr : frame.map_covariances.front().data();

@@ -23,12 +23,12 @@ BlockOptions block_options() {
   return options;
 }
 
-// Greedy and draws one after the other begin alike whatever the budget.
+// Whether selections with different budgets are no prefixes of each other, as those of greedy and of draws are.
 bool depends_on_budget(SelectorKind kind) {
   return kind == SelectorKind::half_random || kind == SelectorKind::md_cells || kind == SelectorKind::md_keyframes;
 }
 
-// One frame, and what every selector makes of it.
+// One frame, and every selector's pose of it.
 class Contest {
  public:
   Contest(const RobustnessOptions& options, const DisturbedFrame& disturbed, std::uint64_t seed)

@@ -12,7 +12,7 @@
 
 namespace maxlogdet::sim {
 
-/// What is compared; `all` is without a budget.
+/// The selectors compared; `all` has no budget.
 constexpr SelectorKind robustness_kinds[] = {
     SelectorKind::md,           SelectorKind::md_cells,         SelectorKind::md_keyframes,
     SelectorKind::shared_cells, SelectorKind::shared_keyframes, SelectorKind::half_random,
@@ -21,21 +21,21 @@ constexpr SelectorKind robustness_kinds[] = {
 
 using RobustnessOutcome = PoseError;
 
-/// What is compared: one curve's point.
+/// One point of a curve.
 struct RobustnessCase {
   Disturbance disturbance;
   SelectorKind selector;
-  std::size_t budget;  ///< of `all`: all matches
+  std::size_t budget;  ///< of `all`: the number of matches
 };
 
-/// All of them, in the order of the outcomes of a run.
+/// Returns all cases, in the order of the outcomes of a run.
 std::vector<RobustnessCase> robustness_cases(const RobustnessOptions& options);
 
-/// One run: same options and run, same result. Poses are least squares of residuals whitened as the blocks are, with
-/// the covariance that is believed in at the prior.
+/// Computes a run: deterministic in options and run. Poses are least squares of residuals whitened as the blocks are,
+/// with the assumed covariance at the prior.
 std::vector<RobustnessOutcome> run_robustness(const RobustnessOptions& options, std::uint64_t run);
 
-/// How a run is kept in a RunLog.
+/// Convert a run to and from the JSON of a RunLog.
 nlohmann::json to_json(const std::vector<RobustnessOutcome>& outcomes);
 std::vector<RobustnessOutcome> robustness_outcomes_of(const nlohmann::json& result);
 

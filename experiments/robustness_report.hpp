@@ -14,8 +14,8 @@ namespace maxlogdet::sim {
 /// Outcomes of all runs: by run, in the order of robustness_cases().
 using RobustnessRuns = std::vector<std::vector<RobustnessOutcome>>;
 
-/// A line of robustness.csv. Differences are md's, in percent of the RMS error of this selector, in pairs; of `all`
-/// against md with the largest budget.
+/// A row of robustness.csv. Differences are paired, of md in percent of the RMS error of this selector; `all` is
+/// compared with md at the largest budget.
 struct RobustnessRow {
   RobustnessCase which;
   Estimate translation_m;  ///< RMS over runs
@@ -24,17 +24,17 @@ struct RobustnessRow {
   Estimate md_rotation_percent;
 };
 
-/// One a case, in their order; none without runs.
+/// Returns a row for each case, in their order; none without runs.
 std::vector<RobustnessRow> summarize(const RobustnessOptions& options, const RobustnessRuns& runs);
 
 /// robustness.csv.
 Table robustness_table(const std::vector<RobustnessRow>& rows, std::size_t runs);
 
-/// RMS errors of md, random and all for one budget: a line a disturbance.
+/// RMS errors of md, random and all for one budget, a row for each disturbance.
 Table robustness_levels(const RobustnessOptions& options, const std::vector<RobustnessRow>& rows, std::size_t budget);
 
-/// What md gains or loses against each of the others with the same budget: a line a disturbance, translation and
-/// rotation in a cell. ▲ md is better, ▼ worse, · cannot be told.
+/// The differences of md to the other selectors with the same budget, a row for each disturbance, translation and
+/// rotation in a cell: ▲ md is better, ▼ worse, · not significant.
 Table robustness_differences(const RobustnessOptions& options, const RobustnessRuns& runs, std::size_t budget);
 
 }  // namespace maxlogdet::sim

@@ -21,16 +21,16 @@
 namespace maxlogdet::sim {
 namespace {
 
-// Read by all workers; a signal handler may touch atomics that need no lock.
+// Read by all workers; a signal handler may only write atomics without locks.
 std::atomic<int> stop_asked_for{0};
 static_assert(std::atomic<int>::is_always_lock_free, "for the signal handler");
 
 void ask_to_stop(int signal) {
-  constexpr char message[] = "\nfinishing the runs under way; Ctrl-C again ends at once\n";
+  constexpr char message[] = "\nfinishing the runs under way; Ctrl-C again terminates at once\n";
   const ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
   static_cast<void>(written);
   stop_asked_for = 1;
-  std::signal(signal, SIG_DFL);  // which the next one meets
+  std::signal(signal, SIG_DFL);  // for the next one
 }
 
 // Shared by the workers of one call of run_missing().
@@ -72,7 +72,7 @@ struct Work {
   }
 };
 
-// Which settings differ from those that a file begins with.
+// Describes how the settings differ from those in the first line of a file.
 std::string difference(const std::string& line, const nlohmann::ordered_json& settings) {
   const nlohmann::json there = nlohmann::json::parse(line, nullptr, false);
   if (!there.is_object()) return "not written by this program";
@@ -93,7 +93,7 @@ RunLog::RunLog(std::string file, const nlohmann::ordered_json& settings) : file_
   if (!old && std::filesystem::exists(file_)) throw InputError(file_ + ": cannot be read; expected finished runs");
   std::string line;
   std::string kept = settings.dump() + '\n';
-  if (std::getline(old, line) && !old.eof()) {  // a line without its end was cut short
+  if (std::getline(old, line) && !old.eof()) {  // a line without its end is incomplete
     if (line + '\n' != kept) {
       throw InputError(file_ + ":1: holds runs of other settings (" + difference(line, settings) +
                        "): choose another --output, or delete the file");
@@ -141,8 +141,8 @@ std::size_t run_missing(const std::string& what, const std::vector<std::string>&
   Work shared{missing, work, log, Progress(what, "run"), keys.size() - missing.size(), keys.size(), {}, {}, {}, {}};
   shared.progress.update(shared.already_done, shared.all);
   Executor* const helpers = executor();
-  const int most = helpers == nullptr ? 1 : helpers->concurrency();
-  const int workers = threads == 0 ? most : std::min(threads, most);
+  const int max_workers = helpers == nullptr ? 1 : helpers->concurrency();
+  const int workers = threads == 0 ? max_workers : std::min(threads, max_workers);
   if (workers > 1) {
     helpers->run(workers, &Work::body, &shared);
   } else {

@@ -12,18 +12,17 @@
 
 namespace maxlogdet::sim {
 
-/// Finished runs of an experiment, kept in a file of JSON lines, so that a rerun goes on where the last one stopped:
-/// first the settings, then one line a run, in the order in which they ended. What a killed program left of a last line
-/// is dropped.
+/// Finished runs of an experiment in a file of JSON lines, so that a rerun resumes where the last one stopped: first
+/// the settings, then a line for each run, in the order in which they finished. An incomplete last line is dropped.
 class RunLog {
  public:
-  /// Opens or makes `file`. Throws InputError if it holds runs of other settings, or cannot be written.
+  /// Opens or creates `file`. Throws InputError if it holds runs of other settings, or cannot be written.
   RunLog(std::string file, const nlohmann::ordered_json& settings);
 
   bool has(const std::string& key) const { return runs_.count(key) != 0; }
   const nlohmann::json& at(const std::string& key) const { return runs_.at(key); }
 
-  /// Writes it down at once. For several threads. Throws InputError if it cannot be written.
+  /// Appends a run to the file at once. Thread-safe. Throws InputError if it cannot be written.
   void add(const std::string& key, nlohmann::json result);
 
  private:
@@ -32,13 +31,14 @@ class RunLog {
   std::map<std::string, nlohmann::json> runs_;
 };
 
-/// Ctrl-C: what is finished is written; says how much that is.
+/// Thrown after Ctrl-C, when finished runs are written; the message says how many.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// While one lives, Ctrl-C only asks to stop: runs under way end, no other begins. A second Ctrl-C ends the program.
+/// While an object exists, Ctrl-C only requests a stop: runs under way finish, and no other starts. A second Ctrl-C
+/// terminates the program.
 class StopOnInterrupt {
  public:
   StopOnInterrupt();
@@ -53,16 +53,16 @@ class StopOnInterrupt {
 };
 
 /// Calls work(key) for every key that the log lacks, on up to `threads` threads (0: all) of sim::executor(), and logs
-/// what it returns; null is a run broken off (StopOnInterrupt) and is not logged. What work() computes must depend on
-/// its key alone. Shows its progress under the name of `what`. Rethrows what work() throws. Returns how many of the
-/// keys the log has then.
+/// the results; null is an interrupted run (StopOnInterrupt), which is not logged. The result of work() must depend on
+/// its key alone. Shows progress under the name `what`. Rethrows what work() throws. Returns how many of the keys are
+/// then in the log.
 std::size_t run_missing(const std::string& what, const std::vector<std::string>& keys, int threads, RunLog& log,
                         const std::function<nlohmann::json(const std::string& key)>& work);
 
-/// A number of a log: JSON has no NaN and holds null in its place.
+/// Returns a number of a log, where null stands for NaN, which JSON lacks.
 double number_of(const nlohmann::json& value);
 
-/// Outcomes that are doubles alone as a log keeps them: a list for each, in the order of `members`.
+/// Returns outcomes of doubles as JSON: a list for each, in the order of `members`.
 template <class Outcome, std::size_t n>
 nlohmann::json lists_of(const std::vector<Outcome>& outcomes, double Outcome::*const (&members)[n]) {
   nlohmann::json lists = nlohmann::json::array();
@@ -73,7 +73,7 @@ nlohmann::json lists_of(const std::vector<Outcome>& outcomes, double Outcome::*c
   return lists;
 }
 
-/// The outcomes of such lists. Throws what the JSON library throws about others.
+/// Reads outcomes from such lists. Other JSON makes the JSON library throw.
 template <class Outcome, std::size_t n>
 std::vector<Outcome> outcomes_of(const nlohmann::json& lists, double Outcome::*const (&members)[n]) {
   std::vector<Outcome> outcomes;

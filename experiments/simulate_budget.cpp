@@ -21,7 +21,7 @@ void run(const Arguments& arguments) {
   if (!runs.runs.empty()) {
     simulation.print("Errors by budget, " + joined(runs.sequences, ", ") +
                          "; differences to inl in percent of its mean, with their 95 % interval over runs, ▲ better, ▼ "
-                         "worse, · cannot be told; " +
+                         "worse, · not significant; " +
                          described_weights(arguments) + ':',
                      budget_summary(runs, arguments.options.selectors));
   }
@@ -32,13 +32,13 @@ void run(const Arguments& arguments) {
 
 void add_budget_experiment(CLI::App& simulate) {
   CLI::App* const command =
-      simulate.add_subcommand("budget", "Section V-A: accuracy against how many features are selected");
+      simulate.add_subcommand("budget", "Section V-A: accuracy over the number of selected features");
   const auto arguments = std::make_shared<Arguments>();
   arguments->sequences.preferred = "MH_05_difficult";
   arguments->add_to(*command);
   command
       ->add_option("--sequence", arguments->sequences.named,
-                   "The trajectory; MH_05_difficult, the paper's, if it is there")
+                   "The trajectory, by default the paper's MH_05_difficult if it exists")
       ->expected(1);
   command->add_option("--budgets", arguments->budgets, "Numbers of features")
       ->delimiter(',')

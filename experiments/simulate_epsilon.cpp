@@ -69,14 +69,14 @@ void run(const Arguments& arguments) {
 
 void add_epsilon_experiment(CLI::App& simulate) {
   CLI::App* const command =
-      simulate.add_subcommand("epsilon", "Section IV: what the decay factor of stochastic greedy costs and saves");
+      simulate.add_subcommand("epsilon", "Section IV: cost and benefit of the decay factor of stochastic greedy");
   const auto arguments = std::make_shared<Arguments>();
   arguments->common.threads = 1;  // it measures time
   arguments->common.add_to(*command);
   command->add_option("--sizes", arguments->options.sizes, "Numbers of candidates n")
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--epsilons", arguments->options.epsilons, "Decay factors; 1: one candidate a round")
+  command->add_option("--epsilons", arguments->options.epsilons, "Decay factors; 1: one candidate in each round")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--weighting", arguments->weighting, "Which blocks")

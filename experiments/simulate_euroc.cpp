@@ -35,7 +35,7 @@ void run(const Arguments& arguments) {
       if (claims.rows.empty()) continue;
       simulation.print("Difference of `" + std::string(name) +
                            "` in percent of the other's error, with its 95 % interval over runs; ▲ it is better, ▼ "
-                           "worse, · cannot be told:",
+                           "worse, · not significant:",
                        claims);
     }
   }
@@ -46,7 +46,7 @@ bool has(const Arguments& arguments, SelectorKind kind) {
   return std::count(arguments.selectors.begin(), arguments.selectors.end(), to_string(kind)) > 0;
 }
 
-// Refuses options that would change nothing. In `budget` all of them count.
+// Refuses options without effect. In `budget` all options have one.
 void check_used(const CLI::App& command, const Arguments& arguments, bool has_pool) {
   const auto has_one = [&](bool (*holds)(SelectorKind)) {
     return std::any_of(std::begin(selector_kinds), std::end(selector_kinds),

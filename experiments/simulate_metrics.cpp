@@ -19,7 +19,7 @@ struct Arguments {
   std::string depths = "uniform";
 };
 
-// Figure 2 of the paper: the scene, with what Max-logDet selects.
+// Figure 2 of the paper: the scene, with the selection of Max-logDet.
 void write_scene(const Simulation& simulation, const PnpOptions& options) {
   const Frame frame = pnp_frame(options, 0);
   BlockOptions block_options;
@@ -37,7 +37,7 @@ void report(Simulation& simulation, const PnpOptions& options, const std::vector
   for (const Weighting weighting : options.weightings) {
     const std::string blocks = std::string("`") + to_string(weighting) + "` blocks";
     simulation.print("Mean over subset sizes below that of all points of the RMS error, " + blocks +
-                         "; ▲ max_log_det is better, ▼ worse, · cannot be told:",
+                         "; ▲ max_log_det is better, ▼ worse, · not significant:",
                      comparison_table(options, outcomes, weighting));
     simulation.print("The size from which on the RMS error stays within 5 % of `all`'s / below it, " + blocks + ":",
                      crossing_table(options, rows, weighting));
@@ -77,18 +77,18 @@ void add_metrics_experiment(CLI::App& simulate) {
   command->add_option("--points", options.points, "Points of a scene")->capture_default_str();
   command->add_option("--sizes", options.sizes, "Subset sizes")->delimiter(',')->capture_default_str();
   command->add_option("--noise", options.noises, "Measurement noise, px")->delimiter(',')->capture_default_str();
-  command->add_option("--weightings", arguments->weightings, "Which blocks the metrics look at")
+  command->add_option("--weightings", arguments->weightings, "Which blocks the metrics use")
       ->delimiter(',')
       ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();
   command->add_option("--map-bias", options.map_bias, "Mean of the map error in x, y and z, m")->capture_default_str();
   command->add_option("--map-deviation", options.map_deviation, "Deviation of the map error, m")->capture_default_str();
-  command->add_option("--depths", arguments->depths, "How depths of points are spread")
+  command->add_option("--depths", arguments->depths, "Distribution of the depths of points")
       ->check(CLI::IsMember(names_of(depth_laws)))
       ->capture_default_str();
-  command->add_option("--nearest", options.nearest, "Least depth, m")->capture_default_str();
-  command->add_option("--farthest", options.farthest, "Largest depth, m")->capture_default_str();
-  command->add_option("--prior", options.prior, "M0 = this times I")->capture_default_str();
+  command->add_option("--nearest", options.nearest, "Minimum depth, m")->capture_default_str();
+  command->add_option("--farthest", options.farthest, "Maximum depth, m")->capture_default_str();
+  command->add_option("--prior", options.prior, "M0 is this times I")->capture_default_str();
   command->callback([arguments] {
     arguments->options.seed = seed_of(arguments->common.seed);
     arguments->options.weightings = values_named(weightings, arguments->weightings);

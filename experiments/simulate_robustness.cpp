@@ -25,7 +25,7 @@ void report(Simulation& simulation, const RobustnessOptions& options, const Robu
     simulation.print(
         "Difference of `md` in percent of the other's RMS error (translation, rotation), with its 95 % "
         "interval over runs, with " +
-            of_budget + "; ▲ it is better, ▼ worse, · cannot be told:",
+            of_budget + "; ▲ it is better, ▼ worse, · not significant:",
         robustness_differences(options, runs, budget));
   }
 }
@@ -63,7 +63,8 @@ void add_errors_to(CLI::App& command, RobustnessOptions& options) {
   command
       .add_option("--gate", options.gate, "wrong_*: maximum of a wrong match's chi2, as a multiple of its 95 % limit")
       ->capture_default_str();
-  command.add_option("--focal-error", options.focal_error_percent, "focal: by how much it is taken too long, percent")
+  command
+      .add_option("--focal-error", options.focal_error_percent, "focal: how much the assumed one is too long, percent")
       ->capture_default_str();
 }
 
@@ -71,7 +72,7 @@ void add_errors_to(CLI::App& command, RobustnessOptions& options) {
 
 void add_robustness_experiment(CLI::App& simulate) {
   CLI::App* const command = simulate.add_subcommand(
-      "robustness", "Selectors where errors are not what they believe: one frame a run, with known truth");
+      "robustness", "Selectors whose model of errors is violated: one frame for each run, with known truth");
   const auto arguments = std::make_shared<Arguments>();
   RobustnessOptions& options = arguments->options;
   arguments->common.runs = 300;
@@ -83,12 +84,12 @@ void add_robustness_experiment(CLI::App& simulate) {
   command->add_option("--budgets", options.budgets, "Matches that a selector may use")
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--disturbances", arguments->disturbances, "What is not as selectors and optimiser believe")
+  command->add_option("--disturbances", arguments->disturbances, "How errors violate the model")
       ->delimiter(',')
       ->check(CLI::IsMember(names_of(disturbances)))
       ->capture_default_str();
   add_errors_to(*command, options);
-  command->add_option("--tau", options.tau, "Shared error that shared_cells and shared_keyframes believe in, px")
+  command->add_option("--tau", options.tau, "Shared error that shared_cells and shared_keyframes assume, px")
       ->capture_default_str();
   command->callback([arguments] {
     RobustnessOptions& chosen = arguments->options;

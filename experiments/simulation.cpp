@@ -17,7 +17,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// A cell as JSON: a number if it reads as one and is no name, null for nan.
+// Returns a cell as JSON: a number unless it is a name, null for nan.
 nlohmann::ordered_json json_of(const std::string& column, const std::string& cell) {
   if (column == "sequence" || column == "selector" || column == "weighting") return cell;
   if (cell == "nan") return nullptr;
@@ -47,7 +47,7 @@ void SimulationArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command.add_option("--seed", seed, "Same seed, same errors, for any number of threads")->capture_default_str();
-  command.add_option("--output", output, "Folder for tables and finished runs; a rerun goes on where it stopped")
+  command.add_option("--output", output, "Folder for tables and finished runs; a rerun resumes where it stopped")
       ->capture_default_str();
 }
 
@@ -63,14 +63,14 @@ Simulation::Simulation(std::string name, const SimulationArguments& arguments)
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   if (error || !std::filesystem::is_directory(folder_)) {
-    throw InputError("--output '" + folder_ + "': cannot be made; expected a folder that can be written to");
+    throw InputError("--output '" + folder_ + "': cannot be created; expected a folder that can be written to");
   }
 }
 
 void Simulation::complete(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
                           const std::function<nlohmann::json(const std::string&)>& work) {
   settings_ = settings;
-  settings_["version"] = version();  // runs of another version are others
+  settings_["version"] = version();  // other versions share no runs
   log_ = std::make_unique<RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
   const StopOnInterrupt stop;
   asked_for_ = keys.size();
@@ -99,7 +99,7 @@ void Simulation::finish(const Table& table) {
   std::cout << "tables and every run: " << folder_ << "/" << name_ << "*\n";
   if (finished_ < asked_for_) {
     throw Interrupted("stopped: " + std::to_string(finished_) + " of " + std::to_string(asked_for_) +
-                      " runs are finished and in " + folder_ + "; the same command goes on from there");
+                      " runs are finished and in " + folder_ + "; the same command resumes there");
   }
 }
 

@@ -17,7 +17,7 @@
 
 namespace maxlogdet::sim {
 
-/// What every experiment of `simulate` is asked for.
+/// Options of every experiment of `simulate`.
 struct SimulationArguments {
   std::int64_t runs = 10;
   std::int64_t threads = 0;
@@ -26,22 +26,22 @@ struct SimulationArguments {
 
   void add_to(CLI::App& command);
 
-  /// "0", "1", ...: a key for each run.
+  /// Returns a key for each run: "0", "1", ...
   std::vector<std::string> run_numbers() const;
 };
 
-/// Runs that are finished: their keys, and an outcome for each case.
+/// Finished runs: keys, and an outcome for each case.
 template <class Outcome>
 struct FinishedRuns {
   std::vector<std::string> keys;
   std::vector<std::vector<Outcome>> outcomes;
 };
 
-/// What is run, and how its outcomes are kept.
+/// What is run, and how outcomes are read back.
 template <class Outcome>
 struct Experiment {
-  nlohmann::ordered_json settings;  ///< runs with the same settings are shared by calls of the program
-  std::vector<std::string> keys;    ///< one a run
+  nlohmann::ordered_json settings;  ///< calls of the program share runs with the same settings
+  std::vector<std::string> keys;    ///< one for each run
   std::size_t count;                ///< outcomes of a run
   std::function<std::vector<Outcome>(const std::string& key)> run;
   std::vector<Outcome> (*parse)(const nlohmann::json&);  ///< undoes to_json()
@@ -50,11 +50,11 @@ struct Experiment {
 /// One experiment's results: a folder of files, and standard output.
 class Simulation {
  public:
-  /// Makes the folder. Throws InputError if that fails.
+  /// Creates the folder. Throws InputError if that fails.
   Simulation(std::string name, const SimulationArguments& arguments);
 
-  /// Runs what NAME_runs.jsonl lacks, and returns all that is finished. Throws InputError if the file is not what this
-  /// program wrote.
+  /// Runs what NAME_runs.jsonl lacks, and returns all finished runs. Throws InputError if this program did not write
+  /// the file.
   template <class Outcome>
   FinishedRuns<Outcome> run(const Experiment<Outcome>& experiment) {
     complete(experiment.settings, experiment.keys,
@@ -68,14 +68,14 @@ class Simulation {
     return finished;
   }
 
-  /// FILE.csv, FILE.json.
+  /// Write FILE.csv, FILE.json.
   void write_csv(const std::string& file, const Table& table) const;
   void write_json(const std::string& file, const nlohmann::ordered_json& json) const;
-  /// Prints a headed table, and keeps it for NAME.md.
+  /// Prints a table with a heading, and keeps it for NAME.md.
   void print(const std::string& heading, const Table& table);
 
-  /// Writes NAME.md and NAME.json (settings, and `table` as objects), and says where all is. Throws Interrupted if runs
-  /// are missing.
+  /// Writes NAME.md and NAME.json (settings, and `table` as objects), and prints where they are. Throws Interrupted if
+  /// runs are missing.
   void finish(const Table& table);
 
  private:
@@ -90,7 +90,7 @@ class Simulation {
     } catch (const std::exception&) {  // of the JSON library, which names neither file nor run
     }
     throw InputError(path_of(name_ + "_runs.jsonl") + ": run " + key +
-                     " is damaged; expected what this program wrote: delete the file to begin anew");
+                     " is damaged; expected what this program wrote: delete the file to restart");
   }
 
   std::string path_of(const std::string& file) const { return folder_ + "/" + file; }

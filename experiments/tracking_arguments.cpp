@@ -11,7 +11,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// CLI::Range lets nan through.
+// CLI::Range accepts nan.
 CLI::Validator finite_range(double low, double high) {
   return {[low, high](const std::string& text) {
             const std::optional<double> value = finite_number(text);
@@ -22,7 +22,7 @@ CLI::Validator finite_range(double low, double high) {
 }
 
 void add_world_to(CLI::App& command, WorldOptions& world) {
-  command.add_option("--max-matches", world.max_matches, "Most matches of a frame")
+  command.add_option("--max-matches", world.max_matches, "Maximum of matches of a frame")
       ->check(CLI::Range(std::size_t{20}, std::size_t{100'000}))
       ->capture_default_str();
   command.add_option("--outliers", world.outlier_rate, "Share of wrong matches")
@@ -49,12 +49,12 @@ void TrackingArguments::add_to(CLI::App& command) {
   command.add_option(
       "--trajectories", sequences.from,
       "Trajectory in TUM format, or folder of them (*.txt), body to world, times in s, with EuRoC's camera on "
-      "it: one frame a pose; by "
-      "default euroc_ground_truth where recorded data is found (MAXLOGDET_DATA), else one is built in");
+      "it, one frame for each pose; by "
+      "default euroc_ground_truth of the recorded data (MAXLOGDET_DATA), else a built-in one");
   command.add_option("--seconds", sequences.seconds, "Only the first seconds of each; 0: all")
       ->check(finite_range(0.0, 1e9))
       ->capture_default_str();
-  command.add_option("--weighting", weighting, "Which blocks Max-logDet looks at")
+  command.add_option("--weighting", weighting, "Which blocks Max-logDet uses")
       ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();
   command

@@ -11,7 +11,7 @@
 
 namespace maxlogdet::sim {
 
-/// What `euroc` and `budget` share.
+/// Options that `euroc` and `budget` share.
 struct TrackingArguments {
   SimulationArguments common;
   SequenceOptions sequences;

@@ -7,7 +7,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// A tracker and where it says it was.
+// A tracker and its estimate.
 struct Contestant {
   PoseTracker tracker;
   std::vector<StampedPose> estimate;

@@ -13,8 +13,8 @@
 
 namespace maxlogdet::sim {
 
-/// Section V of the paper: a camera tracked along a trajectory in a mapped world, once with every selector, all on the
-/// same frames.
+/// Section V of the paper: a camera is tracked along a trajectory in a mapped world, with every selector on the same
+/// frames.
 struct TrackingOptions {
   WorldOptions world;
   RejectionOptions optimization;
@@ -25,7 +25,7 @@ struct TrackingOptions {
 
 nlohmann::ordered_json to_json(const WorldOptions& options);
 
-/// What one selector came to in one run.
+/// The outcome of one selector in one run.
 struct TrackingOutcome {
   TrajectoryErrors errors;
   double ms_outliers = 0;  ///< mean of a frame
@@ -33,15 +33,15 @@ struct TrackingOutcome {
   double ms_pose = 0;
   double matches = 0;    ///< mean of a frame, before outlier rejection
   double used = 0;       ///< mean of a frame: what the pose was optimised with
-  std::size_t lost = 0;  ///< frames without a pose of their own
+  std::size_t lost = 0;  ///< frames without a pose from matches
 };
 
-/// One run along one trajectory, the camera as `rig` has it: same options, trajectory name and run, same result but for
-/// times. An outcome a selector; empty if broken off (StopOnInterrupt).
+/// Computes a run along a trajectory: deterministic in options, trajectory name and run, except times. Returns an
+/// outcome for each selector; none if interrupted (StopOnInterrupt).
 std::vector<TrackingOutcome> run_tracking(const TrackingOptions& options, const Trajectory& trajectory, const Rig& rig,
                                           std::uint64_t run);
 
-/// How a run is kept in a RunLog; null if broken off.
+/// Convert a run to and from the JSON of a RunLog; null if interrupted.
 nlohmann::json to_json(const std::vector<TrackingOutcome>& outcomes);
 std::vector<TrackingOutcome> tracking_outcomes_of(const nlohmann::json& result);
 

@@ -37,7 +37,7 @@ std::vector<double> errors_of(const TrackingRuns& runs, const std::string& seque
 
 double plain_mean(const std::vector<double>& values) { return values.empty() ? nan : mean_of(values).value; }
 
-// Means over runs: a row a sequence, a column a contestant.
+// Means over runs, sequences in rows, contestants in columns.
 using Means = std::vector<std::vector<double>>;
 
 Means means_of(const TrackingRuns& runs, const ErrorKind& kind) {
@@ -57,7 +57,7 @@ std::vector<double> column_of(const Means& means, std::size_t c) {
   return column;
 }
 
-// The lowest of the contestants that compete with c: those with a budget, or those without.
+// Whether c has the lowest error of those with a budget, or of those without.
 bool is_lowest(const TrackingRuns& runs, const std::vector<double>& row, std::size_t c) {
   const bool budget = is_kind(runs.contestants[c], has_budget);
   for (std::size_t other = 0; other < row.size(); ++other) {
@@ -66,7 +66,7 @@ bool is_lowest(const TrackingRuns& runs, const std::vector<double>& row, std::si
   return true;
 }
 
-// Never of what is missing.
+// Missing numbers are never bold.
 std::string bold_if(bool is_bold, const std::string& text) {
   return is_bold && text != "-" ? "**" + text + "**" : text;
 }
@@ -89,7 +89,7 @@ Against against_all(const TrackingRuns& runs, const Means& means, std::size_t c)
   return result;
 }
 
-// Mean over sequences, one a run that has them all.
+// Means over sequences of each run that has all of them.
 std::vector<double> run_averages(const TrackingRuns& runs, std::size_t c, const ErrorKind& kind) {
   std::map<std::size_t, std::vector<double>> by_run;
   for (const TrackingRun& run : runs.runs) by_run[run.run].push_back(run.outcomes.at(c).errors.*kind.member);

@@ -14,10 +14,10 @@ namespace maxlogdet::sim {
 struct TrackingRun {
   std::string sequence;
   std::size_t run = 0;
-  std::vector<TrackingOutcome> outcomes;  ///< one a contestant
+  std::vector<TrackingOutcome> outcomes;  ///< one for each contestant
 };
 
-/// Runs in order of sequence and run, and what was compared in them.
+/// Runs in order of sequence and run, and their contestants.
 struct TrackingRuns {
   std::vector<std::string> contestants;  ///< names
   std::vector<std::string> sequences;
@@ -28,22 +28,21 @@ struct TrackingRuns {
 Table euroc_table(const TrackingRuns& runs);
 
 /// The paper's table II: RPE (m/s) and ROE (deg/s) by sequence, means over runs; the lowest of each is bold among the
-/// selectors with a budget, and among those without. Below: averages, in how many sequences it is worse and better than
-/// `all`, and by how much on average there.
+/// selectors with a budget, and among those without. Below: averages, numbers of sequences that are worse and better
+/// than with `all`, and their mean differences.
 Table relative_error_table(const TrackingRuns& runs);
 
-/// Mean over sequences of RPE, ROE and ATE, with its 95 % interval over runs, a row a contestant.
+/// Mean over sequences of RPE, ROE and ATE, with its 95 % interval over runs, a row for each contestant.
 Table average_table(const TrackingRuns& runs);
 
 /// Table III: ATE (m), the lowest bold; average, minimum, maximum.
 Table absolute_error_table(const TrackingRuns& runs);
 
-/// Table IV: mean times of a frame (ms), and what the pose was optimised with.
+/// Table IV: mean times of a frame (ms), and how many matches the pose was optimised with.
 Table time_table(const TrackingRuns& runs);
 
-/// What may be claimed: for `name` against each other contestant, the difference in percent of the other's error, mean
-/// over sequences, with its 95 % interval over runs (paired: both met the same frames). ▲ `name` is better, ▼ worse,
-/// · cannot be told.
+/// The difference of `name` to each other contestant in percent of the other's error, mean over sequences, with its 95
+/// % interval over runs (paired: both see the same frames): ▲ `name` is better, ▼ worse, · not significant.
 Table claim_table(const TrackingRuns& runs, const std::string& name);
 
 /// budget.csv: sequence, selector, budget (0: none), run, the three errors.

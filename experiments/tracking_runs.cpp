@@ -9,7 +9,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// What tells a trajectory from another of the same name.
+// Distinguishes trajectories of the same name.
 std::uint64_t fingerprint_of(const Trajectory& trajectory) {
   Hash hash;
   const auto add = [&](double value) {

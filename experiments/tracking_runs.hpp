@@ -9,11 +9,11 @@
 
 namespace maxlogdet::sim {
 
-/// Tracks along every sequence, run by run, so that a run that is broken off leaves complete ones behind.
+/// Tracks along every sequence, run by run, so that an interrupted experiment has complete runs.
 TrackingRuns simulate_tracking(Simulation& simulation, const std::string& experiment,
                                const TrackingArguments& arguments);
 
-/// What residuals are whitened by: tables that look alike differ in it.
+/// Returns what whitens residuals, for the headings of tables.
 std::string described_weights(const TrackingArguments& arguments);
 
 }  // namespace maxlogdet::sim

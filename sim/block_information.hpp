@@ -9,7 +9,7 @@
 
 namespace maxlogdet::sim {
 
-/// H^T H of a candidate that has a block.
+/// Returns H^T H of a candidate that has a block.
 inline Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
   const std::size_t place = blocks.place(i);
   Matrix6 information = Matrix6::Zero();

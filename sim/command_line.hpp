@@ -9,12 +9,12 @@
 #include <string>
 #include <system_error>
 
-// What the programs ask of every command line. Only they need CLI11.
+// Checks that the programs make of every command line. Only programs need CLI11.
 
 namespace maxlogdet::sim {
 
-/// An option whose value is empty, as that of a variable that a script did not set, is an error: else it would be read
-/// as 0 or as nothing. For all options of the command and of its subcommands, to be called when they are there.
+/// Makes an empty value of any option of the command or its subcommands an error: a variable that a script did not set
+/// would be read as 0 or as nothing. To be called once all options have been added.
 inline void refuse_empty_values(CLI::App& command) {
   for (CLI::Option* const option : command.get_options()) {
     if (option->get_items_expected_max() == 0) continue;  // a flag
@@ -23,7 +23,7 @@ inline void refuse_empty_values(CLI::App& command) {
   for (CLI::App* const each : command.get_subcommands({})) refuse_empty_values(*each);
 }
 
-/// A number from 0 to 2^64 - 1; throws an InputError.
+/// Reads a number from 0 to 2^64 - 1; throws an InputError.
 inline std::uint64_t seed_of(const std::string& text) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
@@ -32,7 +32,7 @@ inline std::uint64_t seed_of(const std::string& text) {
   return seed;
 }
 
-/// Throws an InputError if an option is given that does nothing without what is `needed`.
+/// Throws an InputError if an option is given that does nothing without `needed`.
 inline void refuse_idle(const CLI::App& command, const std::string& option, bool has_needed,
                         const std::string& needed) {
   if (has_needed || command.count(option) == 0) return;

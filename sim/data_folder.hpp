@@ -7,8 +7,8 @@
 
 namespace maxlogdet::sim {
 
-/// The folder of recorded data: what the environment variable MAXLOGDET_DATA names, else `fallback`; an empty string if
-/// that is no folder.
+/// Returns the folder of recorded data, which the environment variable MAXLOGDET_DATA names, else `fallback`; an empty
+/// string if that is no folder.
 inline std::string data_folder(const std::string& fallback = "../shared/data") {
   const char* const named = std::getenv("MAXLOGDET_DATA");
   std::string folder = named != nullptr ? named : fallback;

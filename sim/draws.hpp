@@ -11,12 +11,12 @@
 
 namespace maxlogdet::sim {
 
-/// Random numbers of the simulations. Uniform ones are the same on every machine; normal ones as far as its log, cos
-/// and sin are.
+/// Random numbers of the simulations. Uniform ones are the same on every machine, normal ones as far as log, cos and
+/// sin are.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : random_(seed) {}
-  /// A stream of its own for each (seed, stream).
+  /// Each (seed, stream) has an independent stream.
   Draws(std::uint64_t seed, std::uint64_t stream) : random_(CounterRandom(CounterRandom(seed).key() + stream).key()) {}
 
   double uniform(double low, double high) {
@@ -28,7 +28,7 @@ class Draws {
 
   /// Standard normal (Box & Muller 1958).
   double normal();
-  /// Independent entries of mean 0.
+  /// Three independent normal numbers of mean 0.
   Eigen::Vector3d normal3(double deviation) {
     const double x = normal(), y = normal(), z = normal();
     return deviation * Eigen::Vector3d(x, y, z);

@@ -6,7 +6,7 @@
 
 namespace maxlogdet::sim {
 
-/// What eigenvalues of Q may be off by, relative to its trace: with room over the solver's 1e-15.
+/// Bounds the error of an eigenvalue of Q, relative to its trace; the solver's is about 1e-15.
 constexpr double eigenvalue_rounding = 1e-13;
 
 template <class Matrix>
@@ -15,10 +15,10 @@ bool exceeds(const Matrix& Q, double eigenvalue) {
   return Eigen::LLT<Matrix>(shifted).info() == Eigen::Success;
 }
 
-/// Which of `count` candidates gives the largest value_of(Q), Q = Q + information_of(c): the first of those that differ
-/// by rounding alone, which is tie_of(best, slack). An eigenvalue decomposition (2 us for 6 x 6) is made only of a Q
-/// whose smallest eigenvalue reaches needed_of(Q, best), what it takes to be better: a Cholesky factorisation (0.1 us)
-/// tells. `count` if there is none.
+/// Returns which of `count` candidates maximises value_of(Q + information_of(c)), `count` if there is none. Values that
+/// differ by at most tie_of(best, slack), the rounding, are ties, which the first candidate wins. An eigenvalue
+/// decomposition (2 us for 6 x 6) is made only where a Cholesky factorisation (0.1 us) shows that the smallest
+/// eigenvalue reaches needed_of(Q, best), what an improvement takes.
 template <class Matrix, class InformationOf, class ValueOf, class NeededOf, class TieOf>
 std::size_t best_by_eigenvalues(std::size_t count, const Matrix& Q, const InformationOf& information_of,
                                 const ValueOf& value_of, const NeededOf& needed_of, const TieOf& tie_of) {

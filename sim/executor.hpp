@@ -5,7 +5,7 @@
 
 namespace maxlogdet::sim {
 
-/// Where the project's own programs get helpers: oneTBB, one for all; nullptr in a build without.
+/// Returns the executor that all of the project's programs share: oneTBB's, or nullptr in a build without oneTBB.
 Executor* executor();
 
 }  // namespace maxlogdet::sim

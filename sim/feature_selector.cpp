@@ -151,7 +151,7 @@ void FeatureSelector::select_by_blocks(const Frame& frame, const Matches& arrays
   }
 }
 
-// All matches are candidates of the library, the other ones unusable: its indices are those of the matches.
+// All matches are candidates of the library, those that are no candidates here unusable: so indices are the matches'.
 void FeatureSelector::build_blocks(const Frame& frame, const Matches& arrays,
                                    const std::vector<std::uint32_t>& candidates) {
   usable_.assign(arrays.size, 0);
@@ -172,7 +172,7 @@ void FeatureSelector::search(const Options& how, std::size_t budget, std::vector
   selected.assign(selection.begin(), selection.end());
 }
 
-// Of strategies that know no groups there is lazy greedy in their place.
+// Lazy greedy replaces strategies without groups.
 void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
   Options options = settings_.search;
   if (options.strategy == Strategy::relaxed || options.strategy == Strategy::backward_greedy) {
@@ -185,8 +185,8 @@ void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
   search(options, settings_.budget, selected);
 }
 
-// Draws without replacement, each with a probability proportional to its weight among those that are left, are the
-// smallest of -log(u) / weight (Efraimidis & Spirakis 2006).
+// The smallest values of -log(u) / weight are draws without replacement, each with a probability proportional to its
+// weight among the rest (Efraimidis & Spirakis 2006).
 void FeatureSelector::draw_by_leverage(std::vector<std::uint32_t>& selected) {
   Matrix6 information = prior();
   for (std::size_t place = 0; place < blocks_.stored(); ++place) {
@@ -204,7 +204,7 @@ void FeatureSelector::draw_by_leverage(std::vector<std::uint32_t>& selected) {
   for (std::size_t k = 0; k < count; ++k) selected.push_back(keys_[k].second);
 }
 
-// Fills the budget from those that are not selected yet.
+// Fills the budget at random from the candidates that are not selected.
 void FeatureSelector::draw_others(const std::vector<std::uint32_t>& candidates, std::vector<std::uint32_t>& selected) {
   for (const std::uint32_t i : selected) usable_[i] = 0;
   pool_.clear();

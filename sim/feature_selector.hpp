@@ -19,23 +19,23 @@
 
 namespace maxlogdet::sim {
 
-/// Section V of the paper: which of a frame's matches the pose is optimised with. Below `all_weighted`: what else may
-/// help where noise is not what a selector believes (docs/experiments.md).
+/// Section V of the paper: which of a frame's matches the pose is optimised with. Those below `all_weighted` may help
+/// where the noise is not what a selector assumes (docs/experiments.md).
 enum class SelectorKind {
   quality,        ///< lowest descriptor distance
   bucket,         ///< uniform over image cells (Geiger et al. 2011): one random match of each cell in turn
   observability,  ///< largest smallest singular value of the observability matrix (sim/observability.hpp)
   md,             ///< Max-logDet: this library
   quality_md,     ///< Max-logDet of a pool of the best by quality
-  random,         ///< no thought at all
+  random,         ///< uniformly at random
   inl,            ///< all inliers of an explicit outlier rejection
-  all,            ///< all matches, no rejection beforehand: the tracker as it was
+  all,            ///< all matches, without rejection beforehand: the tracker without selection
   all_weighted,   ///< as all, residuals whitened by Sigma_z + H_p Sigma_p H_p^T: weighting in place of selecting
 
-  leverage,          ///< drawn one after the other, with probabilities proportional to trace(H M_all^-1 H^T)
+  leverage,          ///< drawn without replacement, with probabilities proportional to trace(H M_all^-1 H^T)
   half_random,       ///< half by md, the others at random
-  md_cells,          ///< md with a maximum a cell of the image
-  md_keyframes,      ///< md with a maximum a keyframe that has mapped the points
+  md_cells,          ///< md with a maximum for each image cell
+  md_keyframes,      ///< md with a maximum for each keyframe that mapped points
   shared_cells,      ///< greedy Max-logDet where matches of a cell share an error (sim/shared_error.hpp)
   shared_keyframes,  ///< the same for points of a keyframe
 };
@@ -47,7 +47,7 @@ constexpr SelectorKind selector_kinds[] = {
     SelectorKind::leverage,     SelectorKind::half_random,  SelectorKind::md_cells,
     SelectorKind::md_keyframes, SelectorKind::shared_cells, SelectorKind::shared_keyframes};
 
-/// Those of section V, and what they are compared with by default.
+/// The selectors of section V, and those that they are compared with by default.
 constexpr SelectorKind default_selector_kinds[] = {
     SelectorKind::quality, SelectorKind::bucket,     SelectorKind::observability,
     SelectorKind::md,      SelectorKind::quality_md, SelectorKind::random,
@@ -55,16 +55,16 @@ constexpr SelectorKind default_selector_kinds[] = {
 
 const char* to_string(SelectorKind kind);
 
-/// Whether it selects up to a budget among the inliers; the others use what there is.
+/// Returns whether the selector selects up to a budget among the inliers; the others use all.
 bool has_budget(SelectorKind kind);
-/// Whether outliers are rejected before.
+/// Returns whether outliers are rejected before.
 bool rejects_outliers(SelectorKind kind);
-/// Whether it looks at information about the pose: then weighting and third row of the blocks matter, and the arrays
-/// that select() is given.
+/// Returns whether the selector uses blocks: then their weighting and third row matter, and the arrays that select()
+/// gets.
 bool uses_blocks(SelectorKind kind);
-/// Whether the library searches: then its strategy matters.
+/// Returns whether the library searches: then its strategy matters.
 bool uses_strategy(SelectorKind kind);
-/// Whether matches share errors: then tau matters, and blocks have to be whitened by pixel noise.
+/// Returns whether matches share errors: then tau matters, and blocks have to be whitened by pixel noise.
 bool shares_errors(SelectorKind kind);
 
 struct SelectorSettings {
@@ -73,39 +73,39 @@ struct SelectorSettings {
   std::size_t pool = 200;  ///< quality_md
   ImageGrid grid{10, 8};   ///< bucket, md_cells, shared_cells
   double epsilon = 0.1;    ///< observability: samples as Algorithm 1 does, ceil(n/k ln(1/epsilon)) a round
-  double slack = 2;     ///< md_cells, md_keyframes: at most max(m, ceil(slack budget / groups)) of a group, m the least
-                        ///< maximum that can fill the budget
-  double tau = 0.5;     ///< shared_cells, shared_keyframes: px, deviation of the error that a group shares
-  BlockOptions blocks;  ///< uses_blocks(): weighting, third row
-  Options search;       ///< uses_strategy(): strategy and its parameters, prior; its budget is not looked at
+  double slack = 2;        ///< md_cells, md_keyframes: at most max(m, ceil(slack budget / groups)) of a group, m the
+                           ///< smallest maximum that can fill the budget
+  double tau = 0.5;        ///< shared_cells, shared_keyframes: px, deviation of the error that a group shares
+  BlockOptions blocks;     ///< uses_blocks(): weighting, third row
+  Options search;          ///< uses_strategy(): strategy and its parameters, prior; its budget is ignored
   std::uint64_t seed = 0;  ///< bucket, observability, random, leverage, half_random
-  /// What the pose's residuals are whitened by, whatever selects: pixel noise alone, or with errors of the map, of
-  /// which blocks.map_sigma tells where covariances are not known. all_weighted always takes the latter.
+  /// What whitens the residuals of the pose, whatever selects: pixel noise alone, or errors of the map as well, of
+  /// deviation blocks.map_sigma where covariances are unknown. all_weighted always uses both.
   Weighting weights = Weighting::measurement;
 };
 
-/// Whether a selection may stop before its budget.
+/// Returns whether a selection may stop before its budget.
 bool has_target(const Options& search);
 
-/// Whether residuals are whitened with errors of the map.
+/// Returns whether residuals are whitened with errors of the map.
 bool weighs_map_errors(const SelectorSettings& settings);
 
-/// One of them, with its memory and, for observability, the poses that it has seen.
+/// A selector with its memory and, for observability, the last poses.
 class FeatureSelector {
  public:
   explicit FeatureSelector(const SelectorSettings& settings);
 
-  /// Selects at most budget of `candidates` (indices of frame.matches), linearised at frame.T_cw_prior. Kinds without a
-  /// budget return all of them. Throws std::invalid_argument if the settings are not usable.
+  /// Selects at most `budget` of `candidates` (indices of frame.matches), linearised at frame.T_cw_prior; kinds without
+  /// a budget select all. Throws std::invalid_argument if the settings are not usable.
   std::vector<std::uint32_t> select(const Frame& frame, const std::vector<std::uint32_t>& candidates);
 
-  /// The same into `selected`, with all matches of the frame also as the arrays that append_blocks reads
-  /// (uses_blocks(); their `usable` is not looked at). Arrays that are not as many as the frame's matches are made of
-  /// the frame here. But for observability nothing is allocated once there has been a frame as large.
+  /// The same into `selected`, with all matches of the frame as the arrays that append_blocks reads, whose `usable` is
+  /// ignored; arrays of another size than the frame's are made here. Only observability allocates once there has been a
+  /// frame as large.
   void select(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates,
               std::vector<std::uint32_t>& selected);
 
-  /// To be called with every frame's pose once it is known: observability looks back.
+  /// Adds the pose of a frame once it is known; observability uses the last ones.
   void add_pose(const Pose& T_cw) { observability_.add_pose(T_cw); }
 
   const SelectorSettings& settings() const { return settings_; }

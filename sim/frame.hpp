@@ -10,7 +10,7 @@
 
 namespace maxlogdet::sim {
 
-/// One match between a keypoint and a map point: what a tracker hands to pose optimisation.
+/// A match between a keypoint and a map point, as a tracker passes it to pose optimisation.
 struct Match {
   std::int64_t keypoint = 0;      ///< keypoint index in the frame
   std::int64_t map_point_id = 0;  ///< stable over the sequence
@@ -21,7 +21,7 @@ struct Match {
   double u_right = -1;         ///< right-image column of the stereo match, px; -1: monocular
   double inv_sigma2 = 1;       ///< 1 / (measurement variance), px^-2
   double desc_dist = 0;        ///< descriptor distance: lower is the better match
-  std::int64_t keyframe = -1;  ///< keyframe that mapped the point; -1: not known
+  std::int64_t keyframe = -1;  ///< keyframe that mapped the point; -1: unknown
 
   bool is_stereo() const noexcept { return u_right >= 0; }
 };
@@ -34,11 +34,11 @@ struct Frame {
   int height = 0;                                                            ///< image, px
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
-  std::vector<std::array<double, 9>> map_covariances;  ///< a match each: 3 x 3, world frame, m^2; empty: not known
-  std::vector<std::string> unknown_columns;            ///< of the file, skipped: perhaps misspelt
+  std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown
+  std::vector<std::string> unknown_columns;            ///< of the file, ignored: perhaps misspelt
 };
 
-/// A map point in the camera frame of the frame's prior pose, m.
+/// Returns a map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 
 /// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with
@@ -47,14 +47,14 @@ class MatchArrays {
  public:
   MatchArrays() = default;
   explicit MatchArrays(const Frame& frame) { assign(frame); }
-  /// Of the matches with these indices, in that order.
+  /// The matches with these indices, in that order.
   MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset);
 
-  /// Those of another frame, in the memory that is there if it suffices.
+  /// Replaces the content by the matches of a frame, within the allocated memory if it suffices.
   void assign(const Frame& frame);
 
   void clear();
-  /// One more; `map_covariance`: 9 entries, or nullptr for all.
+  /// Adds a match; `map_covariance`: 9 entries, or nullptr for all matches.
   void add(const Match& match, const double* map_covariance);
 
   /// Views into this object.
@@ -69,7 +69,7 @@ class MatchArrays {
   std::vector<unsigned char> is_stereo_;
 };
 
-/// Refills `blocks` with one block a match, index for index, at the frame's prior pose.
+/// Refills `blocks` with a block for each match, under the match's index, at the frame's prior pose.
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
                          BlockStore& blocks);
 BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks);

@@ -16,7 +16,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// All columns of docs/frame_format.md; some are for other readers.
+// All columns of docs/frame_format.md; other readers use those that are ignored here.
 constexpr std::string_view known_columns[] = {"kp",         "mp_id",      "X",         "Y",           "Z",
                                               "u",          "v",          "octave",    "u_right",     "depth",
                                               "inv_sigma2", "desc_dist",  "src",       "n_obs",       "found_ratio",

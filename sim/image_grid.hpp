@@ -16,7 +16,7 @@ struct ImageGrid {
 
   std::size_t cells() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
 
-  /// What lies beyond the image counts with the cells at its edge.
+  /// Returns the cell of a match; pixels outside of the image belong to the nearest cell.
   std::uint32_t cell_of(const Frame& frame, const Match& match) const {
     return static_cast<std::uint32_t>(columns * part(match.v, frame.height, rows) +
                                       part(match.u, frame.width, columns));

@@ -8,7 +8,7 @@
 
 namespace maxlogdet::sim {
 
-/// Wall time of one call, us.
+/// Wall times of single calls, us.
 struct Latency {
   double median = 0;
   double p99 = 0;
@@ -16,11 +16,11 @@ struct Latency {
   double p999 = 0;  ///< 99.9 %
 };
 
-/// Nearest-rank quantiles of the times of single calls, us; at least one.
+/// Returns nearest-rank quantiles of the times of single calls; at least one.
 Latency latency_of(std::vector<double> microseconds);
 
-/// Calls `work` once to warm up and then `repeat` times (at least once), each timed by itself. What takes over two
-/// seconds shows its progress on stderr, under the name of `what`, when that is a terminal.
+/// Calls `work` once to warm up, and times each of `repeat` further calls (at least one). After two seconds the
+/// progress is shown on stderr, if that is a terminal, under the name `what`.
 Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work);
 
 }  // namespace maxlogdet::sim

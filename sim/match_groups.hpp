@@ -12,20 +12,20 @@
 
 namespace maxlogdet::sim {
 
-/// Which matches of a frame belong together. Groups are numbered from 0; some may be empty.
+/// Partitions the matches of a frame into groups, numbered from 0; some may be empty.
 class MatchGroups {
  public:
   const std::vector<std::uint32_t>& of_matches() const { return group_; }  ///< one a match
   std::size_t count() const { return count_; }
 
-  /// By the image cell that they are in.
+  /// Groups matches by their image cell.
   void assign_cells(const Frame& frame, const ImageGrid& grid) {
     group_.clear();
     for (const Match& match : frame.matches) group_.push_back(grid.cell_of(frame, match));
     count_ = grid.cells();
   }
 
-  /// By the keyframe that mapped the point; where it is not known, a match is a group of its own.
+  /// Groups matches by the keyframe that mapped the point; a match of an unknown keyframe is a group of its own.
   void assign_keyframes(const Frame& frame) {
     keyframes_.clear();
     for (const Match& match : frame.matches) {
@@ -42,8 +42,8 @@ class MatchGroups {
     }
   }
 
-  /// The least maximum a group with which `budget` (at most all) candidates can be selected, but at least
-  /// ceil(slack * budget / groups with a candidate). `is_candidate(i)`: of match i.
+  /// Returns the smallest maximum for each group with which `budget` (at most all) candidates can be selected, but at
+  /// least ceil(slack * budget / groups with a candidate). `is_candidate(i)`: whether match i is one.
   template <class IsCandidate>
   std::size_t maximum_for(std::size_t budget, double slack, const IsCandidate& is_candidate) {
     sizes_.assign(count_, 0);
@@ -71,7 +71,7 @@ class MatchGroups {
 
   std::vector<std::uint32_t> group_;
   std::size_t count_ = 0;
-  std::vector<std::int64_t> keyframes_;  // that occur, ascending
+  std::vector<std::int64_t> keyframes_;  // those that occur, ascending
   std::vector<std::size_t> sizes_;       // candidates of each group
 };
 

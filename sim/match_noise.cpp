@@ -28,8 +28,8 @@ Whitening whitening_of(const PinholeCamera& camera, const Pose& T_cw, const Matc
   J << camera.fx * z, 0, -camera.fx * x * z, 0, camera.fy * z, -camera.fy * y * z, camera.fx * z, 0,
       -camera.fx * right * z;
   J = J * T_cw.linear();
-  const double told = 1 / match.inv_sigma2;
-  const double variance = told > 0 && told < infinity ? told : nan;
+  const double inverse = 1 / match.inv_sigma2;
+  const double variance = inverse > 0 && inverse < infinity ? inverse : nan;
   Eigen::Matrix3d S = J * map_covariance * J.transpose();
   S.diagonal().array() += variance;
   Whitening W;

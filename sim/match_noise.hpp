@@ -9,9 +9,8 @@
 
 namespace maxlogdet::sim {
 
-/// What a match's residual e = z - h(T_cw, p) is multiplied by to have independent entries of variance 1: W = L^-1 with
-/// Sigma = L L^T, lower triangular, 2 or 3 rows; with 2 the third is zero. W^T W is what g2o calls an edge's
-/// information matrix.
+/// W = L^-1 with Sigma = L L^T, lower triangular: W times a match's residual e = z - h(T_cw, p) has independent entries
+/// of variance 1. 2 or 3 rows; with 2 the third is zero. W^T W is what g2o calls an edge's information matrix.
 struct Whitening {
   double w00 = 1, w10 = 0, w11 = 1, w20 = 0, w21 = 0, w22 = 1;
 
@@ -21,20 +20,19 @@ struct Whitening {
     e0 = w00 * e0;
   }
 
-  /// W.
   Eigen::Matrix3d matrix() const;
 };
 
-/// Sigma = Sigma_z + J Sigma_p J^T, as blocks of Weighting::measurement_and_map have it: Sigma_z the diagonal matrix of
-/// the variances of u, v and u_right, px^2; J = dh/dp at T_cw; `map_covariance` = Sigma_p, 3 x 3, world frame, m^2, or
-/// zero. With `stereo`, matches that have a right-image column have three rows. Not finite where the point is not in
-/// front of the camera, 1 / inv_sigma2 is not positive and finite, or Sigma is not positive definite: chi2() is
-/// infinite then, and optimize_pose() leaves the match out. The library's match_whitening() gives the same; it checks
-/// camera, pose and lost digits for every match, and takes 320 ns instead of 140.
+/// Whitens by Sigma = Sigma_z + J Sigma_p J^T, as blocks of Weighting::measurement_and_map have it: Sigma_z the
+/// diagonal matrix of the variances of u, v and u_right, px^2; J = dh/dp at T_cw; `map_covariance` = Sigma_p, 3 x 3,
+/// world frame, m^2, or zero. With `stereo`, matches that have a right-image column have three rows. Not finite where
+/// the point is not in front of the camera, 1 / inv_sigma2 is not positive and finite, or Sigma is not positive
+/// definite: chi2() is infinite then, and optimize_pose() leaves the match out. The library's match_whitening() gives
+/// the same; it checks camera, pose and lost digits for every match, and takes 320 ns instead of 140.
 Whitening whitening_of(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
                        const Eigen::Matrix3d& map_covariance);
 
-/// The same for all matches. `map_covariances`: 9 numbers a match; nullptr: map_sigma^2 I for each.
+/// Whitens all matches. `map_covariances`: 9 numbers for each match; nullptr: map_sigma^2 I for all.
 void whiten(const PinholeCamera& camera, const Pose& T_cw, const std::vector<Match>& matches, bool stereo,
             const double* map_covariances, double map_sigma, std::vector<Whitening>& whitenings);
 

@@ -7,9 +7,9 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr double degrees_of_freedom = 4;
-constexpr double memory = 0.9;         // what a frame counts when the next one ends
-constexpr double trust = 1000;         // residuals that the start stands for, two a match
-constexpr double min_base = 0.03;      // px: nothing is found better than that
+constexpr double memory = 0.9;         // weight of the earlier frames after each further one
+constexpr double trust = 1000;         // residuals that the start counts as, two for each match
+constexpr double min_base = 0.03;      // px: no match is more accurate
 constexpr double typical_motion = 10;  // px
 
 }  // namespace
@@ -29,7 +29,7 @@ void MotionNoiseEstimate::add_weighted(double motion, double square, double weig
   r1_ += weight * motion * square;
 }
 
-// E step: w = (nu + 1) / (nu + e^2 / sigma^2), of which w e^2 has the mean sigma^2; e^2 deviates by some sigma^2.
+// E step: w = (nu + 1) / (nu + e^2 / sigma^2). The mean of w e^2 is sigma^2, and the deviation of e^2 about sigma^2.
 void MotionNoiseEstimate::add(double motion, double error_u, double error_v) {
   const double variance = noise_.variance(motion);
   if (!std::isfinite(variance) || !std::isfinite(error_u) || !std::isfinite(error_v)) return;
@@ -41,7 +41,7 @@ void MotionNoiseEstimate::add(double motion, double error_u, double error_v) {
   }
 }
 
-// M step. Neither part may be negative: where one would be, the other explains all.
+// M step. Neither term may be negative: where one would be, the other explains everything.
 void MotionNoiseEstimate::end_frame() {
   if (residuals_ == 0) return;
   residuals_ = 0;

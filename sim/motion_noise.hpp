@@ -5,14 +5,14 @@
 
 namespace maxlogdet::sim {
 
-/// How well a patch is found again, by how far it has moved in the image since it was seen:
+/// Noise of a match by the motion m of its patch in the image since the patch was seen:
 ///
 ///   sigma^2 = base^2 + growth^2 m,    sigma px, m px
 ///
-/// of u, v and u_right alike. The patch is compared as it was; what perspective, blur and the rolling of rows change
-/// about it grows with its way. Of what could tell (octave, depth, observations, age) motion predicts residuals best,
-/// on sets that it was not fitted to (docs/tracker.md). It is fitted to whole residuals, so it holds what the map errs
-/// by in them too: added to a point's covariance that part counts twice, where it is small.
+/// for each of u, v and u_right. Perspective, blur and rolling shutter change a patch the more, the farther it has
+/// moved. On held-out sets motion predicts residuals better than octave, depth, observations or age do
+/// (docs/tracker.md). The model is fitted to residuals that contain errors of the map: added to a point's covariance,
+/// that part counts twice.
 struct MotionNoise {
   double base = 0.13;    ///< px
   double growth = 0.09;  ///< px^(1/2)
@@ -20,18 +20,17 @@ struct MotionNoise {
   double variance(double motion) const { return base * base + growth * growth * motion; }
 };
 
-/// The same from residuals, as they come: each is a Student t (4 degrees of freedom, for matches that are wrong) whose
-/// scale follows the model; its EM step is a weighted regression of e^2 on (1, m), of which older frames count less and
-/// less.
+/// Estimates the model online: each residual is a Student t (4 degrees of freedom, because of wrong matches) whose
+/// scale follows the model. A step of EM is a weighted regression of e^2 on (1, m), in which older frames decay.
 class MotionNoiseEstimate {
  public:
-  /// Begins with what `start` says, as if many matches had said so.
+  /// Begins with `start`, as if many matches had supported it.
   explicit MotionNoiseEstimate(const MotionNoise& start = {});
 
-  /// One match's residual under the optimised pose, px.
+  /// Adds a match's residual under the optimised pose, px.
   void add(double motion, double error_u, double error_v);
 
-  /// A frame has ended. One without residuals changes nothing.
+  /// Updates the model after a frame; a frame without residuals is a no-op.
   void end_frame();
 
   const MotionNoise& noise() const { return noise_; }

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-// What a user chooses by name, listed once.
+// Lists of values that a user chooses by name.
 
 namespace maxlogdet::sim {
 
 using maxlogdet::strategies;
 using maxlogdet::weightings;
 
-/// The names of such a list, in its order.
+/// Returns the names of a list, in its order.
 template <class Enum, std::size_t n>
 std::vector<std::string> names_of(const Enum (&values)[n]) {
   std::vector<std::string> names;
@@ -23,7 +23,7 @@ std::vector<std::string> names_of(const Enum (&values)[n]) {
   return names;
 }
 
-/// The same of values chosen from it.
+/// Returns the names of chosen values.
 template <class Enum>
 std::vector<std::string> names_of(const std::vector<Enum>& values) {
   std::vector<std::string> names;
@@ -31,7 +31,7 @@ std::vector<std::string> names_of(const std::vector<Enum>& values) {
   return names;
 }
 
-/// The value of that name, if there is one.
+/// Returns the value of that name, if there is one.
 template <class Enum, std::size_t n>
 std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name) {
   for (const Enum value : values) {
@@ -40,7 +40,7 @@ std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name)
   return std::nullopt;
 }
 
-/// The values of these names, each of which there is.
+/// Returns the values of these names, each of which must be in the list.
 template <class Enum, std::size_t n>
 std::vector<Enum> values_named(const Enum (&values)[n], const std::vector<std::string>& names) {
   std::vector<Enum> found;
@@ -48,14 +48,14 @@ std::vector<Enum> values_named(const Enum (&values)[n], const std::vector<std::s
   return found;
 }
 
-/// Instruction sets, narrowest first: all built in, and those of them that this machine supports.
+/// Returns the instruction sets, narrowest first: all that are built in, and those that this machine supports.
 std::vector<std::string> built_in_isas();
 std::vector<std::string> supported_isas();
 
-/// The message about a MAXLOGDET_ISA that is of no use here.
+/// Returns the message about a MAXLOGDET_ISA that this build or machine lacks.
 std::string unsupported_isa_message();
 
-/// The words with `separator` between them.
+/// Returns the words with `separator` between them.
 std::string joined(const std::vector<std::string>& words, const std::string& separator);
 
 }  // namespace maxlogdet::sim

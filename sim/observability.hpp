@@ -24,15 +24,15 @@ using Matrix12 = Eigen::Matrix<double, 12, 12>;
 ///
 /// and the observability matrix of a set of matches stacks these rows for all its matches and the last segments. Higher
 /// powers of F add only terms of the order of v. H_x of both rows is that of the segment's end, and segments are
-/// stacked without transitions between them (the stripped observability matrix). The set is grown greedily by the
-/// smallest singular value of that matrix, among random samples of candidates, as Algorithm 1 does with log det.
+/// stacked without transitions between them (the stripped observability matrix). Greedy maximises the smallest singular
+/// value of that matrix among random samples of candidates, as Algorithm 1 does with log det.
 class ObservabilitySelection {
  public:
   explicit ObservabilitySelection(std::size_t segments = 3) : segments_(segments) {}
 
   void add_pose(const Pose& T_cw);
 
-  /// O_i^T O_i of each candidate, O_i its rows over the poses added and frame.T_cw_prior.
+  /// Returns O_i^T O_i of each candidate, O_i its rows over the poses added and frame.T_cw_prior.
   std::vector<Matrix12> information(const Frame& frame, const std::vector<std::uint32_t>& candidates) const;
 
   std::vector<std::uint32_t> select(const Frame& frame, const std::vector<std::uint32_t>& candidates, std::size_t k,

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns whether the file holds all of the text then; errno may tell why not.
+// Returns whether the file holds the complete text; if not, errno may name the cause.
 bool put(const std::string& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
   stream << text;

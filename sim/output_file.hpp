@@ -5,14 +5,14 @@
 
 namespace maxlogdet::sim {
 
-/// Writes a whole file; an old one is replaced only when the new one is complete. Throws InputError if it cannot be
-/// written, and then leaves what there was.
+/// Writes a file, and replaces an old one only when the new one is complete. Throws InputError if it cannot be written,
+/// and then leaves the old one.
 void write_file(const std::string& file, const std::string& text);
 
-/// Throws InputError unless the file can be written as far as one can tell beforehand.
+/// Throws InputError if it is clear beforehand that the file cannot be written.
 void check_output_file(const std::string& file);
 
-/// Throws the InputError of a file that could not be written, with what errno says of it.
+/// Throws the InputError of a file that could not be written, with the cause that errno names.
 [[noreturn]] void fail_to_write(const std::string& file);
 
 }  // namespace maxlogdet::sim

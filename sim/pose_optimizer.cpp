@@ -11,12 +11,12 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t min_matches = 3;  // 6 rows
 
-// What an undamped pivot must be above, with the diagonal scaled to 1, or its direction is unobserved: sums of 2000
-// matches round to some 1e-14.
+// With the diagonal scaled to 1, a direction whose undamped pivot is not above this is unobserved: sums of 2000 matches
+// round to some 1e-14.
 constexpr double min_pivot = 1e-13;
 
-// Levenberg-Marquardt: lambda diag is added to the normal equations. lambda starts almost at Gauss-Newton, falls
-// tenfold with each step that is taken, and grows tenfold, to 0.01 at least, with each that is taken back.
+// Levenberg-Marquardt adds lambda diag to the normal equations. lambda starts almost at Gauss-Newton, falls tenfold
+// with each accepted step, and grows tenfold, to at least 0.01, with each rejected one.
 constexpr double first_damping = 1e-6;
 constexpr double min_damping_after_rise = 1e-2;
 
@@ -34,7 +34,7 @@ struct View {
   bool stereo;
 };
 
-// A match seen from there.
+// A match seen from a view.
 struct Sight {
   double x, y;       // X / Z, Y / Z
   double inverse_z;  // 1 / Z
@@ -43,7 +43,7 @@ struct Sight {
   double error[3];   // z - h, px
 };
 
-// False where the point is not in front of the camera, or not a number.
+// Returns false where the point is not in front of the camera, or not a number.
 inline bool look(const View& view, const Match& match, Sight& sight) {
   const double* const T = view.T;
   const double* const p = match.point;
@@ -167,14 +167,14 @@ struct Problem {
 
   View view(const Pose& T_cw) const { return {camera, T_cw, options.stereo}; }
   double threshold(const Sight& at) const {
-    const double told = at.has_right ? options.huber_stereo : options.huber_monocular;
-    return told > 0 ? told : infinity;
+    const double given = at.has_right ? options.huber_stereo : options.huber_monocular;
+    return given > 0 ? given : infinity;
   }
-  // nullptr: by inv_sigma2 alone.
+  // nullptr: inv_sigma2 alone whitens.
   const Whitening* whitening(std::uint32_t i) const { return whitenings.empty() ? nullptr : &whitenings[i]; }
 };
 
-// One pass with measurement noise alone: the loop that everything waits for.
+// One pass with measurement noise alone: the hot loop.
 Sums add_up(const Problem& problem, const View& seen_from) {
   const View view = seen_from;  // copies on the stack: the sums cannot alias them
   const double threshold_2 = problem.options.huber_monocular > 0 ? problem.options.huber_monocular : infinity;
@@ -199,7 +199,7 @@ Sums add_up(const Problem& problem, const View& seen_from) {
   return sums;
 }
 
-// The same with a whitening for each match.
+// One pass with a whitening for each match.
 Sums add_up_whitened(const Problem& problem, const View& view) {
   Sums sums;
   for (const std::uint32_t i : problem.subset) {
@@ -238,14 +238,14 @@ Matrix6 to_matrix(const Sums& sums) {
   return result;
 }
 
-// A symmetric matrix with its diagonal scaled to 1: metres and radians compare.
+// A symmetric matrix with its diagonal scaled to 1, so that metres and radians are comparable.
 struct Scaled {
   explicit Scaled(const Matrix6& A) : scale(A.diagonal().array().sqrt().inverse()) {
     matrix = scale.asDiagonal() * A * scale.asDiagonal();
     is_regular = matrix.allFinite() && A.allFinite() && factorize(0);
   }
 
-  // Of A + damping diag(A).
+  // Factorises A + damping diag(A).
   bool factorize(double damping) {
     Matrix6 damped = matrix;
     damped.diagonal().array() += damping;
@@ -290,8 +290,8 @@ double squared_error(const Sight& at, double inv_sigma2, const Whitening* whiten
   return squared_norm(e);
 }
 
-// sum rho at `to` of what was linearised at `from`, so that the two compare: infinite if a point gets behind the
-// camera, without those that come in front of it.
+// sum rho at `to` of the matches that were linearised at `from`, so that the two are comparable: infinite if a point
+// moves behind the camera, and without points that come in front of it.
 double rho_after_step(const Problem& problem, const Pose& from, const Pose& to) {
   const View before = problem.view(from);
   const View after = problem.view(to);
@@ -316,7 +316,7 @@ bool cost_rises(const Problem& problem, const Linearization& from, const Lineari
   return !((same_terms ? to.sums.rho : rho_after_step(problem, from.T_cw, to.T_cw)) <= from.sums.rho);
 }
 
-// Steps from `current`, which ends as the last pose that they led to; tells why they ended.
+// Steps from `current`, which becomes the last accepted linearisation; returns why the steps terminated.
 PoseStatus iterate(const Problem& problem, Linearization& current, int& iterations) {
   if (current.sums.used < min_matches) return PoseStatus::too_few_matches;
   if (!current.is_regular()) return PoseStatus::singular;
@@ -367,7 +367,7 @@ double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, b
   Sight at;
   if (!look(view, match, at)) return infinity;
   const double s = squared_error(at, match.inv_sigma2, whitening);
-  return s < infinity ? s : infinity;  // NaN is no good match either
+  return s < infinity ? s : infinity;  // NaN is no match either
 }
 
 PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,

@@ -13,7 +13,7 @@ namespace maxlogdet::sim {
 
 enum class PoseMethod {
   gauss_newton,         ///< eq. 3 of the paper, iterated
-  levenberg_marquardt,  ///< damped, steps that raise the cost are taken back
+  levenberg_marquardt,  ///< damped; a step that raises the cost is rejected
 };
 
 struct PoseOptions {
@@ -21,13 +21,13 @@ struct PoseOptions {
   bool stereo = true;            ///< use the right-image columns of matches that have one
   double huber_monocular = 0;    ///< Huber threshold of |e| in deviations, for 2 rows; 0: squared error
   double huber_stereo = 0;       ///< the same for 3 rows
-  int max_iterations = 10;       ///< linearisations from which a step was tried, also if it was taken back
-  double step_tolerance = 1e-8;  ///< ends when no entry of a step (m, rad) is larger; such a step is not taken
+  int max_iterations = 10;       ///< linearisations from which a step was tried, rejected or not
+  double step_tolerance = 1e-8;  ///< terminates when no entry of a step (m, rad) is larger; such a step is not taken
 };
 
 enum class PoseStatus {
   converged,
-  iteration_limit,  ///< usable, but steps were still above the tolerance
+  iteration_limit,  ///< usable, although steps were still above the tolerance
   too_few_matches,  ///< fewer than 3 matches (6 rows) in front of the camera; T_cw is the start
   singular,  ///< the normal equations could not be solved, or a number was not finite; T_cw is the last good pose
 };
@@ -42,24 +42,24 @@ struct PoseEstimate {
   Matrix6 information = Matrix6::Zero();  ///< H^T W H at T_cw
 
   bool is_usable() const { return status == PoseStatus::converged || status == PoseStatus::iteration_limit; }
-  /// Of the left perturbation: the inverse of `information`.
+  /// The covariance of the left perturbation: the inverse of `information`.
   Matrix6 covariance() const;
 };
 
-/// Inverse of a symmetric positive definite matrix; NaN where it is singular up to rounding.
+/// Returns the inverse of a symmetric positive definite matrix; NaN if it is singular up to rounding.
 Matrix6 invert_information(const Matrix6& information);
 
-/// Squared error of a match in deviations: ||W e||^2 with the whitening W, or ||e||^2 inv_sigma2 without one; infinite
-/// where the point is not in front of the camera, or a number is not finite.
+/// Returns the squared error of a match in deviations: ||W e||^2 with the whitening W, or ||e||^2 inv_sigma2 without
+/// one; infinite where the point is not in front of the camera, or a number is not finite.
 double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
             const Whitening* whitening = nullptr);
 
-/// argmin over T_cw of sum over the subset of rho(||W (z - h(T_cw, p))||^2), by steps T_cw <- exp(xi^) T_cw from
-/// `start`. `subset`: indices into `matches`. `whitenings`: W, one a match of `matches`; empty: sqrt(inv_sigma2) I for
-/// each, which is faster. They stay as they are while the pose moves, as the information matrix of an edge does in g2o.
-/// Matches behind the camera are left out while they are there; those with a number that is not finite, or an
-/// inv_sigma2 that is not positive, are always. Levenberg-Marquardt takes no step that raises the cost of the matches
-/// that it was made from, or puts one of them behind the camera.
+/// Minimises the sum over the subset of rho(||W (z - h(T_cw, p))||^2) by steps T_cw <- exp(xi^) T_cw from `start`.
+/// `subset`: indices into `matches`. `whitenings`: W, one for each of `matches`; empty: sqrt(inv_sigma2) I for each,
+/// which is faster. They are constant while the pose moves, as the information matrix of an edge is in g2o. Matches are
+/// left out while they are behind the camera, and always if a number is not finite or inv_sigma2 is not positive.
+/// Levenberg-Marquardt takes no step that raises the cost of the matches that it was linearised with, or moves one of
+/// them behind the camera.
 PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
                            const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
                            const std::vector<Whitening>& whitenings = {});

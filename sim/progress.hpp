@@ -8,8 +8,8 @@
 
 namespace maxlogdet::sim {
 
-/// One line on stderr, rewritten in place, from two seconds on, when that is a terminal. (Debian has no C++ library for
-/// it.) Not for several threads at once.
+/// A line on stderr, if that is a terminal, rewritten in place from two seconds on. (Debian has no C++ library for it.)
+/// Not thread-safe.
 class Progress {
  public:
   /// `unit`: what is counted, as in "run".
@@ -18,7 +18,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// The first call tells what was done before.
+  /// The first call states what was done before.
   void update(std::size_t done, std::size_t all);
 
  private:

@@ -17,8 +17,8 @@ struct LinearizedMatch {
   Eigen::Matrix3d H_p;  ///< with respect to the point in the world frame
 };
 
-/// Linearises `match` at T_cw; its right-image column counts if `stereo`. False where the point is not in front of the
-/// camera (Z <= 0), or a number is not finite.
+/// Linearises `match` at T_cw; its right-image column counts if `stereo`. Returns false where the point is not in front
+/// of the camera (Z <= 0), or a number is not finite.
 bool linearize(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo, LinearizedMatch& result);
 
 }  // namespace maxlogdet::sim

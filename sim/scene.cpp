@@ -24,7 +24,7 @@ constexpr Camera euroc_stereo{
     euroc_height};
 constexpr Camera kitti_stereo{{707.0912, 707.0912, 601.8873, 183.1104, 379.8145}, 1226, 370};
 
-// Where in the image and how far away the matches of a scene may be.
+// The image region and the depths of the matches of a scene.
 struct Region {
   Camera camera;
   double u_min, u_max, v_min, v_max;  // px
@@ -47,7 +47,6 @@ Region region_of(Scene scene) {
   return region;
 }
 
-// Where a match is.
 struct Place {
   double u, v, inverse_depth;
 };
@@ -66,7 +65,7 @@ Place draw_place(const Region& region, const std::vector<Place>& clusters, Draws
   return place;
 }
 
-// A camera pose: looking along the horizontal of a z-up world, turned by up to about 30 degrees about any axis.
+// Returns a camera pose: looking along the horizontal of a z-up world, turned by up to about 30 degrees about any axis.
 std::array<double, 12> random_pose(Draws& random) {
   double q[4] = {1, 0, 0, 0};
   for (int i = 1; i < 4; ++i) q[i] = random.uniform(-0.15, 0.15);

@@ -48,7 +48,7 @@ Eigen::Matrix3d left_jacobian_so3(const Coefficients& f, const Eigen::Matrix3d& 
   return Eigen::Matrix3d::Identity() + f.f2 * phi + f.f3 * phi * phi;
 }
 
-// Rotation vector, of length at most pi. By the quaternion, which is exact near 0 and near pi.
+// Rotation vector, of length at most pi, by the quaternion, which is accurate near 0 and near pi.
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   const Eigen::Quaterniond q(R);
   const double sine = q.vec().norm();
@@ -133,7 +133,7 @@ std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows) {
   const Eigen::Matrix3d R = rows.leftCols<3>();
   if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) return std::nullopt;
   Pose T = Pose::Identity();
-  T.linear() = Eigen::Affine3d(R).rotation();  // by singular values; a Pose would take R for a rotation
+  T.linear() = Eigen::Affine3d(R).rotation();  // by singular values; a Pose would assume that R is a rotation
   T.translation() = rows.col(3);
   return T;
 }

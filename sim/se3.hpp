@@ -28,20 +28,20 @@ Matrix6 adjoint(const Pose& T);
 /// d/dt of the pose under exp: exp((xi + delta)^) = exp((left_jacobian(xi) delta)^) exp(xi^) to first order.
 Matrix6 left_jacobian(const Vector6& xi);
 
-/// Angle of a rotation, rad, in [0, pi]; exact near 0.
+/// Returns the angle of a rotation, rad, in [0, pi]; accurate near 0.
 double rotation_angle(const Eigen::Matrix3d& R);
 
-/// How far apart the cameras of two poses T_cw are, m, and the angle between them, deg.
+/// Return the distance between the cameras of two poses T_cw, m, and the angle between them, deg.
 double camera_distance(const Pose& a, const Pose& b);
 double camera_angle_deg(const Pose& a, const Pose& b);
 
-/// The pose with its rotation brought back onto the rotations, which products of many leave by rounding.
+/// Projects the rotation of a pose back onto SO(3), which products of many leave by rounding.
 Pose orthonormal(const Pose& T);
 
-/// The rigid transform next to [R | t], 3 x 4; nothing if R is not a rotation within 1e-3.
+/// Returns the rigid transform next to [R | t], 3 x 4; nothing if R is not a rotation within 1e-3.
 std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows);
 
-/// From and to 3 x 4 row-major.
+/// Convert from and to 3 x 4 row-major.
 Pose pose_of(const std::array<double, 12>& rows);
 std::array<double, 12> to_rows(const Pose& T);
 

@@ -15,17 +15,17 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// By how much rounding may let a gain exceed its bound, nats.
+// Rounding lets a gain exceed its bound by at most this, nats.
 constexpr double rounding = 1e-9;
 
 // Sigma_p as a block of these options has it, m^2.
-Eigen::Matrix3d map_covariance_of(const BlockOptions& options, const double* told) {
+Eigen::Matrix3d map_covariance_of(const BlockOptions& options, const double* known) {
   if (options.weighting != Weighting::measurement_and_map) return Eigen::Matrix3d::Zero();
-  if (told != nullptr) return Eigen::Map<const Eigen::Matrix3d>(told);
+  if (known != nullptr) return Eigen::Map<const Eigen::Matrix3d>(known);
   return options.map_sigma * options.map_sigma * Eigen::Matrix3d::Identity();
 }
 
-// G and S, as SharedInformation has them.
+// G and S of SharedInformation.
 struct NextBlock {
   Eigen::Matrix<double, 3, 6> G;
   Eigen::Matrix3d S;
@@ -36,7 +36,7 @@ NextBlock next_block(const WhitenedMatch& match, const Group& group) {
   return {match.H - match.N * group.Q, Eigen::Matrix3d::Identity() + match.N * group.P * match.N.transpose()};
 }
 
-// Of a positive definite matrix of which only the lower triangle is read.
+// The determinant of a positive definite matrix of which only the lower triangle is read.
 double determinant(const Eigen::Matrix3d& A) {
   const double d0 = A(0, 0);
   const double l10 = A(1, 0) / d0, l20 = A(2, 0) / d0;
@@ -118,7 +118,7 @@ void SharedErrorSelection::select(const std::vector<WhitenedMatch>& matches, con
   }
 }
 
-// The one with the largest bound first, so that it spares most of the others.
+// Evaluates the candidate with the largest bound first, so that most others need no evaluation.
 std::size_t SharedErrorSelection::best_of_round(const std::vector<WhitenedMatch>& matches,
                                                 const std::vector<std::uint32_t>& groups) {
   const auto evaluate = [&](Candidate& candidate) {

@@ -10,9 +10,9 @@
 #include <vector>
 
 // Max-logDet where matches of a group share an error: those of an image patch that moved together, or the points that
-// one keyframe mapped. Match i of group g is off by e_i + b_g, e_i ~ N(0, Sigma_i) its own and b_g ~ N(0, tau^2 I) the
-// group's, (u, v), px; the right-image column has that of u. With rows H_i = L_i^-1 H_x and
-// N_i = L_i^-1 [1 0; 0 1; 1 0], L_i L_i^T = Sigma_i, and every b_g marginalised, the information about the pose is
+// one keyframe mapped. The error of match i of group g is e_i + b_g, e_i ~ N(0, Sigma_i) its own and b_g ~ N(0, tau^2
+// I) the group's, (u, v), px; the right-image column shares that of u. With rows H_i = L_i^-1 H_x and N_i = L_i^-1 [1
+// 0; 0 1; 1 0], L_i L_i^T = Sigma_i, and every b_g marginalised, the information about the pose is
 //
 //   M = M0 + sum_g (A_g - B_g C_g^-1 B_g^T),   A_g = sum H_i^T H_i,  B_g = sum H_i^T N_i,  C_g = I / tau^2 + sum N_i^T
 //   N_i
@@ -33,16 +33,16 @@ struct WhitenedMatch {
 /// options.map_sigma^2 I. A match of which append_blocks would make an invalid candidate has 0 rows.
 WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& options, const double* map_covariance);
 
-/// M, and what a match adds to log det M. b_g is followed as a Kalman filter would: given the pose, its mean is
-/// -Q_g xi, Q_g = C_g^-1 B_g^T, with covariance P_g = C_g^-1. One match more of the group then adds a block of its own,
+/// M, and the gains of matches. b_g is tracked as by a Kalman filter: given the pose, its mean is -Q_g xi,
+/// Q_g = C_g^-1 B_g^T, with covariance P_g = C_g^-1. A further match of the group then adds a block of its own,
 ///   G^T S^-1 G,  G = H - N Q_g,  S = I + N P_g N^T,
-/// which is the difference of M before and after it. tau = 0 needs no case of its own: P_g and Q_g stay 0.
+/// which is the difference of M before and after it. tau = 0 is no special case: P_g and Q_g stay 0.
 class SharedInformation {
  public:
-  /// Nothing selected: M = prior, symmetric positive definite. tau: px, at least 0.
+  /// Unselects all: M = prior, symmetric positive definite. tau: px, at least 0.
   void reset(std::size_t groups, double tau, const Matrix6& prior);
 
-  /// log det M with the match less log det M without.
+  /// Returns log det M with the match less log det M without.
   double gain(const WhitenedMatch& match, std::size_t group) const;
   void add(const WhitenedMatch& match, std::size_t group);
 
@@ -59,22 +59,22 @@ class SharedInformation {
   Matrix6 inverse_factor_ = Matrix6::Identity();  // R^-1
 };
 
-/// Greedy on log det M. A gain can only fall when a match of another group is selected, for M grows and nothing else
-/// changes, but it can rise when one of the same group is: then more is known about b_g. So the objective is not
-/// submodular, and (1 - 1/e) is no bound of what greedy reaches; but the last gain of a candidate bounds the next one
-/// until a match of its group is selected, and lazy evaluation that forgets the bounds of that group has the answer of
-/// evaluating all. On 160 searches for 40 of 200 matches (a test counts): 1.8 % of the gains rise from one round to the
-/// next, all of them in the group of the last match; 30 % of them need to be evaluated; lazy evaluation that forgets
-/// nothing has another answer in half of the searches, at worst 0.7 nats short.
+/// Greedy on log det M. A gain can only fall when a match of another group is selected, because M grows and nothing
+/// else changes, but it can rise when one of the same group is, because b_g is then better known. So the objective is
+/// not submodular, and greedy has no (1 - 1/e) guarantee; but the last gain of a candidate is an upper bound until a
+/// match of its group is selected, and lazy evaluation that discards the bounds of that group has greedy's answer. On
+/// 160 searches for 40 of 200 matches (a test counts): 1.8 % of the gains rise from one round to the next, all of them
+/// in the group of the last match; 30 % of them are evaluated; lazy evaluation that discards no bound has another
+/// answer in half of the searches, at worst 0.7 nats short (0.3 on other draws: a maximum varies).
 class SharedErrorSelection {
  public:
-  /// The indices of at most `budget` matches in the order in which greedy selects them; equal gains go to the lowest
-  /// index. `groups`: one below `group_count` a match. Allocates nothing where there has been as much before.
+  /// Writes the indices of at most `budget` matches in the order in which greedy selects them; ties go to the lowest
+  /// index. `groups`: for each match one below `group_count`. Allocates nothing after a problem as large.
   void select(const std::vector<WhitenedMatch>& matches, const std::vector<std::uint32_t>& groups,
               std::size_t group_count, double tau, const Matrix6& prior, std::size_t budget,
               std::vector<std::uint32_t>& selected);
 
-  /// Gains that the last call has computed.
+  /// Returns how many gains the last call evaluated.
   std::size_t evaluations() const { return evaluations_; }
 
  private:

@@ -11,7 +11,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// Two-sided 95 % intervals end there.
+// Two-sided 95 % intervals end at this quantile.
 constexpr double upper_tail = 0.975;
 
 double normal_quantile() { return quantile(boost::math::normal(), upper_tail); }

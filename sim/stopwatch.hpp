@@ -5,7 +5,7 @@
 
 namespace maxlogdet::sim {
 
-/// Runs from its making on.
+/// Runs from its construction on.
 class Stopwatch {
  public:
   /// Adds the time since the last lap to `ms`.

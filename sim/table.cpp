@@ -10,7 +10,7 @@
 namespace maxlogdet::sim {
 namespace {
 
-// Characters, not bytes, of UTF-8.
+// The number of UTF-8 characters, not bytes.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
@@ -82,7 +82,7 @@ std::string claim(const std::vector<double>& ours, const std::vector<double>& th
   for (std::size_t i = 0; i < ours.size(); ++i) percents.push_back(100 * (ours[i] - theirs[i]) / sum);
   if (percents.empty()) return "-";
   const Estimate difference = mean_of(percents);
-  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run tells nothing of others
+  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run has no interval
   return fixed(difference, 1) + " % " + verdict(difference);
 }
 

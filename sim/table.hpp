@@ -8,33 +8,33 @@
 
 namespace maxlogdet::sim {
 
-/// A table of text, for files and for people.
+/// A table of text.
 struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;
 };
 
-/// One line for the header and one a row, no quotes: cells hold no commas.
+/// Returns CSV without quotes: cells hold no commas.
 std::string to_csv(const Table& table);
 
-/// A Markdown table, padded so that it reads well in a terminal too.
+/// Returns a Markdown table, padded for terminals.
 std::string to_markdown(const Table& table);
 
-/// The shortest text that reads back as the same double; "nan" for NaN.
+/// Returns the shortest text that reads back as the same double; "nan" for NaN.
 std::string exact(double value);
 
-/// With so many decimals; "-" for NaN.
+/// Returns a number with that many decimals; "-" for NaN.
 std::string fixed(double value, int decimals);
 
-/// "0.123 ± 0.004"
+/// Returns a text like "0.123 ± 0.004".
 std::string fixed(const Estimate& estimate, int decimals);
 
-/// What a difference of errors, ours less theirs, shows with its 95 % interval: "▲" ours are lower, "▼" higher, "·"
-/// cannot be told.
+/// Returns the verdict on a difference of errors, ours less theirs, by its 95 % interval: "▲" ours are lower, "▼"
+/// higher, "·" not significant.
 const char* verdict(const Estimate& difference);
 
-/// What paired errors show: ours less theirs in percent of the mean of theirs, with its 95 % interval. ▲ ours are
-/// lower, ▼ higher, · cannot be told. "-" without any errors.
+/// Returns the difference of paired errors, ours less theirs in percent of the mean of theirs, with its 95 % interval
+/// and verdict; "-" without errors.
 std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
 
 }  // namespace maxlogdet::sim

@@ -11,24 +11,24 @@
 #include <system_error>
 #include <vector>
 
-// What the readers of text files share.
+// What readers of text files share.
 namespace maxlogdet::sim {
 
-/// Without the blanks, tabs and carriage returns at both ends.
+/// Returns a text without the blanks, tabs and carriage returns at both ends.
 inline std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// A line without what surrounds its text: white space, and on line 1 the byte order mark.
+/// Returns a line without surrounding white space and, on line 1, the byte order mark.
 inline std::string_view text_of_line(std::string_view line, std::size_t line_number) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   const std::string_view text = trimmed(line);
   return line_number == 1 && text.substr(0, 3) == byte_order_mark ? trimmed(text.substr(3)) : text;
 }
 
-/// The fields between blanks and tabs.
+/// Returns the fields between blanks and tabs.
 inline std::vector<std::string_view> split_at_blanks(std::string_view text) {
   constexpr char blanks[] = " \t";
   std::vector<std::string_view> fields;
@@ -41,7 +41,7 @@ inline std::vector<std::string_view> split_at_blanks(std::string_view text) {
   return fields;
 }
 
-/// The fields between commas, without the white space around them.
+/// Returns the fields between commas, without the white space around them.
 inline std::vector<std::string_view> split_at_commas(std::string_view text) {
   std::vector<std::string_view> fields;
   for (;;) {
@@ -52,18 +52,19 @@ inline std::vector<std::string_view> split_at_commas(std::string_view text) {
   }
 }
 
-/// Letters, digits, `_`, `-` and `.`: what goes into names, since names go into CSV files and plots as they are.
+/// Returns whether names may contain a character: a letter, a digit, `_`, `-` or `.`, since CSV files and plots contain
+/// names unquoted.
 inline bool is_plain(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' || c == '.';
 }
 
-/// A field as a message shows it.
+/// Returns a field as messages show it.
 inline std::string shown(std::string_view field) {
   constexpr std::size_t longest = 40;
   return "'" + std::string(field.substr(0, longest)) + (field.size() > longest ? "...'" : "'");
 }
 
-/// A message as one line of a sensible length, whatever a file name or a field in it may hold.
+/// Returns a message as one line of limited length, whatever file names or fields it contains.
 inline std::string one_line(std::string message) {
   constexpr std::size_t longest = 1000;
   if (message.size() > longest) message = message.substr(0, longest) + "...";
@@ -73,7 +74,7 @@ inline std::string one_line(std::string message) {
   return message;
 }
 
-/// The number that the whole field is, in any locale; nothing if it is none or not finite.
+/// Returns the number that the entire field is, in any locale; nothing if it is none or not finite.
 inline std::optional<double> finite_number(std::string_view field) {
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
@@ -81,7 +82,7 @@ inline std::optional<double> finite_number(std::string_view field) {
   return value;
 }
 
-/// The same of integers.
+/// Returns the integer that the entire field is.
 inline std::optional<std::int64_t> whole_number(std::string_view field) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);

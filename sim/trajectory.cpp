@@ -71,9 +71,9 @@ class TumReader {
   Trajectory trajectory_;
 };
 
-// A Lissajous curve that closes after 2 pi / 0.11 = 57 s. Each amplitude times its frequency is a largest speed or
-// rate; together they stay below 1 m/s and 40 deg/s. The angles have frequencies of their own, so that a place seen
-// again is seen from elsewhere.
+// A Lissajous curve that closes after 2 pi / 0.11 = 57 s. Each amplitude times its frequency is a maximum speed or
+// rate; together they stay below 1 m/s and 40 deg/s. The angles have other frequencies, so that a place is revisited
+// from another direction.
 Pose analytic_pose(double t) {
   const Eigen::Vector3d position(3.0 * std::sin(0.22 * t + 1.2), 2.1 * std::sin(0.33 * t),
                                  1.5 + 0.6 * std::sin(0.55 * t));
@@ -133,8 +133,8 @@ std::vector<Trajectory> read_trajectories(const std::string& file_or_folder) {
 
 void write_tum(const Trajectory& trajectory, const std::string& file) {
   std::ostringstream stream;
-  stream.imbue(std::locale::classic());  // a point in numbers, whatever the program's locale
-  stream.precision(17);                  // as many digits as tell any two doubles apart
+  stream.imbue(std::locale::classic());  // a decimal point, whatever the program's locale
+  stream.precision(17);                  // enough digits to distinguish any two doubles
   stream << "# " << columns << '\n';
   for (const StampedPose& pose : trajectory.poses) {
     const auto p = pose.T_wb.translation();

@@ -12,14 +12,14 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double half_a_microsecond = 0.5e-6;  // a double holds the seconds since 1970 to a quarter of one
+constexpr double half_a_microsecond = 0.5e-6;  // a double resolves the seconds since 1970 to half of that
 constexpr double longest_gap = 0.5;            // s, of a window over its length
 
 void require(bool condition, const char* what) {
   if (!condition) throw std::invalid_argument(what);
 }
 
-// They differ by rounding only.
+// Whether points differ by rounding only.
 bool all_coincide(const Eigen::Matrix3Xd& points) {
   const double spread = (points.colwise() - points.col(0)).cwiseAbs().maxCoeff();
   return spread <= 1e-12 * points.cwiseAbs().maxCoeff();
@@ -37,7 +37,7 @@ Similarity align(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to, bool 
     const Eigen::Matrix3Xd p = from.colwise() - from_mean;
     const Eigen::Matrix3Xd q = to.colwise() - to_mean;
     result.R = Eigen::umeyama(p, q, false).topLeftCorner<3, 3>();
-    // Not negative, but for rounding.
+    // Negative only by rounding.
     if (with_scale) result.scale = std::max(0.0, q.cwiseProduct(result.R * p).sum() / p.squaredNorm());
   }
   result.t = to_mean - result.scale * (result.R * from_mean);

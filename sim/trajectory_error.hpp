@@ -15,12 +15,12 @@ struct Similarity {
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
 };
 
-/// The similarity that brings `from` closest to `to` in least squares (Umeyama 1991), both 3 x n, n >= 3. Where all
-/// points of either coincide, scale is 1 and rotation 0. Throws std::invalid_argument if sizes differ, if n < 3, or if
-/// a point is not finite.
+/// Returns the similarity that aligns `from` with `to` in least squares (Umeyama 1991), both 3 x n, n >= 3. Where all
+/// points of either coincide, the scale is 1 and the rotation 0. Throws std::invalid_argument if sizes differ, if n <
+/// 3, or if a point is not finite.
 Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
-/// The same without scale.
+/// Returns the alignment without scale.
 Similarity align_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
 /// Error of the motion over a window.
@@ -29,13 +29,13 @@ struct Drift {
   double deg_per_s = 0;
 };
 
-/// What an estimate may be moved by before it is compared.
+/// How an estimate is aligned before it is compared.
 enum class TrajectoryAlignment {
-  similarity,  ///< scale as well, as the paper has it: a monocular camera knows none
-  rigid,       ///< no scale: a stereo or depth camera knows it
+  similarity,  ///< with scale, as in the paper: unknown to a monocular camera
+  rigid,       ///< without scale: known to a stereo or depth camera
 };
 
-/// Accuracy of a trajectory, as section V of the paper has it.
+/// Accuracy of a trajectory, as in section V of the paper.
 struct TrajectoryErrors {
   double ate_m = 0;           ///< root mean square of position differences after alignment
   double rpe_m_per_s = 0;     ///< mean over windows of |translation drift| / window
@@ -45,8 +45,8 @@ struct TrajectoryErrors {
   std::vector<Drift> drifts;  ///< of each window
 };
 
-/// Compares `estimate` with `truth`, pose by pose (same times, at least 3). The estimate is first brought onto the
-/// truth by the similarity, or the rigid motion, of its positions. A window begins at every pose i and ends at the
+/// Compares `estimate` with `truth`, pose by pose (same times, at least 3). The estimate is first aligned with
+/// the truth by the similarity, or the rigid motion, of its positions. A window begins at every pose i and ends at the
 /// first pose j at least `window` s (less half a microsecond) later; its drift is (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), Q
 /// truth, P estimate (Sturm et al. 2012), divided by t_j - t_i. Windows over a gap (t_j - t_i > window + 0.5 s) are
 /// left out. Throws std::invalid_argument if the two do not correspond, or if a pose is not finite.

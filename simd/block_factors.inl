@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-// What makes a block of a point, by weighting and third row.
+// The factor A of a block, by weighting and third row.
 
 namespace {
 
 constexpr double singular_ray_cosine = 1e-6;  // below it H_p^n has lost more digits than float32 has
 
-// A block is A [ I | -[p]x ], with an upper triangular A: its rows are those of the measurements but for a rotation
-// among them, which no gain notices, and which keeps them from being nearly parallel (u and u_right would be).
+// A block is A [ I | -[p]x ], with an upper triangular A: its rows are those of the measurements after a rotation among
+// them, which changes no gain, and keeps them from being nearly parallel (as u and u_right are).
 template <int Rows>
 struct Factor {
   Doubles a[Rows][3];  // zero below the diagonal, and not read there
 };
 
-// The same from its share in coordinates along the ray, (dX - X / Z dZ, dY - Y / Z dZ, dZ).
+// From a factor in coordinates along the ray, (dX - x dZ, dY - y dZ, dZ), x = X / Z, y = Y / Z, to one in (dX, dY, dZ).
 template <int Rows>
 inline void from_ray(const Doubles& x, const Doubles& y, Factor<Rows>& factor) {
   factor.a[0][2] = factor.a[0][2] - factor.a[0][0] * x - factor.a[0][1] * y;
@@ -139,16 +139,14 @@ inline Doubles frobenius_squared(const Doubles (&s)[6]) {
   return s[0] * s[0] + s[3] * s[3] + s[5] * s[5] + Doubles(2.0) * (s[1] * s[1] + s[2] * s[2] + s[4] * s[4]);
 }
 
-// Rounding moves S = Sigma_z + B Sigma_p B^T by at most 16u |b_i| |b_j| |Sigma_p|, and A S A^T = I by what A makes of
-// that: at most 1e-3 where this is true (docs/numerics.md). `square`: |Sigma_p|^2; `norms`: the sum of the squares of
-// |A| (|b_1|, |b_2|, ...), |b_i| sums of magnitudes.
+// Whether rounding leaves A S A^T = I to 1e-3, S = Sigma_z + B Sigma_p B^T (docs/numerics.md). `square`: |Sigma_p|^2;
+// `norms`: the sum of the squares of |A| (|b_1|, |b_2|, ...), |b_i| sums of magnitudes.
 inline Mask keeps_digits(const Doubles& square, const Doubles& norms) {
-  constexpr double most = 549755813888.0;  // 2^39
-  return square * (norms * norms) <= Doubles(most * most);
+  return square * (norms * norms) <= Doubles(max_whitened_covariance * max_whitened_covariance);
 }
 
-// Where the measurement puts the point, along its ray: dX - x dZ = Z / fx du, dY - y dZ = Z / fy dv, and dZ = -Z^2 / bf
-// (du - du_right) of a stereo row, or that of the depth. Returns where a variance has underflowed to zero.
+// The covariance of the point as measured, along its ray: dX - x dZ = Z / fx du, dY - y dZ = Z / fy dv, and dZ = -Z^2 /
+// bf (du - du_right) of a stereo row, or that of the depth. Returns where no variance has underflowed to zero.
 template <ThirdRow third>
 inline Mask measured_along_ray(const BlockInput& input, const Doubles& sigma, const Point& p, const Mask& has_third,
                                Symmetric& s) {
@@ -171,9 +169,8 @@ inline Mask measured_along_ray(const BlockInput& input, const Doubles& sigma, co
   return is_definite;
 }
 
-// A with A^T A = S^-1, along the ray, from S = U U^T, U upper triangular; without a third measurement of the
-// information about the first two coordinates alone, S being what it would be then. Returns where S is positive
-// definite.
+// A with A^T A = S^-1, along the ray, from S = U U^T, U upper triangular; without a third measurement only of the first
+// two coordinates, S as if there were none. Returns where S is positive definite.
 template <ThirdRow third, int Rows>
 inline Mask whiten(const Symmetric& s, const Mask& has_third, Factor<Rows>& factor) {
   const Doubles zero(0.0);
@@ -219,7 +216,7 @@ inline Doubles norms_along_ray(const Factor<Rows>& factor, const Doubles& x, con
 }
 
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
-// which the last sees nothing but the depth. Returns where sigma^2 has underflowed to zero.
+// which the last depends on the depth alone. Returns where sigma^2 has not underflowed to zero.
 template <ThirdRow third, int Rows>
 inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                                const Mask& has_third, Factor<Rows>& factor) {
@@ -250,7 +247,8 @@ inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std:
   return is_definite;
 }
 
-// Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T: of the point's covariance as measured and as mapped, together.
+// Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, by the sum of the point's covariances as measured and as mapped.
+// Returns where there is one.
 template <ThirdRow third, int Rows>
 inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                             const Mask& has_third, Factor<Rows>& factor) {

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// Points and a pose in, blocks out: what append_blocks asks of an instruction set. Raw pointers and scalars only, as in
-// simd/kernel.hpp, and already checked. The equations are in maxlogdet/jacobian.hpp.
+// Points and a pose in, blocks out: the arguments of append_blocks, already checked, as raw pointers and scalars. The
+// equations are in maxlogdet/jacobian.hpp.
 
 namespace maxlogdet {
 namespace simd {
@@ -16,10 +16,14 @@ namespace simd {
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
 enum class ThirdRow { none, stereo, depth };
 
-/// A camera on the body that the pose is about, which for one camera alone is itself.
+/// 2^39. Rounding moves A S A^T = I by up to 16u |Sigma_p| |A B|^2, with sums of magnitudes for |A B|: by more than
+/// 1e-3 if |Sigma_p| |A B|^2 is above this, and then the covariance leaves no digits (docs/numerics.md).
+constexpr double max_whitened_covariance = 549755813888.0;
+
+/// A camera on the body that the pose is of; a camera alone is its own body.
 struct CameraInput {
   CameraModel model;
-  bool is_depth_along_z;  ///< its model's
+  bool is_depth_along_z;  ///< min_depth bounds Z; else |p_c|
   double fx, fy, bf;
   Lens lens;
   const double* T_cb;  ///< 3 x 4 row-major
@@ -28,7 +32,7 @@ struct CameraInput {
 struct BlockInput {
   BlockWeighting weighting;
   ThirdRow third;
-  /// Cameras of any kind, or Jacobians of the caller's own; otherwise the blocks are those of one pinhole.
+  /// Cameras of any model, or Jacobians of the caller's own; otherwise the camera is one pinhole.
   bool is_general;
   bool is_rig;  ///< otherwise there is one camera, and its T_cb is I
   const CameraInput* cameras;
@@ -46,14 +50,14 @@ struct BlockInput {
   const unsigned char* has_third;   ///< nonzero each by default
   const unsigned char* usable;      ///< nonzero each by default
   const double* map_covariances;    ///< 3 x 3 each; map_sigma^2 I by default
-  const double* jacobians;          ///< 2 x 3 each, by p_c; the camera's by default
+  const double* jacobians;          ///< d (u, v) / d p_c, 2 x 3 each; the camera's by default
   const unsigned char* camera_ids;  ///< which of `cameras`; the first by default
 };
 
 struct BlockOutput {
   /// Of the valid matches only, in their order: entry (row, column) of the j-th goes to planes[(6 * row + column) *
-  /// stride + j], for all rows < rows_written, zeros where it has no such row; and to indices[j] which one it is,
-  /// counted from first_index. Nothing is written beyond place size - 1.
+  /// stride + j], for all rows < rows_written, zeros if it has no such row; indices[j] is first_index + its number.
+  /// Nothing is written beyond place size - 1.
   float* planes;
   std::size_t stride;
   std::uint32_t* indices;
@@ -72,8 +76,9 @@ struct BlockOutput {
   std::size_t invalid_jacobians;
   double column_max[6];  ///< largest |entry| written, by column
 
-  /// Where they are factored p, float32, goes to the 3 planes after the 18 of entries, and this is column_max of
-  /// |A| [ I | |[p]x| ], as float32 has A and p.
+  /// If they are factored, p, rounded to float32, goes to the 3 planes after the 18 of entries, and this is column_max
+  /// of
+  /// |A| [ I | |[p]x| ], with A and p rounded to float32.
   double factored_max[6];
 };
 

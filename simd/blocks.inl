@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Blocks of points, rounded to float32 and stored together.
 //
-// Weighting and third row are template parameters. Whether an optional array is there is asked in the loop: that branch
-// always goes the same way, and costs nothing next to sixteen times the code.
+// Weighting and third row are template parameters. Whether an optional array is given is asked in the loop: that branch
+// always goes the same way, and costs less than sixteen times the code.
 
 namespace {
 
-// Whether float32 holds every entry; none is above this sum of products.
+// Whether float32 holds every entry, by the sum of all magnitudes.
 template <int Rows>
 inline bool all_surely_held(const Doubles (&h)[Rows][dimension]) {
   Doubles sum(0.0);
@@ -45,12 +45,12 @@ inline void store_point(const Point& p, float* to, std::size_t stride) {
 }
 
 float largest_magnitude(const float* values, std::size_t count) {
-  Floats most(0.0F);
+  Floats magnitudes(0.0F);
   std::size_t i = 0;
   for (; i + float_lanes <= count; i += float_lanes) {
-    most = xsimd::max(most, xsimd::abs(Floats::load_unaligned(values + i)));
+    magnitudes = xsimd::max(magnitudes, xsimd::abs(Floats::load_unaligned(values + i)));
   }
-  float largest = largest_lane(most);
+  float largest = largest_lane(magnitudes);
   for (; i < count; ++i) {
     const float magnitude = values[i] < 0 ? -values[i] : values[i];
     largest = magnitude > largest ? magnitude : largest;
@@ -58,108 +58,110 @@ float largest_magnitude(const float* values, std::size_t count) {
   return largest;
 }
 
-// `is_general`: as BlockInput's; p is then the point in the frame of the body.
-template <BlockWeighting weighting, ThirdRow third, bool is_general>
-void build_blocks_of(const BlockInput& given, BlockOutput& output) {
-  constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
-  constexpr int rows = third == ThirdRow::none && !is_world ? 2 : 3;
-  constexpr bool is_factored = rows == 3 && !is_world;
-  constexpr std::size_t entries = std::size_t{rows} * dimension;
-  const Doubles zero(0.0);
-  double pose[12];  // copies, which nothing that is written can change
-  for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
-  BlockInput input = given;
-  input.T_cw = pose;
-  std::conditional_t<is_general, SeenBatch, Batch> batch;
-  bool is_any_tall = is_world;
+// A pack of blocks, a match a lane.
+template <BlockWeighting weighting, ThirdRow third>
+struct BlockPack {
+  static constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
+  static constexpr int rows = third == ThirdRow::none && !is_world ? 2 : 3;
+  static constexpr bool is_factored = rows == 3 && !is_world;
+
+  Point p;
+  Mask has_third = Mask(third != ThirdRow::none);
+  Mask valid = Mask(true);
+  Mask is_singular = Mask(false);
+  Doubles h[rows][dimension];
+};
+
+// Of matches [i, i + double_lanes); of a SeenBatch p is in the body's frame.
+template <BlockWeighting weighting, ThirdRow third, class AnyBatch>
+[[gnu::always_inline]] inline void build_pack(const BlockInput& input, const AnyBatch& batch, std::size_t i,
+                                              BlockPack<weighting, third>& pack) {
+  constexpr bool is_general = std::is_same<AnyBatch, SeenBatch>::value;
+  using Pack = BlockPack<weighting, third>;
+  pack.p = load_point(batch, i);
+  if (third != ThirdRow::none && input.has_third != nullptr) pack.has_third = load(batch.has_third, i) > Doubles(0.0);
+  if constexpr (Pack::is_world) {
+    Point ray = pack.p;
+    if constexpr (is_general) ray = {load(batch.ray[0], i), load(batch.ray[1], i), load(batch.ray[2], i)};
+    pack.is_singular = map_bias_world_block<third>(input.T_cw, ray, pack.p, pack.has_third, pack.h);
+    pack.valid = !pack.is_singular;
+  } else {
+    Factor<Pack::rows> factor;
+    if constexpr (is_general) {
+      pack.valid = seen_factor<weighting, third>(input, batch, i, pack.has_third, factor);
+    } else if constexpr (weighting == BlockWeighting::map_bias) {
+      factor = map_bias_factor<third, Pack::rows>(pack.p, pack.has_third);
+    } else if constexpr (weighting == BlockWeighting::measurement) {
+      pack.valid = measurement_factor<third>(input, batch, i, pack.p, pack.has_third, factor);
+    } else {
+      pack.valid = whitened_factor<third>(input, batch, i, pack.p, pack.has_third, factor);
+    }
+    multiply_by_point_jacobian(factor, pack.p, pack.h);
+  }
+  if (input.weights == nullptr) return;
+  const Doubles root_weight = xsimd::sqrt(load(batch.weight, i));
+  for (auto& row : pack.h) {
+    for (Doubles& entry : row) entry *= root_weight;
+  }
+}
+
+// Both set `is_any_tall` if a stored block has a third row.
+
+// A whole pack of valid matches.
+template <BlockWeighting weighting, ThirdRow third>
+[[gnu::always_inline]] inline void append_pack(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
+                                               bool& is_any_tall, BlockOutput& output) {
+  float* const planes = output.planes + output.stored;
+  std::uint32_t* const indices = output.indices + output.stored;
+  store(pack.h, planes, output.stride);
+  if (pack.is_factored) store_point(pack.p, planes + point_plane * output.stride, output.stride);
+  for (std::size_t lane = 0; lane < double_lanes; ++lane) {
+    indices[lane] = output.first_index + numbers[lane];
+    output.validity[numbers[lane]] = 1;
+  }
+  output.stored += double_lanes;
+  is_any_tall = is_any_tall || (third != ThirdRow::none && xsimd::any(pack.has_third));
+}
+
+// The valid ones of the first `used` lanes, by way of a copy.
+template <BlockWeighting weighting, ThirdRow third>
+[[gnu::always_inline]] inline void append_lanes(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
+                                                std::size_t used, bool& is_any_tall, BlockOutput& output) {
+  constexpr std::size_t entries = std::size_t{BlockPack<weighting, third>::rows} * dimension;
+  float* const planes = output.planes + output.stored;
+  std::uint32_t* const indices = output.indices + output.stored;
+  float copy[entries * double_lanes];
+  float point[3 * double_lanes];
+  store(pack.h, copy, double_lanes);
+  store_point(pack.p, point, double_lanes);
+  const std::uint32_t valid_lanes = lanes_of(pack.valid & are_held(pack.h));
+  const std::uint32_t tall_lanes = lanes_of(pack.has_third);
+  const std::uint32_t singular_lanes = lanes_of(pack.is_singular);
+  const std::uint32_t unsound_lanes = pack.is_world ? 0U : lanes_of(!pack.valid);
+  std::size_t kept = 0;
+  for (std::size_t lane = 0; lane < used; ++lane) {
+    output.singular_rays += singular_lanes >> lane & 1U;
+    output.unsound_covariances += unsound_lanes >> lane & 1U;
+    if ((valid_lanes >> lane & 1U) == 0) continue;
+    for (std::size_t e = 0; e < entries; ++e) planes[e * output.stride + kept] = copy[e * double_lanes + lane];
+    for (std::size_t d = 0; pack.is_factored && d < 3; ++d) {
+      planes[(point_plane + d) * output.stride + kept] = point[d * double_lanes + lane];
+    }
+    indices[kept++] = output.first_index + numbers[lane];
+    output.validity[numbers[lane]] = 1;
+    is_any_tall = is_any_tall || (tall_lanes >> lane & 1U) != 0;
+  }
+  output.stored += kept;
+}
+
+inline void clear(BlockOutput& output, std::size_t size) {
   output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
   output.unsound_covariances = output.invalid_jacobians = 0;
-  std::memset(output.validity, 0, input.size);
+  std::memset(output.validity, 0, size);
+}
 
-  for (std::size_t next = 0; next < input.size;) {
-    next = list_usable(input, next, batch, output);
-    if (batch.count == 0) break;
-    fill<weighting, third>(input, batch);
-    if constexpr (is_general) {
-      see_and_sift<weighting, third>(input, batch, output);
-    } else {
-      transform_and_sift(input, batch, output);
-    }
-
-    for (std::size_t i = 0; i < batch.count; i += double_lanes) {
-      const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
-      const Point p = load_point(batch, i);
-      Mask has_third(third != ThirdRow::none);
-      if (third != ThirdRow::none && input.has_third != nullptr) has_third = load(batch.has_third, i) > zero;
-
-      Doubles h[rows][dimension];
-      Mask valid(true);
-      Mask is_singular(false);
-      if constexpr (is_world) {
-        Point ray = p;
-        if constexpr (is_general) ray = {load(batch.ray[0], i), load(batch.ray[1], i), load(batch.ray[2], i)};
-        is_singular = map_bias_world_block<third>(input.T_cw, ray, p, has_third, h);
-        valid = !is_singular;
-      } else {
-        Factor<rows> factor;
-        if constexpr (is_general) {
-          valid = seen_factor<weighting, third>(input, batch, i, has_third, factor);
-        } else if constexpr (weighting == BlockWeighting::map_bias) {
-          factor = map_bias_factor<third, rows>(p, has_third);
-        } else if constexpr (weighting == BlockWeighting::measurement) {
-          valid = measurement_factor<third>(input, batch, i, p, has_third, factor);
-        } else {
-          valid = whitened_factor<third>(input, batch, i, p, has_third, factor);
-        }
-        multiply_by_point_jacobian(factor, p, h);
-      }
-      if (input.weights != nullptr) {
-        const Doubles root_weight = xsimd::sqrt(load(batch.weight, i));
-        for (auto& row : h) {
-          for (Doubles& entry : row) entry *= root_weight;
-        }
-      }
-
-      float* const planes = output.planes + output.stored;
-      std::uint32_t* const indices = output.indices + output.stored;
-      if (used == double_lanes && xsimd::all(valid) && all_surely_held(h)) {
-        store(h, planes, output.stride);
-        if (is_factored) store_point(p, planes + point_plane * output.stride, output.stride);
-        for (std::size_t lane = 0; lane < double_lanes; ++lane) {
-          indices[lane] = output.first_index + batch.number[i + lane];
-          output.validity[batch.number[i + lane]] = 1;
-        }
-        output.stored += double_lanes;
-        is_any_tall = is_any_tall || (third != ThirdRow::none && xsimd::any(has_third));
-        continue;
-      }
-      // A pack that is not full, or has matches without a block, goes there by a detour.
-      float detour[entries * double_lanes];
-      float point[3 * double_lanes];
-      store(h, detour, double_lanes);
-      store_point(p, point, double_lanes);
-      const std::uint32_t valid_lanes = lanes_of(valid & are_held(h));
-      const std::uint32_t tall_lanes = lanes_of(has_third);
-      const std::uint32_t singular_lanes = lanes_of(is_singular);
-      const std::uint32_t unsound_lanes = is_world ? 0U : lanes_of(!valid);
-      std::size_t kept = 0;
-      for (std::size_t lane = 0; lane < used; ++lane) {
-        output.singular_rays += singular_lanes >> lane & 1U;
-        output.unsound_covariances += unsound_lanes >> lane & 1U;
-        if ((valid_lanes >> lane & 1U) == 0) continue;
-        for (std::size_t e = 0; e < entries; ++e) planes[e * output.stride + kept] = detour[e * double_lanes + lane];
-        for (std::size_t d = 0; is_factored && d < 3; ++d) {
-          planes[(point_plane + d) * output.stride + kept] = point[d * double_lanes + lane];
-        }
-        indices[kept++] = output.first_index + batch.number[i + lane];
-        output.validity[batch.number[i + lane]] = 1;
-        is_any_tall = is_any_tall || (tall_lanes >> lane & 1U) != 0;
-      }
-      output.stored += kept;
-    }
-  }
-
-  output.rows_written = rows;
+inline void summarise(std::size_t rows, bool is_any_tall, bool is_factored, BlockOutput& output) {
+  output.rows_written = static_cast<int>(rows);
   output.rows = output.stored == 0 ? 0 : (is_any_tall ? 3 : 2);
   for (std::size_t column = 0; column < dimension; ++column) {
     float largest = 0;
@@ -171,6 +173,39 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
     output.column_max[column] = static_cast<double>(largest);
   }
   output.is_factored = is_factored && factored_max({output.planes, output.stride}, output.stored, output.factored_max);
+}
+
+template <BlockWeighting weighting, ThirdRow third, bool is_general>
+void build_blocks_of(const BlockInput& given, BlockOutput& output) {
+  using Pack = BlockPack<weighting, third>;
+  double pose[12];  // copies, so that no store can change them
+  for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
+  BlockInput input = given;
+  input.T_cw = pose;
+  std::conditional_t<is_general, SeenBatch, Batch> batch;
+  bool is_any_tall = Pack::is_world;
+  clear(output, input.size);
+  for (std::size_t next = 0; next < input.size;) {
+    next = list_usable(input, next, batch, output);
+    if (batch.count == 0) break;
+    fill<weighting, third>(input, batch);
+    if constexpr (is_general) {
+      see_and_sift<weighting, third>(input, batch, output);
+    } else {
+      transform_and_sift(input, batch, output);
+    }
+    for (std::size_t i = 0; i < batch.count; i += double_lanes) {
+      const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
+      Pack pack;
+      build_pack(input, batch, i, pack);
+      if (used == double_lanes && xsimd::all(pack.valid) && all_surely_held(pack.h)) {
+        append_pack(pack, batch.number + i, is_any_tall, output);
+      } else {
+        append_lanes(pack, batch.number + i, used, is_any_tall, output);
+      }
+    }
+  }
+  summarise(Pack::rows, is_any_tall, Pack::is_factored, output);
 }
 
 template <BlockWeighting weighting, bool is_general>

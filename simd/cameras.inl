@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Matches that cameras of any model see, one of them or a rig's: J = d z / d p_b, p_b the point in the body's frame, by
-// the camera's model or as the caller gives it. What makes a block of it (camera_factors.inl) does not ask for the
+// the camera's model or as the caller gives it. What makes a block of it (seen_factors.inl) does not ask for the
 // model.
 
 namespace {
@@ -8,7 +8,7 @@ namespace {
 using maxlogdet::simd::CameraInput;
 using maxlogdet::simd::Derivative;
 
-// Why a match has no J; a double, so that it is kept as all else of a batch.
+// Why a match has no J; a double, as all else of a batch.
 constexpr double is_seen = 0;
 constexpr double is_behind = 1;
 constexpr double is_too_near = 2;
@@ -16,7 +16,7 @@ constexpr double has_no_jacobian = 3;
 
 struct SeenBatch : Batch {
   alignas(64) double camera[batch_size];  // its number
-  std::uint64_t cameras[4];                 // a bit for each that there is a match of
+  std::uint64_t cameras[4];               // a bit for each that sees a match
   alignas(64) double sight[batch_size];
   alignas(64) double jacobian[9][batch_size];  // first the caller's by p_c, 2 x 3, then J by p_b, 3 x 3
   alignas(64) double ray[3][batch_size];       // from the camera to the point, in the body's axes; map_bias_world
@@ -43,7 +43,7 @@ inline Derivative<Doubles> derivative_of(const CameraInput& camera, const Point&
                                      [&](auto model) { return decltype(model)::derivative(camera.lens, p); });
 }
 
-// d (u, v) / d p_c as rows 0 and 1, and what is wrong with it.
+// d (u, v) / d p_c as rows 0 and 1; returns why there is none.
 inline Doubles see(const BlockInput& input, const CameraInput& camera, const SeenBatch& batch, std::size_t i,
                    const Point& p, Doubles (&rows)[3][3]) {
   const Doubles zero(0.0);
@@ -72,7 +72,7 @@ inline Doubles see(const BlockInput& input, const CameraInput& camera, const See
   return sight;
 }
 
-// H_p^n^-1 [J; 0] by p_c, as the pinhole's map_bias_factor.
+// H_p^n^-1 [J; 0] by p_c, as map_bias_factor has it for a pinhole; returns why there is none.
 inline Doubles see_bias(const BlockInput& input, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
   const Doubles zero(0.0);
   const Doubles one(1.0);
@@ -85,8 +85,8 @@ inline Doubles see_bias(const BlockInput& input, const Point& p, const Mask& has
   return xsimd::select(p.z <= zero, Doubles(is_behind), near);
 }
 
-// The third row is that of the depth, times what it takes: of a stereo row the half of (u_right - u), turned against u
-// as the pinhole's measurement_factor does.
+// The third row, that of the depth, scaled; a stereo row is rotated with that of u to (u + u_right, u_right - u) /
+// sqrt(2), as in measurement_factor.
 template <BlockWeighting weighting, ThirdRow third>
 inline void add_third(const CameraInput& camera, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
   constexpr double root_half = 0.70710678118654752;
@@ -101,7 +101,7 @@ inline void add_third(const CameraInput& camera, const Point& p, const Mask& has
   }
 }
 
-// Rows by p_c to rows by p_b.
+// From derivatives by p_c to derivatives by p_b.
 inline void turn_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
   for (auto& row : rows) {
     Doubles turned[3];
@@ -112,12 +112,12 @@ inline void turn_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
   }
 }
 
-// Writes the lanes of `mask` alone.
+// Writes only the lanes of `mask`.
 inline void put(const Doubles& values, const Mask& mask, double* to) {
   xsimd::select(mask, values, Doubles::load_aligned(to)).store_aligned(to);
 }
 
-// What one camera sees of the batch's points, p_b.
+// J of the matches of one camera; the batch's points are p_b.
 template <BlockWeighting weighting, ThirdRow third>
 inline void see_with(const BlockInput& input, std::size_t number, SeenBatch& batch) {
   constexpr bool is_by_map = weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
@@ -149,7 +149,8 @@ inline bool is_weighable(const BlockInput& input, const Batch& batch, std::size_
   return input.weights == nullptr || batch.weight[i] >= 0;
 }
 
-// Takes points to the body's frame, finds their J, and takes out of the batch the matches that have none, or no weight.
+// Transforms points to the body's frame, finds their J, and removes from the batch matches that have none, or no
+// weight.
 template <BlockWeighting weighting, ThirdRow third>
 inline void see_and_sift(const BlockInput& input, SeenBatch& batch, BlockOutput& output) {
   fill_seen(input, batch);

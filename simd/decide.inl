@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Gains in float64, the same bits on every instruction set: additions, multiplications and divisions only, none fused.
+// Relative gains in float64, the same bits on every instruction set: additions, multiplications and divisions only,
+// none fused.
 
 namespace {
 
-// Entries of listed candidates.
+// Loads entries of listed candidates.
 struct Listed {
   std::uint32_t index[double_lanes];
   Doubles operator()(const float* plane) const {
@@ -14,9 +15,8 @@ struct Listed {
 };
 
 // det(I + Y Y^T) - 1, from the squared diagonal of R in a QR decomposition of [Y^T; I] by modified Gram-Schmidt: each
-// entry is 1 + a sum of squares, and (1 + g) (1 + s) - 1 = g + s + g s. Nothing cancels, where det = 1 + a - b^2 / c
-// would lose |Y|^2 eps (1e-6 in the first rounds against a prior of 1e-5 I, where |Y|^2 is 1e10). Rows of zeros add
-// nothing.
+// entry is 1 + a sum of squares, and (1 + g) (1 + s) - 1 = g + s + g s. Nothing cancels; det = 1 + a - b^2 / c would
+// lose |Y|^2 eps (1e-6 in the first rounds with a prior of 1e-5 I, where |Y|^2 is 1e10). Rows of zeros add nothing.
 template <int Rows>
 inline Doubles relative_gain_of_block(Doubles (&y)[Rows][dimension]) {
   Doubles tail[Rows][Rows];  // the identity below Y^T, orthogonalised along with it; tail[a][a] = 1 is implied
@@ -54,7 +54,7 @@ inline void whiten_exactly(const Planes& planes, const double* w, const Listed& 
   }
 }
 
-// values[j] = value of candidate indices[j], found a pack at a time.
+// values[j] = value of candidate indices[j], pack by pack.
 template <class Value>
 inline void decide_each(const std::uint32_t* indices, std::size_t count, double* values, const Value& value) {
   for (std::size_t j = 0; j < count; j += double_lanes) {

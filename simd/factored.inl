@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Blocks whose structure is known, A [ I | -[X]x ]: nine numbers instead of eighteen, and products with W by way of the
-// point.
+// Factored blocks, A [ I | -[X]x ]: nine numbers instead of eighteen, and products with W through the point.
 
 namespace {
 
-// A pack of factored blocks, A [ I | -[X]x ], A upper triangular, X = (x, y, z).
+// A pack of them, A upper triangular, X = (x, y, z).
 struct FactoredBlock {
   Floats a00, a01, a02, a11, a12, a22, x, y, z;
 };
@@ -19,8 +18,8 @@ inline FactoredBlock load_factored(const float* entries) {
   return load_factored(entries, [](std::size_t e) { return e * tile_size; });
 }
 
-// A column of Y, c in 0 .. 5, for a factored block: y = A (w_t - X x w_r), row c of W being (w_t, w_r). With c a
-// constant the zeros of W cost nothing.
+// A column of Y, c in 0 .. 5, for a factored block: y = A (w_t - X x w_r), row c of W being (w_t, w_r). With a
+// constant c the zeros of W cost nothing.
 inline void whiten_column(const FactoredBlock& b, const float* w, int c, Floats (&y)[3]) {
   const float* const row = w + padded_dimension * c;
   if (c == 0) {
@@ -68,7 +67,7 @@ inline void add_products(const Floats (&y)[3], int c, Floats (&products)[6]) {
   }
 }
 
-// | |W| |h| |^2 of the rows, with |A| [ I | |[X]x| ] for |h|; `w`: |W|.
+// | |W| |h| |^2 of each row h, with |h| bounded by that of |A| [ I | |[X]x| ]; `w`: |W|.
 inline void rounding_squares(const FactoredBlock& b, const float* w, Floats (&squares)[3]) {
   const Floats x = xsimd::abs(b.x);
   const Floats y = xsimd::abs(b.y);
@@ -102,10 +101,10 @@ inline void rounding_squares(const FactoredBlock& b, const float* w, Floats (&sq
   }
 }
 
-// The largest entry of each column of |A| [ I | |[X]x| ].
-inline void take_larger_columns(const FactoredBlock& b, Floats (&most)[dimension]) {
-  const auto take = [&most](int column, const Floats& magnitude) {
-    most[column] = xsimd::max(most[column], magnitude);
+// Raises `largest` to the largest entry of each column of |A| [ I | |[X]x| ].
+inline void take_larger_columns(const FactoredBlock& b, Floats (&largest)[dimension]) {
+  const auto take = [&largest](int column, const Floats& magnitude) {
+    largest[column] = xsimd::max(largest[column], magnitude);
   };
   const Floats a00 = xsimd::abs(b.a00), a01 = xsimd::abs(b.a01), a02 = xsimd::abs(b.a02);
   const Floats a11 = xsimd::abs(b.a11), a12 = xsimd::abs(b.a12), a22 = xsimd::abs(b.a22);
@@ -122,8 +121,8 @@ inline void take_larger_columns(const FactoredBlock& b, Floats (&most)[dimension
 bool factored_max(const Planes& planes, std::size_t count, double* column_max) {
   constexpr double largest_held = 1e15;
   constexpr double room = 1 + 1e-6;  // for the roundings of sums and products
-  Floats most[dimension];
-  for (Floats& pack : most) pack = Floats(0.0F);
+  Floats columns[dimension];
+  for (Floats& pack : columns) pack = Floats(0.0F);
   Floats farthest(0.0F);
   float last[entries_of(factored) * float_lanes];
   for (std::size_t i = 0; i < count; i += float_lanes) {
@@ -137,12 +136,12 @@ bool factored_max(const Planes& planes, std::size_t count, double* column_max) {
     const FactoredBlock block =
         is_full ? load_factored(planes.data + i, [&](std::size_t e) { return plane_of(factored, e) * planes.stride; })
                 : load_factored(last, [](std::size_t e) { return e * float_lanes; });
-    take_larger_columns(block, most);
+    take_larger_columns(block, columns);
     farthest = xsimd::max(farthest, xsimd::max(xsimd::abs(block.x), xsimd::max(xsimd::abs(block.y), block.z)));
   }
   double largest = static_cast<double>(largest_lane(farthest));
   for (int column = 0; column < dimension; ++column) {
-    column_max[column] = room * static_cast<double>(largest_lane(most[column]));
+    column_max[column] = room * static_cast<double>(largest_lane(columns[column]));
     if (column < 3 && !(column_max[column] <= largest)) largest = column_max[column];
   }
   return largest <= largest_held;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// All that an instruction set offers, compiled once for each. The including unit defines MAXLOGDET_KERNEL (the name of
-// the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage and must be inlined: a weak
-// symbol would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
+// The functions of an instruction set, compiled once for each. The including unit defines MAXLOGDET_KERNEL (the name of
+// the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage or is inlined: a weak symbol
+// would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
 #include "simd/cameras/models.hpp"
 #include "simd/counter_random.hpp"
@@ -18,6 +18,7 @@ using maxlogdet::simd::dimension;
 using maxlogdet::simd::entries_of;
 using maxlogdet::simd::factored;
 using maxlogdet::simd::Form;
+using maxlogdet::simd::max_whitened_covariance;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;
 using maxlogdet::simd::plane_of;
@@ -33,10 +34,10 @@ using maxlogdet::simd::tile_size;
 using maxlogdet::simd::Tiles;
 using maxlogdet::simd::two_rows;
 
-// A pack holds one candidate, or match, a lane; it is as wide as this unit's flags allow.
+// A pack holds one candidate, or match, in each lane; it is as wide as this unit's flags allow.
 constexpr std::size_t double_lanes = Doubles::size;
 constexpr std::size_t float_lanes = Floats::size;
-// What float64 of a pack is rounded to; xsimd has no float32 batch of as many double_lanes.
+// A pack of float64 rounded to float32; xsimd has no float32 batch of double_lanes.
 typedef float Narrow __attribute__((vector_size(double_lanes * sizeof(float))));  // NOLINT(modernize-use-using)
 
 inline void store_narrow(const Doubles& values, float* to) {
@@ -51,21 +52,21 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/matches.inl"
 #include "simd/screen.inl"
 
-// These use them.
+// These use the ones above.
 #include "simd/block_factors.inl"
 #include "simd/cameras.inl"
-#include "simd/camera_factors.inl"
 #include "simd/decide.inl"
 #include "simd/draws.inl"
 #include "simd/losses.inl"
 #include "simd/rounds.inl"
 #include "simd/screen_with_care.inl"
+#include "simd/seen_factors.inl"
 #include "simd/sums.inl"
 #include "simd/tiles.inl"
 #include "simd/traces.inl"
 #include "simd/update.inl"
 
-// And this uses all about matches.
+// This uses all about matches.
 #include "simd/blocks.inl"
 
 namespace maxlogdet {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What information loses by a candidate's leaving, in float64, the same bits on every instruction set: additions and
-// multiplications only, none fused.
+// Relative losses in float64, the same bits on every instruction set: additions and multiplications only, none fused.
 
 namespace {
 
@@ -11,7 +10,7 @@ inline Doubles widened(const float* values) {
   return Doubles(__builtin_convertvector(narrow, Doubles::register_type));
 }
 
-// Y Y^T, its upper triangle by rows, with Y = H W^T: a column of Y after the other.
+// Y Y^T, its upper triangle by rows, with Y = H W^T, column by column of Y.
 template <int Rows>
 inline void products_of_whitened(const float* entries, std::size_t stride, const double* w,
                                  Doubles (&products)[Rows * (Rows + 1) / 2]) {
@@ -34,8 +33,8 @@ inline void products_of_whitened(const float* entries, std::size_t stride, const
   }
 }
 
-// 1 - det(I - A) as the alternating sum of the principal minors of A = Y Y^T, which is at least as large as any
-// diagonal entry of A, while no minor is larger than the trace: small losses keep their digits.
+// 1 - det(I - A) as the alternating sum of the principal minors of A = Y Y^T. It is at least as large as any diagonal
+// entry of A, and no minor is larger than the trace: small losses keep their digits.
 template <int Rows>
 inline Doubles loss_by_minors(const Doubles (&products)[Rows * (Rows + 1) / 2]) {
   const Doubles aa = products[0];
@@ -60,25 +59,25 @@ inline Doubles loss_by_minors(const Doubles (&products)[Rows * (Rows + 1) / 2]) 
 
 template <int Rows>
 void losses(const Tiles& tiles, const double* w, const std::uint32_t* list, std::size_t count, double* losses,
-            double* least) {
+            double* lowest) {
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = list[j];
-    Doubles lowest(maxlogdet::simd::no_loss);
+    Doubles lowest_of_tile(maxlogdet::simd::no_loss);
     for (std::size_t lane = 0; lane < tile_size; lane += double_lanes) {
       Doubles products[Rows * (Rows + 1) / 2];
       products_of_whitened<Rows>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = widened(tiles.remaining + at) > Doubles(0.0);
-      const Doubles share = xsimd::min(xsimd::max(loss_by_minors<Rows>(products), Doubles(0.0)), Doubles(1.0));
-      const Doubles loss = xsimd::select(remains, share, Doubles(maxlogdet::simd::no_loss));
+      const Doubles clamped = xsimd::min(xsimd::max(loss_by_minors<Rows>(products), Doubles(0.0)), Doubles(1.0));
+      const Doubles loss = xsimd::select(remains, clamped, Doubles(maxlogdet::simd::no_loss));
       loss.store_unaligned(losses + at);
-      lowest = xsimd::min(lowest, loss);
+      lowest_of_tile = xsimd::min(lowest_of_tile, loss);
     }
     alignas(sizeof(Doubles)) double lanes[double_lanes];
-    lowest.store_aligned(lanes);
+    lowest_of_tile.store_aligned(lanes);
     double lowest_lane = lanes[0];
     for (const double lane : lanes) lowest_lane = lane < lowest_lane ? lane : lowest_lane;
-    least[tile] = lowest_lane;
+    lowest[tile] = lowest_lane;
   }
 }
 

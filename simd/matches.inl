@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Matches as packs, one a lane: what is read of them, and their points in the camera frame. This and what makes blocks
-// of them (cameras.inl, block_factors.inl, blocks.inl) is float64 by + - * / and sqrt in one fixed order: the same bits
-// on every instruction set.
+// Matches as packs, one a lane: their input, and their points in the camera frame. From here to blocks (cameras.inl,
+// seen_factors.inl, block_factors.inl, blocks.inl) everything is float64 by + - * / and sqrt in one fixed order: the
+// same bits on every instruction set.
 
 namespace {
 
@@ -17,9 +17,9 @@ constexpr double largest_double = 1.7976931348623157e308;
 
 inline Mask is_positive(const Doubles& value) { return (value > Doubles(0.0)) & (value <= Doubles(largest_double)); }
 
-// The input of some matches, an array per value, so that packs load whole vectors. Well before they do: a vector load
-// right after the scalar stores it reads from would stall. Up to a whole pack the last match is repeated, which no
-// maximum notices.
+// The input of some matches, an array per value, so that packs load whole vectors, and filled well before: a vector
+// load right after the scalar stores it reads from would stall. The last match is repeated up to a whole pack, which
+// changes no maximum.
 constexpr std::size_t batch_size = 64;
 static_assert(batch_size % double_lanes == 0, "a batch holds whole packs");
 
@@ -40,7 +40,7 @@ inline void repeat_last(double (&values)[batch_size], std::size_t count) {
   for (std::size_t i = count; i % double_lanes != 0; ++i) values[i] = values[count - 1];
 }
 
-// Lists usable matches from `next` on, as many as there is room for; returns where to go on.
+// Lists usable matches from `next` on until the batch is full; returns the first one not looked at.
 inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
   batch.count = 0;
   const std::size_t first = next;
@@ -129,8 +129,8 @@ inline void keep_matches(Batch& batch, const std::uint32_t* kept, std::size_t co
   batch.count = count;
 }
 
-// Takes points to the camera frame, and out of the batch the matches that have no Jacobian there, or no weight.
-inline void transform_and_sift(const BlockInput& input, Batch& batch, BlockOutput& output) {
+// Transforms points to the camera frame, and removes from the batch matches that have no Jacobian there, or no weight.
+[[gnu::always_inline]] inline void transform_and_sift(const BlockInput& input, Batch& batch, BlockOutput& output) {
   std::uint32_t kept[batch_size];
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {

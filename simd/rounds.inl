@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// What a round of a search does besides: which tiles to look at, who may be the best, and all of it at once.
+// The rest of a round: which tiles to screen, who survives, and, of lazy greedy, a whole round.
 
 namespace {
 
-std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float least,
-                         float most, std::uint32_t* list) {
+std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float lower,
+                         float upper, std::uint32_t* list) {
   std::size_t found = 0;
   for (std::size_t first = tile_size * part; first < count; first += tile_size * parts) {
     for (std::size_t i = first; i < first + tile_size; i += float_lanes) {
       const Floats value = Floats::load_unaligned(values + i);
       found +=
-          list_lanes((value >= Floats(least)) & (value <= Floats(most)), static_cast<std::uint32_t>(i), list + found);
+          list_lanes((value >= Floats(lower)) & (value <= Floats(upper)), static_cast<std::uint32_t>(i), list + found);
     }
   }
   while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
@@ -19,9 +19,9 @@ std::size_t list_between(const float* values, std::size_t count, std::size_t par
 
 template <Form form>
 ScreenedTiles screen_between(const Tiles& tiles, const float* w, const float* bounds, std::size_t tile_count,
-                             std::size_t part, std::size_t parts, float least, float most, std::uint32_t* list,
+                             std::size_t part, std::size_t parts, float lower, float upper, std::uint32_t* list,
                              float* relative_gains, float* highest) {
-  const std::size_t count = list_between(bounds, tile_count, part, parts, least, most, list);
+  const std::size_t count = list_between(bounds, tile_count, part, parts, lower, upper, list);
   return {count, screen<form>(tiles, w, list, count, relative_gains, highest)};
 }
 
@@ -53,17 +53,17 @@ float largest(const float* values, std::size_t count) {
   alignas(sizeof(Floats)) static constexpr float numbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   const Floats lane = Floats::load_aligned(numbers);
   const Floats nothing(-1.0F);
-  Floats most = nothing;
+  Floats maxima = nothing;
   std::size_t i = 0;
-  for (; i + float_lanes <= count; i += float_lanes) most = xsimd::max(most, Floats::load_unaligned(values + i));
+  for (; i + float_lanes <= count; i += float_lanes) maxima = xsimd::max(maxima, Floats::load_unaligned(values + i));
   if (i < count) {
     const auto is_one = lane < Floats(static_cast<float>(count - i));
-    most = xsimd::max(most, xsimd::select(is_one, Floats::load_unaligned(values + i), nothing));
+    maxima = xsimd::max(maxima, xsimd::select(is_one, Floats::load_unaligned(values + i), nothing));
   }
-  return largest_lane(most);
+  return largest_lane(maxima);
 }
 
-// The float just below one that is no zero.
+// The next float below a value that is not zero.
 inline float next_below(float value) {
   std::uint32_t bits;
   std::memcpy(&bits, &value, sizeof bits);
@@ -72,41 +72,42 @@ inline float next_below(float value) {
   return value;
 }
 
-// The proofs are in docs/numerics.md.
-template <Form form>
-void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  const auto screen_down_to = [&](float least, float below) {
-    std::uint32_t* const list = round.list + round.listed;
-    const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, least, below, list);
-    round.lowest_listed = least;
-    round.listed += count;
-    const float best = screen<form>(tiles, w, list, count, round.relative_gains, round.highest);
-    round.best = best > round.best ? best : round.best;
-    const auto relative_gain = static_cast<double>(round.best);
-    round.assured = relative_gain - ((round.slope - 1) * relative_gain + round.offset);
-    return relative_gain > round.nearest && relative_gain < round.farthest;
-  };
-  if (!screen_down_to(round.clearly, infinity)) return;
-  const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
-  const float threshold = stale > 0 ? rounded_down(stale) : maxlogdet::simd::any_candidate;
-  if (threshold < round.clearly && !screen_down_to(threshold, next_below(round.clearly))) return;
-  round.is_done = true;
+// The proofs of what follows are in docs/numerics.md.
 
-  const double least = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);  // 1 / slope is more
-  const float min_relative_gain = least > 0 ? rounded_down(least) : maxlogdet::simd::any_candidate;
-  std::size_t holders = 0;  // of survivors; most often it is one tile
+// Screens the tiles with lower <= bound <= upper. Returns whether the bound by slope and offset is tight for the best.
+template <Form form>
+inline bool screen_down_to(const Tiles& tiles, const float* w, float lower, float upper, PromisingRound& round) {
+  std::uint32_t* const list = round.list + round.listed;
+  const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, lower, upper, list);
+  round.lowest_listed = lower;
+  round.listed += count;
+  const float best = screen<form>(tiles, w, list, count, round.relative_gains, round.highest);
+  round.best = best > round.best ? best : round.best;
+  const auto relative_gain = static_cast<double>(round.best);
+  round.assured = relative_gain - ((round.slope - 1) * relative_gain + round.offset);
+  return relative_gain > round.nearest && relative_gain < round.farthest;
+}
+
+template <Form form>
+inline void list_survivors_of_round(const Tiles& tiles, PromisingRound& round) {
+  // In float32 a survivor has at least (assured - offset) / slope, and 1 / slope >= 2 - slope.
+  const double bound = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);
+  const float threshold = bound > 0 ? rounded_down(bound) : maxlogdet::simd::any_candidate;
+  std::size_t holders = 0;  // tiles with survivors, usually one
   std::uint32_t holder = 0;
   for (std::size_t j = 0; j < round.listed; ++j) {
     const std::uint32_t tile = round.list[j];
-    const bool holds = round.highest[tile] >= min_relative_gain;
+    const bool holds = round.highest[tile] >= threshold;
     holder = holds ? tile : holder;
     holders += holds ? 1 : 0;
   }
   const bool is_one = holders == 1;
   round.survivors =
-      list_survivors<form>(tiles, round.relative_gains, round.highest, min_relative_gain, is_one ? &holder : round.list,
+      list_survivors<form>(tiles, round.relative_gains, round.highest, threshold, is_one ? &holder : round.list,
                            is_one ? 1 : round.listed, nullptr, round.lanes);
+}
+
+inline void update_bounds(PromisingRound& round) {
   const float slope = rounded_up(round.slope * (1 + 1e-6));
   const float offset = rounded_up(round.offset);
   for (std::size_t j = 0; j < round.listed; ++j) {
@@ -114,6 +115,19 @@ void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round)
     round.bounds[tile] = round.highest[tile] < 0 ? -1.0F : slope * round.highest[tile] + offset;
   }
   round.highest_bound = largest(round.bounds, round.tile_count);
+}
+
+template <Form form>
+void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  if (!screen_down_to<form>(tiles, w, round.clearly, infinity, round)) return;
+  const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
+  const float threshold = stale > 0 ? rounded_down(stale) : maxlogdet::simd::any_candidate;
+  const bool is_lower = threshold < round.clearly;
+  if (is_lower && !screen_down_to<form>(tiles, w, threshold, next_below(round.clearly), round)) return;
+  round.is_done = true;
+  list_survivors_of_round<form>(tiles, round);
+  update_bounds(round);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Gains in float32, fast and with a bound of their error. Fused and unfused units give different bits; the bounds of
+// Relative gains in float32, with one error bound for all. Fused and unfused units give different bits; the bounds of
 // docs/numerics.md hold for both.
 
 namespace {
@@ -49,15 +49,17 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
     for (int a = 0, e = 0; a < Rows; ++a) {
       for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
     }
-  } else {  // a column of Y after the other: a longer chain of dependent operations, but it needs half of the registers
+  } else {  // column by column of Y: a longer chain of dependent operations, but half of the registers
     Floats h[Rows][dimension];
     for (int a = 0; a < Rows; ++a) {
       for (int d = 0; d < dimension; ++d) {
         h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
       }
     }
+#pragma GCC unroll 6
     for (int c = 0; c < dimension; ++c) {
       Floats y[Rows];
+#pragma GCC unroll 6
       for (int d = 0; d <= c; ++d) {
         const Floats weight(w[padded_dimension * c + d]);
         for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
@@ -72,7 +74,7 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
 }
 
 // det(I + Y Y^T) - 1 as the sum of the principal minors of Y Y^T: no division, and a short chain of dependent
-// operations; but where the rows of Y are long and nearly parallel, minors cancel.
+// operations; but if rows of Y are long and nearly parallel, minors cancel.
 template <int Rows>
 inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1) / 2]) {
   const Floats aa = products[0];
@@ -103,9 +105,9 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
   for (std::size_t j = 0; j < count; ++j) {
-    asm volatile("" ::: "memory");  // the entries of W stay in memory: they would crowd others out of the registers
+    asm volatile("" ::: "memory");  // the entries of W stay in memory: in registers they would spill others
     const std::size_t tile = list[j];
-    Floats most(-1.0F);
+    Floats highest_of_tile(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats products[rows * (rows + 1) / 2];
       multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
@@ -114,10 +116,10 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
       const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
       const Floats relative_gain = xsimd::select(remains, clamped, Floats(-1.0F));
       relative_gain.store_unaligned(relative_gains + at);
-      most = xsimd::max(most, relative_gain);
+      highest_of_tile = xsimd::max(highest_of_tile, relative_gain);
     }
-    highest[tile] = largest_lane(most);
-    best = xsimd::max(best, most);
+    highest[tile] = largest_lane(highest_of_tile);
+    best = xsimd::max(best, highest_of_tile);
   }
   return largest_lane(best);
 }

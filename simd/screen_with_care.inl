@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Gains in float32, each candidate with a bound of its own error: where one bound for all tells nothing.
+// Relative gains in float32, each candidate with a bound of its own error, for rounds in which one bound for all
+// excludes nobody.
 
 namespace {
 
-// det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as decide.inl does it. Also what the error bound needs: of
-// row a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its share of row
-// b before that is orthogonalised to it, and product[a][b] their dot product.
+// det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as in decide.inl, and the terms of its error bound: of row
+// a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its coefficient in
+// row b before that is orthogonalised to it, and product[a][b] their dot product.
 template <int Rows>
 struct Orthogonalised {
   Floats squares[Rows];
@@ -45,7 +46,7 @@ inline Orthogonalised<Rows> orthogonalise(Floats (&y)[Rows][dimension]) {
   return r;
 }
 
-// | |W| |h| |^2 of a row: what rounding moves a row of Y by is in proportion to its root. `w`: |W|.
+// | |W| |h| |^2 of a row: rounding errors of that row of Y are proportional to its root. `w`: |W|.
 inline Floats rounding_squares(const float* entries, std::size_t stride, const float* w) {
   Floats h[dimension];
 #pragma GCC unroll 6
@@ -63,12 +64,12 @@ inline Floats rounding_squares(const float* entries, std::size_t stride, const f
   return squares;
 }
 
-// Y = H W^T, and the squares of what its rows can be off by.
+// Y = H W^T, and the squares of its rows' error bounds.
 template <Form form, int Rows = rows_of(form)>
 inline void whiten_with_errors(const float* entries, [[maybe_unused]] std::size_t stride, const float* w,
                                const float* absolute_w, const float (&row_errors)[3], Floats (&y)[Rows][dimension],
                                Floats (&delta)[Rows]) {
-  // Below it these products can underflow, to zero if the caller has asked for that.
+  // Products below it may underflow, and denormal ones be flushed to zero.
   const Floats smallest_normal(std::numeric_limits<float>::min());
   Floats squares[Rows];
   if constexpr (form == factored) {
@@ -94,85 +95,100 @@ inline void whiten_with_errors(const float* entries, [[maybe_unused]] std::size_
   }
 }
 
-// The square of how much the volume sqrt(det) can be off when row a of Y is off by up to delta[a], given their squares.
-// The volume is linear in each row, so it is the sum over rows of delta times (the volume that the other rows span +
+// The square of an error bound of the volume sqrt(det), row a of Y being off by up to sqrt(delta[a]). The volume is
+// linear in each row, so the error is the sum over rows of their error times (the volume that the other rows span +
 // mixed terms); here by (x + y + z)^2 <= 3 (x^2 + y^2 + z^2) and, mixed terms being small, (x + y)^2 <= 1.1 x^2 + 11
 // y^2.
 template <int Rows>
 inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (&delta)[Rows]) {
-  const Floats most(1.1F);
+  const Floats first(1.1F);
   const Floats mixed(11.0F);
   if constexpr (Rows == 1) {
     return delta[0];
   } else {
     const Floats one(1.0F);
     const Floats a = one + r.squares[0];       // |a|^2
-    const Floats b_left = one + r.squares[1];  // |b|^2 without its share of a
+    const Floats b_left = one + r.squares[1];  // |b|^2 without its part along a
     const Floats b = multiply_add(r.projection[0][1], r.product[0][1], b_left);
     if constexpr (Rows == 2) {
-      return Floats(2.0F) * (delta[0] * (most * b + mixed * delta[1]) + delta[1] * a);
+      return Floats(2.0F) * (delta[0] * (first * b + mixed * delta[1]) + delta[1] * a);
     } else {
       const Floats s = r.projection[0][1];
       const Floats t = r.projection[0][2];
-      const Floats c_last = one + r.squares[2];                                         // without those of a and b
-      const Floats c_left = multiply_add(r.projection[1][2], r.product[1][2], c_last);  // without that of a
+      const Floats c_last = one + r.squares[2];  // without its parts along a and b
+      const Floats c_left = multiply_add(r.projection[1][2], r.product[1][2], c_last);  // without its part along a
       const Floats c = multiply_add(t, r.product[0][2], c_left);
       // b ^ c with b = s a + b', c = t a + c':  a ^ (s c' - t b') + b' ^ c', two that are orthogonal
       const Floats bc = Floats(2.0F) * a * (s * s * c_left + t * t * b_left) + b_left * c_last;
       const Floats bc_mixed = Floats(3.0F) * (delta[1] * c + delta[2] * (b + delta[1]));
-      return Floats(3.0F) * (delta[0] * (most * bc + mixed * bc_mixed) +
-                             delta[1] * a * (most * c_left + mixed * delta[2]) + delta[2] * a * b_left);
+      return Floats(3.0F) * (delta[0] * (first * bc + mixed * bc_mixed) +
+                             delta[1] * a * (first * c_left + mixed * delta[2]) + delta[2] * a * b_left);
     }
+  }
+}
+
+// Bounds of the exact relative gains of a pack; NaN or infinite where float32 has overflowed.
+struct GainBounds {
+  Floats lower, upper;
+};
+
+template <Form form>
+[[gnu::always_inline]] inline GainBounds gain_bounds(const float* entries, std::size_t stride, const float* w,
+                                                     const float* absolute_w) {
+  constexpr int rows = rows_of(form);
+  // Rounding errors of a row of Y, relative to | |W| |h| |, once it is orthogonal to those before it; and of the
+  // relative gain.
+  constexpr auto unit = static_cast<float>(maxlogdet::simd::float_unit_roundoff);
+  constexpr float row_errors[] = {8 * unit, 22 * unit, 38 * unit};
+  constexpr float factored_row_errors[] = {12 * unit, 26 * unit, 42 * unit};
+  constexpr float relative_gain_error = 12 * rows * unit;
+  const Floats tiny(1e-36F);
+  Floats y[rows][dimension];
+  Floats delta[rows];
+  whiten_with_errors<form>(entries, stride, w, absolute_w, form == factored ? factored_row_errors : row_errors, y,
+                           delta);
+  const Orthogonalised<rows> r = orthogonalise<rows>(y);
+  const Floats volume = square_root(Floats(1.0F) + r.relative_gain);
+  const Floats error = square_root(volume_error_squared<rows>(r, delta));
+  const Floats both = multiply_add(Floats(relative_gain_error), r.relative_gain, Floats(2.0F) * error * volume) + tiny;
+  return {r.relative_gain - both - error * error, r.relative_gain + both + error * error};
+}
+
+// |W|, its entries at least smallest_entry.
+inline void magnitudes_of(const float* w, float (&magnitudes)[dimension * padded_dimension]) {
+  constexpr auto smallest = static_cast<float>(maxlogdet::simd::smallest_entry);
+  for (int i = 0; i < dimension * padded_dimension; ++i) {
+    const float magnitude = w[i] < 0 ? -w[i] : w[i];
+    magnitudes[i] = magnitude > smallest ? magnitude : smallest;
   }
 }
 
 template <Form form>
 float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count,
                        float* relative_gains, float* highest, float* lower) {
-  constexpr int rows = rows_of(form);
-  // Of a row of Y relative to | |W| |h| |, by the time that it is orthogonal to those before it; of the relative gain.
-  constexpr float unit = 0x1p-24F;
-  constexpr float of_rows[] = {8 * unit, 22 * unit, 38 * unit};
-  constexpr float of_factored_rows[] = {12 * unit, 26 * unit, 42 * unit};
-  constexpr float relative_gain_error = 12 * rows * unit;
-  const Floats tiny(1e-36F);
-  const Floats huge(1e36F);  // above it these products may have overflowed
+  const Floats huge(1e36F);  // above it products may have overflowed
+  const Floats infinity(std::numeric_limits<float>::infinity());
   const Floats nothing(-1.0F);
-  constexpr auto smallest = static_cast<float>(maxlogdet::simd::smallest_entry);
   float absolute_w[dimension * padded_dimension];
-  for (int i = 0; i < dimension * padded_dimension; ++i) {
-    const float magnitude = w[i] < 0 ? -w[i] : w[i];
-    absolute_w[i] = magnitude > smallest ? magnitude : smallest;
-  }
+  magnitudes_of(w, absolute_w);
   Floats best_assured = nothing;
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = list[j];
-    Floats most = nothing;
+    Floats highest_of_tile = nothing;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      Floats y[rows][dimension];
-      Floats delta[rows];
-      whiten_with_errors<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w,
-                               form == factored ? of_factored_rows : of_rows, y, delta);
-      const Orthogonalised<rows> r = orthogonalise<rows>(y);
-      const Floats volume = square_root(Floats(1.0F) + r.relative_gain);
-      const Floats error = square_root(volume_error_squared<rows>(r, delta));
-      const Floats both =
-          multiply_add(Floats(relative_gain_error), r.relative_gain, Floats(2.0F) * error * volume) + tiny;
-      const Floats above = r.relative_gain + both + error * error;
-      const Floats below = r.relative_gain - both - error * error;
-
+      const GainBounds bounds =
+          gain_bounds<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
-      const auto is_sound = above < huge;  // false for NaN too
-      const Floats infinity(std::numeric_limits<float>::infinity());
-      const Floats upper = xsimd::select(remains, xsimd::select(is_sound, above, infinity), nothing);
-      const Floats assured = xsimd::select(remains, xsimd::select(is_sound, below, nothing), nothing);
+      const auto is_sound = bounds.upper < huge;  // false for NaN too
+      const Floats upper = xsimd::select(remains, xsimd::select(is_sound, bounds.upper, infinity), nothing);
+      const Floats assured = xsimd::select(remains, xsimd::select(is_sound, bounds.lower, nothing), nothing);
       upper.store_unaligned(relative_gains + at);
       assured.store_unaligned(lower + at);
-      most = xsimd::max(most, upper);
+      highest_of_tile = xsimd::max(highest_of_tile, upper);
       best_assured = xsimd::max(best_assured, assured);
     }
-    highest[tile] = largest_lane(most);
+    highest[tile] = largest_lane(highest_of_tile);
   }
   return largest_lane(best_assured);
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The information of many candidates at once, in float64, the same bits on every instruction set: products of two
-// float32 are exact, and sums are taken in one order.
+// float32 are exact, and sums have one order.
 
 namespace {
 
-// Candidate i goes to sum i % 8, whatever the width of a pack.
+// Candidate i is added to sum i % 8, whatever the width of a pack.
 constexpr std::size_t sum_lanes = 8;
 static_assert(sum_lanes % double_lanes == 0, "a number of packs");
 
@@ -27,7 +27,7 @@ void sum_information(const Planes& planes, const unsigned char* counted, std::si
         for (int d = 0; d < dimension; ++d) {
           const Doubles entry =
               widened(planes.data + static_cast<std::size_t>(dimension * row + d) * planes.stride + i);
-          h[d] = xsimd::select(is_in, entry, Doubles(0.0));  // beyond the last there may be anything
+          h[d] = xsimd::select(is_in, entry, Doubles(0.0));  // entries beyond the last are undefined
         }
 #pragma GCC unroll 6
         for (int a = 0, e = 0; a < dimension; ++a) {

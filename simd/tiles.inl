@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Candidates copied together, so that a tile holds like ones.
+// Candidates gathered into tiles of similar gains.
 
 namespace {
 
-// Of every four floats of four packs: rows become columns. Between planes or tiles, with an entry a row, and records,
-// with a candidate a row.
+// Transposes every 4 x 4 floats of four packs: between planes or tiles, with an entry a row, and records, with a
+// candidate a row.
 inline void transpose(Floats (&m)[4]) {
   const Floats ac_low = zip_low(m[0], m[2]);
   const Floats ac_high = zip_high(m[0], m[2]);
@@ -25,7 +25,7 @@ void make_records(const Planes& planes, std::size_t count, float* records) {
     for (std::size_t lane = 0; lane < float_lanes; ++lane) to[lane] = records + lane * size;
     for (std::size_t e = 0; e < size; e += 4) {
       Floats m[4];
-      for (std::size_t j = 0; j < 4; ++j) {  // beyond the last entry: filling
+      for (std::size_t j = 0; j < 4; ++j) {  // beyond the last entry: padding
         m[j] = Floats::load_unaligned(planes.data + plane_of(form, e + j < entries ? e + j : 0) * planes.stride + i);
       }
       transpose(m);
@@ -54,23 +54,23 @@ void gather(const float* records, const std::uint32_t* indices, std::size_t coun
 
 template <Form form>
 void column_max(const float* tiles, std::size_t tile_count, double* largest) {
-  Floats most[dimension];
-  for (Floats& pack : most) pack = Floats(0.0F);
+  Floats columns[dimension];
+  for (Floats& pack : columns) pack = Floats(0.0F);
   for (std::size_t tile = 0; tile < tile_count; ++tile, tiles += entries_of(form) * tile_size) {
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       if constexpr (form == factored) {
-        take_larger_columns(load_factored(tiles + lane), most);
+        take_larger_columns(load_factored(tiles + lane), columns);
       } else {
         for (std::size_t e = 0; e < entries_of(form); ++e) {
-          Floats& pack = most[e % dimension];
+          Floats& pack = columns[e % dimension];
           pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + e * tile_size + lane)));
         }
       }
     }
   }
-  constexpr double room = form == factored ? 1 + 1e-6 : 1;  // for the roundings above
+  constexpr double room = form == factored ? 1 + 1e-6 : 1;  // for the roundings of sums and products
   for (int column = 0; column < dimension; ++column) {
-    largest[column] = room * static_cast<double>(largest_lane(most[column]));
+    largest[column] = room * static_cast<double>(largest_lane(columns[column]));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a candidate adds to a linear bound of log det, |H W^T|_F^2: in float32 to screen, with a bound of its error in
+// |H W^T|_F^2, a candidate's term of a linear bound of log det: in float32 to screen, with the error bound of
 // docs/numerics.md, and in float64 to sum, the same bits on every instruction set.
 
 namespace {
@@ -20,7 +20,7 @@ void traces(const Planes& planes, const double* w64, const unsigned char* free, 
       }
       sum.store_unaligned(values + first + lane);
     }
-    // Nearly always all 16 are free, which two words tell; entries beyond the last candidate are not read.
+    // Nearly always all 16 are free, as two words tell; entries beyond the last candidate are not read.
     constexpr std::uint64_t all_free = 0x0101010101010101U;
     std::uint64_t words[2] = {0, 0};
     const std::size_t size = count - first < tile_size ? count - first : tile_size;
@@ -47,8 +47,9 @@ void exact_traces(const Planes& planes, const double* w, const std::uint32_t* in
 }
 
 std::size_t count_at_least(const float* values, std::size_t count, float threshold) {
-  constexpr std::size_t chains = tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // that do not wait
-  Floats counts[chains];                                                                     // exact up to 2^24 each
+  constexpr std::size_t chains =
+      tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // that do not wait for each other
+  Floats counts[chains];                                          // exact up to 2^24 each
   for (Floats& chain : counts) chain = Floats(0.0F);
   const auto ones = [values, threshold](std::size_t i) {
     return xsimd::select(Floats::load_unaligned(values + i) >= Floats(threshold), Floats(1.0F), Floats(0.0F));

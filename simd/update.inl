@@ -17,7 +17,7 @@ inline void whiten_row(const double* w, const double* h, double (&y)[dimension])
 // W_i  <-  sqrt(s_{i-1} / s_i) (W_i - sign y_i / s_{i-1} c_{i-1}),  c_i = y_0 W_0 + ... + y_i W_i; s[i] is s_{i-1}.
 inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)[dimension + 1], double sign) {
   constexpr int n = dimension;
-  // By pairs: dividing and taking roots one by one is what an update would wait for.
+  // By pairs: the latency of six divisions and roots one by one would dominate an update.
   alignas(TwoDoubles) double scale[n];
   alignas(TwoDoubles) double factor[n];
 #pragma GCC unroll 3
@@ -26,8 +26,8 @@ inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)
     xsimd::sqrt(before / pair(s[i + 1], s[i + 2])).store_aligned(scale + i);
     (pair(sign * y[i], sign * y[i + 1]) / before).store_aligned(factor + i);
   }
-  // Whole rows, zeros above the diagonal included: what reads them next loads vectors, and would have to wait for the
-  // stores of single entries.
+  // Whole rows, zeros above the diagonal included: the next vector load of a row would stall on stores of single
+  // entries.
   constexpr std::size_t packs = padded_dimension / double_lanes;
   Doubles c[packs];
   for (Doubles& pack : c) pack = Doubles(0.0);
@@ -44,8 +44,8 @@ inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)
 }
 
 // With y = W h^T, M + h^T h = L (I + y y^T) L^T, and the Cholesky factor of I + y y^T has a closed form, with s_i = 1 +
-// y_0^2 + ... + y_i^2. Its inverse is applied to W row by row. Products and square roots of positive numbers only: it
-// cannot break down, however large h is.
+// y_0^2 + ... + y_i^2. Its inverse is applied to W row by row. It takes products and square roots of positive numbers
+// only, and cannot break down, however large h is.
 inline double add_row(double* w, const double* h) {
   double y[dimension];
   whiten_row(w, h, y);
@@ -72,15 +72,16 @@ double add_rows(double* w, const double* rows, int count, float* narrow) {
   return relative_gain;
 }
 
-// M - h^T h = L (I - y y^T) L^T likewise, with s_i = 1 - y_0^2 - ... - y_i^2, which falls: the last one tells all.
-double remove_row(double* w, const double* h, double least) {
+// A downdate: M - h^T h = L (I - y y^T) L^T likewise, with s_i = 1 - y_0^2 - ... - y_i^2, which decreases: it breaks
+// down only if the last one is not positive.
+double remove_row(double* w, const double* h, double min_share) {
   double y[dimension];
   whiten_row(w, h, y);
   double s[dimension + 1] = {1};
 #pragma GCC unroll 6
   for (int i = 0; i < dimension; ++i) s[i + 1] = s[i] - y[i] * y[i];
   const double share = s[dimension];
-  if (share > least) turn_rows(w, y, s, -1);
+  if (share > min_share) turn_rows(w, y, s, -1);
   return share;
 }
 

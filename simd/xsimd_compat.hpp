@@ -15,11 +15,12 @@
 #include <cstddef>
 #include <cstdint>
 
-// What xsimd 8.1 (Debian 12) and 14 do differently, or both not as IEEE 754 says; included by the per-ISA units alone.
-// Internal linkage: a weak symbol would let the linker run wide code on a narrow machine.
+// The differences of xsimd 8.1 (Debian 12) and 14, and what neither does as IEEE 754 says or at all (docs/xsimd.md);
+// included by the per-ISA units alone. Internal linkage: a weak symbol would let the linker run wide code on a narrow
+// machine.
 //
 // Loads, stores, + - *, comparisons, select, min, max and abs are the same in both. Mind that
-//   - max(x, NaN) is x or NaN, as the instruction set likes: screen NaN out before;
+//   - max(x, NaN) is x or NaN, depending on the instruction set: exclude NaN before;
 //   - load_aligned asserts its alignment in xsimd 14 (without NDEBUG) and not in 8.1.
 
 namespace {
@@ -28,6 +29,17 @@ using Floats = xsimd::batch<float>;
 using Doubles = xsimd::batch<double>;
 using TwoDoubles = xsimd::make_sized_batch_t<double, 2>;
 
+// lane_mask: bit i is lane i. multiply_add: x y + z, and
+// minus_product: z - x y, rounded once where the instruction set can (AVX2, AVX-512, NEON) and twice on SSE2: for
+// values with an error bound, not for those that must be the same bits everywhere.
+#if XSIMD_VERSION_MAJOR >= 14
+inline TwoDoubles pair(double first, double second) { return TwoDoubles(first, second); }
+inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
+  return static_cast<std::uint32_t>(condition.mask());
+}
+inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fma(x, y, z); }
+inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fnma(x, y, z); }
+#else
 inline TwoDoubles pair(double first, double second) {
 #if defined(__aarch64__)
   return TwoDoubles(float64x2_t{first, second});
@@ -36,25 +48,6 @@ inline TwoDoubles pair(double first, double second) {
 #endif
 }
 
-// The largest of all lanes, none of which is NaN; xsimd::reduce_max came after 8.1.
-inline float largest_lane(const Floats& x) {
-#if defined(__AVX512F__)
-  return _mm512_reduce_max_ps(x);
-#elif defined(__aarch64__)
-  return vmaxvq_f32(x);
-#else
-#if defined(__AVX__)
-  const __m256 all = x;
-  __m128 most = _mm_max_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
-#else
-  __m128 most = x;
-#endif
-  most = _mm_max_ps(most, _mm_movehl_ps(most, most));
-  return _mm_cvtss_f32(_mm_max_ss(most, _mm_shuffle_ps(most, most, 1)));
-#endif
-}
-
-// Bit i tells whether lane i is true; batch_bool::mask() came after 8.1.
 inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
 #if defined(__AVX512F__)
   const __mmask16 mask = condition;
@@ -66,6 +59,42 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
   return vaddvq_u32(vandq_u32(condition, bits));
 #else
   return static_cast<std::uint32_t>(_mm_movemask_ps(condition));
+#endif
+}
+
+// On AVX-512 xsimd 8.1 rounds twice.
+inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) {
+#if defined(__AVX512F__)
+  return _mm512_fmadd_ps(x, y, z);
+#else
+  return xsimd::fma(x, y, z);
+#endif
+}
+inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) {
+#if defined(__AVX512F__)
+  return _mm512_fnmadd_ps(x, y, z);
+#else
+  return xsimd::fnma(x, y, z);
+#endif
+}
+#endif
+
+// The largest of all lanes, none of which is NaN. xsimd::reduce_max of 14 is 3 instructions longer on AVX2, 1 % of a
+// greedy selection.
+inline float largest_lane(const Floats& x) {
+#if defined(__AVX512F__)
+  return _mm512_reduce_max_ps(x);
+#elif defined(__aarch64__)
+  return vmaxvq_f32(x);
+#else
+#if defined(__AVX__)
+  const __m256 all = x;
+  __m128 largest = _mm_max_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+#else
+  __m128 largest = x;
+#endif
+  largest = _mm_max_ps(largest, _mm_movehl_ps(largest, largest));
+  return _mm_cvtss_f32(_mm_max_ss(largest, _mm_shuffle_ps(largest, largest, 1)));
 #endif
 }
 
@@ -130,25 +159,6 @@ inline Floats zip_high(const Floats& x, const Floats& y) {
   return _mm256_unpackhi_ps(x, y);
 #else
   return xsimd::zip_hi(x, y);
-#endif
-}
-
-// x y + z, rounded once where the instruction set can (AVX2, AVX-512, NEON) and twice on SSE2: for what has an error
-// bound, not for what must be the same bits everywhere. On AVX-512 xsimd 8.1 rounds twice and later ones once.
-inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) {
-#if defined(__AVX512F__)
-  return _mm512_fmadd_ps(x, y, z);
-#else
-  return xsimd::fma(x, y, z);
-#endif
-}
-
-// z - x y, likewise.
-inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) {
-#if defined(__AVX512F__)
-  return _mm512_fnmadd_ps(x, y, z);
-#else
-  return xsimd::fnma(x, y, z);
 #endif
 }
 

@@ -48,14 +48,14 @@ double ate(const Outcome& run) { return run.per_frame.ate_m; }
 double rpe(const Outcome& run) { return run.per_frame.rpe_m_per_s; }
 double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
 
-// Of the frames whose truth is known.
+// Errors of the frames whose truth is known.
 TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                            double window, TrajectoryAlignment alignment = TrajectoryAlignment::similarity) {
   if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
   return trajectory_errors(estimate, truth, window, alignment);
 }
 
-// Errors of all windows of all runs, one a window and run.
+// Errors of all windows of all runs.
 std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
   std::vector<double> drifts;
   for (const Outcome& run : summary.runs) {
@@ -64,7 +64,7 @@ std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
   return drifts;
 }
 
-// Averaged over runs, window by window: runs of one dataset are no independent witnesses of it.
+// Means over runs, window by window: runs on one dataset are not independent.
 std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
   std::vector<double> means(summary.runs.front().per_frame.drifts.size(), 0.0);
   const std::vector<double> all = drifts_of(summary, member);
@@ -85,7 +85,7 @@ nlohmann::ordered_json difference_of(const Summary& ours, const Summary& theirs,
   return {{"percent", number(difference.value)}, {"ci95", number(difference.ci95)}};
 }
 
-// With what everybody wants to be compared with: all inliers, and the same number at random, or spread over the image.
+// Differences to all inliers, and to random and bucket with the same budget.
 nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summary>& all) {
   nlohmann::ordered_json result;
   for (const Summary& other : all) {
@@ -99,7 +99,7 @@ nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summ
   return result;
 }
 
-// Trajectories moved so that the pose of frame `first` is the true one; as they are if no frame has a truth.
+// Moves trajectories so that the pose of frame `first` is the true one; no-op if no frame has a truth.
 std::vector<std::vector<StampedPose>> begun_at_truth(const std::vector<Run>& runs, const StereoDataset& dataset,
                                                      std::size_t first) {
   std::vector<std::vector<StampedPose>> moved;
@@ -110,6 +110,46 @@ std::vector<std::vector<StampedPose>> begun_at_truth(const std::vector<Run>& run
     for (StampedPose& pose : moved.back()) pose.T_wb = onto_truth * pose.T_wb;
   }
   return moved;
+}
+
+void set_errors(const Run& run, const StereoDataset& dataset, Outcome& outcome) {
+  std::vector<StampedPose> estimate, truth;
+  const std::vector<StampedPose> all = run.trajectory();
+  std::vector<double> periods;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!dataset.truth(i)) continue;
+    if (!estimate.empty()) periods.push_back(all[i].time - estimate.back().time);
+    estimate.push_back(all[i]);
+    truth.push_back({all[i].time, *dataset.truth(i)});
+  }
+  // Half a period: every window ends at the next frame, though periods differ a little.
+  const double period = periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5);
+  outcome.per_frame = errors_of(estimate, truth, period);
+  outcome.rigid_rpe_m_per_s = errors_of(estimate, truth, period, TrajectoryAlignment::rigid).rpe_m_per_s;
+  outcome.per_second = errors_of(estimate, truth, 1);
+}
+
+// Adds a frame's part of the means over all frames.
+void add_counts(const FrameRecord& frame, double frames, Outcome& outcome) {
+  outcome.features += static_cast<double>(frame.features) / frames;
+  outcome.searched += static_cast<double>(frame.result.searched) / frames;
+  outcome.matches += static_cast<double>(frame.matches) / frames;
+  outcome.inliers += static_cast<double>(frame.inliers) / frames;
+  outcome.selected += static_cast<double>(frame.selected) / frames;
+  if (frame.result.status != FrameStatus::tracked) return;
+  const auto selected = static_cast<double>(frame.selected);
+  outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
+  outcome.selected_max = std::max(outcome.selected_max, selected);
+}
+
+void add_times(const FrameRecord& frame, double frames, Outcome& outcome) {
+  const auto& ms = frame.result.ms;
+  outcome.ms_base +=
+      (frame.ms_extraction + ms.coarse + ms.outlier_rejection + ms.matching_the_rest + ms.mapping) / frames;
+  outcome.ms_matching += ms.matching / frames;
+  outcome.ms_matching_the_rest += ms.matching_the_rest / frames;
+  outcome.ms_selection += ms.selection / frames;
+  outcome.ms_pose_optimization += ms.pose_optimization / frames;
 }
 
 }  // namespace
@@ -132,46 +172,18 @@ std::vector<StampedPose> Run::trajectory() const {
 }
 
 Outcome outcome_of(const Run& run, const StereoDataset& dataset) {
-  std::vector<StampedPose> estimate, truth;
-  const std::vector<StampedPose> all = run.trajectory();
-  std::vector<double> periods;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!dataset.truth(i)) continue;
-    if (!estimate.empty()) periods.push_back(all[i].time - estimate.back().time);
-    estimate.push_back(all[i]);
-    truth.push_back({all[i].time, *dataset.truth(i)});
-  }
   Outcome outcome;
-  // Half a period: every window ends at the next frame, though periods differ a little.
-  const double period = periods.empty() ? 1 : std::max(quantile_of(periods, 0.5) / 2, 1e-5);
-  outcome.per_frame = errors_of(estimate, truth, period);
-  outcome.rigid_rpe_m_per_s = errors_of(estimate, truth, period, TrajectoryAlignment::rigid).rpe_m_per_s;
-  outcome.per_second = errors_of(estimate, truth, 1);
+  set_errors(run, dataset, outcome);
   const auto frames = static_cast<double>(run.frames.size());
   double measured = 0, tracked = 0;
   for (const FrameRecord& frame : run.frames) {
-    const FrameResult& result = frame.result;
-    const bool is_first = &frame == &run.frames.front();  // a map begun later is begun at a predicted pose
-    tracked += result.status == FrameStatus::tracked || (is_first && result.status == FrameStatus::initialized) ? 1 : 0;
-    outcome.features += static_cast<double>(frame.features) / frames;
-    outcome.searched += static_cast<double>(result.searched) / frames;
-    outcome.matches += static_cast<double>(frame.matches) / frames;
-    outcome.inliers += static_cast<double>(frame.inliers) / frames;
-    outcome.selected += static_cast<double>(frame.selected) / frames;
-    if (result.status == FrameStatus::tracked) {
-      const auto selected = static_cast<double>(frame.selected);
-      outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
-      outcome.selected_max = std::max(outcome.selected_max, selected);
-    }
-    outcome.ms_base += (frame.ms_extraction + result.ms.coarse + result.ms.outlier_rejection +
-                        result.ms.matching_the_rest + result.ms.mapping) /
-                       frames;
-    outcome.ms_matching += result.ms.matching / frames;
-    outcome.ms_matching_the_rest += result.ms.matching_the_rest / frames;
-    outcome.ms_selection += result.ms.selection / frames;
-    outcome.ms_pose_optimization += result.ms.pose_optimization / frames;
-    if (std::isnan(result.efficiency)) continue;
-    outcome.efficiency += result.efficiency;
+    const FrameStatus status = frame.result.status;
+    const bool is_first = &frame == &run.frames.front();  // a later map begins at a predicted pose
+    tracked += status == FrameStatus::tracked || (is_first && status == FrameStatus::initialized) ? 1 : 0;
+    add_counts(frame, frames, outcome);
+    add_times(frame, frames, outcome);
+    if (std::isnan(frame.result.efficiency)) continue;
+    outcome.efficiency += frame.result.efficiency;
     ++measured;
   }
   outcome.tracked_percent = 100 * tracked / frames;  // 100 to the last bit if all are
@@ -351,7 +363,7 @@ cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::stri
   return picture;
 }
 
-// From above: without the axis of the world that the first camera's y axis, down, is closest to.
+// The view from above leaves out the world axis closest to the first camera's y axis, which points down.
 nlohmann::ordered_json trajectories_to_json(const std::vector<Contestant>& contestants, const std::vector<Run>& runs,
                                             const StereoDataset& dataset) {
   const std::size_t frames = runs.front().frames.size();

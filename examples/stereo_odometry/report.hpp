@@ -13,46 +13,46 @@
 
 namespace stereo_odometry {
 
-/// One that is compared: a selector with its budget.
+/// A selector with its budget, in the comparison.
 struct Contestant {
   std::string name;  ///< for files and plots
   std::string selector;
-  std::optional<std::size_t> budget;        ///< none: it takes all, or has a target
-  std::optional<double> target_efficiency;  ///< md alone: when it stops
+  std::optional<std::size_t> budget;        ///< none: all matches, or until a target
+  std::optional<double> target_efficiency;  ///< md alone
   TrackerOptions options;
 };
 
-/// A frame in the record.
+/// The record of a frame.
 struct FrameRecord {
   double time = 0;           ///< s
   double ms_extraction = 0;  ///< features and stereo matches, shared by all contestants
   std::size_t features = 0;
   FrameResult result;
 
-  std::size_t matches = 0, inliers = 0, selected = 0, outliers = 0;  ///< how many, once the lists are dropped
+  std::size_t matches = 0, inliers = 0, selected = 0, outliers = 0;  ///< numbers, once the lists are dropped
 
-  /// Counts the result's lists and lets go of them: those of a long sequence would fill the memory.
+  /// Counts the result's lists and frees them: those of a long sequence would fill the memory.
   void drop_lists();
 };
 
 /// One contestant's run along a dataset.
 struct Run {
   std::vector<FrameRecord> frames;
-  std::string residuals;  ///< lines of residuals.csv, where they are asked for
+  std::string residuals;  ///< lines of residuals.csv, if requested
 
   std::vector<maxlogdet::sim::StampedPose> trajectory() const;  ///< T_wc
 };
 
-/// How a run came off. Errors are NaN without a truth.
+/// The outcome of a run. Errors are NaN without a truth.
 struct Outcome {
-  maxlogdet::sim::TrajectoryErrors per_frame;   ///< windows of one frame, aligned with scale, as the paper has it
+  maxlogdet::sim::TrajectoryErrors per_frame;   ///< windows of one frame, aligned with scale, as in the paper
   maxlogdet::sim::TrajectoryErrors per_second;  ///< windows of one second
-  double rigid_rpe_m_per_s = 0;                 ///< RPE per frame of a trajectory that is aligned without scale
+  double rigid_rpe_m_per_s = 0;                 ///< RPE per frame, aligned without scale
   double tracked_percent = 0;
   double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
   double selected_min = 0, selected_max = 0;  ///< of the frames that were tracked
   double ms_base =
-      0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes and what they match besides
+      0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes and their further matches
   double ms_matching_the_rest = 0;  ///< a part of that
   double ms_matching = 0, ms_selection = 0, ms_pose_optimization = 0;
 
@@ -71,24 +71,24 @@ struct Summary {
 /// roe_deg_per_s (per frame), tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of;
 /// against: difference to inl, and to random and bucket of the same budget, paired by window, in percent, with the half
 /// width of its 95 % interval). Errors are means over runs, times medians over runs of means over frames. Trajectories
-/// are aligned with scale, as the paper has it; rigid_rpe_m_per_s is without, and scale what was found.
+/// are aligned with `scale`, as in the paper; rigid_rpe_m_per_s is without.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
-/// The same for people, and how errors compare with those of `reference`, paired by run and frame.
+/// The same as a table, and the differences of errors to `reference`, paired by run and frame.
 maxlogdet::sim::Table summary_table(const std::vector<Summary>& all);
 maxlogdet::sim::Table comparison_table(const std::vector<Summary>& all, const std::string& reference);
 
 /// frames.csv of one run.
 maxlogdet::sim::Table frame_table(const Run& run);
 
-/// residuals.csv: its header, and a line a match of one frame.
+/// residuals.csv: its header, and a line for each match of a frame.
 std::string residual_header();
 std::string residual_lines(std::size_t frame, const FrameResult& result);
 
-/// KITTI's format: 3 x 4 camera-to-world, row-major, a line a frame, all digits.
+/// KITTI's format: 3 x 4 camera-to-world, row-major, a line for each frame, all digits.
 std::string to_kitti(const Run& run);
 
-/// The image with matches: selected ones filled, unselected ones as rings, outliers crossed.
+/// Draws matches into the image: selected ones filled, unselected ones as rings, outliers crossed.
 cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption);
 
 /// trajectories.json, which tools/draw_trajectories.py draws: the dataset, the names of the two axes of a view from

@@ -335,6 +335,8 @@ def main():
         print(mean_budgets(results / "targets" / sys.argv[3]))
         return
     summary = every(results, "summary")
+    if set(summary) != set(SETS):
+        sys.exit(f"{results}/summary: expected the sets {', '.join(SETS)}, which ci/tracker_page records")
     write_errors(results, summary)
     write_goals(summary)
     write_weights(results)

@@ -2,6 +2,7 @@
 #include <maxlogdet/match_information.hpp>
 
 #include "kernel/blocks/block_checks.hpp"
+#include "simd/blocks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,7 @@ bool are_finite(const double* values, std::size_t count) noexcept {
   return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
 }
 
-// The third row by p_c, given that of u.
+// The third row of d (u, v, third) / d p_c, given that of u.
 bool add_third(const Camera& camera, ThirdMeasurement third, double depth, Matrix& rows) noexcept {
   if (third == ThirdMeasurement::none) return true;
   std::fill_n(rows[2], 3, 0.0);
@@ -28,7 +29,7 @@ bool add_third(const Camera& camera, ThirdMeasurement third, double depth, Matri
   return third == ThirdMeasurement::stereo && camera.model == CameraModel::pinhole && bf > 0 && std::isfinite(bf);
 }
 
-// d (u, v, third) / d p_c; false where the point has no image.
+// d (u, v, third) / d p_c; false if the point has no image.
 bool see(const Camera& camera, const double* p_c, const MatchNoise& noise, Matrix& rows) noexcept {
   double uv[2], of_camera[6];
   const double* jacobian = noise.jacobian;
@@ -96,10 +97,8 @@ bool whiten(const Matrix& S, std::size_t count, Matrix& W) noexcept {
   return true;
 }
 
-// Much as in simd/block_factors.inl, where axes differ, so that near the limit one may say no and the other yes: what
-// rounding makes of S moves W S W^T by at most 1e-3 (docs/numerics.md).
+// As in simd/block_factors.inl, but in other axes, so that the two may differ near the limit (docs/numerics.md).
 bool keeps_digits(const Matrix& rows, const Matrix& covariance, std::size_t count, const Matrix& W) noexcept {
-  constexpr double most = 549755813888.0;  // 2^39
   double square = 0, norms = 0;
   for (const auto& row : covariance) square += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
   for (std::size_t a = 0; a < count; ++a) {
@@ -109,7 +108,7 @@ bool keeps_digits(const Matrix& rows, const Matrix& covariance, std::size_t coun
     }
     norms += of_row * of_row;
   }
-  return square * (norms * norms) <= most * most;
+  return square * (norms * norms) <= simd::max_whitened_covariance * simd::max_whitened_covariance;
 }
 
 bool are_known(const MatchNoise& noise) noexcept {

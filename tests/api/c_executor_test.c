@@ -78,7 +78,7 @@ static void pool_run(void* user_data, int32_t workers, maxlogdet_body body, void
   pthread_mutex_unlock(&pool->mutex);
   body(context, 0);
   pthread_mutex_lock(&pool->mutex);
-  pool->end = 0;  // none begins any more
+  pool->end = 0;  // no worker starts any more
   while (pool->running > 0) pthread_cond_wait(&pool->changed, &pool->mutex);
   pthread_mutex_unlock(&pool->mutex);
 }
@@ -142,7 +142,6 @@ static void check_answers(const maxlogdet_executor* given, int32_t threads) {
 
 // Blocks are the same with its help; seen in what is selected of them.
 static void check_blocks(const maxlogdet_executor* executor) {
-  static const double pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   double* const points = malloc((size_t)3 * n * sizeof *points);
   REQUIRE(points != NULL);
   for (size_t i = 0; i < n; ++i) {
@@ -166,7 +165,7 @@ static void check_blocks(const maxlogdet_executor* executor) {
     REQUIRE(maxlogdet_block_store_create(n, &blocks[i]) == MAXLOGDET_STATUS_OK);
     REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_STATUS_OK);
     const maxlogdet_block_report* const made =
-        maxlogdet_append_blocks(&camera, pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
+        maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
     CHECK(made->status == MAXLOGDET_BLOCK_STATUS_OK && made->appended == n);
     answers[i] = maxlogdet_selector_select(selectors[i], blocks[i], &select_options);
     CHECK(answers[i]->status == MAXLOGDET_STATUS_OK);

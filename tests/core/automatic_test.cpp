@@ -5,7 +5,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// The strategy that ran; its answer has to be that of asking for it.
+// The strategy that `automatic` ran; its answer has to be that of requesting it.
 Strategy strategy_for(const BlockStore& blocks, Options options) {
   Selector selector(std::max(blocks.size(), options.budget));
   options.strategy = Strategy::automatic;
@@ -18,13 +18,7 @@ Strategy strategy_for(const BlockStore& blocks, Options options) {
   return chosen;
 }
 
-Options with_budget(std::size_t budget) {
-  Options options;
-  options.budget = budget;
-  return options;
-}
-
-TEST(Automatic, goes_backwards_from_two_thirds_on) {
+TEST(Automatic, chooses_backward_greedy_from_two_thirds_on) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 300, 1), block_kinds[0]);
   EXPECT_EQ(strategy_for(blocks, with_budget(1)), Strategy::lazy_greedy);
   EXPECT_EQ(strategy_for(blocks, with_budget(199)), Strategy::lazy_greedy);
@@ -57,7 +51,7 @@ TEST(Automatic, relaxes_very_many_candidates) {
   EXPECT_EQ(strategy_for(fewer, with_budget(60)), Strategy::lazy_greedy);
 }
 
-TEST(Automatic, tells_the_strategy_asked_for_otherwise) {
+TEST(Automatic, reports_the_requested_strategy_otherwise) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 30, 1), block_kinds[0]);
   Selector selector(30);
   for (const Strategy strategy : sim::strategies) {

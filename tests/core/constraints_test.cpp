@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Required and excluded candidates, and groups with a maximum each.
 #include "tests/support/oracle.hpp"
+#include "tests/support/request.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,33 +14,9 @@ namespace {
 
 constexpr Strategy greedy_strategies[] = {Strategy::greedy, Strategy::lazy_greedy};
 
-// Constraints as a caller has them.
-struct Constrained {
-  BlockStore blocks;
-  std::vector<unsigned char> required;
-  std::vector<unsigned char> excluded;
-  std::vector<std::uint32_t> groups;
-  std::vector<std::uint32_t> maxima;
-  std::size_t budget = 0;
-
-  Options options(Strategy strategy) const {
-    Options result;
-    result.strategy = strategy;
-    result.budget = budget;
-    if (!required.empty()) result.required = required.data();
-    if (!excluded.empty()) result.excluded = excluded.data();
-    if (!groups.empty()) {
-      result.groups = groups.data();
-      result.group_count = maxima.size();
-      result.group_maxima = maxima.data();
-    }
-    return result;
-  }
-};
-
 // Feasible, with any subset of the constraints.
-Constrained random_constraints(Random& random, BlockStore blocks, int max_groups = 12) {
-  Constrained made;
+Problem random_constraints(Random& random, BlockStore blocks, int max_groups = 12) {
+  Problem made;
   made.blocks = std::move(blocks);
   const std::size_t n = made.blocks.size();
   const bool has_groups = random.chance(0.7);
@@ -57,20 +34,19 @@ Constrained random_constraints(Random& random, BlockStore blocks, int max_groups
     made.required.resize(n);
     std::map<std::uint32_t, std::size_t> taken;
     for (std::size_t i = 0; i < n; ++i) {
-      const bool is_excluded = !made.excluded.empty() && made.excluded[i] != 0;
       const bool has_place = !has_groups || taken[made.groups[i]] < made.maxima[made.groups[i]];
-      if (is_excluded || !has_place || !made.blocks.is_valid(i) || !random.chance(0.05)) continue;
+      if (made.is_excluded(i) || !has_place || !made.blocks.is_valid(i) || !random.chance(0.05)) continue;
       made.required[i] = 1;
       ++required;
       if (has_groups) ++taken[made.groups[i]];
     }
   }
-  made.budget = required + static_cast<std::size_t>(random.integer(0, static_cast<int>(n - required)));
+  made.plain.budget = required + static_cast<std::size_t>(random.integer(0, static_cast<int>(n - required)));
   return made;
 }
 
 // Greedy over the partition matroid, from scratch.
-std::vector<std::uint32_t> oracle_of(const Constrained& problem) {
+std::vector<std::uint32_t> oracle_of(const Problem& problem) {
   GreedyOracle<double> oracle(problem.blocks);
   std::vector<std::uint32_t> answer;
   std::vector<std::size_t> taken(problem.maxima.size());
@@ -85,7 +61,7 @@ std::vector<std::uint32_t> oracle_of(const Constrained& problem) {
   for (std::size_t i = 0; i < problem.excluded.size(); ++i) {
     if (problem.excluded[i] != 0) oracle.exclude(i);
   }
-  while (answer.size() < problem.budget) {
+  while (answer.size() < problem.plain.budget) {
     for (std::size_t i = 0; i < problem.groups.size(); ++i) {
       if (taken[problem.groups[i]] >= problem.maxima[problem.groups[i]]) oracle.exclude(i);
     }
@@ -97,9 +73,9 @@ std::vector<std::uint32_t> oracle_of(const Constrained& problem) {
 }
 
 // Whatever the strategy, an answer keeps to them.
-void expect_kept(const Constrained& problem, const Selection& selection) {
+void expect_kept(const Problem& problem, const Selection& selection) {
   ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
-  ASSERT_LE(selection.size, problem.budget);
+  ASSERT_LE(selection.size, problem.plain.budget);
   const std::set<std::uint32_t> chosen(selection.begin(), selection.end());
   ASSERT_EQ(chosen.size(), selection.size);
   std::map<std::uint32_t, std::size_t> taken;
@@ -110,12 +86,12 @@ void expect_kept(const Constrained& problem, const Selection& selection) {
     if (is_chosen) {
       EXPECT_TRUE(problem.blocks.is_valid(i));
     }
-    if (!problem.excluded.empty() && problem.excluded[i] != 0) {
+    if (problem.is_excluded(i)) {
       EXPECT_FALSE(is_chosen) << i << " is excluded";
     } else if (!is_chosen && problem.blocks.is_valid(i)) {
       could_be_added.insert(i);
     }
-    if (!problem.required.empty() && problem.required[i] != 0) {
+    if (problem.is_required(i)) {
       EXPECT_TRUE(is_chosen) << i << " is required";
     }
   }
@@ -123,10 +99,10 @@ void expect_kept(const Constrained& problem, const Selection& selection) {
   if (selection.status == Status::deadline_reached) return;
   for (const std::uint32_t i : could_be_added) {
     const bool has_place = problem.groups.empty() || taken[problem.groups[i]] < problem.maxima[problem.groups[i]];
-    EXPECT_FALSE(has_place && selection.size < problem.budget) << i << " could be added";
+    EXPECT_FALSE(has_place && selection.size < problem.plain.budget) << i << " could be added";
   }
   EXPECT_EQ(selection.status == Status::ok,
-            selection.size == problem.budget && selection.status != Status::all_selected);
+            selection.size == problem.plain.budget && selection.status != Status::all_selected);
   EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(problem.blocks, indices_of(selection))), 1e-8);
 }
 
@@ -146,7 +122,7 @@ TEST(Constraints, greedy_equals_the_oracle) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const Constrained problem =
+    const Problem problem =
         random_constraints(random, random_store(random, static_cast<std::size_t>(random.integer(1, 150))));
     const std::vector<std::uint32_t> expected = oracle_of(problem);
     Selector selector(problem.blocks.size());
@@ -161,8 +137,8 @@ TEST(Constraints, greedy_equals_the_oracle) {
 TEST(Constraints, lazy_greedy_equals_greedy_on_frames) {
   for_every_family(1000, [&](const BlockStore& blocks) {
     Random random(blocks.size());
-    Constrained problem = random_constraints(random, blocks, 60);
-    problem.budget = std::max<std::size_t>(problem.budget, 100);
+    Problem problem = random_constraints(random, blocks, 60);
+    problem.plain.budget = std::max<std::size_t>(problem.plain.budget, 100);
     Selector selector(1000);
     const auto greedy = indices_of(selector.select(blocks, problem.options(Strategy::greedy)));
     const Selection lazy = selector.select(blocks, problem.options(Strategy::lazy_greedy));
@@ -175,7 +151,7 @@ TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
   for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const Constrained problem =
+    const Problem problem =
         random_constraints(random, random_store(random, static_cast<std::size_t>(random.integer(1, 100))));
     Selector selector(problem.blocks.size());
     for (const Strategy strategy : sim::strategies) {
@@ -199,41 +175,51 @@ TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
   }
 }
 
+// Over the prior, whose log det is 0, of every subset that groups and budget allow.
+long double optimum_of(const Problem& problem) {
+  const std::size_t n = problem.blocks.size();
+  long double optimum = 0;
+  for (std::uint32_t subset = 0; subset < 1U << n; ++subset) {
+    std::vector<std::uint32_t> indices;
+    std::vector<std::size_t> taken(problem.maxima.size());
+    bool is_feasible = true;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      if ((subset >> i & 1U) == 0) continue;
+      indices.push_back(i);
+      is_feasible = is_feasible && ++taken[problem.groups[i]] <= problem.maxima[problem.groups[i]];
+    }
+    if (!is_feasible || indices.size() > problem.plain.budget) continue;
+    optimum = std::max(optimum, log_det_of(problem.blocks, indices, problem.information()));
+  }
+  return optimum;
+}
+
+Problem small_problem_of_groups(Random& random) {
+  Problem problem;
+  const auto n = static_cast<std::size_t>(random.integer(2, 11));
+  problem.blocks = awkward_blocks(random, n);
+  const int count = random.integer(1, 4);
+  for (int g = 0; g < count; ++g) problem.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 2)));
+  for (std::size_t i = 0; i < n; ++i) {
+    problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
+  }
+  problem.plain.budget = static_cast<std::size_t>(random.integer(1, static_cast<int>(n)));
+  problem.plain.certify = true;
+  problem.set_prior(Matrix6::Identity());
+  return problem;
+}
+
 // The guarantee of greedy over a matroid, against every feasible subset.
-TEST(Constraints, greedy_gets_half_of_the_optimum_at_least) {
+TEST(Constraints, greedy_reaches_at_least_half_of_the_optimum) {
   double worst = 1;
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    Constrained problem;
-    const auto n = static_cast<std::size_t>(random.integer(2, 11));
-    problem.blocks = awkward_blocks(random, n);
-    const int count = random.integer(1, 4);
-    for (int g = 0; g < count; ++g) problem.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 2)));
-    for (std::size_t i = 0; i < n; ++i)
-      problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
-    problem.budget = static_cast<std::size_t>(random.integer(1, static_cast<int>(n)));
-
-    const EigenPrior prior(Matrix6::Identity());
-    long double optimum = 0;  // over the prior, whose log det is 0
-    for (std::uint32_t subset = 0; subset < 1U << n; ++subset) {
-      std::vector<std::uint32_t> indices;
-      std::vector<std::size_t> taken(problem.maxima.size());
-      bool is_feasible = true;
-      for (std::uint32_t i = 0; i < n; ++i) {
-        if ((subset >> i & 1U) == 0) continue;
-        indices.push_back(i);
-        is_feasible = is_feasible && ++taken[problem.groups[i]] <= problem.maxima[problem.groups[i]];
-      }
-      if (!is_feasible || indices.size() > problem.budget) continue;
-      optimum = std::max(optimum, log_det_of(problem.blocks, indices, Matrix6::Identity()));
-    }
+    const Problem problem = small_problem_of_groups(random);
+    const long double optimum = optimum_of(problem);
     Selector selector(problem.blocks.size());
     for (const Strategy strategy : greedy_strategies) {
-      Options options = problem.options(strategy);
-      options.prior = prior.data();
-      options.certify = true;
-      const Selection selection = selector.select(problem.blocks, options);
+      const Selection selection = selector.select(problem.blocks, problem.options(strategy));
       ASSERT_GE(selection.log_det, optimum / 2 - 1e-9L);
       ASSERT_LE(selection.log_det, optimum + 1e-9L);
       if (!std::isnan(selection.upper_bound)) {
@@ -276,26 +262,26 @@ TEST(Constraints, one_maximum_for_all_groups) {
   options.budget = 60;
   options.groups = groups.data();
   options.group_count = 6;
-  for (const std::size_t most : {0U, 1U, 4U, 1000U}) {
-    options.max_per_group = most;
+  for (const std::size_t maximum : {0U, 1U, 4U, 1000U}) {
+    options.max_per_group = maximum;
     std::map<std::uint32_t, std::size_t> taken;
     const auto indices = select_indices(blocks, options);
     for (const std::uint32_t i : indices) ++taken[groups[i]];
-    for (const auto& [group, count] : taken) EXPECT_LE(count, most);
-    EXPECT_EQ(indices.size(), most == 1000 ? 60 - blocks.invalid_count() : 6 * most);
+    for (const auto& [group, count] : taken) EXPECT_LE(count, maximum);
+    EXPECT_EQ(indices.size(), maximum == 1000 ? 60 - blocks.invalid_count() : 6 * maximum);
   }
 }
 
-// Numbers as objects or the cells of a fine grid have them, with a selector no larger than the candidates: the answer
-// is that of the same groups numbered from 0 on.
+// Groups may be numbered as objects or the cells of a fine grid are, beyond the selector's capacity: the answer is that
+// of the same groups numbered from 0 on.
 TEST(Constraints, groups_may_have_any_numbers) {
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const std::size_t n = static_cast<std::size_t>(random.integer(1, 60));
-    Constrained problem = random_constraints(random, random_store(random, n));
+    Problem problem = random_constraints(random, random_store(random, n));
     if (problem.groups.empty()) continue;
-    Constrained renamed = problem;
+    Problem renamed = problem;
     const bool has_maxima = random.chance(0.5);
     if (has_maxima) {
       constexpr std::uint32_t step = 7919;
@@ -328,7 +314,7 @@ TEST(Constraints, groups_may_have_any_numbers) {
   }
 }
 
-TEST(Constraints, what_cannot_be_kept_is_named) {
+TEST(Constraints, that_cannot_be_met_are_named) {
   Random random;
   BlockStore blocks;
   for (int i = 0; i < 10; ++i) push_back(blocks, random_block(random, 2));

@@ -3,7 +3,7 @@
 //
 // MAXLOGDET_EXHAUSTIVE_CSV names a file that the test appends to: a line for each instance, budget and answer, how far
 // it is from the optimum. bench/exhaustive makes the tables of docs/trust.md from it.
-#include "tests/support/oracle.hpp"
+#include "tests/support/request.hpp"
 #include "tests/support/triangle.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr int max_candidates = 16;
 constexpr long double enumeration_error = 1e-10L;  // of a log det in long double, nats; real ones are 1e-15
 
 enum class Family {
-  random,           // 1, 2 or 3 rows, whatever direction
+  random,           // 1, 2 or 3 rows, in any direction
   duplicated,       // copies of a few, one of them perhaps zero
   nearly_singular,  // all rows in a few directions, but for 1e-7 to 1e-2 of their length
   far,              // image points 100 m to 10 km away: translation columns tiny against rotation ones
@@ -44,15 +44,13 @@ const char* to_string(Family family) {
   return "unknown";
 }
 
-std::vector<Block> some_blocks(Random& random, int most, int rows) {
+std::vector<Block> some_blocks(Random& random, int max_count, int rows) {
   std::vector<Block> blocks;
-  for (int i = random.integer(1, most); i > 0; --i) blocks.push_back(random_block(random, rows));
+  for (int i = random.integer(1, max_count); i > 0; --i) blocks.push_back(random_block(random, rows));
   return blocks;
 }
 
-const Block& one_of(Random& random, const std::vector<Block>& blocks) {
-  return blocks[static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.size()) - 1))];
-}
+const Block& one_of(Random& random, const std::vector<Block>& blocks) { return blocks[random.index(blocks.size())]; }
 
 BlockStore far_blocks(Random& random, int n) {
   std::vector<double> points;
@@ -99,30 +97,20 @@ BlockStore blocks_of(Family family, Random& random, int n) {
   return blocks;
 }
 
-struct Instance {
-  BlockStore blocks;
-  Matrix6 prior = 1e-5 * Matrix6::Identity();
-  bool has_prior = false;
-  std::vector<unsigned char> required, excluded;
+struct Instance : Problem {
   std::size_t required_count = 0;
 
-  Options options(const EigenPrior& eigen_prior, std::size_t budget, Strategy strategy) const {
-    Options result;
+  Options asking(std::size_t budget, Strategy strategy) const {
+    Options result = options(strategy);
     result.budget = budget;
-    result.strategy = strategy;
-    if (has_prior) result.prior = eigen_prior.data();
-    result.required = required.data();
-    result.excluded = excluded.data();
     return result;
   }
 
-  bool is_free(std::size_t i) const { return required[i] == 0 && excluded[i] == 0; }
-
   // Prior and required candidates: what gains are counted from.
   Triangle base() const {
-    Triangle triangle(prior);
+    Triangle triangle(information());
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (required[i] != 0) triangle.add(stored_block(blocks, i));
+      if (is_required(i)) triangle.add(stored_block(blocks, i));
     }
     return triangle;
   }
@@ -143,12 +131,11 @@ Instance random_instance(Family family, Random& random, int n) {
       }
     }
   }
-  instance.has_prior = random.chance(0.5);
-  if (instance.has_prior) instance.prior = std::pow(10.0, random.uniform(-3, 3)) * random_prior(random);
+  if (random.chance(0.5)) instance.set_prior(std::pow(10.0, random.uniform(-3, 3)) * random_prior(random));
   return instance;
 }
 
-// One instance in sixteen is large, and most of the work.
+// One instance in sixteen is large; these are nearly all of the work.
 int random_size(Random& random, std::uint64_t variation) {
   return variation % 16 == 0 ? random.integer(14, max_candidates) : random.integer(1, 12);
 }
@@ -175,7 +162,7 @@ class AllSubsets {
   }
 
   std::size_t min_budget() const { return required_; }
-  std::size_t largest_budget() const { return required_ + blocks_.size(); }
+  std::size_t max_budget() const { return required_ + blocks_.size(); }
   std::size_t subsets() const { return subsets_; }
   // log det of the base, and of the optimum for a budget, nats.
   long double base() const { return base_; }
@@ -219,7 +206,7 @@ class Csv {
   void write(Family family, const Instance& instance, std::size_t budget, const std::string& answer, long double share,
              long double distance) {
     if (!file_.is_open()) return;
-    file_ << to_string(family) << ',' << (instance.has_prior ? "own" : "default") << ',' << instance.blocks.size()
+    file_ << to_string(family) << ',' << (instance.prior.empty() ? "default" : "own") << ',' << instance.blocks.size()
           << ',' << budget << ',' << answer << ',' << static_cast<double>(share) << ',' << static_cast<double>(distance)
           << '\n';
   }
@@ -229,7 +216,7 @@ class Csv {
 };
 
 long double log_det(const Instance& instance, const std::vector<std::uint32_t>& indices) {
-  Triangle triangle(instance.prior);
+  Triangle triangle(instance.information());
   for (const std::uint32_t index : indices) triangle.add(stored_block(instance.blocks, index));
   return triangle.log_det();
 }
@@ -264,58 +251,82 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
   }
 
   void check(const Instance& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
-    const EigenPrior prior(instance.prior);
-    const long double optimum = all.optimum(budget);
-    const long double max_gain = optimum - all.base();
-    const bool is_choice = budget > all.min_budget() && budget < all.largest_budget();
-    const auto record = [&](const std::string& answer, long double reached) {
-      const long double share = max_gain > 0 ? (reached - all.base()) / max_gain : 1;
-      if (is_choice) csv_.write(GetParam(), instance, budget, answer, share, optimum - reached);
-    };
+    check_strategies(instance, all, budget, variation);
+    check_exchange(instance, all, budget);
+    check_bounds(instance, all, budget);
+  }
 
-    long double of_greedy = 0;
+  // Whether there is a choice: only these budgets are counted.
+  static bool is_choice(const AllSubsets& all, std::size_t budget) {
+    return budget > all.min_budget() && budget < all.max_budget();
+  }
+
+  // The share of the optimum's gain.
+  static long double share(const AllSubsets& all, std::size_t budget, long double reached) {
+    const long double max_gain = all.optimum(budget) - all.base();
+    return max_gain > 0 ? (reached - all.base()) / max_gain : 1;
+  }
+
+  void record(const Instance& instance, const AllSubsets& all, std::size_t budget, const std::string& answer,
+              long double reached) {
+    if (!is_choice(all, budget)) return;
+    csv_.write(GetParam(), instance, budget, answer, share(all, budget, reached), all.optimum(budget) - reached);
+  }
+
+  void check_strategies(const Instance& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
     std::vector<std::uint32_t> indices_of_greedy;
     for (const Strategy strategy : strategies) {
       SCOPED_TRACE(to_string(strategy));
-      Options options = instance.options(prior, budget, strategy);
+      Options options = instance.asking(budget, strategy);
       options.seed = variation;
       const long double reached = checked_log_det(instance, all, options);
-      record(to_string(strategy), reached);
+      record(instance, all, budget, to_string(strategy), reached);
       if (strategy == Strategy::greedy) {
-        of_greedy = reached;
         indices_of_greedy = indices_;
-        const long double least = guarantee(budget - all.min_budget()) * max_gain;
-        EXPECT_GE(reached - all.base(), least - enumeration_error);
-        if (is_choice && max_gain > 0) worst_ = std::min(worst_, (reached - all.base()) / max_gain);
-        if (is_choice) optimal_ += reached > optimum - enumeration_error ? 1 : 0;
-        if (is_choice) ++choices_;
+        check_greedy(all, budget, reached);
       }
       if (strategy == Strategy::lazy_greedy) {
         EXPECT_EQ(indices_, indices_of_greedy);
       }
     }
+  }
 
-    Options options = instance.options(prior, budget, Strategy::lazy_greedy);
+  void check_greedy(const AllSubsets& all, std::size_t budget, long double reached) {
+    of_greedy_ = reached;
+    const long double optimum = all.optimum(budget);
+    const long double guaranteed = guarantee(budget - all.min_budget()) * (optimum - all.base());
+    EXPECT_GE(reached - all.base(), guaranteed - enumeration_error);
+    if (!is_choice(all, budget)) return;
+    worst_ = std::min(worst_, share(all, budget, reached));
+    optimal_ += reached > optimum - enumeration_error ? 1 : 0;
+    ++choices_;
+  }
+
+  void check_exchange(const Instance& instance, const AllSubsets& all, std::size_t budget) {
+    Options options = instance.asking(budget, Strategy::lazy_greedy);
     options.exchange_sweeps = 4;
     const long double exchanged = checked_log_det(instance, all, options);
-    EXPECT_GE(exchanged, of_greedy - enumeration_error) << "an exchange lost";
-    record("lazy_greedy and exchange", exchanged);
+    EXPECT_GE(exchanged, of_greedy_ - enumeration_error) << "an exchange lost";
+    record(instance, all, budget, "lazy_greedy and exchange", exchanged);
+  }
 
-    options.exchange_sweeps = 0;
+  void check_bounds(const Instance& instance, const AllSubsets& all, std::size_t budget) {
+    Options options = instance.asking(budget, Strategy::lazy_greedy);
     options.certify = true;
     for (const std::size_t passes : {0U, 8U}) {
       options.certificate_passes = passes;
       checked_log_det(instance, all, options);
-      EXPECT_GE(upper_bound_, optimum - enumeration_error) << "a false bound, " << passes << " passes";
-      if (!is_choice) continue;
+      EXPECT_GE(upper_bound_, all.optimum(budget) - enumeration_error) << "a false bound, " << passes << " passes";
+      if (!is_choice(all, budget)) continue;
       csv_.write(GetParam(), instance, budget, "upper_bound with " + std::to_string(passes) + " passes", 0,
-                 upper_bound_ - optimum);
+                 upper_bound_ - all.optimum(budget));
     }
   }
 
   Selector selector_{max_candidates};
   std::vector<std::uint32_t> indices_;  // of the last answer
   double upper_bound_ = 0;              // likewise
+  long double of_greedy_ = 0;           // log det of greedy's last answer
   Csv csv_;
   long double worst_ = 1;  // greedy's share of the optimum
   std::size_t optimal_ = 0, choices_ = 0;
@@ -329,7 +340,7 @@ TEST_P(Exhaustive, answers_keep_their_guarantees_and_bounds_are_above_the_optimu
     const Instance instance = random_instance(GetParam(), random, random_size(random, variation));
     const AllSubsets all(instance);
     subsets += all.subsets();
-    for (std::size_t budget = all.min_budget(); budget <= all.largest_budget(); ++budget) {
+    for (std::size_t budget = all.min_budget(); budget <= all.max_budget(); ++budget) {
       SCOPED_TRACE(random.name() + ", budget " + std::to_string(budget));
       check(instance, all, budget, variation);
       if (HasFailure()) return;
@@ -345,11 +356,10 @@ TEST_P(Exhaustive, mean_of_stochastic_greedy_keeps_its_guarantee) {
     for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
       Random random(variation);
       const Instance instance = random_instance(GetParam(), random, random.integer(1, 14));
-      const EigenPrior prior(instance.prior);
       const AllSubsets all(instance);
-      for (std::size_t budget = all.min_budget() + 1; budget < all.largest_budget(); ++budget) {
+      for (std::size_t budget = all.min_budget() + 1; budget < all.max_budget(); ++budget) {
         SCOPED_TRACE(random.name() + ", epsilon " + std::to_string(epsilon) + ", budget " + std::to_string(budget));
-        Options options = instance.options(prior, budget, Strategy::stochastic_greedy);
+        Options options = instance.asking(budget, Strategy::stochastic_greedy);
         options.epsilon = epsilon;
         long double mean = 0;
         for (int seed = 0; seed < seeds; ++seed) {
@@ -367,39 +377,6 @@ TEST_P(Exhaustive, mean_of_stochastic_greedy_keeps_its_guarantee) {
 
 INSTANTIATE_TEST_SUITE_P(, Exhaustive, ::testing::ValuesIn(families),
                          [](const auto& parameter) { return std::string(to_string(parameter.param)); });
-
-// What all of the above rests on.
-TEST(Triangle, is_that_of_eigens_qr) {
-  constexpr long double rounding = 1e3L * std::numeric_limits<long double>::epsilon();
-  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const Matrix6 prior = random.chance(0.5) ? random_prior(random) : Matrix6(1e-5 * Matrix6::Identity());
-    Triangle triangle(prior);
-    WideRows stack = GreedyOracle<long double>(BlockStore(), prior).factor();
-    for (int i = random.integer(0, 20); i > 0; --i) {
-      const int rows = random.integer(1, 3);
-      const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-1, 1)));
-      triangle.add(block);
-      stack.conservativeResize(stack.rows() + block.rows(), state_dimension);
-      for (int row = 0; row < block.rows(); ++row) {
-        for (int d = 0; d < state_dimension; ++d) stack(stack.rows() - block.rows() + row, d) = block(row, d);
-      }
-    }
-    const WideSquare r = triangle_of(stack);
-    long double log_det = 0;
-    for (int i = 0; i < state_dimension; ++i) {
-      log_det += 2 * std::log(std::abs(r(i, i)));
-      for (int j = i; j < state_dimension; ++j) {
-        const long double expected = r(i, i) < 0 ? -r(i, j) : r(i, j);
-        EXPECT_NEAR(static_cast<double>((triangle.entry(i, j) - expected) / r.col(j).norm()), 0,
-                    static_cast<double>(rounding * r.col(j).norm() / std::abs(r(i, i))))
-            << i << ' ' << j;
-      }
-    }
-    EXPECT_LE(std::abs(triangle.log_det() - log_det), 1e3L * rounding);
-  }
-}
 
 }  // namespace
 }  // namespace maxlogdet::test

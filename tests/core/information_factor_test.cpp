@@ -123,7 +123,7 @@ TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows)
   }
 }
 
-// What is left of `blocks` from `first` on.
+// An oracle of the blocks from `first` to `end`.
 GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t first, std::size_t end,
                                       const Matrix6& prior = default_information()) {
   GreedyOracle<long double> oracle(blocks, prior);
@@ -131,7 +131,7 @@ GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t firs
   return oracle;
 }
 
-// Far outliers of a frame are alone in what they see: those are refused.
+// A far outlier may be the only candidate that observes a direction: its removal is refused.
 TEST(InformationFactor, stays_within_its_relative_error_through_downdates_on_every_family) {
   long double tightest = 0;
   int refused = 0;
@@ -209,7 +209,7 @@ TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_
   EXPECT_TRUE(remove(factor, Block::Zero(3, 6))) << "nothing";
 }
 
-// All at once, on every instruction set with the same bits, whatever lies beyond the last candidate.
+// The sum of all candidates has the same bits on every instruction set, whatever lies beyond the last candidate.
 TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
   long double tightest = 0;
   for_every_family(300, [&](const BlockStore& blocks) {

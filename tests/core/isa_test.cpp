@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The same answer on every instruction set, and what MAXLOGDET_ISA does.
+// The same answer on every instruction set, and MAXLOGDET_ISA.
 #include "simd/kernel.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/support.hpp"
@@ -59,7 +59,7 @@ TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
   }
 }
 
-// What float64 computes: gains of listed candidates, updates and downdates of the factor.
+// Float64: relative gains of listed candidates, updates and downdates of the factor.
 TEST(Isa, float64_gives_the_same_bits_on_all) {
   for (std::uint64_t variation = 0; variation < 100; ++variation) {
     Random random(variation);
@@ -98,123 +98,152 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
   }
 }
 
-// Values that no arithmetic touches: copies, lists, maxima and draws.
+// Values without arithmetic: planes of n candidates, copies, lists and maxima.
+struct Planes {
+  std::size_t n, lanes, rows;
+  std::vector<float> values;  // by planes of `lanes`
+  std::vector<std::uint32_t> listed;
+
+  explicit Planes(Random& random)
+      : n(static_cast<std::size_t>(random.integer(1, 100))),
+        lanes((n + simd::tile_size - 1) / simd::tile_size * simd::tile_size),
+        rows(static_cast<std::size_t>(random.integer(1, 3))),
+        values(6 * rows * lanes),
+        listed(lanes) {
+    for (float& value : values) value = static_cast<float>(random.uniform(-9, 9));
+    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1));
+  }
+};
+
+void expect_gathered(const simd::Kernel& kernel, const Planes& planes) {
+  const std::size_t entries = 6 * planes.rows;
+  std::vector<float> records(planes.lanes * simd::record_size(simd::form_of_rows(static_cast<int>(planes.rows))));
+  kernel.make_records[planes.rows - 1]({planes.values.data(), planes.lanes}, planes.n, records.data());
+  std::vector<float> tiles(entries * planes.lanes);
+  kernel.gather[planes.rows - 1](records.data(), planes.listed.data(), planes.lanes, tiles.data());
+  double column_max[6];
+  kernel.column_max[planes.rows - 1](tiles.data(), planes.lanes / simd::tile_size, column_max);
+  double expected_max[6] = {};
+  for (std::size_t lane = 0; lane < planes.lanes; ++lane) {
+    for (std::size_t e = 0; e < entries; ++e) {
+      const float value = planes.values[e * planes.lanes + planes.listed[lane]];
+      ASSERT_EQ(tiles[(lane / simd::tile_size * entries + e) * simd::tile_size + lane % simd::tile_size], value)
+          << "entry " << e << " of lane " << lane;
+      expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
+    }
+  }
+  for (int column = 0; column < 6; ++column) EXPECT_EQ(column_max[column], expected_max[column]);
+}
+
+void expect_listed(const simd::Kernel& kernel, const Planes& planes, float lower, float upper) {
+  std::vector<std::uint32_t> expected;
+  float expected_largest = -1;
+  for (std::uint32_t i = 0; i < planes.n; ++i) {
+    if (planes.values[i] >= lower && planes.values[i] <= upper) expected.push_back(i);
+    expected_largest = std::max(expected_largest, planes.values[i]);
+  }
+  std::vector<std::uint32_t> list(planes.n + simd::tile_size);
+  list.resize(kernel.list_between(planes.values.data(), planes.n, 0, 1, lower, upper, list.data()));
+  EXPECT_EQ(list, expected);
+  for (std::uint32_t part = 0; part < 3; ++part) {
+    std::vector<std::uint32_t> expected_part;
+    for (const std::uint32_t i : expected) {
+      if (i / simd::tile_size % 3 == part) expected_part.push_back(i);
+    }
+    list.resize(planes.n + simd::tile_size);
+    list.resize(kernel.list_between(planes.values.data(), planes.n, part, 3, lower, upper, list.data()));
+    EXPECT_EQ(list, expected_part);
+  }
+  EXPECT_EQ(kernel.largest(planes.values.data(), planes.n), expected_largest);
+}
+
 TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
   for (std::uint64_t variation = 0; variation < 100; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const auto n = static_cast<std::size_t>(random.integer(1, 100));
-    const std::size_t lanes = (n + simd::tile_size - 1) / simd::tile_size * simd::tile_size;
-    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
-    const std::size_t entries = 6 * rows;
-    std::vector<float> planes(entries * lanes);
-    for (float& value : planes) value = static_cast<float>(random.uniform(-9, 9));
-    std::vector<std::uint32_t> listed(lanes);
-    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1));
-    const auto least = static_cast<float>(random.uniform(-9, 9));
-    const auto most = static_cast<float>(random.uniform(-9, 9));
-    const auto range = static_cast<std::uint32_t>(lanes + static_cast<std::size_t>(random.integer(0, 1000000)));
+    const Planes planes(random);
+    const auto lower = static_cast<float>(random.uniform(-9, 9));
+    const auto upper = static_cast<float>(random.uniform(-9, 9));
+    const auto range = static_cast<std::uint32_t>(planes.lanes + static_cast<std::size_t>(random.integer(0, 1000000)));
     CounterRandom expected_draws(variation);
     for (int skipped = 0; skipped < 5; ++skipped) expected_draws.bits();
     std::vector<std::uint32_t> expected_drawn;
-    for (std::uint32_t j = 0; j < n; ++j) expected_drawn.push_back(expected_draws.below(range - j));
-
+    for (std::uint32_t j = 0; j < planes.n; ++j) expected_drawn.push_back(expected_draws.below(range - j));
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
-      std::vector<float> records(lanes * simd::record_size(simd::form_of_rows(static_cast<int>(rows))));
-      kernel->make_records[rows - 1]({planes.data(), lanes}, n, records.data());
-      std::vector<float> tiles(entries * lanes);
-      kernel->gather[rows - 1](records.data(), listed.data(), lanes, tiles.data());
-      double column_max[6];
-      kernel->column_max[rows - 1](tiles.data(), lanes / simd::tile_size, column_max);
-      double expected_max[6] = {};
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        for (std::size_t e = 0; e < entries; ++e) {
-          const float value = planes[e * lanes + listed[lane]];
-          ASSERT_EQ(tiles[(lane / simd::tile_size * entries + e) * simd::tile_size + lane % simd::tile_size], value)
-              << "entry " << e << " of lane " << lane;
-          expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
-        }
-      }
-      for (int column = 0; column < 6; ++column) EXPECT_EQ(column_max[column], expected_max[column]);
-
-      std::vector<std::uint32_t> expected_list;
-      float expected_largest = -1;
-      for (std::uint32_t i = 0; i < n; ++i) {
-        if (planes[i] >= least && planes[i] <= most) expected_list.push_back(i);
-        expected_largest = std::max(expected_largest, planes[i]);
-      }
-      std::vector<std::uint32_t> list(n + simd::tile_size);
-      list.resize(kernel->list_between(planes.data(), n, 0, 1, least, most, list.data()));
-      EXPECT_EQ(list, expected_list);
-      for (std::uint32_t part = 0; part < 3; ++part) {
-        std::vector<std::uint32_t> expected_part;
-        for (const std::uint32_t i : expected_list) {
-          if (i / simd::tile_size % 3 == part) expected_part.push_back(i);
-        }
-        list.resize(n + simd::tile_size);
-        list.resize(kernel->list_between(planes.data(), n, part, 3, least, most, list.data()));
-        EXPECT_EQ(list, expected_part);
-      }
-      EXPECT_EQ(kernel->largest(planes.data(), n), expected_largest);
-
-      std::vector<std::uint32_t> drawn(n);
-      kernel->draw(CounterRandom(variation).key(), 6, range, n, drawn.data());
+      expect_gathered(*kernel, planes);
+      expect_listed(*kernel, planes, lower, upper);
+      std::vector<std::uint32_t> drawn(planes.n);
+      kernel->draw(CounterRandom(variation).key(), 6, range, planes.n, drawn.data());
       EXPECT_EQ(drawn, expected_drawn);
     }
   }
 }
 
-TEST(Isa, survivors_are_listed_exactly_on_all) {
-  constexpr std::size_t size = simd::tile_size;
-  for (std::uint64_t variation = 0; variation < 200; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const auto tile_count = static_cast<std::size_t>(random.integer(1, 6));
-    const auto rows = static_cast<std::size_t>(random.integer(1, 3));
-    const std::size_t entries = 6 * rows;
-    std::vector<float> data(tile_count * entries * size);
+// Tiles of zeros and ones with relative gains of small integers, so that thresholds are met exactly.
+struct Survivors {
+  static constexpr std::size_t size = simd::tile_size;
+  std::size_t tile_count, rows;
+  std::vector<float> data, remaining, relative_gains, highest;
+
+  explicit Survivors(Random& random)
+      : tile_count(static_cast<std::size_t>(random.integer(1, 6))),
+        rows(static_cast<std::size_t>(random.integer(1, 3))),
+        data(tile_count * entries() * size),
+        remaining(tile_count * size, 1.0F),
+        relative_gains(tile_count * size),
+        highest(tile_count, -1.0F) {
     for (float& value : data) value = static_cast<float>(random.integer(0, 1));
-    std::vector<float> remaining(tile_count * size, 1.0F);
-    std::vector<float> relative_gains(tile_count * size);
-    std::vector<float> highest(tile_count, -1.0F);
     for (std::size_t lane = 0; lane < relative_gains.size(); ++lane) {
       const float infinity = std::numeric_limits<float>::infinity();
       relative_gains[lane] = random.chance(0.1) ? infinity : static_cast<float>(random.integer(-1, 3));
       highest[lane / size] = std::max(highest[lane / size], relative_gains[lane]);
     }
-    const auto unlike_lane = static_cast<std::size_t>(random.integer(0, static_cast<int>(relative_gains.size()) - 1));
-    const auto entry_of = [&](std::size_t lane, std::size_t e) -> float& {
-      return data[(lane / size * entries + e) * size + lane % size];
-    };
-    if (random.chance(0.5)) {  // some copies of it
-      for (std::size_t lane = 0; lane < relative_gains.size(); lane += 3) {
-        for (std::size_t e = 0; e < entries; ++e) entry_of(lane, e) = entry_of(unlike_lane, e);
-      }
+  }
+
+  std::size_t entries() const { return 6 * rows; }
+  float& entry_of(std::size_t lane, std::size_t e) { return data[(lane / size * entries() + e) * size + lane % size]; }
+  simd::Tiles tiles() const { return {data.data(), entries() * size, size, remaining.data()}; }
+};
+
+// Some lanes with copies of the block of another one, which is returned.
+std::vector<float> random_copies(Random& random, Survivors& all) {
+  const auto source = static_cast<std::size_t>(random.integer(0, static_cast<int>(all.relative_gains.size()) - 1));
+  if (random.chance(0.5)) {
+    for (std::size_t lane = 0; lane < all.relative_gains.size(); lane += 3) {
+      for (std::size_t e = 0; e < all.entries(); ++e) all.entry_of(lane, e) = all.entry_of(source, e);
     }
-    std::vector<float> unlike;
-    for (std::size_t e = 0; e < entries; ++e) unlike.push_back(entry_of(unlike_lane, e));
+  }
+  std::vector<float> block;
+  for (std::size_t e = 0; e < all.entries(); ++e) block.push_back(all.entry_of(source, e));
+  return block;
+}
+
+TEST(Isa, survivors_are_listed_exactly_on_all) {
+  for (std::uint64_t variation = 0; variation < 200; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    Survivors all(random);
+    const std::vector<float> unlike = random_copies(random, all);
     const bool is_unlike = random.chance(0.5);
     const float threshold = random.chance(0.2) ? -0.5F : static_cast<float>(random.integer(0, 4));
-
     std::vector<std::uint32_t> listed;
     std::vector<std::uint32_t> expected;
-    for (auto tile = static_cast<std::uint32_t>(tile_count); tile-- > 0;) {
+    for (auto tile = static_cast<std::uint32_t>(all.tile_count); tile-- > 0;) {
       if (random.chance(0.3)) continue;
       listed.push_back(tile);
-      for (std::size_t lane = tile * size; lane < (tile + 1) * size; ++lane) {
+      for (std::size_t lane = tile * all.size; lane < (tile + 1) * all.size; ++lane) {
         bool is_same = is_unlike;
-        for (std::size_t e = 0; e < entries; ++e) is_same = is_same && entry_of(lane, e) == unlike[e];
-        if (relative_gains[lane] >= threshold && !is_same) expected.push_back(static_cast<std::uint32_t>(lane));
+        for (std::size_t e = 0; e < all.entries(); ++e) is_same = is_same && all.entry_of(lane, e) == unlike[e];
+        if (all.relative_gains[lane] >= threshold && !is_same) expected.push_back(static_cast<std::uint32_t>(lane));
       }
     }
-    const simd::Tiles tiles{data.data(), entries * size, size, remaining.data()};
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
-      std::vector<std::uint32_t> lanes(relative_gains.size() + size);
-      lanes.resize(kernel->list_survivors[rows - 1](tiles, relative_gains.data(), highest.data(), threshold,
-                                                    listed.data(), listed.size(), is_unlike ? unlike.data() : nullptr,
-                                                    lanes.data()));
+      std::vector<std::uint32_t> lanes(all.relative_gains.size() + all.size);
+      lanes.resize(kernel->list_survivors[all.rows - 1](all.tiles(), all.relative_gains.data(), all.highest.data(),
+                                                        threshold, listed.data(), listed.size(),
+                                                        is_unlike ? unlike.data() : nullptr, lanes.data()));
       EXPECT_EQ(lanes, expected);
     }
   }

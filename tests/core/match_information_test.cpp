@@ -2,37 +2,24 @@
 // The weight of a match against the inverse of its Sigma in long double, and against the blocks: J^T Omega J is their
 // H^T H.
 #include "sim/frame.hpp"
+#include "tests/support/block_oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/pose_derivative.hpp"
+#include "tests/support/random_isometry.hpp"
 
 #include <maxlogdet/match_information.hpp>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <type_traits>
 #include <vector>
 
 namespace maxlogdet::test {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr ThirdMeasurement thirds[] = {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth};
-
 using Isometry = Eigen::Isometry3d;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-Eigen::Vector3d random_vector(Random& random, double largest) {
-  return {random.uniform(-largest, largest), random.uniform(-largest, largest), random.uniform(-largest, largest)};
-}
-
-Isometry random_isometry(Random& random) {
-  Isometry T(Eigen::AngleAxisd(random.uniform(-2, 2), random_vector(random, 1).normalized()));
-  T.translation() = random_vector(random, 3);
-  return T;
-}
 
 // A match of a pinhole.
 struct Seen {
@@ -47,7 +34,7 @@ struct Seen {
 
 void fill(Random& random, Seen& seen) {
   seen.camera = {random.uniform(200, 800), random.uniform(200, 800), 320, 240, random.uniform(20, 400)};
-  seen.T_cw = random_isometry(random);
+  seen.T_cw = random_isometry(random, 3, 2);
   const double z = random.uniform(0.5, 60);
   seen.p_w = seen.T_cw.inverse() * Eigen::Vector3d(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
   seen.noise.sigma = random.uniform(0.3, 4);
@@ -64,7 +51,7 @@ void fill(Random& random, Seen& seen) {
   if (kind == 2) seen.noise.covariance = seen.covariance.data();
 }
 
-// J by p_c, with three rows, of which the third may not be meant.
+// J by p_c; without a third measurement its first two rows.
 WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, ThirdMeasurement third) {
   const long double x = p_c.x(), y = p_c.y(), z = p_c.z();
   WideMatrix J = WideMatrix::Zero(3, 3);
@@ -129,7 +116,7 @@ TEST(MatchInformation, on_a_rig_is_that_of_the_camera_at_its_own_pose) {
   for (int trial = 0; trial < 100; ++trial) {
     Seen seen;
     fill(random, seen);
-    const Isometry T_cb = random_isometry(random);
+    const Isometry T_cb = random_isometry(random, 3, 2);
     const RigCamera camera(seen.camera, rigid_transform(T_cb.matrix()));
     const RigidTransform T_bw = rigid_transform((T_cb.inverse() * seen.T_cw).matrix());
     const RigidTransform T_cw = rigid_transform(seen.T_cw.matrix());
@@ -160,30 +147,33 @@ TEST(MatchInformation, takes_the_upper_triangle_of_the_covariance) {
   EXPECT_EQ(matrix_of(actual, seen.rows()), matrix_of(expected, seen.rows()));
 }
 
-TEST(MatchInformation, is_not_there_where_the_point_or_a_number_is_not_usable) {
-  struct Case {
-    Camera camera{458, 457, 367, 248, 50};
-    RigidTransform T_cw = RigidTransform::identity();
-    double p_w[3] = {0.5, 0.2, 5};
-    MatchNoise noise;
-    double covariance[9] = {0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1};
-    double jacobian[6] = {90, 0, 10, 0, 90, 20};
-  };
-  const auto expect = [](bool is_there, const char* what, const std::function<void(Case&)>& change) {
-    SCOPED_TRACE(what);
-    Case c;
-    c.noise.third = ThirdMeasurement::stereo;
-    c.noise.covariance = c.covariance;
-    change(c);
-    for (const bool is_whitening : {false, true}) {
-      double entries[9];
-      std::fill_n(entries, 9, -7.0);
-      EXPECT_EQ(is_whitening ? match_whitening(c.camera, c.T_cw, c.p_w, c.noise, entries)
-                             : match_information(c.camera, c.T_cw, c.p_w, c.noise, entries),
-                is_there);
-      for (const double entry : entries) EXPECT_TRUE(is_there ? std::isfinite(entry) : entry == -7.0);
-    }
-  };
+// A match that has both weights, until something of it is changed.
+struct Case {
+  Camera camera{458, 457, 367, 248, 50};
+  RigidTransform T_cw = RigidTransform::identity();
+  double p_w[3] = {0.5, 0.2, 5};
+  MatchNoise noise;
+  double covariance[9] = {0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1};
+  double jacobian[6] = {90, 0, 10, 0, 90, 20};
+};
+
+void expect(bool is_there, const char* what, const std::function<void(Case&)>& change) {
+  SCOPED_TRACE(what);
+  Case c;
+  c.noise.third = ThirdMeasurement::stereo;
+  c.noise.covariance = c.covariance;
+  change(c);
+  for (const bool is_whitening : {false, true}) {
+    double entries[9];
+    std::fill_n(entries, 9, -7.0);
+    EXPECT_EQ(is_whitening ? match_whitening(c.camera, c.T_cw, c.p_w, c.noise, entries)
+                           : match_information(c.camera, c.T_cw, c.p_w, c.noise, entries),
+              is_there);
+    for (const double entry : entries) EXPECT_TRUE(is_there ? std::isfinite(entry) : entry == -7.0);
+  }
+}
+
+TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   expect(true, "as it should be", [](Case&) {});
   expect(false, "behind the camera", [](Case& c) { c.p_w[2] = -5; });
   expect(false, "in its plane", [](Case& c) { c.p_w[2] = 0; });
@@ -226,13 +216,11 @@ TEST(MatchInformation, is_not_there_where_the_point_or_a_number_is_not_usable) {
 Matrix6 weighted_information(const PinholeCamera& camera, const Isometry& T_cw, const Eigen::Vector3d& p_w,
                              ThirdMeasurement third, const Eigen::MatrixXd& omega) {
   const Eigen::Vector3d p = T_cw * p_w;
-  WideMatrix by_pose(3, 6);
-  by_pose << 1, 0, 0, 0, p.z(), -p.y(), 0, 1, 0, -p.z(), 0, p.x(), 0, 0, 1, p.y(), -p.x(), 0;
-  const WideMatrix H = wide_product(jacobian_of(camera, p, third), by_pose);
+  const WideMatrix H = wide_product(jacobian_of(camera, p, third), pose_derivative(p.cast<long double>()));
   return wide_product(wide_product(H.transpose(), omega.cast<long double>()), H).cast<double>();
 }
 
-// Of all matches together, for each weighting that has a noise.
+// Compares the information of all matches together, for each weighting that models noise.
 void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement third) {
   const sim::MatchArrays arrays(frame);
   const Matches matches = arrays.view();
@@ -247,11 +235,7 @@ void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement thir
     Matrix6 expected = Matrix6::Zero(), actual = Matrix6::Zero();
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (!blocks.is_valid(i)) continue;
-      const Block block = stored_block(blocks, i);
-      for (std::size_t r = 0; r < static_cast<std::size_t>(blocks.rows()); ++r) {
-        const Vector6 row = Eigen::Map<const Vector6>(block.data() + 6 * r);
-        expected += row * row.transpose();
-      }
+      expected += gram(stored_block(blocks, i));
       const MatchNoise noise = match_noise(matches, i, options);
       double omega[9];
       const Eigen::Vector3d p_w(frame.matches[i].point);

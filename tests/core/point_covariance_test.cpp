@@ -2,15 +2,14 @@
 // Covariances of map points against the inverse of what observations tell, and against the scatter of points that are
 // triangulated with noise.
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/random_isometry.hpp"
 
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/point_covariance.hpp>
 
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -19,16 +18,6 @@ namespace {
 using Pose = Eigen::Isometry3d;
 
 constexpr PinholeCamera stereo_camera = {458, 457, 367, 248, 50};
-
-Eigen::Vector3d random_vector(Random& random, double largest) {
-  return {random.uniform(-largest, largest), random.uniform(-largest, largest), random.uniform(-largest, largest)};
-}
-
-Pose random_pose(Random& random, double metres, double radians) {
-  Pose T(Eigen::AngleAxisd(random.uniform(-radians, radians), random_vector(random, 1).normalized()));
-  T.translation() = random_vector(random, metres);
-  return T;
-}
 
 // (u, v, u_right).
 WideMatrix seen(const PinholeCamera& camera, const Pose& T_cw, const WideMatrix& p_w) {
@@ -62,7 +51,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
     WideMatrix information = WideMatrix::Zero(3, 3);
     const int observations = random.integer(1, 12);
     for (int k = 0; k < observations; ++k) {
-      const Pose T_cw = random_pose(random, 0.5, 0.2);
+      const Pose T_cw = random_isometry(random, 0.5, 0.2);
       const double sigma = random.uniform(0.5, 3);
       const bool is_stereo = random.chance(0.5);
       const bool has_right = random.chance(0.8);
@@ -94,8 +83,8 @@ TEST(PointCovariance, takes_points_of_float) {
   for (int e = 0; e < 9; ++e) EXPECT_EQ(covariance[0][e], covariance[1][e]);
 }
 
-// The ray of one camera: 10^4 times as long as wide, and short enough for the block of a near match.
-TEST(PointCovariance, of_one_camera_alone_has_no_depth_but_is_one) {
+// Along the ray of a single camera: 10^4 times as long as wide, and short enough for the block of a near match.
+TEST(PointCovariance, of_one_camera_alone_exists_without_depth_information) {
   const Eigen::Vector3d p_w(0, 0, 5);
   PointCovariance point(p_w.data());
   point.observe(stereo_camera, RigidTransform::identity(), 1, false);
@@ -142,16 +131,41 @@ TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finit
   EXPECT_EQ(point.observations(), 0) << "behind the camera";
   EXPECT_FALSE(point.covariance(covariance));
   const double in_front[3] = {0, 0, 3};
-  for (const double sigma : {0.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double sigma : {0.0, nan}) {
     PointCovariance wrong(in_front);
     wrong.observe(stereo_camera, RigidTransform::identity(), sigma, true);
     EXPECT_FALSE(wrong.covariance(covariance)) << sigma;
   }
-  const double nowhere[3] = {0, 0, std::numeric_limits<double>::quiet_NaN()};
+  const double nowhere[3] = {0, 0, nan};
   PointCovariance lost(nowhere);
   lost.observe(stereo_camera, RigidTransform::identity(), 1, true);
   EXPECT_FALSE(lost.covariance(covariance));
   EXPECT_EQ(covariance[0], 7) << "nothing is written";
+}
+
+// What the cameras at these poses measure of a point, one below the other: u and v, of a stereo camera u_right too.
+Eigen::VectorXd measured(const std::vector<Pose>& poses, const Eigen::Vector3d& p_w, bool is_stereo) {
+  const Eigen::Index rows = is_stereo ? 3 : 2;
+  Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const WideMatrix all = seen(stereo_camera, poses[k], p_w.cast<long double>());
+    z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.topRows(rows).cast<double>();
+  }
+  return z;
+}
+
+// By Gauss-Newton steps from p, with differences as derivatives.
+Eigen::Vector3d triangulated(const std::vector<Pose>& poses, const Eigen::VectorXd& z, Eigen::Vector3d p,
+                             bool is_stereo) {
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    Eigen::MatrixXd H(z.size(), 3);
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d d = 1e-4 * Eigen::Vector3d::Unit(i);
+      H.col(i) = (measured(poses, p + d, is_stereo) - measured(poses, p - d, is_stereo)) / 2e-4;
+    }
+    p += inverse(gram(H)) * product(H.transpose(), z - measured(poses, p, is_stereo));
+  }
+  return p;
 }
 
 // Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
@@ -165,36 +179,19 @@ TEST(PointCovariance, is_the_scatter_of_triangulated_points) {
     std::vector<Pose> poses;
     PointCovariance point(p_w.data());
     for (int k = 0; k < (is_stereo ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
-      poses.push_back(random_pose(random, 0.6, 0.1));
+      poses.push_back(random_isometry(random, 0.6, 0.1));
       point.observe(stereo_camera, rigid_transform(poses.back().matrix()), sigma, is_stereo);
     }
     Eigen::Matrix3d covariance;
     ASSERT_TRUE(point.covariance(covariance.data()));
-    const Eigen::Index rows = is_stereo ? 3 : 2;
-    const auto measure = [&](const Eigen::Vector3d& p) {
-      Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
-      for (std::size_t k = 0; k < poses.size(); ++k) {
-        const WideMatrix all = seen(stereo_camera, poses[k], p.cast<long double>());
-        z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.topRows(rows).cast<double>();
-      }
-      return z;
-    };
-    const Eigen::VectorXd exact = measure(p_w);
+    const Eigen::VectorXd exact = measured(poses, p_w, is_stereo);
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
     const std::size_t draws = std::max<std::size_t>(1000, trials(3000));
     for (std::size_t draw = 0; draw < draws; ++draw) {
       Eigen::VectorXd z = exact;
       for (double& value : z) value += std::sqrt(3.0) * sigma * random.uniform(-1, 1);
-      Eigen::Vector3d p = p_w;
-      for (int iteration = 0; iteration < 4; ++iteration) {
-        Eigen::MatrixXd H(z.size(), 3);
-        for (int i = 0; i < 3; ++i) {
-          const Eigen::Vector3d d = 1e-4 * Eigen::Vector3d::Unit(i);
-          H.col(i) = (measure(p + d) - measure(p - d)) / 2e-4;
-        }
-        p += inverse(gram(H)) * product(H.transpose(), z - measure(p));
-      }
-      scatter += (p - p_w) * (p - p_w).transpose() / static_cast<double>(draws);
+      const Eigen::Vector3d error = triangulated(poses, z, p_w, is_stereo) - p_w;
+      scatter += error * error.transpose() / static_cast<double>(draws);
     }
     const Eigen::MatrixXd L = cholesky(inverse(covariance));
     const Eigen::MatrixXd whitened = product(product(L.transpose(), scatter), L);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
-// has its allocation functions replaced, so it stands alone.
+// has its allocation functions replaced, so it is a program of its own.
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/support.hpp"
 
 #include <fcntl.h>
-#include <maxlogdet/maxlogdet.h>
 #include <pthread.h>
 #include <unistd.h>
 
@@ -21,12 +20,7 @@
 namespace maxlogdet::test {
 namespace {
 
-template <class Work>
-long allocations_in(const Work& work) {
-  const long before = sim::allocations();
-  work();
-  return sim::allocations() - before;
-}
+using sim::allocations_in;
 
 // Everything `work` writes to stdout and stderr, in bytes.
 template <class Work>
@@ -48,32 +42,38 @@ long bytes_written_in(const Work& work) {
   return size;
 }
 
-// Selections of every kind, errors included; returns how many gave an answer.
+// Selects with every combination of errors; returns how many selections have an answer.
+int select_in_every_way(Selector& selector, const BlockStore& blocks, Options options) {
+  int answers = 0;
+  static const double zeros[36] = {};
+  for (const double epsilon : {0.1, -1.0}) {
+    for (const double limit : {0.0, 1e-5, -1.0}) {
+      for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
+        options.epsilon = epsilon;
+        options.time_limit = limit;
+        options.prior = prior;
+        options.exchange_sweeps = limit == 0 ? 2 : 0;
+        options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
+        if (selector.select(blocks, options).has_answer()) ++answers;
+        options.exchange_sweeps = 0;
+        options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
+        if (selector.select(blocks, options).has_answer()) ++answers;
+      }
+    }
+  }
+  return answers;
+}
+
+// With every strategy, and with budgets that have an answer and that have none.
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
   for (const Strategy strategy : sim::strategies) {
     for (const std::size_t budget :
          {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
-      for (const double epsilon : {0.1, -1.0}) {
-        for (const double limit : {0.0, 1e-5, -1.0}) {
-          const double zeros[36] = {};
-          for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
-            Options options;
-            options.strategy = strategy;
-            options.budget = budget;
-            options.epsilon = epsilon;
-            options.time_limit = limit;
-            options.prior = prior;
-            options.exchange_sweeps = limit == 0 ? 2 : 0;
-            options.certify = true;
-            options.certificate_passes = 2;
-            if (selector.select(blocks, options).has_answer()) ++answers;
-            options.exchange_sweeps = 0;
-            options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
-            if (selector.select(blocks, options).has_answer()) ++answers;
-          }
-        }
-      }
+      Options options = with_budget(budget, strategy);
+      options.certify = true;
+      options.certificate_passes = 2;
+      answers += select_in_every_way(selector, blocks, options);
     }
   }
   return answers;
@@ -169,52 +169,6 @@ TEST(RealTime, targets_of_active_selection_allocate_nothing) {
   EXPECT_EQ(status, Status::target_reached);
 }
 
-// Frames of all kinds and sizes, more than there is room for among them.
-TEST(RealTime, good_features_allocates_nothing) {
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
-  const double covariance[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
-  const double jacobian[6] = {400, 0, 10, 0, 400, 10};
-  const RigidTransform T_cw = frame.T_cw_prior.data();
-  const RigCamera rig[2] = {{frame.camera}, {Camera::double_sphere(frame.camera, 0.1, 0.5)}};
-  GoodFeatures good(400);
-  std::size_t ok = 0, outliers = 0, weighted = 0;
-  const auto use = [&](std::size_t size, int kind) {
-    const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
-    if (kind == 3) {
-      good.start(Rig{rig, 2}, T_cw, third);
-    } else {
-      good.start(frame.camera, kind == 5 ? RigidTransform(nullptr) : T_cw, third);
-    }
-    for (std::size_t i = 0; i < size; ++i) {
-      FeatureMatch match;
-      std::copy_n(frame.matches[i].point, 3, match.point);
-      if (frame.matches[i].is_stereo()) match.third = frame.matches[i].u_right;
-      if (kind == 1 && i % 2 == 1) match.covariance = covariance;
-      if (kind == 4) match.jacobian = jacobian;
-      match.camera_id = kind == 3 ? i % 2 : 0;
-      match.is_required = i == 7;
-      good.add(match);
-    }
-    if (good.select(Options()) == Status::ok) ++ok;
-    double weight[9];
-    for (std::size_t i = 0; i < good.size(); ++i)
-      weighted += good.information(i, weight) && good.whitening(i, weight) ? 1 : 0;
-    good.is_weighted = kind == 2;
-    good.judge(T_cw);
-    good.share_of_all();
-    for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
-  };
-  EXPECT_EQ(allocations_in([&] {
-              for (const std::size_t size : {400U, 50U, 500U, 300U}) {
-                for (int kind = 0; kind < 6; ++kind) use(size, kind);
-              }
-            }),
-            0);
-  EXPECT_EQ(ok, 10U);  // five kinds of two sizes
-  EXPECT_GT(outliers, 0U);
-  EXPECT_GT(weighted, 0U);
-}
-
 TEST(RealTime, batches_of_active_selection_allocate_nothing) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -244,105 +198,70 @@ TEST(RealTime, batches_of_active_selection_allocate_nothing) {
   EXPECT_GT(selected, 90U);
 }
 
-TEST(RealTime, the_c_api_allocates_nothing_either) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Block block = random_block(random, 3);
-  maxlogdet_block_store* blocks = nullptr;
-  maxlogdet_selector* selector = nullptr;
-  maxlogdet_active_selection* active = nullptr;
-  ASSERT_EQ(maxlogdet_block_store_create(400, &blocks), MAXLOGDET_STATUS_OK);
-  ASSERT_EQ(maxlogdet_selector_create(400, nullptr, &selector), MAXLOGDET_STATUS_OK);
-  ASSERT_EQ(maxlogdet_active_selection_create(400, &active), MAXLOGDET_STATUS_OK);
-  int answers = 0;
-  std::size_t accepted = 0;
+// A GoodFeatures, and frames of every kind for it.
+class Tracked {
+ public:
+  // The first `size` matches of the frame, selected from and judged.
+  void use(std::size_t size, int kind) {
+    start(kind);
+    for (std::size_t i = 0; i < size; ++i) add(i, kind);
+    if (good_.select(Options()) == Status::ok) ++ok;
+    double weight[9];
+    for (std::size_t i = 0; i < good_.size(); ++i) {
+      weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
+    }
+    good_.is_weighted = kind == 2;
+    good_.judge(T_cw_);
+    good_.share_of_all();
+    for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
+  }
+
+  std::size_t ok = 0, outliers = 0, weighted = 0;
+
+ private:
+  void start(int kind) {
+    const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+    if (kind == 3) {
+      good_.start(Rig{rig_, 2}, T_cw_, third);
+    } else {
+      good_.start(frame_.camera, kind == 5 ? RigidTransform(nullptr) : T_cw_, third);
+    }
+  }
+
+  void add(std::size_t i, int kind) {
+    FeatureMatch match;
+    std::copy_n(frame_.matches[i].point, 3, match.point);
+    if (frame_.matches[i].is_stereo()) match.third = frame_.matches[i].u_right;
+    if (kind == 1 && i % 2 == 1) match.covariance = covariance_;
+    if (kind == 4) match.jacobian = jacobian_;
+    match.camera_id = kind == 3 ? i % 2 : 0;
+    match.is_required = i == 7;
+    good_.add(match);
+  }
+
+  sim::Frame frame_ = make_scene(sim::Scene::euroc_like, 500, 1);
+  double covariance_[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+  double jacobian_[6] = {400, 0, 10, 0, 400, 10};
+  RigidTransform T_cw_ = frame_.T_cw_prior.data();
+  RigCamera rig_[2] = {{frame_.camera}, {Camera::double_sphere(frame_.camera, 0.1, 0.5)}};
+  GoodFeatures good_{400};
+};
+
+// Frames of all kinds and sizes, some beyond the capacity.
+TEST(RealTime, good_features_allocates_nothing) {
+  Tracked tracked;
   EXPECT_EQ(allocations_in([&] {
-              for (int i = 0; i < 400; ++i) maxlogdet_block_store_push_back(blocks, block.data(), 1 + i % 3);
-              maxlogdet_options options;
-              maxlogdet_options_init(&options, sizeof options);
-              options.certify = 1;
-              options.exchange_sweeps = 1;
-              for (const double limit : {0.0, 1e-5, -1.0}) {
-                for (maxlogdet_strategy strategy = 0; strategy < 7; ++strategy) {
-                  options.time_limit = limit;
-                  options.strategy = strategy;
-                  answers += maxlogdet_selection_has_answer(maxlogdet_selector_select(selector, blocks, &options));
-                }
+              for (const std::size_t size : {400U, 50U, 500U, 300U}) {
+                for (int kind = 0; kind < 6; ++kind) tracked.use(size, kind);
               }
-              options.struct_size = 1;
-              maxlogdet_selector_select(selector, blocks, &options);
-              maxlogdet_options_init(&options, sizeof options);
-              maxlogdet_active_selection_start(active, blocks, &options);
-              for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
-                if (i % 3 == 0) maxlogdet_active_selection_accept(active);
-                if (i % 3 == 1) maxlogdet_active_selection_accept_block(active, block.data(), 3);
-                if (i % 3 == 2) maxlogdet_active_selection_reject(active);
-              }
-              accepted = maxlogdet_active_selection_selection(active)->size;
             }),
             0);
-  EXPECT_EQ(answers, 12);
-  EXPECT_EQ(accepted, 100U);
-  maxlogdet_active_selection_destroy(active);
-  maxlogdet_selector_destroy(selector);
-  maxlogdet_block_store_destroy(blocks);
+  EXPECT_EQ(tracked.ok, 10U);  // five kinds of two sizes
+  EXPECT_GT(tracked.outliers, 0U);
+  EXPECT_GT(tracked.weighted, 0U);
 }
 
-// Whichever allocation it is that fails: a status, nothing half made, and nothing lost.
-TEST(RealTime, in_c_no_memory_is_a_status) {
-#if defined(MAXLOGDET_HAS_SANITIZER)
-  GTEST_SKIP() << "malloc is the sanitizer's";
-#endif
-  // Calls it with ever more memory until it has enough; returns how often it had not.
-  const auto failures_of = [](const auto& create) {
-    long memory = 0;
-    for (;; ++memory) {
-      sim::fail_malloc_after(memory);
-      const maxlogdet_status status = create();
-      sim::fail_malloc_after(-1);
-      if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
-      EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
-    }
-  };
-  maxlogdet_block_store* blocks = nullptr;
-  maxlogdet_selector* selector = nullptr;
-  maxlogdet_active_selection* active = nullptr;
-  constexpr long arrays_of_store = 3;  // planes, validity and indices
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 1 + arrays_of_store);
-  const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
-  EXPECT_GT(of_selector, 10);
-  const long of_active = failures_of([&] { return maxlogdet_active_selection_create(10, &active); });
-  EXPECT_GT(of_active, 10);
-  EXPECT_LT(of_active, of_selector) << "a search alone, without the workspaces of strategies";
-
-  const double block[6] = {1, 2, 3, 4, 5, 6};
-  for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), arrays_of_store);
-  EXPECT_EQ(maxlogdet_block_store_size(blocks), 11U);
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), arrays_of_store);
-
-  maxlogdet_camera camera;
-  maxlogdet_matches matches;
-  maxlogdet_block_options block_options;
-  maxlogdet_camera_init(&camera, sizeof camera);
-  maxlogdet_matches_init(&matches, sizeof matches);
-  maxlogdet_block_options_init(&block_options, sizeof block_options);
-  camera.fx = camera.fy = 450;
-  const std::vector<double> points(3000, 1);
-  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  matches.size = 1000;
-  matches.points = points.data();
-  EXPECT_EQ(failures_of([&] {
-              return maxlogdet_append_blocks(&camera, T_cw, &matches, &block_options, blocks, nullptr)->status;
-            }),
-            arrays_of_store);
-  EXPECT_EQ(maxlogdet_block_store_size(blocks), 1011U);
-  maxlogdet_active_selection_destroy(active);
-  maxlogdet_selector_destroy(selector);
-  maxlogdet_block_store_destroy(blocks);
-}
-
-// With threads of a pool that does not allocate itself; what oneTBB does is its own affair (docs/threading.md).
+// With threads of a pool that does not allocate itself; what oneTBB allocates is not ours (docs/threading.md).
 TEST(RealTime, several_threads_allocate_nothing) {
   sim::PoolExecutor pool(2);
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
@@ -366,17 +285,33 @@ TEST(RealTime, several_threads_allocate_nothing) {
   EXPECT_EQ(allocations_in(work), 0);
 }
 
+// What a thread has to do.
+struct Work {
+  BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 500, 1), block_kinds[1]);
+  Selector selector{500};
+  int answers = 0;
+};
+
+void* select_with_all_strategies(void* given) {
+  Work& to = *static_cast<Work*>(given);
+  for (const Strategy strategy : sim::strategies) {
+    Options options;
+    options.strategy = strategy;
+    options.certify = true;
+    options.certificate_passes = 2;
+    options.exchange_sweeps = 1;
+    to.answers += to.selector.select(to.blocks, options).has_answer() ? 1 : 0;
+  }
+  return nullptr;
+}
+
 // Real-time threads have small stacks: scratch belongs to the selector.
 TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
 #if defined(MAXLOGDET_HAS_SANITIZER)
   GTEST_SKIP() << "a sanitizer's frames are larger";
 #endif
-  struct Work {
-    BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 500, 1), block_kinds[1]);
-    Selector selector{500};
-    int answers = 0;
-  } work;
-  // Larger, as some systems allow no smaller one, and painted: counted is what differs afterwards.
+  Work work;
+  // Larger, because some systems allow no smaller one, and painted, to count the bytes that differ afterwards.
   constexpr std::size_t size = std::size_t{1} << 20;
   constexpr unsigned char paint = 0xA5;
   std::vector<unsigned char> memory(2 * size, paint);
@@ -387,19 +322,7 @@ TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
   ASSERT_EQ(pthread_attr_init(&attributes), 0);
   ASSERT_EQ(pthread_attr_setstack(&attributes, stack, size), 0);
   pthread_t thread{};
-  const auto select = [](void* given) -> void* {
-    Work& to = *static_cast<Work*>(given);
-    for (const Strategy strategy : sim::strategies) {
-      Options options;
-      options.strategy = strategy;
-      options.certify = true;
-      options.certificate_passes = 2;
-      options.exchange_sweeps = 1;
-      to.answers += to.selector.select(to.blocks, options).has_answer() ? 1 : 0;
-    }
-    return nullptr;
-  };
-  ASSERT_EQ(pthread_create(&thread, &attributes, select, &work), 0);
+  ASSERT_EQ(pthread_create(&thread, &attributes, select_with_all_strategies, &work), 0);
   ASSERT_EQ(pthread_join(thread, nullptr), 0);
   pthread_attr_destroy(&attributes);
   EXPECT_EQ(work.answers, static_cast<int>(std::size(sim::strategies)));

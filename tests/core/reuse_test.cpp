@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t capacity = 700;
 
-// Of any scale, one in two with an outlier, which makes bounds careful until it is selected.
+// Blocks of any scale, every second time with an outlier, which requires careful bounds until it is selected.
 BlockStore any_blocks(Random& random) {
   const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 600)));
   const double scale = std::pow(10, random.uniform(-3, 3));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames nearly nobody else does.
+// Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames hardly any other
+// candidate.
 #include "kernel/screening/screening.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
@@ -62,7 +63,7 @@ class Screened {
   // Starts from this prior; returns false if it is refused.
   bool start(const double* prior) { return factor_.reset(prior); }
 
-  // One round; `lazily`: only what is promising. Returns how many survived.
+  // One round over all candidates or, if `lazily`, the promising ones. Returns the number of survivors.
   std::size_t round(bool lazily) {
     screening_.begin_round(factor_);
     lazily ? screening_.evaluate_promising(1) : screening_.evaluate_all();
@@ -204,7 +205,7 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
   }
 }
 
-// Dozens that one bound for all cannot tell apart, long after the bound has become an old one.
+// Dozens of candidates that a stale bound cannot tell apart.
 TEST(Screening, holds_where_many_survive_in_later_rounds) {
   for (std::uint64_t variation = 0; variation < std::max<std::size_t>(3, trials(6)); ++variation) {
     Random random(variation);
@@ -220,8 +221,8 @@ TEST(Screening, holds_where_many_survive_in_later_rounds) {
   }
 }
 
-// Against the very information that candidates are ordered by, when nothing has shrunk yet: a tile's bound is the upper
-// end of the step of its first candidate.
+// Against the information by which candidates were ordered, before any gain has shrunk: a tile's bound is the upper end
+// of the step of its first candidate.
 TEST(Screening, bounds_of_a_new_order_hold) {
   for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
     Random random(variation);
@@ -240,8 +241,8 @@ TEST(Screening, bounds_of_a_new_order_hold) {
   }
 }
 
-// One long row keeps the careful bounds on. Then its direction is known, and those of short rows along it cancel: what
-// rounding moves them by is much longer than what is left, and its square is denormal.
+// One long row requires careful bounds. Once its direction is observed, short rows along it cancel: rounding moves them
+// by much more than what remains, and its square is denormal.
 TEST(Screening, holds_with_denormals_flushed) {
   const FlushedDenormals flushed;
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
@@ -357,7 +358,7 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
   }
 }
 
-// A margin that is too wide would hold as well, and be of no use.
+// Too wide a margin would hold as well, and be useless.
 TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
   Sample sample(3);
   for (const sim::Scene scene : {sim::Scene::euroc_like, sim::Scene::kitti_like, sim::Scene::far_narrow}) {

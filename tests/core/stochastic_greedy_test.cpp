@@ -13,9 +13,7 @@ namespace maxlogdet::test {
 namespace {
 
 Options stochastic(std::size_t budget, double epsilon, std::uint64_t seed) {
-  Options options;
-  options.strategy = Strategy::stochastic_greedy;
-  options.budget = budget;
+  Options options = with_budget(budget, Strategy::stochastic_greedy);
   options.epsilon = epsilon;
   options.seed = seed;
   return options;
@@ -46,7 +44,7 @@ TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
 
 // The best of a sample of equal candidates is its lowest index: with s distinct ones out of n it is i with probability
 // C(n - 1 - i, s - 1) / C(n, s).
-TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
+TEST(StochasticGreedy, samples_are_distinct_and_all_subsets_equally_likely) {
   constexpr int n = 40;
   constexpr int s = 5;
   BlockStore blocks;
@@ -71,21 +69,37 @@ TEST(StochasticGreedy, a_sample_is_distinct_and_every_subset_as_likely) {
   }
 }
 
-// The same draws, and of each sample what float64 says is best; far outliers and near copies among the candidates.
+// Far outliers and near copies, all of `rows` rows.
+BlockStore outliers_and_near_copies(Random& random, int rows) {
+  std::vector<Block> bases;
+  for (int i = 0; i < 10; ++i) {
+    bases.push_back(random_block(random, rows, random.chance(0.3) ? std::pow(10.0, random.uniform(0, 6)) : 1));
+  }
+  BlockStore blocks;
+  for (std::size_t i = 0; i < 300; ++i) {
+    push_back(blocks, bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3)));
+  }
+  return blocks;
+}
+
+// The place of the largest of `relative_gains`, on ties that of the lowest candidate.
+std::uint32_t place_of_best(const std::vector<double>& relative_gains, const std::vector<std::uint32_t>& candidates) {
+  std::uint32_t best = 0;
+  for (std::uint32_t j = 1; j < relative_gains.size(); ++j) {
+    const bool is_first = relative_gains[j] == relative_gains[best] && candidates[j] < candidates[best];
+    if (relative_gains[j] > relative_gains[best] || is_first) best = j;
+  }
+  return best;
+}
+
+// The same draws, and of each sample what float64 says is best.
 TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
   const simd::Kernel& kernel = *simd::built_in()[0];
   for (std::uint64_t variation = 0; variation < 300; ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     const int rows = random.integer(1, 3);
-    BlockStore blocks;
-    std::vector<Block> bases;
-    for (int i = 0; i < 10; ++i) {
-      bases.push_back(random_block(random, rows, random.chance(0.3) ? std::pow(10.0, random.uniform(0, 6)) : 1));
-    }
-    for (std::size_t i = 0; i < 300; ++i) {
-      push_back(blocks, bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3)));
-    }
+    const BlockStore blocks = outliers_and_near_copies(random, rows);
     const std::uint64_t seed = random.seed();
     const std::size_t budget = 20;
     const auto selected = select_indices(blocks, stochastic(budget, 0.1, seed));
@@ -104,11 +118,7 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       std::vector<double> relative_gains(s);
       kernel.decide[rows - 1]({blocks.plane(0, 0), blocks.stride()}, factor.inverse(), pool.data(), s,
                               relative_gains.data());
-      std::uint32_t best = 0;
-      for (std::uint32_t j = 1; j < s; ++j) {
-        const bool is_first = relative_gains[j] == relative_gains[best] && pool[j] < pool[best];
-        if (relative_gains[j] > relative_gains[best] || is_first) best = j;
-      }
+      const std::uint32_t best = place_of_best(relative_gains, pool);
       ASSERT_EQ(selected[round], pool[best]) << "round " << round;
       double h[max_block_rows][state_dimension];
       read_rows(all_of(blocks), pool[best], h);

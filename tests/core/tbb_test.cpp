@@ -17,9 +17,9 @@ namespace {
 namespace tbb = oneapi::tbb;
 
 #if defined(MAXLOGDET_TSAN)
-// Debian's oneTBB is not built for ThreadSanitizer, which so does not see that a task begins after it was spawned and
-// ends before it was waited for. This file and TbbExecutor are compiled without it as well, and tell it; all else is
-// watched.
+// Debian's oneTBB is not built for ThreadSanitizer, which therefore does not see that a task begins after it was
+// spawned and ends before it was waited for. This file and TbbExecutor are compiled without it as well, and tell it;
+// all else is watched.
 extern "C" void __tsan_acquire(void* address);  // NOLINT(bugprone-reserved-identifier)
 extern "C" void __tsan_release(void* address);  // NOLINT(bugprone-reserved-identifier)
 void begins_after(void* address) { __tsan_acquire(address); }
@@ -142,8 +142,8 @@ TEST_F(Tbb, works_in_nested_arenas) {
   EXPECT_EQ(wrong, 0);
 }
 
-// While it waits for its helpers, a calling thread must take up nothing else: it might be another selection by the same
-// thread's selector.
+// While it waits for its helpers, a calling thread must not start another task: that might be another selection by the
+// same thread's selector.
 TEST_F(Tbb, a_selector_of_a_thread_is_not_entered_twice) {
   std::atomic<int> wrong{0};
   std::atomic<int> entered_twice{0};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer.
 #include "kernel/search/search.hpp"
+#include "tests/support/block_oracle.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/support.hpp"
 #include "threading/team.hpp"
@@ -11,14 +13,14 @@
 namespace maxlogdet::test {
 namespace {
 
-// Nobody comes.
+// No helper ever comes.
 class AloneExecutor : public Executor {
  public:
   int concurrency() const noexcept override { return 4; }
   void run(int /*workers*/, Body body, void* context) noexcept override { body(context, 0); }
 };
 
-// Helpers come when everything is done, on the calling thread, as tasks do that nobody has taken.
+// Helpers run on the calling thread after everything is done, as unclaimed tasks do.
 class AfterwardsExecutor : public Executor {
  public:
   int concurrency() const noexcept override { return 4; }
@@ -27,14 +29,14 @@ class AfterwardsExecutor : public Executor {
   }
 };
 
-// Breaks its promise.
+// Breaks the contract: runs nothing.
 class IdleExecutor : public Executor {
  public:
   int concurrency() const noexcept override { return 4; }
   void run(int /*workers*/, Body /*body*/, void* /*context*/) noexcept override {}
 };
 
-// Says that it has no workers at all.
+// Has no workers.
 class EmptyExecutor : public AloneExecutor {
  public:
   int concurrency() const noexcept override { return -1; }
@@ -42,10 +44,9 @@ class EmptyExecutor : public AloneExecutor {
 
 void expect_each_chunk_once(Executor& executor, int workers) {
   threading::Team team;
-  constexpr std::uint32_t most = threading::Team::max_chunks;
   team.run(&executor, workers, [&] {
     for (std::uint32_t loop = 0; loop < 300; ++loop) {
-      const std::uint32_t count = 1 + loop % most;
+      const std::uint32_t count = 1 + loop % threading::Team::max_chunks;
       std::vector<int> calls(count);  // not atomic: a chunk is one worker's
       team.for_chunks(count, [&](std::uint32_t chunk) { ++calls[chunk]; });
       ASSERT_EQ(calls, std::vector<int>(count, 1)) << "loop " << loop;
@@ -71,11 +72,11 @@ TEST(Team, chunks_cover_everything_without_overlap) {
   threading::Team team;
   team.run(&pool, 3, [&] {
     for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
-      for (const std::size_t least : {1U, 7U, 64U, 5000U}) {
+      for (const std::size_t min_size : {1U, 7U, 64U, 5000U}) {
         for (const std::size_t unit : {1U, 16U}) {
           std::vector<int> seen(count);
           const std::uint32_t chunks =
-              team.in_chunks(count, least, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
+              team.in_chunks(count, min_size, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
                 EXPECT_EQ(first % unit, 0U);
                 for (std::size_t i = first; i < first + size; ++i) ++seen[i];
               });
@@ -191,7 +192,7 @@ TEST(Threads, answers_do_not_depend_on_their_number) {
   for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
 }
 
-// Enough candidates for the looks of lazy rounds to be spread as well.
+// Enough candidates for the evaluations of lazy rounds to be split as well.
 TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
   sim::PoolExecutor pool(3);
   for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
@@ -218,7 +219,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
   expect_independent_of_threads(awkward_blocks(random, 3000), 20, pool);
 }
 
-TEST(Threads, answers_do_not_depend_on_who_comes) {
+TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
   AloneExecutor alone;
   AfterwardsExecutor afterwards;
@@ -263,50 +264,21 @@ TEST(Threads, a_deadline_still_gives_a_prefix) {
   }
 }
 
-// All that a store says of its candidates.
-struct Contents {
-  std::vector<float> entries;
-  std::vector<std::uint32_t> indices;
-  std::vector<unsigned char> validity;
-  std::vector<double> column_max;
-  int rows;
-
-  friend bool operator==(const Contents& a, const Contents& b) {
-    return a.entries == b.entries && a.indices == b.indices && a.validity == b.validity &&
-           a.column_max == b.column_max && a.rows == b.rows;
-  }
-};
-
-Contents contents(const BlockStore& blocks) {
-  Contents all;
-  for (int row = 0; row < blocks.rows(); ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      const float* const plane = blocks.plane(row, column);
-      all.entries.insert(all.entries.end(), plane, plane + blocks.stored());
-    }
-  }
-  all.indices.assign(blocks.indices(), blocks.indices() + blocks.stored());
-  all.validity.assign(blocks.validity(), blocks.validity() + blocks.size());
-  all.column_max.assign(blocks.column_max(), blocks.column_max() + state_dimension);
-  all.rows = blocks.rows();
-  return all;
-}
-
-// A share of a frame's matches behind the camera, not finite or not usable; of the second quarter none is usable if
-// that share is large, so that some chunks have no block at all.
+// Puts a share of a frame's matches behind the camera, or makes them not finite or not usable. If the share is large,
+// none of the second quarter is usable, so that some chunks have no block.
 std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
   const std::size_t n = frame.matches.size();
   std::vector<unsigned char> usable(n, 1);
   for (std::size_t i = 0; i < n; ++i) {
     sim::Match& match = frame.matches[i];
     if (random.chance(share / 3)) match.point[2] = -1e3;
-    if (random.chance(share / 3)) match.point[0] = std::numeric_limits<double>::quiet_NaN();
+    if (random.chance(share / 3)) match.point[0] = nan;
     if (random.chance(share / 3) || (share > 0.5 && i >= n / 4 && i < n / 2)) usable[i] = 0;
   }
   return usable;
 }
 
-// Into a store that holds a few candidates already, some of them invalid, by any number of threads.
+// Appends to a store that holds a few candidates already, some of them invalid, with any number of threads.
 void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& matches, const BlockKind& kind,
                         Executor& executor) {
   BlockOptions options;
@@ -321,7 +293,7 @@ void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& 
     BlockStore helped = before;
     const BlockReport report =
         append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, helped, &executor);
-    EXPECT_TRUE(contents(helped) == contents(alone)) << kind.name << ", " << threads << " threads";
+    EXPECT_TRUE(bytes_of(helped) == bytes_of(alone)) << kind.name << ", " << threads << " threads";
     EXPECT_EQ(report.status, expected.status);
     EXPECT_EQ(report.invalid, expected.invalid);
     EXPECT_EQ(report.behind_camera, expected.behind_camera);
@@ -335,7 +307,7 @@ TEST(Threads, blocks_do_not_depend_on_their_number) {
   SCOPED_TRACE(random.name());
   sim::PoolExecutor pool(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
-    for (const double share : {0.05, 0.8, 3.0}) {  // of the last, none has a block
+    for (const double share : {0.05, 0.8, 3.0}) {  // 3.0: no match has a block
       SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));
       sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
       const std::vector<unsigned char> usable = spoil(random, share, frame);

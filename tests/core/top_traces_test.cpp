@@ -3,11 +3,11 @@
 #include "kernel/information/top_traces.hpp"
 #include "kernel/search/search.hpp"
 #include "tests/support/forced_isa.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet::test {
 namespace {
@@ -55,31 +55,31 @@ Top top_traces(const BlockStore& blocks, const Options& options, std::size_t add
   return result;
 }
 
-// None left out is larger than one taken, by more than float64 can tell; of equal ones the first are taken.
+// No trace left out exceeds one taken by more than float64 can tell; of equal ones the first are taken.
 void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
   const Candidates& candidates = search.candidates;
   const double* const w = search.factor.inverse();
   std::vector<bool> is_taken(candidates.size());
-  long double least = std::numeric_limits<long double>::infinity();
+  long double min_taken = infinity;
   long double sum = 0;
   for (const std::uint32_t i : top.candidates) {
     EXPECT_TRUE(search.constraints.free()[i]);
     is_taken[i] = true;
-    least = std::min(least, trace_of(candidates, i, w));
+    min_taken = std::min(min_taken, trace_of(candidates, i, w));
     sum += trace_of(candidates, i, w);
   }
   EXPECT_TRUE(std::is_sorted(top.candidates.begin(), top.candidates.end()));
   EXPECT_EQ(top.candidates.size(), std::min(wanted, search.constraints.free_count()));
-  const double root_error = 0x1p-53 * trace_root_error(search.candidates, w);
-  const auto rounded = [root_error](long double trace) {  // what float64 may make of it
+  const double root_error = unit_roundoff * trace_root_error(search.candidates, w);
+  const auto error_of = [root_error](long double trace) {  // in float64
     return 2 * root_error * std::sqrt(static_cast<double>(trace)) + root_error * root_error +
            1e-14 * static_cast<double>(trace);
   };
-  EXPECT_NEAR(top.sum, static_cast<double>(sum), static_cast<double>(top.candidates.size()) * rounded(sum));
+  EXPECT_NEAR(top.sum, static_cast<double>(sum), static_cast<double>(top.candidates.size()) * error_of(sum));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (search.constraints.free()[i] == 0 || is_taken[i]) continue;
     const long double trace = trace_of(candidates, i, w);
-    ASSERT_LE(trace, least + 2 * rounded(least)) << i;
+    ASSERT_LE(trace, min_taken + 2 * error_of(min_taken)) << i;
     for (const std::uint32_t taken : top.candidates) {
       if (taken < i) continue;
       ASSERT_FALSE(are_the_same(candidates, taken, i)) << i << " comes before " << taken;
@@ -134,8 +134,8 @@ TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
   }
 }
 
-// Copies of one block, an entry moved by a few float32 steps each, once that direction is well observed: what whitens
-// to little is the difference of large products, and float32 alone ranks them wrongly.
+// Copies of one block, each with an entry moved by a few float32 steps, once that direction is well observed: whitened
+// entries are small differences of large products, and float32 alone ranks them wrongly.
 TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
   for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
     Random random(variation);

@@ -2,18 +2,18 @@
 #pragma once
 
 #include "tests/fuzz/require.hpp"
+#include "tests/support/numbers.hpp"
 
 #include <maxlogdet/selection.hpp>
 
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace maxlogdet::fuzz {
 
-inline bool same_value(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+using test::same_value;
 
-/// A selection that outlives its selector's next one; of what may differ between machines, nothing.
+/// A selection that outlives its selector's next one, without what may differ between machines.
 struct Answer {
   Answer() = default;
   explicit Answer(const Selection& selection)

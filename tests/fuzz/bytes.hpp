@@ -13,7 +13,8 @@
 
 namespace maxlogdet::fuzz {
 
-/// A fuzzer's input, read value after value, zeros after its end: every input means something, and the same everywhere.
+/// A fuzzer's input, read value by value, zeros after its end: every input is valid and means the same on every
+/// machine.
 class Bytes {
  public:
   Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -33,14 +34,14 @@ class Bytes {
 
   std::uint8_t byte() { return raw<std::uint8_t>(); }
 
-  /// 0 <= result < end, end >= 1; of one byte if that can be.
+  /// 0 <= result < end, end >= 1; read from one byte if possible.
   std::size_t below(std::size_t end) { return end <= 256 ? byte() % end : raw<std::uint32_t>() % end; }
 
-  /// In so many of 256 cases; never after the end.
+  /// True in `cases` of 256 cases; never after the end.
   bool chance(int cases) { return byte() >= 256 - cases; }
 
-  /// Any number: mostly small integers, also times a power of ten, any bits of a float64 or a float32, and where these
-  /// two end.
+  /// Any number: mostly small integers, also times a power of ten, any bits of a float64 or a float32, and the ends of
+  /// both.
   double number() {
     constexpr double edges[] = {std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity(),
@@ -66,10 +67,10 @@ class Bytes {
   /// A factor from 1e-40 to 1e40.
   double times_power_of_ten(double factor) { return factor * std::pow(10.0, raw<std::int8_t>() % 41); }
 
-  /// All that is left.
+  /// The remaining bytes.
   std::string_view rest() const { return {reinterpret_cast<const char*>(data_), left_}; }
 
-  /// What comes before the next `separator`, or all that is left; takes that too.
+  /// The text before the next `separator`, or the rest; consumes the separator, too.
   std::string_view text_until(char separator) {
     const std::string_view text = rest().substr(0, rest().find(separator));
     skip(std::min(text.size() + 1, left_));

@@ -47,7 +47,7 @@ inline void check_dataset(const stereo_odometry::StereoDataset& dataset) {
   }
 }
 
-/// Opens it: a dataset in order, or an InputError that names a file in it.
+/// Opens a folder: expects a valid dataset, or an InputError that names a file in it.
 inline void check_folder(const InputFolder& folder, const std::string& name) {
   std::unique_ptr<stereo_odometry::StereoDataset> dataset;
   if (reads([&] { dataset = stereo_odometry::open_dataset(folder.path(name)); }, folder.path(name))) {

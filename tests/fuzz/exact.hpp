@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "tests/fuzz/problem.hpp"
+#include "tests/fuzz/rules.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 
 #include <Eigen/Core>
@@ -13,7 +14,7 @@
 
 namespace maxlogdet::fuzz {
 
-/// An answer followed step by step in long double, and with it how far off docs/numerics.md allows float64 to be.
+/// An answer followed step by step in long double, and the errors of float64 that docs/numerics.md allows.
 class Exact {
  public:
   using Wide = long double;
@@ -74,7 +75,7 @@ class Exact {
   }
 
  private:
-  static constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
+  static constexpr Wide unit = test::unit_roundoff;
   static constexpr Wide update_error = 192 * unit;
 
   // Of W = R^-T.
@@ -88,7 +89,7 @@ class Exact {
   Wide prior_error_ = 0;
 };
 
-/// Targets, as docs/numerics.md has them: how far an information is from them, and how far off that may be.
+/// Targets as docs/numerics.md defines them: how far an information is from them, and the error of that.
 class ExactTarget {
  public:
   using Wide = long double;
@@ -109,14 +110,14 @@ class ExactTarget {
 
   /// At least 1 where all targets are met.
   Wide slack(const Exact& exact) const {
-    Wide least = std::numeric_limits<Wide>::infinity();
+    Wide slack = test::infinity;
     if (options_.target_efficiency > 0)
-      least = std::exp((exact.log_det() - log_det_of_all_) / state_dimension) / options_.target_efficiency;
+      slack = std::exp((exact.log_det() - log_det_of_all_) / state_dimension) / options_.target_efficiency;
     if (options_.target_translation_sigma > 0)
-      least = std::min(least, options_.target_translation_sigma / exact.translation_sigma());
+      slack = std::min(slack, options_.target_translation_sigma / exact.translation_sigma());
     if (options_.target_rotation_sigma > 0)
-      least = std::min(least, options_.target_rotation_sigma / exact.rotation_sigma());
-    return least;
+      slack = std::min(slack, options_.target_rotation_sigma / exact.rotation_sigma());
+    return slack;
   }
 
   Wide error(const Exact& exact) const { return 2 * (error_ + exact.relative_error()); }

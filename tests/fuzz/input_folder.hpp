@@ -13,7 +13,8 @@
 
 namespace maxlogdet::fuzz {
 
-/// A folder of this process alone, for readers that want files; in memory unless TMPDIR names a place. Gone with this.
+/// A folder for this process alone, for readers of files; in memory unless TMPDIR names a place. Removed when
+/// destroyed.
 class InputFolder {
  public:
   InputFolder() {

@@ -2,6 +2,7 @@
 #include "tests/fuzz/problem.hpp"
 
 #include "simd/counter_random.hpp"
+#include "simd/rounding.hpp"
 #include "tests/fuzz/require.hpp"
 
 #include <algorithm>
@@ -56,10 +57,10 @@ AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
   return block;
 }
 
-// Blocks of random entries of one size, or such moved a little off one direction: many from five bytes.
+// Many candidates from five bytes: random entries of one scale, or small deviations from one direction.
 void append_random(Bytes& bytes, BlockStore& store) {
-  const std::size_t most = std::min<std::size_t>(max_candidates - store.size(), bytes.chance(6) ? 500 : 100);
-  const std::size_t count = std::min(most, 1 + bytes.below(256));
+  const std::size_t max_count = std::min<std::size_t>(max_candidates - store.size(), bytes.chance(6) ? 500 : 100);
+  const std::size_t count = std::min(max_count, 1 + bytes.below(256));
   CounterRandom random(bytes.byte());
   AnyBlock block;
   block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
@@ -88,61 +89,6 @@ void append_invalid(Bytes& bytes, BlockStore& store) {
       block.entries[bytes.below(n)] = std::numeric_limits<double>::quiet_NaN();
       store.push_back(block.entries, 1);
   }
-}
-
-enum class Verdict { good, bad, unclear };
-
-// The limits of docs/numerics.md in long double, scaled to a diagonal of ones. What float64 loses on the way is in
-// proportion to the inverse so far; nearer to a limit than that it is unclear.
-Verdict judge_prior(const double* prior) {
-  using Wide = long double;
-  constexpr Wide unit = std::numeric_limits<double>::epsilon() / 2;
-  Wide root[n];
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      if (!std::isfinite(prior[n * i + j])) return Verdict::bad;
-    }
-    if (!(prior[n * i + i] > 0)) return Verdict::bad;
-    root[i] = std::sqrt(static_cast<Wide>(prior[n * i + i]));
-  }
-  bool is_unclear = false;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) {
-      const Wide asymmetry = std::abs(static_cast<Wide>(prior[n * i + j]) - prior[n * j + i]) / root[i] / root[j];
-      if (asymmetry > 1.001e-8L) return Verdict::bad;
-      is_unclear = is_unclear || asymmetry > 0.999e-8L;
-    }
-  }
-  Wide l[n][n] = {};
-  Wide inverse[n][n] = {};  // of l
-  Wide inverse_squared = 0;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      Wide sum = (static_cast<Wide>(prior[n * i + j]) + prior[n * j + i]) / 2 / root[i] / root[j];
-      for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
-      if (j < i) {
-        l[i][j] = sum / l[j][j];
-        continue;
-      }
-      const Wide error = 100 * unit * (1 + inverse_squared);
-      if (sum < 1e-14L - error) return Verdict::bad;
-      if (sum < 1e-14L + error) return Verdict::unclear;
-      l[i][i] = std::sqrt(sum);
-    }
-    inverse[i][i] = 1 / l[i][i];
-    for (int j = 0; j < i; ++j) {
-      for (int d = j; d < i; ++d) inverse[i][j] -= l[i][d] * inverse[d][j];
-      inverse[i][j] /= l[i][i];
-    }
-    for (int j = 0; j <= i; ++j) inverse_squared += inverse[i][j] * inverse[i][j];
-  }
-  Wide largest = 0;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) largest = std::max(largest, std::abs(inverse[i][j]) / root[j]);
-  }
-  const Wide error = std::min(1.0L, 1000 * unit * inverse_squared * std::sqrt(inverse_squared));
-  if (largest * (1 - error) > 1e10L) return Verdict::bad;
-  return is_unclear || largest * (1 + error) > 1e10L ? Verdict::unclear : Verdict::good;
 }
 
 }  // namespace
@@ -193,7 +139,7 @@ void append_candidates(Bytes& bytes, BlockStore& store) {
 
 Request::Request(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  // All of many, near copies of each other, would be seconds of work under a sanitizer.
+  // Selecting all of many near copies would take seconds under a sanitizer.
   options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
   if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
   options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
@@ -201,10 +147,10 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.seed = bytes.byte();
-  constexpr std::size_t without_end = std::numeric_limits<std::size_t>::max();
+  constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
   options.certify = bytes.chance(128);
-  options.certificate_passes = bytes.chance(2) ? without_end : bytes.below(5);
-  options.exchange_sweeps = bytes.chance(2) ? without_end : bytes.below(8) / 3;
+  options.certificate_passes = bytes.chance(2) ? unlimited : bytes.below(5);
+  options.exchange_sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
@@ -213,7 +159,7 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   decode_targets(bytes);
 }
 
-// Of most, strategies that take them.
+// Mostly with strategies that support them.
 void Request::decode_targets(Bytes& bytes) {
   if (!bytes.chance(64)) return;
   const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
@@ -254,7 +200,7 @@ void Request::decode_prior(Bytes& bytes) {
 
 void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  // A step from one flagged candidate to the next says it in few bytes.
+  // Steps from one flagged candidate to the next need few bytes.
   const auto flags = [&](std::vector<unsigned char>& list) {
     list.assign(size, 0);
     for (std::size_t i = bytes.below(16); i < size; i += 1 + bytes.byte()) list[i] = 3;
@@ -287,102 +233,6 @@ void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
     for (std::size_t g = 0; g <= options.group_count; ++g) maxima_.push_back(bytes.byte() % 16U);
     options.group_maxima = maxima_.data();
   }
-}
-
-bool has_target(const Options& options) {
-  return options.target_efficiency != 0 || options.target_translation_sigma != 0 || options.target_rotation_sigma != 0;
-}
-
-Options without_target(Options options) {
-  options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
-  return options;
-}
-
-std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const {
-  return static_cast<std::size_t>(
-      std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups[i] == group; }));
-}
-
-bool Rules::may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const {
-  if (!candidates_.is_valid(i) || is_excluded(i)) return false;
-  if (has_groups() && count_in(options_.groups[i], chosen) >= maximum(options_.groups[i])) return false;
-  return std::find(chosen.begin(), chosen.end(), i) == chosen.end();
-}
-
-std::vector<std::uint32_t> Rules::required() const {
-  std::vector<std::uint32_t> list;
-  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
-    if (is_required(i)) list.push_back(i);
-  }
-  return list;
-}
-
-std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) const {
-  std::vector<Status> errors;
-  const auto add_if = [&](bool is_wrong, Status status) {
-    if (is_wrong) errors.push_back(status);
-  };
-  const Strategy strategy = options_.strategy;
-  const bool is_stochastic = strategy == Strategy::stochastic_greedy;
-  const bool keeps_to_groups = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
-  add_if(candidates_.size() > capacity, Status::capacity_exceeded);
-  add_if(options_.budget > capacity, Status::invalid_budget);
-  add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
-         Status::invalid_strategy);
-  add_if(is_stochastic && !(options_.epsilon > 0 && options_.epsilon < 1), Status::invalid_epsilon);
-  add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
-  add_if(options_.threads < 0, Status::invalid_threads);
-  add_if(options_.groups != nullptr && !keeps_to_groups, Status::unsupported_groups);
-
-  const auto is_deviation = [](double sigma) { return sigma >= 0 && std::isfinite(sigma); };
-  const bool is_share = options_.target_efficiency >= 0 && options_.target_efficiency <= 1;
-  add_if(!is_share || !is_deviation(options_.target_translation_sigma) || !is_deviation(options_.target_rotation_sigma),
-         Status::invalid_target);
-  const bool selects_in_order = keeps_to_groups && options_.exchange_sweeps == 0;
-  add_if(has_target(options_) && !selects_in_order, Status::unsupported_target);
-
-  const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
-  prior_is_unclear = verdict == Verdict::unclear;
-  add_if(verdict == Verdict::bad, Status::invalid_prior);
-
-  bool groups_exist = true;
-  for (std::size_t i = 0; i < candidates_.size() && has_groups(); ++i) {
-    groups_exist = groups_exist && options_.groups[i] < options_.group_count;
-  }
-  if (!groups_exist) {
-    errors.push_back(Status::invalid_groups);
-    return errors;
-  }
-  const std::vector<std::uint32_t> list = required();
-  bool is_feasible = list.size() <= options_.budget;
-  for (const std::uint32_t i : list) {
-    const bool has_place = !has_groups() || count_in(options_.groups[i], list) <= maximum(options_.groups[i]);
-    is_feasible = is_feasible && candidates_.is_valid(i) && !is_excluded(i) && has_place;
-  }
-  add_if(!is_feasible, Status::infeasible);
-  return errors;
-}
-
-test::Matrix6 prior_of(const Options& options) {
-  if (options.prior == nullptr) return 1e-5 * test::Matrix6::Identity();
-  test::Matrix6 prior;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) prior(i, j) = options.prior[n * i + j] / 2 + options.prior[n * j + i] / 2;
-  }
-  return prior;
-}
-
-bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) {
-  bool prior_is_unclear = false;
-  const std::vector<Status> errors = rules.errors(capacity, prior_is_unclear);
-  const bool is_listed = std::find(errors.begin(), errors.end(), status) != errors.end();
-  if (is_listed || (prior_is_unclear && status == Status::invalid_prior)) return true;
-  require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
-          errors.empty() ? "none" : to_string(errors.front()));
-  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||
-              status == Status::target_reached,
-          "a request without an error is answered", to_string(status));
-  return false;
 }
 
 }  // namespace maxlogdet::fuzz

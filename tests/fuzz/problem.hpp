@@ -14,8 +14,8 @@ namespace maxlogdet::fuzz {
 
 constexpr std::size_t max_candidates = 600;
 
-/// Appends candidates as the bytes tell, until these tell to end: any values, also some that a store refuses, and what
-/// rounding has trouble with, copies, multiples, and copies off by a bit. `store` gets at most max_candidates.
+/// Appends the candidates that the bytes encode, up to max_candidates: any values, some that a store refuses, and cases
+/// that are hard for rounding, which are copies, multiples, and copies with one bit changed.
 void append_candidates(Bytes& bytes, BlockStore& store);
 
 /// rows x 6 entries of some kind, row-major, room for three rows.
@@ -46,48 +46,5 @@ class Request {
   std::vector<std::uint32_t> groups_;
   std::vector<std::uint32_t> maxima_;
 };
-
-/// Whether any target is given, be it one that is none.
-bool has_target(const Options& options);
-
-/// The same without.
-Options without_target(Options options);
-
-/// What options say of candidates, read as plainly as possible.
-class Rules {
- public:
-  Rules(const BlockStore& candidates, const Options& options) : candidates_(candidates), options_(options) {}
-
-  bool is_required(std::size_t i) const { return is_set(options_.required, i); }
-  bool is_excluded(std::size_t i) const { return is_set(options_.excluded, i); }
-  bool has_groups() const { return options_.groups != nullptr && candidates_.size() > 0; }
-  std::size_t maximum(std::size_t group) const {
-    return options_.group_maxima != nullptr ? options_.group_maxima[group] : options_.max_per_group;
-  }
-
-  /// How many of these are in a group.
-  std::size_t count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const;
-
-  /// Whether one more could be added to those chosen, the budget left aside.
-  bool may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const;
-
-  std::vector<std::uint32_t> required() const;
-
-  /// Everything that is wrong with the request, for a selector of this capacity; of several errors any may be named. An
-  /// empty list: it has to be answered. `prior_is_unclear` where rounding decides whether the prior is one.
-  std::vector<Status> errors(std::size_t capacity, bool& prior_is_unclear) const;
-
- private:
-  static bool is_set(const unsigned char* flags, std::size_t i) { return flags != nullptr && flags[i] != 0; }
-
-  const BlockStore& candidates_;
-  const Options& options_;
-};
-
-/// The prior of the options as the documentation has it: the mean of the matrix and its transpose.
-test::Matrix6 prior_of(const Options& options);
-
-/// Fails unless this status is one that Rules expects; true if it is an error.
-bool is_expected_error(const Rules& rules, std::size_t capacity, Status status);
 
 }  // namespace maxlogdet::fuzz

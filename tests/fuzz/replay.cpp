@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where there is no libFuzzer: runs a fuzz target on every file of a folder, or on all regressions and the share of the
-// others that MAXLOGDET_TEST_SHARE tells. Usage: PROGRAM FOLDER
+// others that MAXLOGDET_TEST_SHARE names. Usage: PROGRAM FOLDER
 #include "tests/support/support.hpp"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 
 namespace maxlogdet::fuzz {
 
-/// A property that did not hold: says so in one line, and ends the program, which a fuzzer takes for a finding.
+/// Reports a property that does not hold in one line and aborts, which a fuzzer takes for a finding.
 template <class... Details>
 [[noreturn]] void fail(const char* property, const Details&... details) {
   std::ostringstream line;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Any candidates, any options: what a Selector promises of its answers, held against a plain reading of the request, an
-// oracle in long double, and the same question asked in other ways.
+// Any candidates, any options: what a Selector promises of its answers, compared with a plain reading of the request,
+// an oracle in long double, and answers to the same request made in other ways.
 #include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
+#include "tests/fuzz/rules.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/pool_executor.hpp"
 
@@ -101,7 +102,7 @@ bool is_greedy(const Options& options) {
          options.exchange_sweeps == 0;
 }
 
-// Every digit that docs/numerics.md promises, as long as it promises any; and what greedy is.
+// Every digit that docs/numerics.md promises, while it promises any, and that greedy's choices are the best.
 void check_digits(const BlockStore& blocks, const Options& options, const Answer& answer) {
   Exact exact(blocks, options);
   if (!exact.is_tame()) return;
@@ -132,7 +133,7 @@ void check_digits(const BlockStore& blocks, const Options& options, const Answer
   require(difference <= allowed, "log det has its digits", answer.log_det, "off by", difference, "of", allowed);
 }
 
-// The largest log det of those selections that may be asked for, by trying all.
+// The largest log det of all feasible selections, by trying them.
 class Optimum {
  public:
   Optimum(const BlockStore& blocks, const Options& options) : blocks_(blocks), rules_(blocks, options) {
@@ -147,7 +148,7 @@ class Optimum {
   }
 
   bool is_known() const { return is_known_; }
-  /// At most that, less what long double rounds off.
+  /// A lower bound: less the rounding of long double.
   long double log_det() const { return best_; }
 
  private:
@@ -178,7 +179,7 @@ void check_bound(const BlockStore& blocks, const Options& options, const Answer&
           optimum.log_det());
 }
 
-// All of an answer that the question alone says something about.
+// Everything about an answer that the request alone determines.
 void check_answer(const BlockStore& blocks, const Options& options, const Answer& answer) {
   check_indices(blocks, options, answer);
   check_size(blocks, options, answer);
@@ -198,7 +199,7 @@ Answer ask_anew(std::size_t capacity, const BlockStore& blocks, const Options& o
 void check_deadline(const Options& options, const Answer& timed, const Answer& full) {
   if (timed.status != Status::deadline_reached) {
     Answer expected = full;
-    if (options.time_limit > 0 && options.certificate_passes > 0) {  // they may have had no time
+    if (options.time_limit > 0 && options.certificate_passes > 0) {  // passes may have had no time
       require(!(timed.upper_bound < full.upper_bound), "passes only tighten the bound", timed.upper_bound,
               full.upper_bound);
       expected.upper_bound = timed.upper_bound;
@@ -226,7 +227,7 @@ void check_instruction_sets(std::size_t capacity, const BlockStore& blocks, Opti
 
 void check_threads(Bytes& bytes, std::size_t capacity, const BlockStore& blocks, Options options,
                    const Answer& expected) {
-  if (!bytes.chance(24)) return;  // helpers that wait for work take it from other programs
+  if (!bytes.chance(24)) return;  // helpers that wait take processor time from other programs
   Selector selector(capacity, &pool());
   options.threads = 2 + static_cast<int>(bytes.below(3));
   const Selection selection = selector.select(blocks, options);
@@ -294,7 +295,7 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
   require_same(ask(selector, blocks, options), expected, "the same question has the same answer");
 }
 
-// A target ends the same search where it is met first.
+// A target stops the same search as soon as it is met.
 void check_target(std::size_t capacity, const BlockStore& blocks, const Options& options) {
   if (!has_target(options)) return;
   const Answer answer = ask_anew(capacity, blocks, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The program as its user meets it: what it prints, and how it refuses.
+// The program's output and errors.
 #include "tests/support/program.hpp"
 #include "sim/frame_reader.hpp"
 
@@ -32,7 +32,7 @@ TEST_F(Program, selects_on_the_embedded_frame) {
   }
 }
 
-TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
+TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
   write_frame("frame_001.csv", 150);
   write_frame("frame_002.csv", 30);
   for (const std::string& strategy : sim::names_of(sim::strategies)) {
@@ -73,7 +73,7 @@ TEST_F(Program, prints_one_json_object_a_frame_with_the_librarys_answer) {
   }
 }
 
-TEST_F(Program, certifies_exchanges_and_tells_the_threads) {
+TEST_F(Program, certifies_exchanges_and_reports_threads) {
   write_frame("frame_001.csv", 300);
   const auto plain = run_json("select --input frames --budget 8 --certify").at(0);
   EXPECT_GE(plain["upper_bound"], plain["log_det"]);
@@ -91,7 +91,7 @@ TEST_F(Program, certifies_exchanges_and_tells_the_threads) {
   EXPECT_EQ(chosen["strategy_chosen"], "backward_greedy");
 }
 
-TEST_F(Program, keeps_to_a_grid_and_a_time_limit) {
+TEST_F(Program, respects_a_grid_and_a_time_limit) {
   write_frame("frame_001.csv", 300);
   const sim::Frame frame = sim::read_frames(folder_ + "/frames").at(0);
   const auto object = run_json("select --input frames --budget 60 --grid 4x3 --max-per-cell 2").at(0);
@@ -130,8 +130,8 @@ TEST_F(Program, stops_at_targets) {
   EXPECT_NE(table.out.find("expected deviation of the rotation"), std::string::npos) << table.out;
   expect_refused(run("select --target-efficiency 1.1"), "--target-efficiency");
   expect_refused(run("select --target-rotation-sigma -1"), "--target-rotation-sigma");
-  expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at a target");
-  expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at a target");
+  expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at targets");
+  expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at targets");
 }
 
 TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
@@ -143,7 +143,7 @@ TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_
   }
 }
 
-TEST_F(Program, refuses_arguments_that_make_no_sense) {
+TEST_F(Program, refuses_invalid_arguments) {
   expect_refused(run(""), "select, simulate or info");
   expect_refused(run("selct"), "selct");
   expect_refused(run("select --bogus"), "--bogus");
@@ -182,12 +182,12 @@ TEST_F(Program, refuses_arguments_that_make_no_sense) {
   expect_refused(run("select --time-limit-ms nan"), "--time-limit-ms");
   expect_refused(run("select --certificate-passes -1"), "--certificate-passes");
   expect_refused(run("select --exchange-sweeps x"), "--exchange-sweeps");
-  expect_refused(run("select --strategy relaxed --grid 8x6"), "relaxed cannot keep to --grid");
-  expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy cannot keep to --grid");
+  expect_refused(run("select --strategy relaxed --grid 8x6"), "relaxed does not support --grid");
+  expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy does not support --grid");
   expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
-// As of a variable that a script did not set. Every option that takes a value, as --help lists them.
+// Of every option that takes a value, as --help lists them.
 TEST_F(Program, refuses_empty_values_of_all_options) {
   std::size_t options = 0;
   for (const char* const command : {"select", "info", "simulate metrics", "simulate budget", "simulate euroc",
@@ -207,7 +207,7 @@ TEST_F(Program, refuses_empty_values_of_all_options) {
   EXPECT_GT(options, 50U);
 }
 
-TEST_F(Program, refuses_options_that_do_nothing_without_another) {
+TEST_F(Program, refuses_options_without_effect) {
   write_frame("frame_001.csv", 20);
   const std::pair<const char*, const char*> idle[] = {
       {"--certificate-passes 3", "--certify"},
@@ -225,11 +225,11 @@ TEST_F(Program, refuses_options_that_do_nothing_without_another) {
   }
 }
 
-// A file is complete, or what there was before.
-TEST_F(Program, leaves_no_half_of_a_file) {
+// A file is either complete or unchanged.
+TEST_F(Program, leaves_no_partial_file) {
   const std::string select = "select --repeat 1 --json --plot-data ";
   std::ofstream(folder_ + "/old.json") << "old data\n";
-  // In blocks of 512 bytes, to some shells 1024: 2000 matches take 150 KB.
+  // In blocks of 512 bytes, in some shells 1024; the data of 2000 matches has 150 KB.
   const auto limited = [&](const std::string& file) {
     return run_script("ulimit -f 100\n" MAXLOGDET_PROGRAM " " + select + file + " >out.txt 2>err.txt </dev/null");
   };
@@ -252,7 +252,7 @@ TEST_F(Program, leaves_no_half_of_a_file) {
   }
 }
 
-TEST_F(Program, says_if_standard_output_cannot_be_written) {
+TEST_F(Program, reports_that_standard_output_cannot_be_written) {
   for (const char* const command : {"select --repeat 1", "select --repeat 1 --json", "info", "--help", "--version"}) {
     const Outcome outcome =
         run_script(MAXLOGDET_PROGRAM " " + std::string(command) + " >/dev/full 2>err.txt </dev/null");
@@ -281,7 +281,7 @@ TEST_F(Program, warns_about_columns_that_may_be_misspelt_and_stereo_without_ster
   EXPECT_NE(outcome.err.find("no match has a right-image column"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Program, says_which_rays_have_no_world_frame_block) {
+TEST_F(Program, reports_rays_without_a_world_frame_block) {
   std::ofstream(folder_ + "/frames/frame_001.csv")
       << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 0,-1,0,0,0,0,-1,0,1,0,0,0\n"
          "mp_id,X,Y,Z,u,v\n1,5,1,0,296,240\n2,5,0,1,376,160\n";
@@ -291,7 +291,7 @@ TEST_F(Program, says_which_rays_have_no_world_frame_block) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["invalid_candidates"], 1);
 }
 
-TEST_F(Program, a_frame_with_everything_behind_the_camera_is_an_answer) {
+TEST_F(Program, answers_for_a_frame_behind_the_camera) {
   write_frame("frame_001.csv", 20);
   std::ofstream(folder_ + "/frames/frame_002.csv")
       << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1,0\n"
@@ -304,7 +304,7 @@ TEST_F(Program, a_frame_with_everything_behind_the_camera_is_an_answer) {
   EXPECT_EQ(objects[1]["indices"].size(), 0U);
 }
 
-TEST_F(Program, draws_the_selected_red_and_in_both_views) {
+TEST_F(Program, draws_selected_matches_red_in_both_views) {
   ASSERT_EQ(run("select --repeat 1 --plot-data picture.json").exit_code, 0);
   ASSERT_EQ(draw("selection", "picture.json").exit_code, 0);
   const std::string svg = contents_of(folder_ + "/picture.svg");
@@ -338,7 +338,7 @@ TEST_F(Program, draws_pictures) {
   expect_refused(run("select --repeat 1 --plot-data nowhere/picture.json"), "nowhere/picture.json: cannot be written");
 }
 
-TEST_F(Program, info_tells_version_instruction_sets_and_threads) {
+TEST_F(Program, info_prints_version_instruction_sets_and_threads) {
   const Outcome outcome = run("info");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.out.find(version()), std::string::npos);

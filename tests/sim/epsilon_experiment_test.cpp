@@ -14,7 +14,7 @@ namespace {
 using sim::EpsilonOptions;
 using sim::EpsilonOutcome;
 
-constexpr double everybody = 1e-200;  // an epsilon with which every candidate is in every sample
+constexpr double all_epsilon = 1e-200;  // with which every candidate is in every sample
 
 EpsilonOptions one_case(double share, double epsilon) {
   EpsilonOptions options;
@@ -23,9 +23,9 @@ EpsilonOptions one_case(double share, double epsilon) {
   return options;
 }
 
-TEST(Epsilon, a_sample_of_everybody_is_greedy) {
+TEST(Epsilon, a_sample_of_all_candidates_is_greedy) {
   for (std::uint64_t run = 0; run < 3; ++run) {
-    const EpsilonOutcome outcome = run_epsilon(one_case(0.3, everybody), 200, run).at(0);
+    const EpsilonOutcome outcome = run_epsilon(one_case(0.3, all_epsilon), 200, run).at(0);
     EXPECT_EQ(outcome.gap_nats, 0);
     EXPECT_EQ(outcome.differing, 0U);
     EXPECT_EQ(outcome.gains, outcome.gains_greedy);
@@ -34,8 +34,8 @@ TEST(Epsilon, a_sample_of_everybody_is_greedy) {
   }
 }
 
-// Sample sizes ceil(n / k ln(1 / epsilon)), and no more than are left.
-TEST(Epsilon, gains_are_those_that_algorithm_1_asks_for) {
+// Sample sizes are ceil(n / k ln(1 / epsilon)), and at most the remaining candidates.
+TEST(Epsilon, gains_are_those_of_algorithm_1) {
   const auto gains_of = [](std::size_t n, double share, double epsilon) {
     return run_epsilon(one_case(share, epsilon), n, 0).at(0);
   };
@@ -45,13 +45,13 @@ TEST(Epsilon, gains_are_those_that_algorithm_1_asks_for) {
   EXPECT_EQ(of_tenth.gains, 100 * 24) << "10 ln 10 = 23.03";
   EXPECT_EQ(of_tenth.gains_greedy, 95050) << "1000 + 999 + ... + 901";
   EXPECT_EQ(gains_of(1000, 0.1, 0.5).gains, 700) << "10 ln 2 = 6.93";
-  EXPECT_EQ(gains_of(1000, 0.1, 1).gains, 100) << "one a round";
+  EXPECT_EQ(gains_of(1000, 0.1, 1).gains, 100) << "one in each round";
   EXPECT_EQ(gains_of(200, 0.8, 1).gains, 160);
   EXPECT_EQ(gains_of(10, 0.8, 0.005).gains, 4 * 7 + 6 + 5 + 4 + 3)
       << "1.25 ln 200 = 6.6: 7 of 10, 9, 8 and 7, then all of 6, 5, 4 and 3";
 }
 
-TEST(Epsilon, of_1_selects_one_random_candidate_a_round) {
+TEST(Epsilon, of_1_selects_one_random_candidate_in_each_round) {
   constexpr std::size_t n = 40;
   std::vector<double> differing;
   const std::size_t runs = trials(40);
@@ -64,7 +64,7 @@ TEST(Epsilon, of_1_selects_one_random_candidate_a_round) {
   EXPECT_NEAR(mean, 10, 5 * std::sqrt(5.0 * 20 / 39 / static_cast<double>(runs)));
 }
 
-// The frame and the answers once more, by the library alone.
+// Computes the frame and the answers again, by the library alone.
 TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   EpsilonOptions options;
   options.shares = {0.1, 0.5};
@@ -85,16 +85,15 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     search.budget = i < 2 ? 15 : 75;
     search.strategy = Strategy::greedy;
     const Selection greedy = selector.select(blocks, search);
-    auto of_greedy = indices_of(greedy);
+    const auto of_greedy = indices_of(greedy);
     const double log_det_of_greedy = greedy.log_det;
     search.strategy = Strategy::stochastic_greedy;
     search.epsilon = i % 2 == 0 ? 0.5 : 0.05;
     search.seed = seeds.bits();
     const Selection found = selector.select(blocks, search);
-    std::size_t differing = 0;
-    for (const std::uint32_t index : found) {
-      if (std::find(of_greedy.begin(), of_greedy.end(), index) == of_greedy.end()) ++differing;
-    }
+    const auto differing = static_cast<std::size_t>(std::count_if(found.begin(), found.end(), [&](std::uint32_t index) {
+      return std::find(of_greedy.begin(), of_greedy.end(), index) == of_greedy.end();
+    }));
     EXPECT_GT(differing, 0U);
     EXPECT_EQ(outcomes[i].k, search.budget);
     EXPECT_EQ(outcomes[i].epsilon, search.epsilon);
@@ -103,13 +102,11 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     const double log_det_prior = 6 * std::log(1e-5);
     EXPECT_NEAR(outcomes[i].share_of_greedy, (found.log_det - log_det_prior) / (log_det_of_greedy - log_det_prior),
                 1e-12);
-    EXPECT_GT(outcomes[i].us, 0);
-    EXPECT_GT(outcomes[i].us_greedy, 0);
-    EXPECT_GT(outcomes[i].us_lazy, 0);
+    for (const double us : {outcomes[i].us, outcomes[i].us_greedy, outcomes[i].us_lazy}) EXPECT_GT(us, 0);
   }
 }
 
-// In expectation at least 1 - 1/e - epsilon of the optimum; in practice of every run, and far from it.
+// The guarantee is for the expectation; in practice every run exceeds it by far.
 TEST(Epsilon, keeps_to_guarantee_and_bound) {
   for (const sim::Scene scene : sim::scenes) {
     for (const Weighting weighting : {Weighting::map_bias, Weighting::measurement}) {
@@ -130,7 +127,7 @@ TEST(Epsilon, keeps_to_guarantee_and_bound) {
   }
 }
 
-TEST(Epsilon, the_same_run_has_the_same_result_but_for_times) {
+TEST(Epsilon, a_run_is_deterministic_except_for_times) {
   EpsilonOptions options;
   options.shares = {0.2};
   options.epsilons = {0.5, 0.1};
@@ -145,7 +142,7 @@ TEST(Epsilon, the_same_run_has_the_same_result_but_for_times) {
   EXPECT_NE(without_times(run_epsilon(options, 100, 2)), first);
 }
 
-// Two epsilons at one n and k, two runs, and a case that the table of one n and k has to leave out.
+// Two epsilons at one n and k, two runs, and a case that the table of one n and k must leave out.
 std::vector<std::vector<EpsilonOutcome>> hand_made() {
   std::vector<std::vector<EpsilonOutcome>> runs(2);
   runs[0] = {{100, 10, 0.5, 2, 20, 6, 0.5, 5, 70, 955, 0.9, 0.8},
@@ -179,7 +176,7 @@ TEST(Epsilon, tables_average_what_they_name) {
   EXPECT_EQ(none.rows[0], Row({"0.5", "0.132", "-", "-", "-", "-", "-", "-", "-"}));
 }
 
-TEST(Epsilon, csv_has_an_outcome_a_row) {
+TEST(Epsilon, csv_has_a_row_for_each_outcome) {
   const sim::Table table = epsilon_table(hand_made(), {"0", "7"});
   EXPECT_EQ(sim::to_csv({table.header, {}}),
             "run,n,k,epsilon,us,us_greedy,us_lazy,gap_nats,differing,gains,gains_greedy,share_of_greedy,"

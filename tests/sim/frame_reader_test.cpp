@@ -66,7 +66,7 @@ TEST_F(FrameReader, reads_a_frame) {
   EXPECT_EQ(frame.matches[1].desc_dist, 39);
 }
 
-TEST_F(FrameReader, forgives_white_space_line_ends_empty_lines_and_the_order_of_columns) {
+TEST_F(FrameReader, accepts_white_space_line_ends_empty_lines_and_any_order_of_columns) {
   auto lines = good_lines;
   for (std::string& line : lines) line += "\r";
   lines.insert(lines.begin() + 3, "");
@@ -81,7 +81,7 @@ TEST_F(FrameReader, forgives_white_space_line_ends_empty_lines_and_the_order_of_
   EXPECT_EQ(frame.matches[0].inv_sigma2, 1);
 }
 
-TEST_F(FrameReader, takes_comments_by_their_whole_name) {
+TEST_F(FrameReader, matches_comments_by_their_full_name) {
   auto lines = good_lines;
   lines[1] = "#fx, fy, cx, cy, bf : 458.654, 457.296, 367.215, 248.375, 50.5";
   lines.emplace_back("# Tcw_prior_gt: 1,0,0,9,0,1,0,9,0,0,1,9");
@@ -92,7 +92,7 @@ TEST_F(FrameReader, takes_comments_by_their_whole_name) {
   EXPECT_EQ(frame.camera.cy, 248.375);
 }
 
-TEST_F(FrameReader, tells_unknown_columns) {
+TEST_F(FrameReader, reports_unknown_columns) {
   auto lines = good_lines;
   EXPECT_TRUE(sim::read_frame(write(lines)).unknown_columns.empty());
   lines[5] = "kp,mp_id,X,Y,Z,u,v,octave,uR,depth,invSigma2,desc_dist";

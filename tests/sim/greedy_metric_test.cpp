@@ -35,8 +35,8 @@ Indices valid_ones(const BlockStore& blocks) {
   return valid;
 }
 
-// Both metrics of eigenvalues, every candidate decomposed in every round. What is better by less than rounding is a
-// tie; ties go to the lowest index.
+// Both metrics of eigenvalues, by decomposing every candidate in every round. Differences below rounding are ties,
+// which go to the lowest index.
 Indices textbook_greedy(GreedyMetric metric, const BlockStore& blocks, std::size_t k, Matrix6 Q) {
   Indices remaining = valid_ones(blocks);
   Indices selected;
@@ -76,7 +76,7 @@ BlockStore random_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
-// Few distinct blocks, many times each.
+// Few distinct blocks, each many times.
 BlockStore duplicated_blocks(Random& random, std::size_t n) {
   std::vector<Block> bases;
   for (int i = random.integer(2, 8); i > 0; --i) bases.push_back(random_block(random, 2));
@@ -103,7 +103,7 @@ TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy_on_scenes) {
   for_every_family(120, [](const BlockStore& blocks) { expect_textbook_greedy(blocks, 40); });
 }
 
-TEST(GreedyMetric, max_log_det_gives_nothing_away) {
+TEST(GreedyMetric, max_log_det_adds_the_largest_gain_in_each_round) {
   Random random;
   SCOPED_TRACE(random.name());
   for (std::size_t trial = trials(30); trial > 0; --trial) {
@@ -175,7 +175,7 @@ TEST(GreedyMetric, a_smaller_selection_is_the_beginning_of_a_larger_one) {
   }
 }
 
-TEST(GreedyMetric, selects_as_if_invalid_blocks_were_not_there_and_at_most_all) {
+TEST(GreedyMetric, ignores_invalid_blocks_and_selects_at_most_all) {
   Random random;
   SCOPED_TRACE(random.name());
   BlockStore with, without;
@@ -197,7 +197,7 @@ TEST(GreedyMetric, selects_as_if_invalid_blocks_were_not_there_and_at_most_all) 
   }
 }
 
-TEST(GreedyMetric, of_nothing_selects_nothing) {
+TEST(GreedyMetric, of_no_candidates_selects_none) {
   BlockStore invalid;
   invalid.push_back_invalid();
   for (const GreedyMetric metric : sim::greedy_metrics) {

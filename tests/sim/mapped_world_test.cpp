@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "experiments/mapped_world.hpp"
 
-#include "sim/trajectory_error.hpp"
+#include "sim/angles.hpp"
+#include "tests/sim/small_worlds.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -16,41 +17,16 @@ using sim::MappedWorld;
 using sim::Match;
 using sim::Pose;
 using sim::Trajectory;
-using sim::Vector6;
 using sim::WorldOptions;
-
-constexpr double radians = 0.017453292519943295;
-
-WorldOptions small_world() {
-  WorldOptions options;
-  options.landmarks = 4000;
-  return options;
-}
-
-WorldOptions perfect_world() {
-  WorldOptions options = small_world();
-  options.outlier_rate = options.pixel_sigma = 0;
-  options.batch_translation = options.batch_rotation_deg = options.batch_scale = 0;
-  options.depth_sigma = options.lateral_sigma = 0;
-  return options;
-}
 
 Eigen::Vector2d project(const PinholeCamera& camera, const Eigen::Vector3d& p) {
   return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
 }
 
-// How far a match is from where its true landmark is seen, px.
+// The error of a match against the projection of its true landmark, px.
 Eigen::Vector2d error_of(const MappedWorld& world, const Frame& frame, const Match& match) {
   const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
   return Eigen::Vector2d(match.u, match.v) - project(frame.camera, world.true_T_cw() * landmark.position);
-}
-
-// Calls body(world, frame) for every frame.
-template <class Body>
-void for_every_frame(const Trajectory& trajectory, const WorldOptions& options, std::uint64_t seed, const Body& body) {
-  MappedWorld world(trajectory, sim::forward_rig(), options, seed);
-  Frame frame;
-  while (world.next(frame)) body(world, frame);
 }
 
 std::vector<double> numbers_of(const Trajectory& trajectory, std::uint64_t seed) {
@@ -97,7 +73,7 @@ TEST(MappedWorld, has_rigs_whose_poses_are_rotations) {
   EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(1).isApprox(-Eigen::Vector3d::UnitZ())) << "its y is down";
 }
 
-TEST(MappedWorld, matches_at_most_so_many_and_none_twice) {
+TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
   WorldOptions options = small_world();
   options.max_matches = 120;
   std::size_t full = 0;
@@ -137,7 +113,7 @@ TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   });
 }
 
-// What is in view of the camera and mapped, counted again.
+// Counts the mapped landmarks in view again.
 TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
   WorldOptions options = perfect_world();
   options.max_matches = 100000;
@@ -157,7 +133,7 @@ TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
 }
 
 TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
-  WorldOptions options = small_world();  // errors of the map do not matter here: the truth is compared with
+  WorldOptions options = small_world();  // errors of the map do not matter: the truth is the reference
   options.outlier_rate = 0;
   options.pixel_sigma = 1.5;
   std::vector<double> squares(8, 0), counts(8, 0);
@@ -194,7 +170,7 @@ TEST(MappedWorld, octaves_fall_with_distance) {
   });
 }
 
-TEST(MappedWorld, outliers_are_as_many_as_told_5_to_40_px_off_in_any_direction) {
+TEST(MappedWorld, outliers_have_the_configured_rate_and_errors_of_5_to_40_px) {
   WorldOptions options = perfect_world();
   options.outlier_rate = 0.2;
   double matches = 0, outliers = 0, distance = 0;
@@ -222,7 +198,7 @@ double mean_distance(const std::vector<double>& distances) {
   return sum;
 }
 
-TEST(MappedWorld, descriptor_distances_tell_a_little_about_errors_and_more_about_outliers) {
+TEST(MappedWorld, descriptor_distances_correlate_with_errors_and_more_with_outliers) {
   WorldOptions options = small_world();
   options.outlier_rate = 0;
   std::vector<double> errors, distances;
@@ -256,128 +232,6 @@ TEST(MappedWorld, descriptor_distances_tell_a_little_about_errors_and_more_about
   EXPECT_GT(mean_distance(wrong), mean_distance(right) + 10);
 }
 
-// A batch's error as (translation, rotation, log scale), in the frame of the keyframe that mapped it; also how far the
-// points are from it at most.
-struct BatchFit {
-  std::uint32_t batch = 0;
-  Eigen::Matrix<double, 7, 1> error;
-  double residual = 0;
-};
-
-// Of the batch that the last frame made; false if it has too few points.
-bool fit_last_batch(const MappedWorld& world, BatchFit& fit) {
-  fit.batch = static_cast<std::uint32_t>(world.keyframes());
-  std::vector<Eigen::Vector3d> truth, mapped;
-  for (const auto& landmark : world.landmarks()) {
-    if (landmark.batch != fit.batch) continue;
-    truth.push_back(world.true_T_cw() * landmark.position);
-    mapped.push_back(world.true_T_cw() * landmark.mapped);
-  }
-  if (truth.size() < 5) return false;
-  const auto n = static_cast<Eigen::Index>(truth.size());
-  const Eigen::Matrix3Xd from = Eigen::Map<const Eigen::Matrix3Xd>(truth[0].data(), 3, n);
-  const Eigen::Matrix3Xd to = Eigen::Map<const Eigen::Matrix3Xd>(mapped[0].data(), 3, n);
-  const sim::Similarity similarity = sim::align_sim3(from, to);
-  const Eigen::Matrix3Xd moved = (similarity.scale * similarity.R * from).colwise() + similarity.t;
-  fit.residual = (moved - to).colwise().norm().maxCoeff();
-  Pose shift = Pose::Identity();
-  shift.linear() = similarity.R;
-  shift.translation() = similarity.t;
-  fit.error << sim::log_se3(shift), similarity.scale - 1;
-  return true;
-}
-
-std::vector<BatchFit> batches_of(const WorldOptions& options, double seconds, std::uint64_t seed) {
-  std::vector<BatchFit> batches;
-  std::size_t keyframes = 0;
-  for_every_frame(sim::analytic_trajectory(seconds), options, seed, [&](const MappedWorld& world, const Frame&) {
-    BatchFit fit;
-    if (world.keyframes() != keyframes && fit_last_batch(world, fit)) batches.push_back(fit);
-    keyframes = world.keyframes();
-  });
-  return batches;
-}
-
-TEST(MappedWorld, a_batch_is_moved_by_one_similarity) {
-  WorldOptions options = small_world();
-  options.depth_sigma = options.lateral_sigma = 0;
-  const auto batches = batches_of(options, 20, 1);
-  ASSERT_GT(batches.size(), 10U);
-  for (std::size_t i = 0; i < batches.size(); ++i) {
-    EXPECT_LT(batches[i].residual, 1e-9) << i;
-    if (i > 0) {
-      EXPECT_GT((batches[i].error - batches[i - 1].error).norm(), 1e-5) << i;
-    }
-  }
-}
-
-// e' = rho e + sqrt(1 - rho^2) N(0, sigma^2): in units of sigma, what is new has the deviation sqrt(1 - rho^2) and
-// does not depend on what was.
-TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_told) {
-  for (const double rho : {0.0, 0.6, 0.95}) {
-    SCOPED_TRACE(rho);
-    WorldOptions options = small_world();
-    options.landmarks = 2000;
-    options.depth_sigma = options.lateral_sigma = 0;
-    options.batch_translation = 0.02;
-    options.batch_rotation_deg = 0.4;
-    options.batch_scale = 0.03;
-    options.batch_correlation = rho;
-    Eigen::Matrix<double, 7, 1> sigma;
-    sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.4 * radians), 0.03;
-    double pairs = 0, products = 0, squares = 0, fresh = 0;
-    Eigen::Matrix<double, 7, 1> first = Eigen::Matrix<double, 7, 1>::Zero();
-    const auto seeds = static_cast<std::uint64_t>(trials(20));
-    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
-      const auto batches = batches_of(options, 10, seed);
-      first += batches.at(0).error.cwiseQuotient(sigma).cwiseAbs2();
-      for (std::size_t i = 1; i < batches.size(); ++i) {
-        if (batches[i].batch != batches[i - 1].batch + 1) continue;
-        const Eigen::Matrix<double, 7, 1> before = batches[i - 1].error.cwiseQuotient(sigma);
-        const Eigen::Matrix<double, 7, 1> now = batches[i].error.cwiseQuotient(sigma);
-        pairs += 7;
-        products += before.dot(now);
-        squares += before.squaredNorm();
-        fresh += (now - rho * before).squaredNorm();
-      }
-    }
-    ASSERT_GT(pairs, 70);
-    EXPECT_NEAR(products / squares, rho, 5 * std::sqrt((1 - rho * rho) / squares));
-    EXPECT_NEAR(fresh / pairs, 1 - rho * rho, 5 * std::sqrt(2 / pairs) * (1 - rho * rho));
-    // The first has the whole deviation already: chi2 with one degree of freedom a seed.
-    const auto n = static_cast<double>(seeds);
-    for (const double of_entry : first) EXPECT_LT(of_entry / n, 1 + 5 * std::sqrt(2 / n) + 10 / n);
-    EXPECT_NEAR(first.sum() / (7 * n), 1, 5 * std::sqrt(2 / (7 * n)));
-  }
-}
-
-TEST(MappedWorld, triangulation_errors_grow_with_depth) {
-  WorldOptions options = perfect_world();
-  options.depth_sigma = 0.005;
-  options.lateral_sigma = 0.002;
-  double points = 0, along = 0, across = 0;
-  std::size_t keyframes = 0;
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame&) {
-    if (world.keyframes() == keyframes) return;
-    keyframes = world.keyframes();
-    for (const auto& landmark : world.landmarks()) {
-      if (landmark.batch != keyframes) continue;
-      const Eigen::Vector3d truth = world.true_T_cw() * landmark.position;
-      const Eigen::Vector3d error = world.true_T_cw() * landmark.mapped - truth;
-      const double depth = truth.z();
-      const double sigma_across = 0.002 * depth, sigma_along = std::min(0.005 * depth * depth, 0.2 * depth);
-      // Across x, y and z alike, and along the ray: of the depth both count.
-      ++points;
-      along += error.z() * error.z() / (sigma_along * sigma_along + sigma_across * sigma_across);
-      const Eigen::Vector3d ray = truth.normalized();
-      across += (error - ray.dot(error) * ray).squaredNorm() / (2 * sigma_across * sigma_across);
-    }
-  });
-  ASSERT_GT(points, 1000);
-  EXPECT_NEAR(along / points, 1, 5 * std::sqrt(2 / points));
-  EXPECT_NEAR(across / points, 1, 5 * std::sqrt(1 / points));
-}
-
 TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_frames) {
   const Trajectory trajectory = sim::analytic_trajectory(20);
   std::size_t keyframes = 0, at = 0, frame_number = 0;
@@ -394,7 +248,7 @@ TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_fram
     } else if (frame_number - at >= 5) {
       const Pose motion = world.true_T_cw() * T_keyframe.inverse();
       ASSERT_LE(motion.translation().norm(), 0.25);
-      ASSERT_LE(sim::rotation_angle(motion.rotation()), 10 * radians);
+      ASSERT_LE(sim::rotation_angle(motion.rotation()), 10 * sim::radians);
     }
     ++frame_number;
   });
@@ -403,7 +257,7 @@ TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_fram
   Trajectory still = trajectory;
   for (auto& pose : still.poses) pose.T_wb = trajectory.poses[0].T_wb;
   for_every_frame(still, small_world(), 1, [&](const MappedWorld& world, const Frame&) {
-    EXPECT_EQ(world.keyframes(), 1U) << "nothing new to see";
+    EXPECT_EQ(world.keyframes(), 1U) << "nothing new is in view";
   });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Noise by image motion, estimated from residuals that are drawn with a known one.
+// Noise by image motion, estimated from residuals of known noise.
 #include "sim/motion_noise.hpp"
 
 #include "sim/draws.hpp"
@@ -20,7 +20,7 @@ TEST(MotionNoise, variance_grows_linearly) {
   EXPECT_DOUBLE_EQ(noise.variance(25), 0.04 + 0.25);
 }
 
-// Student's t with 4 degrees of freedom: a normal over the root of chi2 / 4.
+// Student's t with 4 degrees of freedom: a normal number over the root of chi2 / 4.
 double student(Draws& draws) {
   const double chi2 = -2 * std::log(draws.uniform(1e-300, 1) * draws.uniform(1e-300, 1));
   return draws.normal() / std::sqrt(chi2 / 4);
@@ -29,7 +29,7 @@ double student(Draws& draws) {
 struct World {
   MotionNoise noise;
   double farthest = 60;  // px
-  double wrong = 0;      // share of matches that are off by anything up to 4 px
+  double wrong = 0;      // share of matches with a uniform error of up to 4 px
 };
 
 void add_frames(const World& world, int frames, Draws& draws, MotionNoiseEstimate& estimate) {
@@ -46,7 +46,7 @@ void add_frames(const World& world, int frames, Draws& draws, MotionNoiseEstimat
   }
 }
 
-// How far the deviations of the two are apart at worst, as a ratio.
+// The maximum ratio of the two deviations.
 double worst_ratio(const MotionNoise& a, const MotionNoise& b, double farthest) {
   double worst = 1;
   for (double motion = 0; motion <= farthest; motion += farthest / 8) {
@@ -63,7 +63,7 @@ TEST(MotionNoiseEstimate, finds_the_noise_that_was_drawn) {
       SCOPED_TRACE(random.name());
       Draws draws(random.seed());
       MotionNoiseEstimate estimate(start);
-      add_frames({truth}, 200, draws, estimate);  // some tens would do, but from starts that are far off
+      add_frames({truth}, 200, draws, estimate);  // some tens suffice, except from bad starts
       EXPECT_LT(worst_ratio(estimate.noise(), truth, 60), 1.35)
           << truth.base << ' ' << truth.growth << " found " << estimate.noise().base << ' ' << estimate.noise().growth;
     }
@@ -80,7 +80,7 @@ TEST(MotionNoiseEstimate, follows_a_change) {
   EXPECT_LT(worst_ratio(estimate.noise(), {0.2, 0.18}, 60), 1.35);
 }
 
-TEST(MotionNoiseEstimate, is_moved_little_by_wrong_matches) {
+TEST(MotionNoiseEstimate, is_robust_to_wrong_matches) {
   Random random;
   SCOPED_TRACE(random.name());
   Draws draws(random.seed());
@@ -93,10 +93,10 @@ TEST(MotionNoiseEstimate, is_moved_little_by_wrong_matches) {
   EXPECT_LT(worst_ratio(with.noise(), without.noise(), 60), 1.8) << with.noise().base << ' ' << with.noise().growth;
 }
 
-TEST(MotionNoiseEstimate, stays_usable_with_nothing_to_go_by) {
+TEST(MotionNoiseEstimate, stays_usable_without_residuals) {
   MotionNoiseEstimate estimate;
   for (int frame = 0; frame < 200; ++frame) estimate.end_frame();
-  EXPECT_NEAR(worst_ratio(estimate.noise(), MotionNoise(), 60), 1, 0.01) << "no residuals: as begun";
+  EXPECT_NEAR(worst_ratio(estimate.noise(), MotionNoise(), 60), 1, 0.01) << "no residuals: as at the start";
   for (int frame = 0; frame < 500; ++frame) {
     for (int i = 0; i < 20; ++i) estimate.add(0, 0, 0);
     estimate.end_frame();

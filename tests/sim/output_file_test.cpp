@@ -13,7 +13,7 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(WriteFile, writes_all_of_it_or_says_that_it_cannot) {
+TEST(WriteFile, writes_the_complete_text_or_throws) {
   const std::string file = ::testing::TempDir() + "maxlogdet_write_file";
   const std::string longer(100000, 'x');
   for (const std::string& text : {longer, std::string("a\r\nb\n")}) {
@@ -32,7 +32,7 @@ TEST(CheckOutputFile, refuses_what_cannot_be_written) {
   EXPECT_THROW(sim::check_output_file(folder), sim::InputError);
   EXPECT_THROW(sim::check_output_file(folder + "/no/file"), sim::InputError);
   EXPECT_THROW(sim::check_output_file(folder + "/" + std::string(300, 'a')), sim::InputError);
-  EXPECT_FALSE(std::filesystem::exists(folder + "/file")) << "it only looks";
+  EXPECT_FALSE(std::filesystem::exists(folder + "/file")) << "it creates nothing";
   std::filesystem::remove_all(folder);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Section II of the paper against dense stacked matrices, and against what errors do to the pose optimiser.
+// Section II of the paper against dense stacked matrices, and against errors of the pose optimiser.
 #include "experiments/pose_error_model.hpp"
 
 #include "sim/pose_optimizer.hpp"
@@ -26,7 +26,7 @@ struct Scenario {
   Pose T_cw;
   std::vector<Match> matches;
   Subset all;
-  bool stereo = false;  // then some are still monocular
+  bool stereo = false;  // some remain monocular
 
   PoseErrorModel model() const { return {camera, matches, all, T_cw, stereo}; }
 };
@@ -152,7 +152,7 @@ TEST(PoseErrorModel, only_matches_of_the_subset_in_front_count) {
   EXPECT_EQ(larger.model().bias_amplification(), scenario.model().bias_amplification());
 }
 
-TEST(PoseErrorModel, without_rank_there_are_no_numbers) {
+TEST(PoseErrorModel, without_full_rank_nothing_is_finite) {
   Random random;
   SCOPED_TRACE(random.name());
   Scenario scenario = random_scenario(random, 20, true);
@@ -169,7 +169,7 @@ TEST(PoseErrorModel, without_rank_there_are_no_numbers) {
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-// Ordinary least squares, which counts all matches alike; with a map_sigma (m), residuals whitened with it.
+// Ordinary least squares, with equal weights; with a map_sigma (m), residuals are whitened with it.
 Vector6 error_of_estimate(const Scenario& scenario, const std::vector<Match>& matches, double map_sigma = 0) {
   sim::PoseOptions options;
   options.method = sim::PoseMethod::gauss_newton;
@@ -185,8 +185,8 @@ Vector6 error_of_estimate(const Scenario& scenario, const std::vector<Match>& ma
   return sim::log_se3(estimate.T_cw * scenario.T_cw.inverse());
 }
 
-// Whitened by what they should have as covariance, the mean of n outer products is I, with entries that deviate by
-// sqrt(1 / n), on the diagonal by sqrt(2 / n).
+// The mean of n outer products, whitened by the expected covariance, is I, with deviations of sqrt(1 / n), on the
+// diagonal sqrt(2 / n).
 void expect_covariance(const Scenario& scenario, const Matrix6& covariance, double map_sigma,
                        const std::function<void(Match&)>& disturb) {
   const Eigen::MatrixXd factor = cholesky(covariance);
@@ -202,7 +202,7 @@ void expect_covariance(const Scenario& scenario, const Matrix6& covariance, doub
   EXPECT_LT(largest_difference(mean, Matrix6::Identity()), 5 * std::sqrt(2 / n) + 20 / n);
 }
 
-TEST(PoseErrorModel, eq_5_is_what_measurement_noise_does) {
+TEST(PoseErrorModel, eq_5_is_the_effect_of_measurement_noise) {
   for (const bool stereo : {false, true}) {
     Random random(stereo ? 1 : 0);
     SCOPED_TRACE(random.name());
@@ -216,7 +216,7 @@ TEST(PoseErrorModel, eq_5_is_what_measurement_noise_does) {
   }
 }
 
-TEST(PoseErrorModel, eq_6_is_what_map_noise_does) {
+TEST(PoseErrorModel, eq_6_is_the_effect_of_map_noise) {
   for (const bool stereo : {false, true}) {
     Random random(stereo ? 1 : 0);
     SCOPED_TRACE(random.name());
@@ -226,12 +226,12 @@ TEST(PoseErrorModel, eq_6_is_what_map_noise_does) {
       for (double& x : match.point) x += sigma_p * normal(random);
     };
     expect_covariance(scenario, scenario.model().covariance_of_map_error(sigma_p), 0, disturb);
-    // The second line belongs to whitened residuals; a map_sigma of 1 km leaves nothing of the measurement's noise.
+    // The second line belongs to whitened residuals; with a map_sigma of 1 km, measurement noise is negligible.
     expect_covariance(scenario, scenario.model().covariance_of_map_error_weighted(sigma_p), 1e3, disturb);
   }
 }
 
-TEST(PoseErrorModel, eq_7_is_what_a_shift_of_the_map_does) {
+TEST(PoseErrorModel, eq_7_is_the_effect_of_a_shift_of_the_map) {
   for_every_scenario([](const Scenario& scenario) {
     const Eigen::Vector3d mu_p(1e-5, -2e-5, 3e-5);
     std::vector<Match> shifted = scenario.matches;
@@ -240,7 +240,7 @@ TEST(PoseErrorModel, eq_7_is_what_a_shift_of_the_map_does) {
     }
     const Vector6 expected = scenario.model().expected_error(mu_p);
     EXPECT_LT((error_of_estimate(scenario, shifted) - expected).norm(), 1e-4 * expected.norm());
-    // All shifted alike, the camera follows: T_cw' (p + mu) = T_cw p.
+    // The camera follows a shift of all points: T_cw' (p + mu) = T_cw p.
     EXPECT_LT((expected.head<3>() + scenario.T_cw.linear() * mu_p).norm(), 1e-6 * mu_p.norm());
     EXPECT_LT(expected.tail<3>().norm(), 1e-6 * mu_p.norm());
   });

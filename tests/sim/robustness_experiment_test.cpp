@@ -33,7 +33,7 @@ RobustnessOptions small_options() {
   return options;
 }
 
-// No noise to speak of, and nothing that disturbs.
+// Negligible noise, and no disturbance.
 RobustnessOptions perfect_options() {
   RobustnessOptions options = small_options();
   options.pixel_sigma = options.map_sigma = 1e-6;
@@ -64,7 +64,7 @@ std::vector<Eigen::Vector3d> residuals_of(const DisturbedFrame& disturbed) {
   return residuals;
 }
 
-// The residual in deviations, at the truth, with what is believed of its noise.
+// The residual at the truth, whitened with the assumed noise.
 Eigen::Vector3d whitened_residual(const DisturbedFrame& disturbed, std::size_t i) {
   Eigen::Vector3d e = residuals_of(disturbed)[i];
   const sim::Frame& frame = disturbed.frame;
@@ -74,7 +74,7 @@ Eigen::Vector3d whitened_residual(const DisturbedFrame& disturbed, std::size_t i
   return e;
 }
 
-TEST(Robustness, the_same_run_has_the_same_result_and_another_run_or_seed_another) {
+TEST(Robustness, a_run_is_deterministic_and_depends_on_number_and_seed) {
   RobustnessOptions options = small_options();
   const auto first = numbers_of(run_robustness(options, 3));
   EXPECT_EQ(first.size(), 2 * robustness_cases(options).size());
@@ -114,7 +114,7 @@ TEST(Robustness, the_truth_is_found_without_noise) {
   }
 }
 
-TEST(Robustness, errors_of_points_and_pixels_are_what_selectors_believe) {
+TEST(Robustness, errors_of_points_and_pixels_are_as_selectors_assume) {
   RobustnessOptions options;
   double sum = 0, rows = 0;
   for (std::uint64_t run = 0; run < 6; ++run) {
@@ -124,10 +124,10 @@ TEST(Robustness, errors_of_points_and_pixels_are_what_selectors_believe) {
       rows += disturbed.frame.matches[i].is_stereo() ? 3 : 2;
     }
   }
-  EXPECT_NEAR(sum / rows, 1, 0.06) << "but for what linearising does";
+  EXPECT_NEAR(sum / rows, 1, 0.06) << "except for linearisation";
 }
 
-TEST(Robustness, sigma_is_believed_to_be_half_or_twice_as_large) {
+TEST(Robustness, sigma_is_assumed_to_be_half_or_twice_as_large) {
   const RobustnessOptions options = small_options();
   const auto matches_of = [&](Disturbance disturbance) {
     return disturbed_frame(options, disturbance, 1).frame.matches;
@@ -141,7 +141,7 @@ TEST(Robustness, sigma_is_believed_to_be_half_or_twice_as_large) {
     EXPECT_EQ(half[i].u, none[i].u);
     EXPECT_NEAR(half[i].inv_sigma2 / none[i].inv_sigma2, 4, 1e-9);
     EXPECT_NEAR(twice[i].inv_sigma2 / none[i].inv_sigma2, 0.25, 1e-9);
-    EXPECT_EQ(uneven[i].inv_sigma2, none[i].inv_sigma2) << "nobody knows";
+    EXPECT_EQ(uneven[i].inv_sigma2, none[i].inv_sigma2) << "unknown to the model";
     if (uneven[i].u == none[i].u) {
       EXPECT_GT(none[i].u, 752 / 2.0 - 20);
     } else {
@@ -152,7 +152,7 @@ TEST(Robustness, sigma_is_believed_to_be_half_or_twice_as_large) {
   EXPECT_NEAR(static_cast<double>(louder), 60, 25);
 }
 
-TEST(Robustness, batches_move_the_points_of_a_keyframe_together_and_their_errors_by_as_much_as_told) {
+TEST(Robustness, batches_move_the_points_of_a_keyframe_together_by_the_configured_error) {
   RobustnessOptions options = perfect_options();
   options.matches = 400;
   options.keyframes = 5;
@@ -214,7 +214,7 @@ TEST(Robustness, patches_share_an_error_in_u_and_v_and_u_right_has_that_of_u) {
   EXPECT_NEAR(std::sqrt(sum), 0.5, 0.15);
 }
 
-TEST(Robustness, wrong_matches_are_as_many_as_told_and_anywhere_within_the_gate) {
+TEST(Robustness, wrong_matches_have_the_configured_rate_and_are_uniform_within_the_gate) {
   for (const double gate : {1.0, 4.0}) {
     RobustnessOptions options;
     options.gate = gate;
@@ -254,8 +254,8 @@ TEST(Robustness, a_wrong_focal_length_makes_all_errors_grow) {
   }
 }
 
-// What the page claims, for as few runs as show it.
-TEST(Robustness, md_is_better_than_random_and_knowing_what_is_shared_better_than_md) {
+// Claims of docs/experiments.md, with few runs.
+TEST(Robustness, md_is_better_than_random_and_the_shared_model_better_than_md) {
   RobustnessOptions options;
   options.budgets = {60};
   options.disturbances = {Disturbance::none, Disturbance::batches, Disturbance::patches};
@@ -274,7 +274,7 @@ TEST(Robustness, md_is_better_than_random_and_knowing_what_is_shared_better_than
   EXPECT_EQ(row_of(Disturbance::batches, SelectorKind::md).md_rotation_percent.value, 0);
 }
 
-// Why an error of a keyframe hurts md: almost half of what it selects was mapped by one.
+// Why an error of a keyframe affects md: one keyframe mapped almost half of its selection.
 TEST(Robustness, md_selects_mostly_points_of_one_keyframe_and_shared_keyframes_fewer) {
   const RobustnessOptions options;
   std::map<SelectorKind, double> of_last;
@@ -298,7 +298,7 @@ TEST(Robustness, md_selects_mostly_points_of_one_keyframe_and_shared_keyframes_f
   EXPECT_NEAR(of_last[SelectorKind::md_keyframes], 0.25, 0.02);
 }
 
-TEST(Robustness, survives_the_log) {
+TEST(Robustness, outcomes_come_back_from_json) {
   auto outcomes = run_robustness(small_options(), 0);
   outcomes[3].rotation_deg = std::numeric_limits<double>::quiet_NaN();
   const auto same = sim::robustness_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()));
@@ -310,7 +310,7 @@ TEST(Robustness, survives_the_log) {
 }
 
 // One budget, two disturbances: rotation errors of md are half of, as large as, and twice those of the others.
-TEST(RobustnessReport, says_by_how_much_md_is_better_and_nothing_of_ties) {
+TEST(RobustnessReport, reports_differences_of_md_and_no_verdict_on_ties) {
   RobustnessOptions options = small_options();
   options.budgets = {20};
   options.disturbances = {Disturbance::none, Disturbance::focal};

@@ -43,7 +43,7 @@ std::vector<std::string> keys_up_to(int n) {
 
 json length_of(const std::string& key) { return key.size(); }
 
-// A folder of its own for each test.
+// Each test has its folder.
 class Runs : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -59,7 +59,7 @@ class Runs : public ::testing::Test {
   std::string file_;
 };
 
-// What it took to be interesting: text to be escaped, a line end, nothing, nesting, all digits of a number.
+// Special cases: escapes, a line end, an empty text, nesting, all digits of a number.
 const std::vector<std::pair<std::string, json>> results = {
     {"a", json::array({1.0 / 3, -0.0, 1e300})},
     {"b \"quoted\"\n", {{"key", "a"}, {"result", 5}}},
@@ -88,15 +88,15 @@ TEST_F(Runs, come_back_from_the_file) {
   }
 }
 
-TEST_F(Runs, cut_off_anywhere_in_the_file_keep_every_whole_line_and_no_other) {
+TEST_F(Runs, truncated_anywhere_keep_every_complete_line_and_no_other) {
   {
     RunLog log(file_, settings);
     for (const auto& [key, result] : results) log.add(key, result);
   }
-  const std::string whole = text_of(file_);
-  for (std::size_t cut = 0; cut <= whole.size(); ++cut) {
+  const std::string complete = text_of(file_);
+  for (std::size_t cut = 0; cut <= complete.size(); ++cut) {
     SCOPED_TRACE(cut);
-    const std::string kept = whole.substr(0, cut);
+    const std::string kept = complete.substr(0, cut);
     const auto lines = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), '\n'));
     write(file_, kept);
     {
@@ -116,7 +116,7 @@ TEST_F(Runs, cut_off_anywhere_in_the_file_keep_every_whole_line_and_no_other) {
   }
 }
 
-TEST_F(Runs, skip_lines_that_are_no_run) {
+TEST_F(Runs, skip_other_lines) {
   write(file_, settings.dump() + "\n\n7\n{\"key\":5,\"result\":1}\n{\"key\":\"a\"}\nnot {json\n" +
                    "{\"key\":\"b\",\"result\":2}\n");
   const RunLog log(file_, settings);
@@ -125,7 +125,7 @@ TEST_F(Runs, skip_lines_that_are_no_run) {
   EXPECT_EQ(log.at("b"), 2);
 }
 
-TEST_F(Runs, of_other_settings_are_refused_and_stay) {
+TEST_F(Runs, of_other_settings_are_refused_and_kept) {
   RunLog(file_, settings).add("a", 1);
   const std::string before = text_of(file_);
   nlohmann::ordered_json others = settings;
@@ -161,7 +161,7 @@ TEST_F(Runs, hold_null_for_nan) {
   EXPECT_EQ(sim::number_of(log.at("a").at(1)), 1.5);
 }
 
-TEST_F(Runs, that_are_missing_alone_are_made_each_once) {
+TEST_F(Runs, that_are_missing_run_exactly_once) {
   const auto keys = keys_up_to(20);
   {
     RunLog log(file_, settings);
@@ -198,7 +198,7 @@ TEST_F(Runs, are_the_same_on_any_number_of_threads) {
   }
 }
 
-TEST_F(Runs, end_with_the_exception_of_one_and_keep_what_is_done) {
+TEST_F(Runs, stop_at_an_exception_and_keep_finished_ones) {
   const auto keys = keys_up_to(10);
   const auto fail_at_5 = [&](const std::string& key) {
     if (key == keys[5]) throw std::runtime_error("at " + key);
@@ -241,27 +241,27 @@ TEST_F(Runs, that_give_null_are_not_logged) {
   EXPECT_TRUE(log.has(keys[2]));
 }
 
-TEST_F(Runs, under_way_end_after_an_interrupt_and_no_other_begins) {
+TEST_F(Runs, under_way_finish_after_an_interrupt_and_no_other_starts) {
   const auto keys = keys_up_to(100);
   for (const int threads : {1, 2}) {
     RunLog log(file_ + std::to_string(threads), settings);
     const StopOnInterrupt guard;
-    std::atomic<int> begun{0};
+    std::atomic<int> started{0};
     const std::size_t done = run_missing("test", keys, threads, log, [&](const std::string& key) {
-      const int before = begun.fetch_add(1);
+      const int before = started.fetch_add(1);
       if (before == 2) std::raise(SIGINT);
-      // A run that the other worker begins meanwhile lasts until then.
+      // A run of the other worker lasts until then.
       while (before > 2 && !StopOnInterrupt::is_asked_for()) std::this_thread::yield();
       return length_of(key);
     });
     EXPECT_TRUE(StopOnInterrupt::is_asked_for());
-    EXPECT_EQ(done, static_cast<std::size_t>(begun.load())) << "all that began were logged";
+    EXPECT_EQ(done, static_cast<std::size_t>(started.load())) << "all that started were logged";
     if (threads == 1) {
       EXPECT_EQ(done, 3U);
     }
     EXPECT_LT(done, keys.size());
   }
-  EXPECT_FALSE(StopOnInterrupt::is_asked_for()) << "what was asked of a guard ends with it";
+  EXPECT_FALSE(StopOnInterrupt::is_asked_for()) << "a request ends with its guard";
   RunLog log(file_ + "1", settings);
   EXPECT_EQ(run_missing("test", keys, 1, log, length_of), keys.size());
 }
@@ -270,12 +270,12 @@ TEST(StopOnInterrupt, leaves_the_second_interrupt_to_the_system) {
   const StopOnInterrupt guard;
   std::raise(SIGINT);
   EXPECT_TRUE(StopOnInterrupt::is_asked_for());
-  EXPECT_EQ(std::signal(SIGINT, SIG_IGN), SIG_DFL) << "what ends the program";
+  EXPECT_EQ(std::signal(SIGINT, SIG_IGN), SIG_DFL) << "the default terminates the program";
 }
 
 void handler_of_the_caller(int) {}
 
-TEST(StopOnInterrupt, gives_the_signal_back) {
+TEST(StopOnInterrupt, restores_the_signal_handler) {
   const auto before = std::signal(SIGINT, handler_of_the_caller);
   { const StopOnInterrupt guard; }
   EXPECT_EQ(std::signal(SIGINT, before), handler_of_the_caller);

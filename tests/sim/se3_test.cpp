@@ -77,7 +77,7 @@ TEST(Se3, exp_is_the_matrix_exponential) {
   });
 }
 
-TEST(Se3, exp_knows_more_than_one_turn) {
+TEST(Se3, exp_accepts_more_than_one_turn) {
   Random random;
   SCOPED_TRACE(random.name());
   for (std::size_t trial = trials(50); trial > 0; --trial) {
@@ -156,7 +156,7 @@ TEST(Se3, a_turn_of_more_than_pi_is_one_of_less) {
   EXPECT_NEAR(sim::rotation_angle(R), 2 * pi - 4, 1e-14);
 }
 
-TEST(Se3, the_nearest_pose_takes_away_what_is_no_rotation) {
+TEST(Se3, the_nearest_pose_projects_onto_rotations) {
   Random random;
   SCOPED_TRACE(random.name());
   for (std::size_t i = trials(200); i > 0; --i) {

@@ -35,7 +35,7 @@ TEST(Draws, uniform_ones_fill_their_range_evenly) {
   for (const int count : counts) EXPECT_NEAR(count, n / 10.0, 5 * std::sqrt(n * 0.09));
 }
 
-TEST(Draws, chance_is_as_likely_as_told) {
+TEST(Draws, chance_has_its_probability) {
   Random random;
   SCOPED_TRACE(random.name());
   Draws draws(random.seed());
@@ -118,7 +118,7 @@ TEST(Draws, shuffle_front_keeps_all_values) {
   }
 }
 
-TEST(Draws, shuffle_front_puts_every_value_at_every_place_of_the_front_as_often) {
+TEST(Draws, shuffle_front_is_uniform) {
   Random random;
   SCOPED_TRACE(random.name());
   Draws draws(random.seed());
@@ -168,7 +168,7 @@ TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
   EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
 }
 
-// How many of many intervals cover the truth.
+// The share of intervals that cover the truth.
 template <class Interval>
 double coverage(std::size_t runs, double truth, const Interval& interval) {
   double covered = 0;
@@ -202,7 +202,7 @@ TEST(RmsOf, is_as_computed_by_hand) {
   EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
 }
 
-// The delta method is one of large samples: 300 errors have a per cent less.
+// The delta method is for large samples: with 300 errors the coverage is one per cent less.
 TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -289,14 +289,14 @@ TEST(Exact, reads_back_as_the_same_double) {
   }
 }
 
-TEST(Exact, is_short_and_names_what_is_no_number) {
+TEST(Exact, is_short_and_names_nan_and_infinity) {
   EXPECT_EQ(sim::exact(0.1), "0.1");
   EXPECT_EQ(sim::exact(-2), "-2");
   EXPECT_EQ(sim::exact(nan), "nan");
   EXPECT_EQ(sim::exact(-std::numeric_limits<double>::infinity()), "-inf");
 }
 
-TEST(Fixed, has_so_many_decimals) {
+TEST(Fixed, has_that_many_decimals) {
   EXPECT_EQ(sim::fixed(1.2345, 2), "1.23");
   EXPECT_EQ(sim::fixed(-0.06, 1), "-0.1");
   EXPECT_EQ(sim::fixed(12, 0), "12");

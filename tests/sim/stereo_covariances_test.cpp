@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the benchmarks take for the covariances of a stereo map.
+// The benchmarks' covariances of a stereo map.
 #include "bench/stereo_covariances.hpp"
 
 #include "sim/scene.hpp"
@@ -11,14 +11,14 @@
 namespace maxlogdet::test {
 namespace {
 
-// The world point that a pair at T_cw sees at (u, v, u_right).
+// The world point that a stereo pair at T_cw measures at (u, v, u_right).
 Eigen::Vector3d triangulate(const PinholeCamera& camera, const sim::Pose& T_cw, const Eigen::Vector3d& seen) {
   const double Z = camera.bf / (seen[0] - seen[2]);
   return T_cw.inverse() *
          Eigen::Vector3d((seen[0] - camera.cx) * Z / camera.fx, (seen[1] - camera.cy) * Z / camera.fy, Z);
 }
 
-TEST(StereoCovariances, are_what_triangulation_makes_of_pixel_noise) {
+TEST(StereoCovariances, are_pixel_noise_propagated_by_triangulation) {
   constexpr double distance = 3, sigma = 0.5;
   const sim::Frame frame = make_scene(sim::Scene::kitti_like, 200, 1);
   const auto covariances = bench::stereo_covariances(frame, distance, sigma);
@@ -47,7 +47,7 @@ TEST(StereoCovariances, are_what_triangulation_makes_of_pixel_noise) {
   }
 }
 
-TEST(StereoCovariances, of_a_point_behind_the_pair_is_none) {
+TEST(StereoCovariances, do_not_exist_behind_the_cameras) {
   sim::Frame frame = make_scene(sim::Scene::kitti_like, 1, 1);
   const Eigen::Vector3d behind = sim::pose_of(frame.T_cw_prior).inverse() * Eigen::Vector3d(0, 0, -4);
   std::copy(behind.data(), behind.data() + 3, frame.matches[0].point);

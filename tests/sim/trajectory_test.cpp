@@ -60,7 +60,7 @@ TEST_F(TrajectoryReader, reads_poses) {
   EXPECT_TRUE(trajectory.poses[2].T_wb.linear().isApprox(turned, 1e-15));
 }
 
-TEST_F(TrajectoryReader, forgives_comments_white_space_line_ends_and_empty_lines) {
+TEST_F(TrajectoryReader, accepts_comments_white_space_line_ends_and_empty_lines) {
   const auto expected = sim::read_tum(write(good_lines)).poses;
   const auto poses =
       sim::read_tum(write({"\xEF\xBB\xBF" + good_lines[1] + " # the first\r", "\r", "", " \t ", "  # 1 2 3", "#",
@@ -216,7 +216,7 @@ TEST(PoseAt, is_exact_on_steady_turns_and_straight_lines_and_nothing_in_gaps) {
   EXPECT_FALSE(sim::pose_at(sim::Trajectory(), 1, 0.11).has_value());
 }
 
-TEST(AnalyticTrajectory, has_the_poses_it_was_asked_for) {
+TEST(AnalyticTrajectory, has_the_requested_poses) {
   const sim::Trajectory trajectory = sim::analytic_trajectory();
   EXPECT_EQ(trajectory.name, "analytic");
   ASSERT_EQ(trajectory.poses.size(), 1201U);
@@ -235,7 +235,7 @@ TEST(AnalyticTrajectory, has_the_poses_it_was_asked_for) {
   EXPECT_THROW(sim::analytic_trajectory(60, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
-TEST(AnalyticTrajectory, is_one_curve_whatever_the_rate_and_time) {
+TEST(AnalyticTrajectory, does_not_depend_on_rate_and_duration) {
   const auto poses = sim::analytic_trajectory(60, 20).poses;
   const auto again = sim::analytic_trajectory(60, 20).poses;
   const auto longer = sim::analytic_trajectory(70, 100).poses;
@@ -254,7 +254,7 @@ TEST(AnalyticTrajectory, stays_in_its_room) {
   EXPECT_TRUE((flown.sizes().array() > Eigen::Array3d(4, 3, 1)).all()) << "and uses it";
 }
 
-// Velocity and rate of turn in the body frame, m/s and deg/s, by differences.
+// Velocity and angular velocity in the body frame, m/s and deg/s, by differences.
 std::vector<sim::Vector6> body_velocities(const std::vector<sim::StampedPose>& poses) {
   std::vector<sim::Vector6> velocities;
   for (std::size_t i = 1; i < poses.size(); ++i) {
@@ -267,7 +267,7 @@ std::vector<sim::Vector6> body_velocities(const std::vector<sim::StampedPose>& p
   return velocities;
 }
 
-TEST(AnalyticTrajectory, moves_along_and_about_all_axes_as_fast_as_it_says) {
+TEST(AnalyticTrajectory, moves_along_and_about_all_axes_as_fast_as_documented) {
   sim::Vector6 largest = sim::Vector6::Zero();
   double speed = 0;
   double rate = 0;
@@ -287,7 +287,7 @@ TEST(AnalyticTrajectory, moves_along_and_about_all_axes_as_fast_as_it_says) {
 TEST(AnalyticTrajectory, is_smooth) {
   constexpr double rate = 100;
   auto derivative = body_velocities(sim::analytic_trajectory(60, rate).poses);
-  // Frequencies are near 1 rad/s, so no derivative is much larger than the one before.
+  // Frequencies are near 1 rad/s, so no derivative is much larger than the previous one.
   for (int order = 2; order <= 4; ++order) {
     double speed = 0;
     double turn = 0;
@@ -313,7 +313,7 @@ class RealTrajectories : public TrajectoryReader {
   std::string euroc_;
 };
 
-TEST_F(RealTrajectories, are_read_whole) {
+TEST_F(RealTrajectories, are_read_completely) {
   const auto trajectories = sim::read_trajectories(euroc_);
   std::vector<std::string> names;
   for (const auto& trajectory : trajectories) {

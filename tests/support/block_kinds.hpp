@@ -5,7 +5,7 @@
 
 namespace maxlogdet::test {
 
-/// What the tests over real and synthetic frames vary.
+/// The kinds of blocks that tests over real and synthetic frames go through.
 struct BlockKind {
   const char* name;
   Weighting weighting;

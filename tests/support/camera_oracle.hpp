@@ -11,7 +11,6 @@
 namespace maxlogdet::test {
 
 using WideVector2 = Eigen::Matrix<long double, 2, 1>;
-using WideVector3 = Eigen::Matrix<long double, 3, 1>;
 
 /// (u, v) of a point that has an image, as the model's paper writes it.
 WideVector2 image_of(const Camera& camera, const WideVector3& p);

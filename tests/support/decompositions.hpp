@@ -5,19 +5,19 @@
 
 namespace maxlogdet::test {
 
-// What tests of the experiments need of Eigen besides linear_algebra.hpp, compiled once.
+// Decompositions for the tests of experiments, compiled once.
 
-/// The largest first.
+/// In descending order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 
-/// Eigenvalues of a symmetric matrix, the smallest first, and their eigenvectors of length 1, as columns.
+/// Eigenvalues of a symmetric matrix in ascending order, and their eigenvectors of length 1, as columns.
 struct Spectrum4 {
   Eigen::Vector4d values;
   Eigen::Matrix4d vectors;
 };
 Spectrum4 spectrum(const Eigen::Matrix4d& s);
 
-/// The x of least |A x - b| for an A of full column rank, by QR with pivoting; and the matrix that makes x of b.
+/// The x that minimises |A x - b| for an A of full column rank, by QR with pivoting; and the matrix that maps b to x.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 

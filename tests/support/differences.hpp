@@ -10,6 +10,7 @@
 namespace maxlogdet::test {
 
 using WideVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+using WideVector3 = Eigen::Matrix<long double, 3, 1>;
 using WideIsometry = Eigen::Transform<long double, 3, Eigen::Isometry>;
 
 /// Central differences of f at 0 along each of its coordinates.
@@ -31,7 +32,7 @@ WideMatrix differentiate(int dimension, const Function& f) {
 inline WideIsometry exp_of_one(const WideVector& xi) {
   WideIsometry step = WideIsometry::Identity();
   step.translation() = xi.head<3>();
-  const Eigen::Matrix<long double, 3, 1> rotation = xi.tail<3>();
+  const WideVector3 rotation = xi.tail<3>();
   if (rotation.norm() > 0) step.rotate(Eigen::AngleAxis<long double>(rotation.norm(), rotation.normalized()));
   return step;
 }

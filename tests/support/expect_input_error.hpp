@@ -9,8 +9,7 @@
 
 namespace maxlogdet::test {
 
-/// Runs body(), which must throw an InputError: one line, not a long one, that begins with the place and tells what was
-/// expected.
+/// Runs body(), which must throw an InputError: one short line that begins with the place and says what was expected.
 template <class Body>
 void expect_input_error(const Body& body, const std::string& place, const std::string& expected) {
   try {

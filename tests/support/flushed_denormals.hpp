@@ -9,8 +9,8 @@
 
 namespace maxlogdet::test {
 
-/// As audio threads and some trackers have it while this lives: results below 2^-126 (of double below 2^-1022) become
-/// zero, and so do such operands.
+/// Flushes denormals while it lives, as audio threads and some trackers do: results and operands below 2^-126 (of
+/// double below 2^-1022) become zero.
 class FlushedDenormals {
  public:
   FlushedDenormals() : before_(get()) { set(before_ | flush); }

@@ -6,7 +6,7 @@
 
 namespace maxlogdet::sim {
 
-/// Sets MAXLOGDET_ISA for a scope, or unsets it (nullptr): what is made in it runs on that instruction set.
+/// Sets MAXLOGDET_ISA for a scope, or unsets it (nullptr): objects created in it run on that instruction set.
 class ForcedIsa {
  public:
   explicit ForcedIsa(const char* name) {

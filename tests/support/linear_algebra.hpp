@@ -7,8 +7,8 @@
 
 namespace maxlogdet::test {
 
-// What oracles need of Eigen, compiled once: a test that instantiates a decomposition or a large product itself takes
-// seconds longer to compile for each.
+// The linear algebra of oracles, compiled once: a test that instantiates a decomposition or a large product itself
+// takes seconds longer to compile for each.
 
 using Vector6 = Eigen::Matrix<double, state_dimension, 1>;
 using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -19,11 +19,11 @@ using WideVector6 = Eigen::Matrix<long double, state_dimension, 1>;
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 WideMatrix wide_product(const WideMatrix& a, const WideMatrix& b);
 
-/// A^T A: of rows stacked, their information.
+/// A^T A: the information of stacked rows.
 Eigen::MatrixXd gram(const Eigen::MatrixXd& a);
 WideMatrix wide_gram(const WideMatrix& a);
 
-/// By LU with pivoting.
+/// The inverse, by LU with pivoting.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 WideMatrix wide_inverse(const WideMatrix& a);
 
@@ -39,14 +39,14 @@ double squared_deviation(const Eigen::VectorXd& x, const Eigen::MatrixXd& s);
 /// |A - B| / |B|, Frobenius.
 double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// The largest |entry|, and the largest one of A - B.
+/// The largest |entry| of A, and of A - B.
 double largest_entry(const Eigen::MatrixXd& a);
 double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// Of a symmetric positive definite matrix.
+/// The log determinant of a symmetric positive definite matrix.
 double log_det(const Eigen::MatrixXd& s);
 
-/// Of a symmetric matrix, the smallest first.
+/// The eigenvalues of a symmetric matrix in ascending order.
 Vector6 eigenvalues(const Matrix6& s);
 WideVector6 wide_eigenvalues(const WideMatrix6& s);
 

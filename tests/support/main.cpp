@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-// As gtest's own main, but a run that MAXLOGDET_ISA sends to an instruction set this machine lacks is skipped (77).
+// GoogleTest's main, except that a run on an instruction set that this machine lacks (MAXLOGDET_ISA) is skipped: 77.
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
   const char* const forced = std::getenv("MAXLOGDET_ISA");

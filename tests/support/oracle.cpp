@@ -7,7 +7,7 @@
 
 namespace maxlogdet::test {
 
-Matrix6 default_information() { return 1e-5 * Matrix6::Identity(); }
+Matrix6 default_information() { return default_prior * Matrix6::Identity(); }
 
 namespace {
 
@@ -105,18 +105,27 @@ template class GreedyOracle<long double>;
 
 long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, const Matrix6& prior) {
   GreedyOracle<long double> oracle(blocks, prior);
-  long double most = 0;
+  long double max_loss = 0;
   for (const std::uint32_t chosen : indices) {
-    most = std::max(most, oracle.gain(oracle.best()) - oracle.gain(chosen));
+    max_loss = std::max(max_loss, oracle.gain(oracle.best()) - oracle.gain(chosen));
     oracle.take(chosen);
   }
-  return most;
+  return max_loss;
 }
 
 long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, const Matrix6& prior) {
   GreedyOracle<long double> oracle(blocks, prior);
   for (const std::uint32_t chosen : indices) oracle.take(chosen);
   return oracle.log_det();
+}
+
+void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance, const Matrix6& prior) {
+  GreedyOracle<long double> oracle(blocks, prior);
+  for (std::size_t j = 0; j < selection.size; ++j) {
+    EXPECT_NEAR(selection.gains[j], static_cast<double>(oracle.gain(selection.indices[j])), tolerance);
+    oracle.take(selection.indices[j]);
+  }
+  EXPECT_NEAR(selection.log_det, static_cast<double>(oracle.log_det()), tolerance);
 }
 
 }  // namespace maxlogdet::test

@@ -11,7 +11,10 @@
 namespace maxlogdet::test {
 
 /// What Options::prior stands for where it is not set.
+constexpr double default_prior = 1e-5;  // times the identity
 Matrix6 default_information();
+
+constexpr long double allowed_loss = 1e-9L;  // nats that a round of greedy may give away on ordinary frames
 
 /// The triangle R of a QR decomposition of rows.
 using WideRows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
@@ -44,10 +47,10 @@ class GreedyOracle {
 
   void take(std::size_t i);
 
-  /// With another block in its place.
+  /// Takes candidate i with another block in its place.
   void take(std::size_t i, const Block& block);
 
-  /// Leaves it out from now on.
+  /// Excludes candidate i from now on.
   void exclude(std::size_t i) { is_taken_[i] = true; }
 
   std::size_t size() const { return blocks_.size(); }
@@ -65,13 +68,17 @@ class GreedyOracle {
 extern template class GreedyOracle<double>;
 extern template class GreedyOracle<long double>;
 
-/// The most that any round of an answer gives away: the largest gain there was minus the gain of what was chosen, nats,
-/// as a long double oracle that follows the answer sees it.
+/// The maximum over the rounds of an answer of the largest gain minus the gain of the chosen candidate, nats, by a long
+/// double oracle that follows the answer.
 long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
                             const Matrix6& prior = default_information());
 
 /// log det of prior + sum of H^T H, added up and factorised in long double.
 long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
+                       const Matrix6& prior = default_information());
+
+/// Expects gains and log det of an answer to be those of its indices, to `tolerance` nats.
+void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance,
                        const Matrix6& prior = default_information());
 
 }  // namespace maxlogdet::test

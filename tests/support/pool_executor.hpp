@@ -11,11 +11,11 @@
 
 namespace maxlogdet::sim {
 
-/// Helpers that are threads of its own: how a tracker offers its pool. For one caller at a time; a second one works
-/// alone.
+/// An executor with threads of its own, as a tracker offers its pool. It serves one caller at a time; a second one
+/// works alone.
 class PoolExecutor final : public Executor {
  public:
-  /// `delay`: how long a helper waits before it comes.
+  /// `delay`: how long a helper waits before it starts to work.
   explicit PoolExecutor(int helpers, std::chrono::microseconds delay = {}) : delay_(delay) {
     for (int i = 0; i < helpers; ++i) threads_.emplace_back([this] { serve(); });
   }
@@ -48,12 +48,12 @@ class PoolExecutor final : public Executor {
     body(context, 0);
     if (!is_mine) return;
     std::unique_lock<std::mutex> lock(mutex_);
-    end_ = 0;  // none begins any more
+    end_ = 0;  // no worker starts any more
     something_new_.wait(lock, [this] { return running_ == 0; });
     body_ = nullptr;
   }
 
-  /// How many times a helper has come.
+  /// How many times a helper has worked.
   long helped() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return helped_;
@@ -87,9 +87,9 @@ class PoolExecutor final : public Executor {
   std::condition_variable something_new_;
   std::vector<std::thread> threads_;
   std::chrono::microseconds delay_;
-  Body body_ = nullptr;  // nullptr: nobody asks for help
+  Body body_ = nullptr;  // nullptr: there is no work
   void* context_ = nullptr;
-  int next_ = 0;  // worker, and the end of their numbers
+  int next_ = 0;  // number of the next worker, and the end of these numbers
   int end_ = 0;
   int running_ = 0;
   long helped_ = 0;

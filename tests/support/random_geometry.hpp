@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-// What tests draw of poses and errors.
+// Random poses and errors.
 namespace maxlogdet::test {
 
 /// Standard normal (Box & Muller 1958).
@@ -16,7 +16,7 @@ inline double normal(Random& random) {
   return std::sqrt(-2 * std::log(random.uniform(1e-300, 1))) * std::cos(2 * pi * random.uniform(0, 1));
 }
 
-/// exp of a twist whose entries are uniform: up to so many m, and rad.
+/// exp of a twist with uniform entries of up to `metres` and `radians`.
 inline sim::Pose random_pose(Random& random, double metres, double radians) {
   sim::Vector6 xi;
   for (int i = 0; i < 3; ++i) {
@@ -26,11 +26,11 @@ inline sim::Pose random_pose(Random& random, double metres, double radians) {
   return sim::exp_se3(xi);
 }
 
-/// A A^T + least I, m^2, the entries of A uniform: up to so many m.
-inline Eigen::Matrix3d random_covariance(Random& random, double metres, double least = 0) {
+/// A A^T + min_variance I, m^2, with uniform entries of A of up to `metres`.
+inline Eigen::Matrix3d random_covariance(Random& random, double metres, double min_variance = 0) {
   Eigen::Matrix3d root;
   for (double& entry : root.reshaped()) entry = random.uniform(-metres, metres);
-  return root * root.transpose() + least * Eigen::Matrix3d::Identity();
+  return root * root.transpose() + min_variance * Eigen::Matrix3d::Identity();
 }
 
 }  // namespace maxlogdet::test

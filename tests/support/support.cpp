@@ -69,7 +69,7 @@ BlockStore awkward_blocks(Random& random, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     Block block = random_block(random, random.integer(1, 3));
     if (!made.empty()) {
-      const Block& other = made[static_cast<std::size_t>(random.integer(0, static_cast<int>(made.size()) - 1))];
+      const Block& other = made[random.index(made.size())];
       const int kind = random.integer(0, 9);
       if (kind == 0) block = other;
       if (kind == 1) block = other * random.uniform(-2, 2);
@@ -84,14 +84,14 @@ BlockStore awkward_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
-BlockStore near_copies(Random& random, double least, double most) {
+BlockStore near_copies(Random& random, double min_exponent, double max_exponent) {
   const int rows = random.integer(1, 3);
-  const double scale = std::pow(10.0, random.uniform(least, most));
+  const double scale = std::pow(10.0, random.uniform(min_exponent, max_exponent));
   std::vector<Block> bases;
   for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
   BlockStore blocks;
   for (int i = random.integer(17, 120); i > 0; --i) {
-    Block block = bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))];
+    Block block = bases[random.index(bases.size())];
     for (double& entry : block.reshaped()) {
       if (!random.chance(1.0 / 6)) continue;
       entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
@@ -99,6 +99,13 @@ BlockStore near_copies(Random& random, double least, double most) {
     push_back(blocks, block);
   }
   return blocks;
+}
+
+Options with_budget(std::size_t budget, Strategy strategy) {
+  Options options;
+  options.budget = budget;
+  options.strategy = strategy;
+  return options;
 }
 
 std::vector<std::uint32_t> indices_of(const Selection& selection) { return {selection.begin(), selection.end()}; }

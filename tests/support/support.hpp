@@ -20,7 +20,7 @@
 
 namespace maxlogdet {
 
-/// How gtest prints them.
+/// How GoogleTest prints them.
 inline void PrintTo(Strategy strategy, std::ostream* out) { *out << to_string(strategy); }
 inline void PrintTo(Status status, std::ostream* out) { *out << to_string(status); }
 
@@ -38,6 +38,7 @@ class Random {
 
   double uniform(double low, double high);
   int integer(int low, int high);  ///< low <= result <= high
+  std::size_t index(std::size_t count) { return static_cast<std::size_t>(integer(0, static_cast<int>(count) - 1)); }
   bool chance(double probability) { return uniform(0, 1) < probability; }
   std::uint64_t seed() const { return seed_; }
   std::string name() const { return "seed " + std::to_string(seed_); }
@@ -56,30 +57,32 @@ Block random_block(Random& random, int rows, double scale = 1);
 /// A well-conditioned symmetric positive definite matrix.
 Matrix6 random_prior(Random& random);
 
-/// What the store holds for candidate i, exactly, with all its planes as rows.
+/// The block that the store holds for candidate i, exactly, with as many rows as the store has.
 Block stored_block(const BlockStore& blocks, std::size_t i);
 
-/// To float32 and back. Not by casts in a row: GCC 12 at -O3 leaves out both of them (docs/numerics.md).
+/// To float32 and back. Not by two casts in a row, which GCC 12 drops at -O3 (docs/numerics.md).
 Block rounded(Block block);
 
 /// n blocks of 1 to 3 rows; some duplicated, scaled, zero or nearly parallel to others.
 BlockStore awkward_blocks(Random& random, std::size_t n);
 
-/// 17 to 120 copies of a few blocks, some moved by one float32 ulp, of scale 10^least to 10^most: what tells them apart
-/// is as small as rounding.
-BlockStore near_copies(Random& random, double least, double most);
+/// 17 to 120 copies of a few blocks of scale 10^min_exponent to 10^max_exponent, some moved by one float32 ulp: they
+/// differ by as little as rounding.
+BlockStore near_copies(Random& random, double min_exponent, double max_exponent);
 
-/// The indices of an answer, or of an error none.
+Options with_budget(std::size_t budget, Strategy strategy = Options().strategy);
+
+/// The indices of an answer; empty for an error.
 std::vector<std::uint32_t> indices_of(const Selection& selection);
 
-/// Selects with a selector of just enough capacity; indices only.
+/// The indices that a selector of just enough capacity selects.
 std::vector<std::uint32_t> select_indices(const BlockStore& blocks, const Options& options);
 
 /// The kernels that this machine can run.
 std::vector<const simd::Kernel*> supported_kernels();
 
 /// How many of `count` repetitions to run, at least one: all, or the share that the environment variable
-/// MAXLOGDET_TEST_SHARE tells (0.1, say), for emulators and sanitizers.
+/// MAXLOGDET_TEST_SHARE names (0.1, say), for emulators and sanitizers.
 std::size_t trials(std::size_t count);
 
 /// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
@@ -87,15 +90,15 @@ std::string data_folder();
 
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
 
-/// Which of many cases are run where only a share is: every so many-th, from a different one in each test.
+/// Which of many cases run where only a share does: every `step`-th, from a different one on in each test.
 class Sample {
  public:
-  explicit Sample(std::size_t longest_step) : every_(std::min(longest_step, 100 / trials(100))) {}
-  bool takes_next() { return (next_++ % every_) == 0; }
+  explicit Sample(std::size_t max_step) : step_(std::min(max_step, 100 / trials(100))) {}
+  bool takes_next() { return (next_++ % step_) == 0; }
 
  private:
-  std::size_t every_;
-  std::uint64_t next_ = Random().seed() % every_;
+  std::size_t step_;
+  std::uint64_t next_ = Random().seed() % step_;
 };
 
 /// Calls body(blocks) with n candidates of every scene and every kind of block, under a trace that names them.
@@ -112,7 +115,17 @@ void for_every_family(std::size_t n, const Body& body) {
   }
 }
 
-/// The same for every so many-th real frame; data_folder() must not be empty.
+/// Calls body(blocks) with n candidates of every scene and kind of block, always the same: recorded answers are about
+/// these.
+template <class Body>
+void for_every_recorded(std::size_t n, const Body& body) {
+  constexpr std::uint64_t seed = 7;
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) body(blocks_of(make_scene(scene, n, seed), kind));
+  }
+}
+
+/// As for_every_family with every `every`-th real frame; data_folder() must not be empty.
 constexpr char no_real_frames[] = "no real frames here; MAXLOGDET_DATA names their folder";
 std::vector<sim::Frame> real_frames();
 

@@ -9,8 +9,8 @@
 namespace maxlogdet::test {
 
 /// Information as the upper triangle R of a QR decomposition, R^T R = M0 + sum h^T h, in long double: adding up the
-/// h^T h themselves would square the condition number. Rows come in one by one by Givens rotations, some hundred
-/// operations each, so that a test can try millions of subsets.
+/// h^T h themselves would square the condition number. Rows are added one by one by Givens rotations, some
+/// hundred operations each, so that a test can try millions of subsets.
 class Triangle {
  public:
   /// From the lower triangle of a symmetric positive definite prior.
@@ -50,7 +50,7 @@ class Triangle {
     }
   }
 
-  /// sqrt(det M): grows with log det, and costs no logarithm. Finite for whatever float32 blocks hold.
+  /// sqrt(det M): monotonic in log det, without a logarithm. Finite for any float32 blocks.
   long double volume() const {
     long double product = 1;
     for (int i = 0; i < state_dimension; ++i) product *= r_[i][i];

@@ -25,7 +25,7 @@ using Row = std::vector<std::string>;
 
 constexpr std::size_t frames = 15;
 
-// At 10 Hz; without images, which no report looks at.
+// At 10 Hz; without images, which reports do not use.
 StereoDataset dataset_of(bool has_truth) {
   Recording recording;
   recording.camera = RenderedWorld::camera();
@@ -48,8 +48,8 @@ void fill_lists(FrameResult& result) {
   result.is_outlier = {0, 1, 0, 1, 0};
 }
 
-// Along the truth, but every frame's motion is off by `drift` m, to the right and to the left of the camera in turn: a
-// scale, which the alignment would take away, it is not.
+// Along the truth, with an error of `drift` m in every frame's motion, alternately to the right and to the left of the
+// camera, which no scale of the alignment removes.
 OdometryRun run_along_truth(double drift = 0) {
   OdometryRun run;
   Pose T_wc = RenderedWorld::T_wc(0);
@@ -235,7 +235,7 @@ TEST(StereoReport, tables_have_a_row_each_as_wide_as_the_header) {
   EXPECT_TRUE(comparison_table(all, "quality").rows.empty()) << "no such reference";
 }
 
-TEST(StereoReport, frames_are_told_one_by_one) {
+TEST(StereoReport, frame_table_has_a_row_for_each_frame) {
   OdometryRun run = run_along_truth();
   FrameResult& result = run.frames[2].result;
   result.status = FrameStatus::predicted;
@@ -269,7 +269,7 @@ TEST(StereoReport, kitti_lines_read_back_as_the_same_poses) {
   EXPECT_FALSE(std::getline(lines, line)) << line;
 }
 
-TEST(StereoReport, overlay_marks_what_is_selected_what_is_not_and_outliers) {
+TEST(StereoReport, overlay_marks_selected_unselected_and_outliers) {
   const cv::Mat image(200, 600, CV_8UC1, cv::Scalar(128));
   FrameResult result = run_along_truth().frames[1].result;
   fill_lists(result);
@@ -317,7 +317,7 @@ TEST(StereoReport, trajectories_begin_at_the_true_pose) {
       EXPECT_EQ(one["selector"], contestants[c].selector);
       EXPECT_EQ(one["name"], contestants[c].name);
       ASSERT_EQ(one["points"].size(), frames);
-      const bool is_moved = has_truth || c == 0;  // the first run begins at the truth anyway
+      const bool is_moved = has_truth || c == 0;  // the first run begins at the truth
       const Eigen::Vector3d start = is_moved ? RenderedWorld::T_wc(0).translation() : Eigen::Vector3d(-1, -2, -3);
       EXPECT_NEAR(one["points"][0][0], start.z(), 1e-12);
       EXPECT_NEAR(one["points"][0][1], start.x(), 1e-12);

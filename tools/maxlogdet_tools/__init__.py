@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""What the project's scripts share: pictures by gnuplot, and pages whose tables are written by programs."""
+"""Shared by the project's scripts: pictures by gnuplot, and Markdown pages with generated tables."""

@@ -10,7 +10,7 @@ from maxlogdet_tools.project import shown
 
 
 def arguments(usage):
-    """The paths of the command line; ends the script with its usage where there is none, or an option."""
+    """The paths of the command line; terminates with the usage if there is none, or an option."""
     paths = sys.argv[1:]
     if not paths or any(path.startswith("-") for path in paths):
         sys.exit(usage.strip())

@@ -26,7 +26,7 @@ set key outside right center reverse Left spacing 1.2
 
 
 class Colour:
-    """The colours of Okabe and Ito, which all eyes can tell apart."""
+    """Okabe and Ito's colours, which colour-blind people can distinguish."""
 
     BLACK = "#000000"
     ORANGE = "#e69f00"
@@ -49,21 +49,21 @@ def quoted(text):
 
 
 def number(value):
-    """All digits of a number, NaN for None, as gnuplot reads them; a whole number has no point."""
+    """All digits of a number for gnuplot, NaN for None; without a point if it is an integer."""
     if value is None or math.isnan(value):
         return "NaN"
     return str(int(value)) if value == int(value) else repr(float(value))
 
 
 def data_block(name, rows):
-    """The data block $NAME; one without rows holds a point that is not drawn."""
+    """The data block $NAME; without rows it holds a point that is not drawn."""
     lines = [" ".join(number(cell) if isinstance(cell, (int, float, type(None))) else str(cell) for cell in row)
              for row in rows]
     return f"${name} << EOD\n" + "".join(line + "\n" for line in lines or ["NaN NaN NaN NaN"]) + "EOD\n"
 
 
 def draw(picture, file):
-    """Draws a picture into a file that ends in .svg or .png. Where that fails, an older file stays as it is."""
+    """Draws a picture into a file that ends in .svg or .png. If that fails, an older file is unchanged."""
     file = pathlib.Path(file)
     if file.suffix not in TERMINALS:
         sys.exit(f"{file}: expected a picture that ends in .svg or .png")
@@ -80,14 +80,14 @@ def draw(picture, file):
 
 
 def draw_both(picture, stem):
-    """Draws STEM.svg and STEM.png, and says so."""
+    """Draws STEM.svg and STEM.png, and prints their names."""
     for suffix in TERMINALS:
         draw(picture, f"{stem}{suffix}")
     print(f"drew {shown(stem)}.svg and .png")
 
 
 def write_whole(file, content):
-    """Replaces a file when its new content is on the disk; a symbolic link stays one, a device is written to."""
+    """Replaces a file once its new content is complete; a symbolic link is kept, and a device is written to."""
     target = pathlib.Path(os.path.realpath(file))
     unfinished = target.with_name(target.name + ".new")
     try:

@@ -22,7 +22,7 @@ def paragraph(*sentences):
 
 
 def replace_between(page, begin, end, text):
-    """Replaces what stands between the only `begin` and the only `end` of a page."""
+    """Replaces the text between the only `begin` and the only `end` of a page."""
     page = pathlib.Path(page)
     old = page.read_text()
     if old.count(begin) != 1 or old.count(end) != 1 or old.index(begin) > old.index(end):
@@ -32,6 +32,6 @@ def replace_between(page, begin, end, text):
 
 
 def rewrite(page, name, lines):
-    """Rewrites the lines between '<!-- begin NAME -->' and '<!-- end NAME -->' of a page, and says so."""
+    """Rewrites the lines between '<!-- begin NAME -->' and '<!-- end NAME -->' of a page, and prints its name."""
     replace_between(page, f"<!-- begin {name} -->", f"<!-- end {name} -->", "\n" + "\n".join(lines) + "\n")
     print(f"rewrote {name} in {shown(page)}")

@@ -9,7 +9,7 @@
 
 namespace basalt {
 
-/// In small: which observations are entered, and how many landmarks count as connected.
+/// Simplified: which observations are entered, and how many landmarks count as connected.
 template <class Scalar>
 void SqrtKeypointVioEstimator<Scalar>::measure(const std::shared_ptr<OpticalFlowResult>& opt_flow_meas) {
 #include "basalt_ask.inc"

@@ -210,46 +210,56 @@ TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_twice_an_even_shar
   EXPECT_EQ(good.selected_count(), 100U);
 }
 
-// 300 points seen once in stereo, 6 to 400 m away, as many of each disparity as of any other.
+// Points that were seen once in stereo, and their covariances.
+struct StereoMap {
+  PinholeCamera camera = {718, 718, 607, 185, 386};
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Matrix3d> covariances;
+};
+
+// 6 to 400 m away, as many of each disparity as of any other.
+StereoMap random_stereo_map(Random& random, std::size_t n) {
+  StereoMap map;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double z = map.camera.bf / random.uniform(1, 60);
+    const double x = random.uniform(-0.8, 0.8) * z;
+    const double y = random.uniform(-0.2, 0.2) * z;
+    map.points.emplace_back(x, y, z);
+    PointCovariance point(map.points.back().data());
+    point.observe(map.camera, RigidTransform::identity(), 1, true);
+    map.covariances.emplace_back();
+    EXPECT_TRUE(point.covariance(map.covariances.back().data()));
+  }
+  return map;
+}
+
+// What 50 selected points tell, errors of the map and of measurements counted, nats.
+double log_det_of_selected(const StereoMap& map, bool with_covariances) {
+  GoodFeatures good(map.points.size());
+  good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
+  good.start(map.camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    FeatureMatch match;
+    std::copy_n(map.points[i].data(), 3, match.point);
+    match.third = 0;  // which rows there are; their values change no block
+    if (with_covariances) match.covariance = map.covariances[i].data();
+    good.add(match);
+  }
+  EXPECT_EQ(good.select(with_budget(50)), Status::ok);
+  Matrix6 information = Matrix6::Zero();
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    if (!good.is_selected(i)) continue;
+    information += information_of({map.points[i], map.camera.bf, map.camera.fx, map.camera.fy, 1, map.covariances[i]});
+  }
+  return log_det(information);
+}
+
 TEST(WeightingGuide, of_a_stereo_map_covariances_select_the_points_that_tell_more_of_the_pose) {
   Random random;
   SCOPED_TRACE(random.name());
-  const PinholeCamera camera = {718, 718, 607, 185, 386};
   for (int world = 0; world < 40; ++world) {
-    std::vector<Eigen::Vector3d> points;
-    std::vector<Eigen::Matrix3d> covariances(300);
-    for (std::size_t i = 0; i < 300; ++i) {
-      const double z = camera.bf / random.uniform(1, 60);
-      const double x = random.uniform(-0.8, 0.8) * z;
-      const double y = random.uniform(-0.2, 0.2) * z;
-      points.emplace_back(x, y, z);
-      PointCovariance point(points.back().data());
-      point.observe(camera, RigidTransform::identity(), 1, true);
-      ASSERT_TRUE(point.covariance(covariances[i].data()));
-    }
-    // What 50 selected ones tell, errors of the map and of measurements counted, nats.
-    const auto log_det = [&](bool with_covariances) {
-      GoodFeatures good(300);
-      good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
-      good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        FeatureMatch match;
-        std::copy_n(points[i].data(), 3, match.point);
-        match.third = 0;  // which rows there are; their values change no block
-        if (with_covariances) match.covariance = covariances[i].data();
-        good.add(match);
-      }
-      Options options;
-      options.budget = 50;
-      EXPECT_EQ(good.select(options), Status::ok);
-      Matrix6 information = Matrix6::Zero();
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        if (!good.is_selected(i)) continue;
-        information += information_of({points[i], camera.bf, camera.fx, camera.fy, 1, covariances[i]});
-      }
-      return test::log_det(information);
-    };
-    EXPECT_GT(log_det(true), log_det(false)) << "world " << world;
+    const StereoMap map = random_stereo_map(random, 300);
+    EXPECT_GT(log_det_of_selected(map, true), log_det_of_selected(map, false)) << "world " << world;
   }
 }
 

@@ -169,52 +169,59 @@ TEST(OpenVinsAdapter, all_features_are_kept_when_there_is_no_selection) {
   expect_all(OpenVins(40), "invalid_pose");
 }
 
-// A feature seen by several clones, each with `cameras` cameras. Columns: six of each clone, in OpenVINS's error state
-// (JPL rotation on the left of R_GtoI, position), by central differences.
-Eigen::MatrixXd projected_jacobian(Random& random, int clones, int cameras) {
-  struct Pose {
-    Eigen::Matrix3d R;
-    Eigen::Vector3d p;
-  };
-  std::vector<Pose> imu(static_cast<std::size_t>(clones)), extrinsics(static_cast<std::size_t>(cameras));
-  for (Pose& pose : imu)
-    pose = {sim::exp_se3((sim::Vector6() << Eigen::Vector3d::Zero(), random_vector(random, 0.2)).finished()).linear(),
-            random_vector(random, 1)};
-  for (Pose& pose : extrinsics)
-    pose = {sim::exp_se3((sim::Vector6() << Eigen::Vector3d::Zero(), random_vector(random, 0.2)).finished()).linear(),
-            random_vector(random, 0.2)};
-  const Eigen::Vector3d point = random_point_in_camera(random) + Eigen::Vector3d(0, 0, 3);
-  const auto measure = [&](const Eigen::Vector3d& p, const std::vector<Pose>& at) {
-    Eigen::VectorXd z(2 * clones * cameras);
-    Eigen::Index row = 0;
-    for (const Pose& pose : at) {
-      for (const Pose& camera : extrinsics) {
-        const Eigen::Vector3d p_c = camera.R * (pose.R * (p - pose.p)) + camera.p;
-        z.segment<2>(row) = 458 * p_c.head<2>() / p_c.z();
-        row += 2;
-      }
+struct Placed {
+  Eigen::Matrix3d R;
+  Eigen::Vector3d p;
+};
+
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& vector) {
+  return sim::exp_se3((sim::Vector6() << Eigen::Vector3d::Zero(), vector).finished()).linear();
+}
+
+// What clones measure of a point, each with every camera.
+Eigen::VectorXd measured(const Eigen::Vector3d& p, const std::vector<Placed>& clones,
+                         const std::vector<Placed>& cameras) {
+  Eigen::VectorXd z(2 * static_cast<Eigen::Index>(clones.size() * cameras.size()));
+  Eigen::Index row = 0;
+  for (const Placed& clone : clones) {
+    for (const Placed& camera : cameras) {
+      const Eigen::Vector3d p_c = camera.R * (clone.R * (p - clone.p)) + camera.p;
+      z.segment<2>(row) = 458 * p_c.head<2>() / p_c.z();
+      row += 2;
     }
-    return z;
-  };
+  }
+  return z;
+}
+
+// Along entry i of OpenVINS's error state: six entries of each clone, JPL rotation on the left of R_GtoI, position.
+std::vector<Placed> moved(std::vector<Placed> clones, int i, double by) {
+  Placed& clone = clones[static_cast<std::size_t>(i / 6)];
+  const Eigen::Vector3d d = by * Eigen::Vector3d::Unit(i % 3);
+  if (i % 6 >= 3) {
+    clone.p += d;
+  } else {
+    clone.R = rotation_of(-d) * clone.R;
+  }
+  return clones;
+}
+
+// Of a feature seen by several clones, by central differences; a column each of the error state's entries.
+Eigen::MatrixXd projected_jacobian(Random& random, int clone_count, int camera_count) {
+  std::vector<Placed> clones(static_cast<std::size_t>(clone_count)), cameras(static_cast<std::size_t>(camera_count));
+  for (Placed& clone : clones) clone = {rotation_of(random_vector(random, 0.2)), random_vector(random, 1)};
+  for (Placed& camera : cameras) camera = {rotation_of(random_vector(random, 0.2)), random_vector(random, 0.2)};
+  const Eigen::Vector3d point = random_point_in_camera(random) + Eigen::Vector3d(0, 0, 3);
   constexpr double step = 1e-6;
-  Eigen::MatrixXd H_f(2 * clones * cameras, 3), H_x(2 * clones * cameras, 6 * clones);
+  const Eigen::Index rows = 2 * clone_count * camera_count;
+  Eigen::MatrixXd H_f(rows, 3), H_x(rows, 6 * clone_count);
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(i);
-    H_f.col(i) = (measure(point + d, imu) - measure(point - d, imu)) / (2 * step);
+    H_f.col(i) = (measured(point + d, clones, cameras) - measured(point - d, clones, cameras)) / (2 * step);
   }
-  for (int i = 0; i < 6 * clones; ++i) {
-    const auto moved = [&](double by) {
-      std::vector<Pose> at = imu;
-      Pose& pose = at[static_cast<std::size_t>(i / 6)];
-      const Eigen::Vector3d d = by * Eigen::Vector3d::Unit(i % 3);
-      if (i % 6 >= 3) {
-        pose.p += d;
-      } else {
-        pose.R = sim::exp_se3((sim::Vector6() << Eigen::Vector3d::Zero(), -d).finished()).linear() * pose.R;
-      }
-      return measure(point, at);
-    };
-    H_x.col(i) = (moved(step) - moved(-step)) / (2 * step);
+  for (int i = 0; i < 6 * clone_count; ++i) {
+    const Eigen::VectorXd difference =
+        measured(point, moved(clones, i, step), cameras) - measured(point, moved(clones, i, -step), cameras);
+    H_x.col(i) = difference / (2 * step);
   }
   const Eigen::MatrixXd Q = orthogonal_factor(H_f);
   return product(Q.rightCols(H_f.rows() - 3).transpose(), H_x);

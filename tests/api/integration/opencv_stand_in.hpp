@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The little of OpenCV that ORB-SLAM's frames consist of, under its names.
+// The part of OpenCV that ORB-SLAM's frames use, under its names.
 
 #include <cstddef>
 #include <memory>

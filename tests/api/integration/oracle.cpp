@@ -65,10 +65,6 @@ double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>
   return largest;
 }
 
-Eigen::Vector3d random_vector(Random& random, double largest) {
-  return {random.uniform(-largest, largest), random.uniform(-largest, largest), random.uniform(-largest, largest)};
-}
-
 sim::Pose random_pose(Random& random) {
   sim::Vector6 xi;
   xi << random_vector(random, 2), random_vector(random, 0.9);

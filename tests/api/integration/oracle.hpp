@@ -5,7 +5,7 @@
 // chain of transforms.
 
 #include "sim/se3.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/random_isometry.hpp"
 
 #include <Eigen/Core>
 #include <functional>
@@ -50,8 +50,6 @@ Matrix6 map_bias_information(const SeenPoint& point);
 /// entry.
 double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points,
                           Matrix6 (*expected_of)(const SeenPoint&) = information_of);
-
-Eigen::Vector3d random_vector(Random& random, double largest);
 
 /// Up to some two metres and a radian and a half from the origin, so that no rotation is its own inverse.
 sim::Pose random_pose(Random& random);

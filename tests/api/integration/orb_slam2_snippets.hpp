@@ -10,7 +10,7 @@
 
 namespace ORB_SLAM2 {
 
-/// In small: matches are there; the call, and the count of inliers on which tracking depends.
+/// Simplified: matches are there; the call, and the count of inliers on which tracking depends.
 inline bool Tracking::TrackLocalMap() {
 #include "orb_slam2_hook.inc"
   mnMatchesInliers = 0;
@@ -22,7 +22,7 @@ inline bool Tracking::TrackLocalMap() {
   return mnMatchesInliers >= 30;
 }
 
-/// In small: mbTrackInView is set; counts what is in view as visible, and searches.
+/// Simplified: mbTrackInView is set; counts what is in view as visible, and searches.
 inline void Tracking::SearchLocalPoints() {
   for (MapPoint* const point : mvpLocalMapPoints) {
     if (point->mbTrackInView && !point->isBad()) point->IncreaseVisible();
@@ -40,7 +40,7 @@ class Optimizer {
   int static PoseOptimization(Frame* pFrame, const maxlogdet::OrbSlam2* good = nullptr);
 };
 
-/// In small: g2o's, of stereo.
+/// Simplified: g2o's, of stereo.
 struct EdgeStereoSE3ProjectXYZOnlyPose {
   void setInformation(const Eigen::Matrix3d& given) { information = given; }
   Eigen::Matrix3d information;
@@ -56,7 +56,7 @@ class Tracking {
 #include "orb_slam2_member.inc"  // NOLINT(readability-duplicate-include)
 };
 
-/// In small: what an edge of a stereo match weighs.
+/// Simplified: what an edge of a stereo match weighs.
 inline Eigen::Matrix3d information_of_edge(const Frame* pFrame, std::size_t i, const maxlogdet::OrbSlam2* good) {
   EdgeStereoSE3ProjectXYZOnlyPose edge;
   EdgeStereoSE3ProjectXYZOnlyPose* const e = &edge;

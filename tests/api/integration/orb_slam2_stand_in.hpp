@@ -26,7 +26,7 @@ class KeyFrame {
   std::vector<float> mvuRight;
   std::vector<float> mvScaleFactors;
 
-  // Hidden in the real one.
+  // Private in the real one.
   cv::Mat Tcw;
   bool mbBad = false;
 };
@@ -45,7 +45,7 @@ class MapPoint {
   bool mbTrackInView = false;
   int mnTrackScaleLevel = 0;
 
-  // Hidden in the real one.
+  // Private in the real one.
   std::map<KeyFrame*, std::size_t> mObservations;
   cv::Mat mWorldPos;
   bool mbBad = false;

@@ -51,7 +51,7 @@ class KeyFrame {
   GeometricCamera* mpCamera = nullptr;
   GeometricCamera* mpCamera2 = nullptr;
 
-  // Hidden in the real one.
+  // Private in the real one.
   Sophus::SE3f mTcw;
   bool mbBad = false;
 };
@@ -70,7 +70,7 @@ class MapPoint {
   bool mbTrackInViewR = false;
   int mnTrackScaleLevel = 0;
 
-  // Hidden in the real one.
+  // Private in the real one.
   Eigen::Vector3f mWorldPos = Eigen::Vector3f::Zero();
   std::map<KeyFrame*, std::tuple<int, int>> mObservations;
   bool mbBad = false;
@@ -100,7 +100,7 @@ class Frame {
   GeometricCamera* mpCamera2 = nullptr;
   int Nleft = -1;
 
-  // Hidden in the real one.
+  // Private in the real one.
   Sophus::SE3f mTcw;
   Sophus::SE3f mTrl;
   bool mbIsSet = false;

@@ -243,41 +243,54 @@ TEST(OrbSlam3Adapter, a_frame_without_a_pose_is_optimised_with_all_matches) {
   }
 }
 
-// Observations are (left, right) with -1 for none. Keyframes of a rig are left out, and bad ones.
+// Keyframes nearby: a pinhole that sees in stereo, a pinhole, one of a rig, a bad one, and one whose right camera alone
+// sees. Only the first two count.
+std::vector<ORB_SLAM3::KeyFrame> keyframes_near(Random& random, World& world) {
+  std::vector<ORB_SLAM3::KeyFrame> keyframes(5);
+  for (ORB_SLAM3::KeyFrame& keyframe : keyframes) {
+    sim::Vector6 xi;
+    xi << random_vector(random, 0.4), random_vector(random, 0.05);
+    keyframe.mTcw = World::in_float(sim::exp_se3(xi) * world.T_cw);
+    keyframe.mbf = 50;
+    keyframe.mvScaleFactors = world.frame.mvScaleFactors;
+  }
+  keyframes[2].mpCamera2 = &world.fisheye;
+  keyframes[3].mbBad = true;
+  return keyframes;
+}
+
+// Lets all keyframes observe the point, (left, right) with -1 for none; the information of those that count.
+Eigen::Matrix3d observe(Random& random, std::vector<ORB_SLAM3::KeyFrame>& keyframes, int index, MapPoint& point) {
+  Eigen::Matrix3d information = 1e-6 * Eigen::Matrix3d::Identity();
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    ORB_SLAM3::KeyFrame& keyframe = keyframes[k];
+    const bool right_only = k == 4;
+    point.mObservations[&keyframe] = std::make_tuple(right_only ? -1 : index, right_only ? 3 : -1);
+    point.nObs += 1;
+    cv::KeyPoint key;
+    key.octave = random.integer(0, 2);
+    const bool stereo = k == 0;
+    keyframe.mvKeysUn.push_back(key);
+    keyframe.mvuRight.push_back(stereo ? 100.0F : -1.0F);
+    if (k > 1) continue;
+    const Eigen::Vector3d p = (keyframe.mTcw * point.mWorldPos).cast<double>();
+    const Eigen::MatrixXd H_p = Derivatives({p, stereo ? 50.0 : 0.0, 458, 457}).H_p.topRows(stereo ? 3 : 2);
+    information += std::pow(1.2, -2 * key.octave) * gram(H_p * keyframe.mTcw.rotationMatrix().cast<double>());
+  }
+  return information;
+}
+
+// Keyframes of a rig are left out, and bad ones.
 TEST(OrbSlam3Adapter, covariances_are_what_the_pinhole_keyframes_leave) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 60, Sensor::monocular);
-  std::vector<ORB_SLAM3::KeyFrame> keyframes(5);
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    sim::Vector6 xi;
-    xi << random_vector(random, 0.4), random_vector(random, 0.05);
-    keyframes[k].mTcw = World::in_float(sim::exp_se3(xi) * world.T_cw);
-    keyframes[k].mbf = 50;
-    keyframes[k].mvScaleFactors = world.frame.mvScaleFactors;
-  }
-  keyframes[2].mpCamera2 = &world.fisheye;
-  keyframes[3].mbBad = true;
+  std::vector<ORB_SLAM3::KeyFrame> keyframes = keyframes_near(random, world);
   std::vector<SeenPoint> expected;
   const Eigen::Matrix3d R_cw = world.frame.GetPose().rotationMatrix().cast<double>();
   for (std::size_t i = 0; i < world.points.size(); ++i) {
     MapPoint& point = *world.points[i];
-    Eigen::Matrix3d information = 1e-6 * Eigen::Matrix3d::Identity();
-    for (std::size_t k = 0; k < keyframes.size(); ++k) {
-      ORB_SLAM3::KeyFrame& keyframe = keyframes[k];
-      const bool right_only = k == 4;
-      point.mObservations[&keyframe] = std::make_tuple(right_only ? -1 : static_cast<int>(i), right_only ? 3 : -1);
-      point.nObs += 1;
-      cv::KeyPoint key;
-      key.octave = random.integer(0, 2);
-      const bool stereo = k == 0;
-      keyframe.mvKeysUn.push_back(key);
-      keyframe.mvuRight.push_back(stereo ? 100.0F : -1.0F);
-      if (k > 1) continue;
-      const Eigen::Vector3d p = (keyframe.mTcw * point.mWorldPos).cast<double>();
-      const Eigen::MatrixXd H_p = Derivatives({p, stereo ? 50.0 : 0.0, 458, 457}).H_p.topRows(stereo ? 3 : 2);
-      information += std::pow(1.2, -2 * key.octave) * gram(H_p * keyframe.mTcw.rotationMatrix().cast<double>());
-    }
+    const Eigen::Matrix3d information = observe(random, keyframes, static_cast<int>(i), point);
     expected.push_back({world.in_frame(point), 0, 458, 457, std::pow(1.2, static_cast<double>(i % 3)),
                         R_cw * inverse(information) * R_cw.transpose()});
   }

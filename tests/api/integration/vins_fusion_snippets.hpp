@@ -7,7 +7,7 @@
 
 #include "tests/api/integration/vins_fusion_stand_in.hpp"
 
-/// In small: which features get factors, and which place each of them has.
+/// Simplified: which features get factors, and which place each of them has.
 inline void Estimator::optimization() {
 #include "vins_fusion_ask.inc"
   int feature_index = -1;
@@ -20,7 +20,7 @@ inline void Estimator::optimization() {
   }
 }
 
-/// In small: as if all reprojection errors were too large.
+/// Simplified: as if all reprojection errors were too large.
 inline void Estimator::outliersRejection(std::set<int>& removeIndex) {
   for (auto& it_per_id : f_manager.feature) {
     it_per_id.used_num = static_cast<int>(it_per_id.feature_per_frame.size());

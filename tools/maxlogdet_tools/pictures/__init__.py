@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""A module a kind of data: what a program wrote in, gnuplot scripts out."""
+"""A module for each kind of data, which turns the output of a program into gnuplot scripts."""

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Means and quantiles of what a picture sums up."""
+"""Means and quantiles."""
 
 import math
 
 
 def mean(values):
-    """NaN without values, or where one of them is missing (None, as JSON has it)."""
+    """NaN without values, or if one of them is missing: None, null in JSON."""
     values = list(values)
     return sum(values) / len(values) if values and None not in values else math.nan
 
 
 def quantile(values, share):
-    """Linear between order statistics (R's type 7), as sim/statistics.hpp has it; NaN where a value is missing."""
+    """Linear between order statistics (R's type 7), as in sim/statistics.hpp; NaN if a value is missing."""
     if not values or None in values:
         return math.nan
     values = sorted(values)

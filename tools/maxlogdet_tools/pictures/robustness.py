@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""`simulate robustness`: RMS error as a multiple of that of all matches over the budget, a panel a disturbance; a picture
-for translation and one for rotation."""
+"""`simulate robustness`: RMS error as a multiple of that of all matches over the budget, a panel for each disturbance; a
+picture for translation and one for rotation."""
 
 import math
 

@@ -5,8 +5,8 @@ the others blue."""
 from maxlogdet_tools.gnuplot import Picture, data_block, number, quoted
 from maxlogdet_tools.pictures.quantiles import quantile
 
-# A few points at hundreds of metres would squeeze all the others into a corner: the map view reaches as far as this share
-# of them, and as the selected ones.
+# A few points at hundreds of metres would compress all others into a corner: the map view covers this share of them, and
+# the selected ones.
 SHOWN_SHARE = 0.97
 MARGIN = 1.05
 

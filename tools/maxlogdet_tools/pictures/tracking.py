@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`simulate euroc`: bars of the mean errors by sequence. `simulate budget`: box plots over budgets, with the median and
+"""`simulate euroc`: bars of mean errors by sequence. `simulate budget`: box plots over budgets, with the median and
 quartiles of all inliers."""
 
 from maxlogdet_tools.gnuplot import STYLE, Picture, data_block, number
@@ -22,7 +22,7 @@ def unique(values):
 
 
 def euroc(settings, rows):
-    """A panel an error, a group of bars a sequence, a bar a selector."""
+    """A panel for each error, a group of bars for each sequence, a bar for each selector."""
     selectors = unique(row["selector"] for row in rows)
     sequences = unique(row["sequence"] for row in rows)
     blocks, panels = "", ""

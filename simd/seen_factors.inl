@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What makes a block of J, by weighting: its rows are whitened, and turned to an upper triangular A.
+// The factor A of a block from J, by weighting: its rows are whitened, and rotated to an upper triangular A.
 
 namespace {
 
-// The rows of a block over their deviations.
+// Divides rows by their deviations. Returns where no variance has underflowed to zero.
 template <ThirdRow third, int Rows>
 inline Mask weigh_rows(const BlockInput& input, const Batch& batch, std::size_t i, const Mask& has_third,
                        Doubles (&rows)[Rows][3]) {
@@ -24,7 +24,7 @@ inline Mask weigh_rows(const BlockInput& input, const Batch& batch, std::size_t 
   return is_definite;
 }
 
-// J Sigma_p J^T, and the bound of what is rounded in it: |entry (a, b)| to 3u norm[a] norm[b] sqrt(square), square =
+// J Sigma_p J^T, and what bounds its rounding: entry (a, b) is off by at most 3u norm[a] norm[b] sqrt(square), square =
 // |Sigma_p|^2.
 template <int Rows>
 struct Mapped {
@@ -34,7 +34,8 @@ struct Mapped {
 };
 
 template <int Rows>
-inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::size_t i, const Doubles (&rows)[Rows][3]) {
+inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::size_t i,
+                             const Doubles (&rows)[Rows][3]) {
   constexpr int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};  // of Sigma_p
   const auto dot = [](const Doubles* a, const Doubles* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
   Mapped<Rows> mapped;
@@ -61,6 +62,28 @@ inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::s
   return mapped;
 }
 
+// The deviation of row a, squared; `is_definite` is false where it has underflowed to zero.
+template <ThirdRow third>
+inline Doubles variance_of_row(const BlockInput& input, const Doubles& sigma, const Mask& has_third, int a,
+                               Mask& is_definite) {
+  if (third != ThirdRow::depth || a != 2) return sigma * sigma;
+  const Doubles variance = xsimd::select(has_third, Doubles(input.depth_sigma * input.depth_sigma), Doubles(1.0));
+  is_definite = is_definite & (variance > Doubles(0.0));
+  return variance;
+}
+
+// rows <- L rows, L lower triangular.
+template <int Rows>
+inline void multiply_by_lower(const Doubles (&lower)[Rows][Rows], Doubles (&rows)[Rows][3]) {
+  for (int a = Rows - 1; a >= 0; --a) {
+    for (int j = 0; j < 3; ++j) {
+      Doubles sum = lower[a][a] * rows[a][j];
+      for (int b = 0; b < a; ++b) sum += lower[a][b] * rows[b][j];
+      rows[a][j] = sum;
+    }
+  }
+}
+
 // C^-1 J with C C^T = Sigma_z + J Sigma_p J^T, C lower triangular. Returns where that is positive definite, and keeps
 // its digits.
 template <ThirdRow third, int Rows>
@@ -72,42 +95,28 @@ inline Mask whiten_rows(const BlockInput& input, const Batch& batch, std::size_t
   const Mapped<Rows> mapped = map_rows(input, batch, i, rows);
   Mask is_definite = sigma * sigma > zero;
   Doubles c[Rows][Rows];
-  Doubles inverse[Rows];  // of the diagonal of C
-  Doubles norms = zero;   // | |C^-1| norms |^2
-  Doubles of_row[Rows];   // |C^-1| norms
-  Doubles inverses[Rows][Rows];
+  Doubles inverse[Rows][Rows];  // of C
+  Doubles norms = zero;         // | |C^-1| norms |^2
   for (int a = 0; a < Rows; ++a) {
     for (int b = 0; b < a; ++b) {
       Doubles rest = mapped.entries[a][b];
       for (int k = 0; k < b; ++k) rest -= c[a][k] * c[b][k];
-      c[a][b] = rest * inverse[b];
+      c[a][b] = rest * inverse[b][b];
     }
-    Doubles variance = sigma * sigma;
-    if (third == ThirdRow::depth && a == 2) {
-      variance = xsimd::select(has_third, Doubles(input.depth_sigma * input.depth_sigma), one);
-      is_definite = is_definite & (variance > zero);
-    }
-    Doubles pivot = mapped.entries[a][a] + variance;
+    Doubles pivot = mapped.entries[a][a] + variance_of_row<third>(input, sigma, has_third, a, is_definite);
     for (int k = 0; k < a; ++k) pivot -= c[a][k] * c[a][k];
     is_definite = is_definite & is_positive(pivot);
-    inverse[a] = one / xsimd::sqrt(pivot);
-    inverses[a][a] = inverse[a];
-    of_row[a] = inverse[a] * mapped.norms[a];
+    inverse[a][a] = one / xsimd::sqrt(pivot);
+    Doubles norm = inverse[a][a] * mapped.norms[a];
     for (int b = 0; b < a; ++b) {
       Doubles sum = zero;
-      for (int k = b; k < a; ++k) sum += c[a][k] * inverses[k][b];
-      inverses[a][b] = negated(sum * inverse[a]);
-      of_row[a] += xsimd::abs(inverses[a][b]) * mapped.norms[b];
+      for (int k = b; k < a; ++k) sum += c[a][k] * inverse[k][b];
+      inverse[a][b] = negated(sum * inverse[a][a]);
+      norm += xsimd::abs(inverse[a][b]) * mapped.norms[b];
     }
-    norms += of_row[a] * of_row[a];
+    norms += norm * norm;
   }
-  for (int a = Rows - 1; a >= 0; --a) {
-    for (int j = 0; j < 3; ++j) {
-      Doubles sum = inverses[a][a] * rows[a][j];
-      for (int b = 0; b < a; ++b) sum += inverses[a][b] * rows[b][j];
-      rows[a][j] = sum;
-    }
-  }
+  multiply_by_lower(inverse, rows);
   return is_definite & keeps_digits(mapped.square, norms);
 }
 
@@ -142,7 +151,7 @@ inline Factor<Rows> triangle_of(Doubles (&rows)[Rows][3]) {
   return factor;
 }
 
-// The factor of a block by p_b; returns where there is one.
+// The factor of a block by p_b. Returns where there is one.
 template <BlockWeighting weighting, ThirdRow third, int Rows>
 inline Mask seen_factor(const BlockInput& input, const SeenBatch& batch, std::size_t i, const Mask& has_third,
                         Factor<Rows>& factor) {

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "tests/core/feature_frame.hpp"
+
+#include "tests/support/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet::test {
+namespace {
+
+constexpr double bf = 50;
+
+}  // namespace
+
+RigidTransform rows_of(const Isometry& T) { return rigid_transform(T.matrix()); }
+
+Camera typical_camera(CameraModel model) {
+  const PinholeCamera pinhole = {458, 457, 367, 248, bf};
+  switch (model) {
+    case CameraModel::radial_tangential: return Camera::radial_tangential(pinhole, -0.05, 0.01, 2e-4, -1e-4, 1e-3);
+    case CameraModel::kannala_brandt: return Camera::kannala_brandt(pinhole, -0.01, 0.02, -0.003, 0.0004);
+    case CameraModel::double_sphere: return Camera::double_sphere(pinhole, -0.2, 0.6);
+    default: return pinhole;
+  }
+}
+
+FeatureKind random_kind(Random& random) {
+  FeatureKind kind;
+  kind.model = random_model(random);
+  kind.third = kind.model == CameraModel::pinhole ? ThirdMeasurement(random.integer(0, 2)) : ThirdMeasurement::none;
+  kind.has_rig = random.chance(0.3);
+  kind.has_jacobians = !kind.has_rig && kind.third == ThirdMeasurement::none && random.chance(0.3);
+  kind.covariances = FeatureKind::Covariances(random.integer(0, 2));
+  return kind;
+}
+
+FeatureFrame::FeatureFrame(Random& random, std::size_t n, const FeatureKind& what)
+    : kind(what), T_cw(random_isometry(random, 2, 1)) {
+  options.third = kind.third;
+  options.map_sigma = 0.11;
+  options.depth_sigma = 0.07;
+  const bool is_stereo = kind.third == ThirdMeasurement::stereo;
+  rig_cameras[0].camera = typical_camera(kind.model);
+  rig_cameras[1].camera = typical_camera(is_stereo ? kind.model : CameraModel::double_sphere);
+  for (Isometry& T : T_cb) T = random_isometry(random, 0.2, 0.2);
+  for (std::size_t c = 0; c < 2; ++c) rig_cameras[c].T_cb = rows_of(T_cb[c]);
+  for (std::size_t i = 0; i < n; ++i) add(random, i);
+}
+
+void FeatureFrame::add(Random& random, std::size_t i) {
+  const std::size_t c = camera_of_match(i);
+  const double z = random.chance(0.05) ? -3 : random.uniform(1, 20);
+  const Eigen::Vector3d p_c(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
+  const Eigen::Vector3d p_b = kind.has_rig ? Eigen::Vector3d(T_cb[c].inverse() * p_c) : p_c;
+  const Eigen::Vector3d p_w = T_cw.inverse() * p_b;
+  points.insert(points.end(), p_w.data(), p_w.data() + 3);
+  sigmas.push_back(random.uniform(0.5, 3));
+  camera_ids.push_back(static_cast<unsigned char>(c));
+  has_third.push_back(kind.third != ThirdMeasurement::none && random.chance(0.6) ? 1 : 0);
+  add_covariance(random);
+  for (int e = 0; e < 6; ++e) jacobians.push_back(random.uniform(-300, 300));
+
+  FeatureMatch match;
+  match.id = static_cast<std::uint32_t>(1000 + i);
+  for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
+  match.sigma = sigmas.back();
+  match.camera_id = camera_ids.back();
+  measure(random, p_c, match);
+  matches.push_back(match);
+}
+
+// A match without a covariance gets what the options' map_sigma stands for.
+void FeatureFrame::add_covariance(Random& random) {
+  const bool is_known = kind.covariances == FeatureKind::Covariances::all ||
+                        (kind.covariances == FeatureKind::Covariances::some && random.chance(0.5));
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d root = identity * 0.05 + 0.1 * Eigen::Matrix3d(random_vector(random, 1).asDiagonal());
+  const Eigen::Matrix3d covariance = is_known ? Eigen::Matrix3d(root * root.transpose())
+                                              : Eigen::Matrix3d(options.map_sigma * options.map_sigma * identity);
+  covariances.insert(covariances.end(), covariance.data(), covariance.data() + 9);
+  knows_covariance.push_back(is_known ? 1 : 0);
+}
+
+void FeatureFrame::measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const {
+  const WideVector2 uv = image_of(rig_cameras[match.camera_id].camera, p_c.cast<long double>());
+  for (int axis = 0; axis < 2; ++axis) {
+    match.measured[axis] = static_cast<double>(uv(axis)) + random.uniform(-5, 5) * match.sigma;
+  }
+  if (has_third.back() == 0) return;
+  const bool is_depth = kind.third == ThirdMeasurement::depth;
+  match.third = is_depth ? p_c.z() + random.uniform(-5, 5) * options.depth_sigma
+                         : static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
+}
+
+Eigen::Vector3d FeatureFrame::point(std::size_t i) const {
+  return {points[3 * i], points[3 * i + 1], points[3 * i + 2]};
+}
+
+WideVector3 FeatureFrame::in_camera(std::size_t i, const Isometry& pose) const {
+  Eigen::Vector3d p = pose * point(i);
+  if (kind.has_rig) p = T_cb[camera_of_match(i)] * p;
+  return p.cast<long double>();
+}
+
+void FeatureFrame::start(GoodFeatures& good) const {
+  good.block_options = options;
+  good.block_options.third = ThirdMeasurement::none;  // start() says which
+  if (kind.has_rig) {
+    good.start(Rig{rig_cameras, 2}, rows_of(T_cw), kind.third);
+  } else {
+    good.start(rig_cameras[0].camera, rows_of(T_cw), kind.third);
+  }
+}
+
+void FeatureFrame::gather(GoodFeatures& good) const {
+  start(good);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    FeatureMatch match = matches[i];
+    double covariance[9], jacobian[6];  // copied by add()
+    std::copy_n(&covariances[9 * i], 9, covariance);
+    std::copy_n(&jacobians[6 * i], 6, jacobian);
+    if (knows_covariance[i] != 0) match.covariance = covariance;
+    if (kind.has_jacobians) match.jacobian = jacobian;
+    good.add(match);
+    std::fill_n(covariance, 9, nan);
+    std::fill_n(jacobian, 6, nan);
+  }
+}
+
+Matches FeatureFrame::arrays() const {
+  Matches arrays;
+  arrays.size = matches.size();
+  arrays.points = points.data();
+  arrays.sigmas = sigmas.data();
+  arrays.has_third = has_third.data();
+  if (kind.has_rig) arrays.camera_ids = camera_ids.data();
+  const bool is_any_known = std::count(knows_covariance.begin(), knows_covariance.end(), 1) > 0;
+  if (is_any_known) arrays.map_covariances = covariances.data();
+  return arrays;
+}
+
+BlockStore FeatureFrame::blocks() const {
+  Matches given = arrays();
+  if (kind.has_jacobians) given.jacobians = jacobians.data();
+  BlockOptions block_options = options;
+  if (given.map_covariances != nullptr) block_options.weighting = Weighting::measurement_and_map;
+  BlockStore store(matches.size());
+  const BlockReport report = kind.has_rig
+                                 ? append_blocks(Rig{rig_cameras, 2}, rows_of(T_cw), given, block_options, store)
+                                 : append_blocks(rig_cameras[0].camera, rows_of(T_cw), given, block_options, store);
+  EXPECT_TRUE(report.is_done());
+  return store;
+}
+
+WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
+  const WideVector3 p = in_camera(i, pose);
+  const WideVector2 uv = image_of(rig_cameras[camera_of_match(i)].camera, p);
+  const long double third = kind.third == ThirdMeasurement::depth ? p.z() : uv.x() - bf / p.z();
+  const FeatureMatch& match = matches[i];
+  return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), match.third - third};
+}
+
+long double FeatureFrame::chi2(std::size_t i, const Isometry& pose) const {
+  if (!(in_camera(i, pose).z() > 0)) return infinity;
+  const double sigma_of_third = kind.third == ThirdMeasurement::depth ? options.depth_sigma : sigmas[i];
+  const WideVector3 e = residuals(i, pose);
+  const long double of_image = std::pow(e.x() / sigmas[i], 2) + std::pow(e.y() / sigmas[i], 2);
+  return has_third[i] == 0 ? of_image : of_image + std::pow(e.z() / sigma_of_third, 2);
+}
+
+std::vector<std::uint32_t> selected_of(const GoodFeatures& good) {
+  std::vector<std::uint32_t> selected;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    if (good.is_selected(i)) selected.push_back(static_cast<std::uint32_t>(i));
+  }
+  return selected;
+}
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "tests/support/camera_oracle.hpp"
+#include "tests/support/random_isometry.hpp"
+
+#include <maxlogdet/good_features.hpp>
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace maxlogdet::test {
+
+using Isometry = Eigen::Isometry3d;
+
+RigidTransform rows_of(const Isometry& T);
+
+/// A camera of that model with parameters that are common.
+Camera typical_camera(CameraModel model);
+
+/// What the matches of a frame have.
+struct FeatureKind {
+  CameraModel model = CameraModel::pinhole;
+  ThirdMeasurement third = ThirdMeasurement::none;
+  bool has_rig = false;
+  bool has_jacobians = false;
+  enum class Covariances { none, some, all } covariances = Covariances::none;
+};
+
+FeatureKind random_kind(Random& random);
+
+/// The same matches as GoodFeatures and as append_blocks take them. Some points are behind the camera, some have no
+/// third measurement. Measurements are what the camera sees, off by up to five deviations.
+struct FeatureFrame {
+  FeatureFrame(Random& random, std::size_t n, const FeatureKind& what = FeatureKind());
+
+  std::size_t camera_of_match(std::size_t i) const { return kind.has_rig ? i % 2 : 0; }
+  Eigen::Vector3d point(std::size_t i) const;
+  WideVector3 in_camera(std::size_t i, const Isometry& pose) const;
+
+  /// start() alone, and start() and add() of every match.
+  void start(GoodFeatures& good) const;
+  void gather(GoodFeatures& good) const;
+
+  /// The matches as arrays, but for jacobians, and the blocks that append_blocks makes of them.
+  Matches arrays() const;
+  BlockStore blocks() const;
+
+  /// Squared residuals of match i at `pose` in units of their deviations, in long double; infinite behind the camera.
+  long double chi2(std::size_t i, const Isometry& pose) const;
+  /// Its residuals: u, v and the third measurement.
+  WideVector3 residuals(std::size_t i, const Isometry& pose) const;
+
+  FeatureKind kind;
+  Isometry T_cw;
+  Isometry T_cb[2];
+  RigCamera rig_cameras[2];
+  BlockOptions options;
+  std::vector<FeatureMatch> matches;
+  std::vector<double> points, sigmas, covariances, jacobians;
+  std::vector<unsigned char> camera_ids, has_third, knows_covariance;
+
+ private:
+  void add(Random& random, std::size_t i);
+  void add_covariance(Random& random);
+  void measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const;
+};
+
+/// The numbers of the selected matches in ascending order.
+std::vector<std::uint32_t> selected_of(const GoodFeatures& good);
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// How GoodFeatures judges the matches that were not selected, and the information that it has of each: chi2 against
+// projections in long double.
+#include "tests/core/feature_frame.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/pose_derivative.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace maxlogdet::test {
+namespace {
+
+TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_quantile) {
+  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    FeatureKind kind = random_kind(random);
+    kind.has_jacobians = false;
+    const FeatureFrame frame(random, 200, kind);
+    GoodFeatures good(200);
+    frame.gather(good);
+    ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+    const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
+    for (std::size_t i = 0; i < 200; ++i) EXPECT_TRUE(std::isnan(good.chi2(i))) << "before judge()";
+    good.judge(rows_of(optimised));
+    int outliers = 0;
+    for (std::size_t i = 0; i < 200; ++i) {
+      if (good.is_selected(i)) {
+        EXPECT_TRUE(std::isnan(good.chi2(i))) << i;
+        EXPECT_FALSE(good.is_outlier(i)) << i;
+        continue;
+      }
+      const auto expected = static_cast<double>(frame.chi2(i, optimised));
+      if (std::isinf(expected) && kind.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
+      const double quantile = frame.has_third[i] != 0 ? chi2_of_three : chi2_of_two;
+      if (std::isinf(expected)) {
+        EXPECT_EQ(good.chi2(i), infinity) << i;
+      } else {
+        EXPECT_NEAR(good.chi2(i), expected, 1e-7 * (1 + expected)) << i;
+      }
+      EXPECT_EQ(good.is_outlier(i), good.chi2(i) > quantile) << i;
+      outliers += good.is_outlier(i) ? 1 : 0;
+    }
+    EXPECT_GT(outliers, 20);
+    EXPECT_LT(outliers, 145);
+  }
+}
+
+TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  FeatureKind kind;
+  kind.has_jacobians = true;
+  const FeatureFrame frame(random, 100, kind);
+  GoodFeatures good(100);
+  frame.gather(good);
+  ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+  good.judge(rows_of(frame.T_cw));
+  for (std::size_t i = 0; i < 100; ++i) {
+    EXPECT_TRUE(std::isnan(good.chi2(i)));
+    EXPECT_FALSE(good.is_outlier(i));
+  }
+}
+
+// d h / d p_c by differences of image_of, or the caller's.
+WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVector3& p) {
+  const Camera& camera = frame.rig_cameras[frame.camera_of_match(i)].camera;
+  const bool is_depth = frame.kind.third == ThirdMeasurement::depth;
+  const long double step = 1e-7L * p.norm();
+  WideMatrix J(3, 3);
+  for (int d = 0; d < 3; ++d) {
+    const WideVector3 by = step * WideVector3::Unit(d);
+    J.col(d).head<2>() = (image_of(camera, p + by) - image_of(camera, p - by)) / (2 * step);
+    for (int a = 0; frame.kind.has_jacobians && a < 2; ++a) {
+      J(a, d) = frame.jacobians[6 * i + static_cast<std::size_t>(3 * a + d)];
+    }
+    const long double of_depth = d == 2 ? 1 : 0;
+    J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
+  }
+  return J.topRows(frame.has_third[i] != 0 ? 3 : 2);
+}
+
+// J^T Omega J of a match, J by the pose.
+WideMatrix weighted_information(const FeatureFrame& frame, std::size_t i, const double* omega) {
+  const WideVector3 p_b = (frame.T_cw * frame.point(i)).cast<long double>();
+  WideMatrix H = jacobian_of(frame, i, frame.in_camera(i, frame.T_cw));
+  if (frame.kind.has_rig) H = wide_product(H, frame.T_cb[frame.camera_of_match(i)].linear().cast<long double>());
+  H = wide_product(H, pose_derivative(p_b));
+  WideMatrix weight(H.rows(), H.rows());
+  for (Eigen::Index a = 0; a < H.rows(); ++a) {
+    for (Eigen::Index b = 0; b < H.rows(); ++b) weight(a, b) = omega[a * H.rows() + b];
+  }
+  return wide_product(wide_product(H.transpose(), weight), H);
+}
+
+// An optimiser that weighs by it has the noise model of the blocks, whatever the matches have.
+TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
+  GoodFeatures good(200);
+  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const FeatureFrame frame(random, 150, random_kind(random));
+    frame.gather(good);
+    std::vector<std::array<double, 9>> before(150);
+    for (std::size_t i = 0; i < 150; ++i) good.information(i, before[i].data());
+    ASSERT_EQ(good.select(with_budget(40)), Status::ok);
+    Matrix6 actual = Matrix6::Zero(), expected = Matrix6::Zero();
+    for (std::size_t i = 0; i < 150; ++i) {
+      if (!good.blocks().is_valid(i) || !(frame.in_camera(i, frame.T_cw).z() > 0)) continue;
+      double omega[9] = {}, W[9] = {};
+      ASSERT_TRUE(good.information(i, omega)) << i;
+      ASSERT_TRUE(good.whitening(i, W)) << i;
+      const std::size_t rows = frame.has_third[i] != 0 ? 3 : 2;
+      for (std::size_t e = 0; e < rows * rows; ++e) EXPECT_EQ(omega[e], before[i][e]) << "before select()";
+      double sum = 0;
+      for (std::size_t k = 0; k < rows; ++k) sum += W[rows * k] * W[rows * k];
+      EXPECT_NEAR(sum, omega[0], 1e-12 * omega[0]);
+      const Matrix6 of_match = weighted_information(frame, i, omega).cast<double>();
+      const Matrix6 of_block = gram(stored_block(good.blocks(), i));
+      EXPECT_LT(relative_difference(of_match, of_block), 1e-5) << i;
+      actual += of_match;
+      expected += of_block;
+    }
+    EXPECT_LT(relative_difference(actual, expected), 1e-6);
+  }
+}
+
+TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_the_capacity) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const FeatureFrame frame(random, 101);
+  GoodFeatures good(100);
+  frame.gather(good);
+  std::size_t behind = 0;
+  for (std::size_t i = 0; i < 101; ++i) {
+    double omega[4] = {-7, -7, -7, -7};
+    const bool is_behind = !(frame.in_camera(i, frame.T_cw).z() > 0);
+    behind += is_behind ? 1 : 0;
+    EXPECT_EQ(good.information(i, omega), !is_behind && i < 100) << i;
+    if (is_behind || i == 100) {
+      EXPECT_EQ(omega[0], -7);
+    } else {
+      EXPECT_DOUBLE_EQ(omega[0], 1 / (frame.sigmas[i] * frame.sigmas[i]));
+    }
+    EXPECT_EQ(good.whitening(i, omega), !is_behind && i < 100) << i;
+  }
+  EXPECT_GT(behind, 0U);
+  good.start(Rig(), rows_of(frame.T_cw), ThirdMeasurement::none);
+  good.add(frame.matches[0]);
+  double omega[4];
+  EXPECT_FALSE(good.information(0, omega)) << "a rig without cameras";
+}
+
+TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
+  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    FeatureKind kind = random_kind(random);
+    kind.has_jacobians = false;
+    const FeatureFrame frame(random, 200, kind);
+    GoodFeatures good(200);
+    good.is_weighted = true;
+    frame.gather(good);
+    ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+    const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
+    good.judge(rows_of(optimised));
+    for (std::size_t i = 0; i < 200; ++i) {
+      double omega[9];
+      const bool is_in_front = frame.in_camera(i, optimised).z() > 0;
+      if (good.is_selected(i) || !is_in_front || !good.information(i, omega)) continue;
+      const WideVector3 e = frame.residuals(i, optimised);
+      const int rows = frame.has_third[i] != 0 ? 3 : 2;
+      long double expected = 0;
+      for (int a = 0; a < rows * rows; ++a) expected += e(a / rows) * omega[a] * e(a % rows);
+      EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

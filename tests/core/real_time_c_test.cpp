@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// The C API allocates only where it says, and a lack of memory is a status.
+#include "tests/api/c_api.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/support.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::allocations_in;
+
+int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_block_store* blocks) {
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
+  options.certify = 1;
+  options.exchange_sweeps = 1;
+  int answers = 0;
+  for (const double limit : {0.0, 1e-5, -1.0}) {
+    for (maxlogdet_strategy strategy = 0; strategy < 7; ++strategy) {
+      options.time_limit = limit;
+      options.strategy = strategy;
+      answers += maxlogdet_selection_has_answer(maxlogdet_selector_select(selector, blocks, &options));
+    }
+  }
+  options.struct_size = 1;
+  maxlogdet_selector_select(selector, blocks, &options);
+  return answers;
+}
+
+// Accepts, measures and rejects proposals in turn; returns how many candidates are selected.
+std::size_t actively_selected(maxlogdet_active_selection* active, const maxlogdet_block_store* blocks,
+                              const Block& measured) {
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
+  maxlogdet_active_selection_start(active, blocks, &options);
+  for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
+    if (i % 3 == 0) maxlogdet_active_selection_accept(active);
+    if (i % 3 == 1) maxlogdet_active_selection_accept_block(active, measured.data(), 3);
+    if (i % 3 == 2) maxlogdet_active_selection_reject(active);
+  }
+  return maxlogdet_active_selection_selection(active)->size;
+}
+
+TEST(RealTime, the_c_api_allocates_nothing_either) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Block block = random_block(random, 3);
+  const CBlocks blocks = c_blocks(400);
+  const CSelector selector = c_selector(400);
+  const CActive active = c_active(400);
+  int answers = 0;
+  std::size_t accepted = 0;
+  EXPECT_EQ(allocations_in([&] {
+              for (int i = 0; i < 400; ++i) maxlogdet_block_store_push_back(blocks.get(), block.data(), 1 + i % 3);
+              answers = answers_of_every_strategy(selector.get(), blocks.get());
+              accepted = actively_selected(active.get(), blocks.get(), block);
+            }),
+            0);
+  EXPECT_EQ(answers, 12);
+  EXPECT_EQ(accepted, 100U);
+}
+
+// Calls create() with ever more memory until it has enough; returns how often it had not.
+template <class Create>
+long failures_of(const Create& create) {
+  for (long memory = 0;; ++memory) {
+    sim::fail_malloc_after(memory);
+    const maxlogdet_status status = create();
+    sim::fail_malloc_after(-1);
+    if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
+    EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
+  }
+}
+
+// Appends 1000 matches.
+maxlogdet_status append(maxlogdet_block_store* blocks, const std::vector<double>& points) {
+  maxlogdet_camera camera;
+  maxlogdet_matches matches;
+  maxlogdet_block_options options;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&options, sizeof options);
+  camera.fx = camera.fy = 450;
+  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  matches.size = 1000;
+  matches.points = points.data();
+  return maxlogdet_append_blocks(&camera, T_cw, &matches, &options, blocks, nullptr)->status;
+}
+
+// Whichever allocation fails: a status, nothing half created, and nothing lost.
+TEST(RealTime, in_c_no_memory_is_a_status) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "malloc is the sanitizer's";
+#endif
+  constexpr long arrays_of_store = 3;  // planes, validity and indices
+  maxlogdet_block_store* blocks = nullptr;
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 1 + arrays_of_store);
+  const CBlocks owned_blocks(blocks);
+  maxlogdet_selector* selector = nullptr;
+  const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
+  const CSelector owned_selector(selector);
+  EXPECT_GT(of_selector, 10);
+  maxlogdet_active_selection* active = nullptr;
+  const long of_active = failures_of([&] { return maxlogdet_active_selection_create(10, &active); });
+  const CActive owned_active(active);
+  EXPECT_GT(of_active, 10);
+  EXPECT_LT(of_active, of_selector) << "a search alone, without the workspaces of strategies";
+
+  const double block[6] = {1, 2, 3, 4, 5, 6};
+  for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_STATUS_OK);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_push_back(blocks, block, 1); }), arrays_of_store);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 11U);
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_reserve(blocks, 1000); }), arrays_of_store);
+  const std::vector<double> points(3000, 1);
+  EXPECT_EQ(failures_of([&] { return append(blocks, points); }), arrays_of_store);
+  EXPECT_EQ(maxlogdet_block_store_size(blocks), 1011U);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

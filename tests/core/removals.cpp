@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "tests/core/removals.hpp"
+
+#include "kernel/strategies/backward_greedy.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+std::vector<std::uint32_t> kept_by(const BlockStore& blocks, const Options& options, bool lazily) {
+  SearchMemory memory(blocks.size());
+  Search search(blocks, options, memory);
+  EXPECT_EQ(search.start(blocks, options), Status::ok);
+  BackwardWorkspace workspace(blocks.size());
+  EXPECT_EQ(backward_greedy(search, workspace, lazily), Status::ok);
+  return {search.indices, search.indices + search.selected};
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options options, std::size_t min_budget) {
+  Selector selector(blocks.size());
+  std::vector<std::uint32_t> order;
+  std::set<std::uint32_t> left;
+  for (std::size_t budget = blocks.size() + 1; budget-- > min_budget;) {
+    options.budget = budget;
+    const Selection selection = selector.select(blocks, options);
+    const std::set<std::uint32_t> now(selection.begin(), selection.end());
+    if (budget == 0) break;
+    std::vector<std::uint32_t> gone;
+    std::set_difference(left.begin(), left.end(), now.begin(), now.end(), std::back_inserter(gone));
+    EXPECT_LE(gone.size(), 1U);
+    EXPECT_TRUE(std::includes(left.begin(), left.end(), now.begin(), now.end()) || order.empty());
+    order.insert(order.end(), gone.begin(), gone.end());
+    left = now;
+  }
+  return order;
+}
+
+long double loss_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& order, const Matrix6& prior) {
+  std::set<std::uint32_t> left;
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (blocks.is_valid(i)) left.insert(i);
+  }
+  long double max_excess = 0;
+  for (const std::uint32_t removed : order) {
+    const auto loss = [&](std::uint32_t candidate) {
+      GreedyOracle<long double> oracle(blocks, prior);
+      for (const std::uint32_t i : left) {
+        if (i != candidate) oracle.take(i);
+      }
+      return oracle.gain(candidate);
+    };
+    long double min_loss = loss(removed);
+    for (const std::uint32_t i : left) min_loss = std::min(min_loss, loss(i));
+    max_excess = std::max(max_excess, loss(removed) - min_loss);
+    left.erase(removed);
+  }
+  return max_excess;
+}
+
+void expect_the_same_with_stale_bounds(const BlockStore& blocks, const Options& options) {
+  ASSERT_EQ(kept_by(blocks, options, true), kept_by(blocks, options, false));
+}
+
+}  // namespace maxlogdet::test

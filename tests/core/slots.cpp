@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "tests/core/slots.hpp"
+
+#include "tests/support/numbers.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace maxlogdet::test {
+namespace {
+
+std::vector<unsigned char> random_flags(Random& random, std::size_t n, double share) {
+  std::vector<unsigned char> flags(n);
+  for (unsigned char& flag : flags) flag = random.chance(share) ? 9 : 0;
+  return flags;
+}
+
+void set_groups(Random& random, std::size_t n, Request& request) {
+  const int count = random.integer(1, 8);
+  for (int g = 0; g < count; ++g) request.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 9)));
+  for (std::size_t i = 0; i < n; ++i) {
+    request.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
+  }
+}
+
+// How a selection ended: an empty store gives ok, one whose candidates are all invalid or excluded all_selected.
+void expect_same_end(const Selection& actual, const Selection& expected, bool has_candidates, std::size_t budget) {
+  const bool differ = !has_candidates && budget > 0 && expected.status == Status::ok;
+  EXPECT_EQ(actual.status, differ ? Status::all_selected : expected.status);
+}
+
+// The same but for indices, of which `kept` says what they are in the store with more candidates.
+void expect_same_answer(const Selection& actual, const Selection& expected, const std::vector<std::uint32_t>& kept) {
+  EXPECT_EQ(indices_of(actual), gathered(kept, indices_of(expected)));
+  ASSERT_EQ(actual.size, expected.size);
+  for (std::size_t j = 0; j < actual.size; ++j) EXPECT_EQ(bits_of(actual.gains[j]), bits_of(expected.gains[j])) << j;
+  EXPECT_EQ(bits_of(actual.log_det), bits_of(expected.log_det));
+  EXPECT_EQ(bits_of(actual.upper_bound), bits_of(expected.upper_bound));
+  EXPECT_EQ(actual.strategy, expected.strategy);
+  EXPECT_EQ(actual.threads, expected.threads);
+}
+
+// And at the same cost.
+void expect_same(const Selection& actual, const Selection& expected, const std::vector<std::uint32_t>& kept) {
+  expect_same_answer(actual, expected, kept);
+  EXPECT_EQ(actual.evaluations, expected.evaluations);
+  EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
+}
+
+// Both propose the same, whatever the answers are.
+void expect_same_proposals(Random& random, ActiveSelection& active, ActiveSelection& dense,
+                           const std::vector<std::uint32_t>& kept) {
+  constexpr std::size_t max_batch = 8;
+  for (;;) {
+    std::uint32_t proposed[max_batch];
+    std::uint32_t expected[max_batch];
+    const auto wanted = static_cast<std::size_t>(random.integer(1, max_batch));
+    const std::size_t count = dense.next(expected, wanted);
+    ASSERT_EQ(active.next(proposed, wanted), count);
+    if (count == 0) break;
+    for (std::size_t j = 0; j < count; ++j) ASSERT_EQ(proposed[j], kept[expected[j]]);
+    ASSERT_EQ(active.next(), proposed[0]);
+    const Block measured = random_block(random, random.integer(1, 3));
+    const auto rows = static_cast<int>(measured.rows());
+    switch (random.integer(0, 2)) {
+      case 0:
+        ASSERT_EQ(active.accept(proposed[count - 1]), Status::ok);
+        ASSERT_EQ(dense.accept(expected[count - 1]), Status::ok);
+        break;
+      case 1:
+        ASSERT_EQ(active.accept(measured.data(), rows), Status::ok);
+        ASSERT_EQ(dense.accept(measured.data(), rows), Status::ok);
+        break;
+      default: ASSERT_EQ(active.reject(proposed[0]), Status::ok); ASSERT_EQ(dense.reject(expected[0]), Status::ok);
+    }
+  }
+}
+
+// To the other side of the camera.
+void mirror(const std::array<double, 12>& T_cw, double* point) {
+  for (std::size_t d = 0; d < 3; ++d) {
+    const double camera = -(T_cw[d] * T_cw[3] + T_cw[4 + d] * T_cw[7] + T_cw[8 + d] * T_cw[11]);
+    point[d] = 2 * camera - point[d];
+  }
+}
+
+}  // namespace
+
+std::vector<Block> random_blocks(Random& random, std::size_t n) {
+  const BlockStore made = awkward_blocks(random, n);
+  std::vector<Block> blocks;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Block padded = stored_block(made, i);
+    Eigen::Index rows = padded.rows();
+    while (rows > 1 && padded.row(rows - 1).isZero(0)) --rows;
+    blocks.emplace_back(padded.topRows(rows));
+  }
+  return blocks;
+}
+
+Slots with_empty_slots(Random& random, const std::vector<Block>& blocks, double share) {
+  Slots slots;
+  for (const Block& block : blocks) {
+    while (random.chance(share)) slots.emplace_back();
+    slots.emplace_back(block);
+  }
+  while (random.chance(share)) slots.emplace_back();
+  return slots;
+}
+
+std::size_t push_back_empty(Random& random, BlockStore& blocks) {
+  double entries[18] = {};
+  const double broken[] = {nan, infinity, 1e39, -1e300};
+  entries[random.integer(0, 5)] = broken[random.integer(0, 3)];
+  switch (random.integer(0, 3)) {
+    case 0: return blocks.push_back(entries, random.integer(1, 3));
+    case 1: return blocks.push_back(nullptr, 2);
+    case 2: return blocks.push_back(entries, random.chance(0.5) ? 0 : 4);
+    default: return blocks.push_back_invalid();
+  }
+}
+
+void push_back_slot(Random& random, const std::optional<Block>& slot, BlockStore& blocks) {
+  if (slot) {
+    push_back(blocks, *slot);
+  } else {
+    push_back_empty(random, blocks);
+  }
+}
+
+BlockStore store_of(Random& random, const Slots& slots) {
+  BlockStore blocks;
+  for (const std::optional<Block>& slot : slots) push_back_slot(random, slot, blocks);
+  return blocks;
+}
+
+BlockStore store_of(const std::vector<Block>& blocks) {
+  BlockStore store;
+  for (const Block& block : blocks) push_back(store, block);
+  return store;
+}
+
+std::vector<std::uint32_t> present(const Slots& slots) {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = 0; i < slots.size(); ++i) {
+    if (slots[i]) indices.push_back(i);
+  }
+  return indices;
+}
+
+Request request_of(const Request& request, const std::vector<std::uint32_t>& indices) {
+  Request result = request;
+  result.required = gathered(request.required, indices);
+  result.excluded = gathered(request.excluded, indices);
+  result.groups = gathered(request.groups, indices);
+  return result;
+}
+
+Request random_request(Random& random, const BlockStore& blocks, double excluded_share) {
+  const std::size_t n = blocks.size();
+  Request request;
+  if (excluded_share > 0) request.excluded = random_flags(random, n, excluded_share);
+  if (random.chance(0.4)) {
+    request.required = random_flags(random, n, 0.03);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!blocks.is_valid(i) || request.is_excluded(i)) request.required[i] = 0;
+    }
+  }
+  if (random.chance(0.3)) set_groups(random, n, request);
+  if (random.chance(0.5)) request.set_prior(random_prior(random));
+  request.plain.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.stored() + 2)));
+  request.plain.seed = random.seed();
+  request.plain.epsilon = random.uniform(0.01, 0.9);
+  request.plain.certify = random.chance(0.5);
+  request.plain.certificate_passes = static_cast<std::size_t>(random.integer(0, 4));
+  request.plain.exchange_sweeps = static_cast<std::size_t>(random.integer(0, 2));
+  return request;
+}
+
+Request certified_request(std::size_t budget) {
+  Request request;
+  request.plain.budget = budget;
+  request.plain.certify = true;
+  request.plain.certificate_passes = 3;
+  request.plain.exchange_sweeps = 1;
+  return request;
+}
+
+Selector selector_for(const BlockStore& blocks, const Request& request) {
+  return Selector(std::max({blocks.size(), request.plain.budget, request.maxima.size()}));
+}
+
+void expect_same_answers(const BlockStore& whole, const Request& request, const BlockStore& dense,
+                         const std::vector<std::uint32_t>& kept, bool is_alike) {
+  const Request of_dense = request_of(request, kept);
+  Selector selector = selector_for(whole, request);
+  Selector dense_selector = selector_for(dense, of_dense);
+  for (const Strategy strategy : strategies) {
+    SCOPED_TRACE(to_string(strategy));
+    const Selection expected = dense_selector.select(dense, of_dense.options(strategy));
+    const Selection actual = selector.select(whole, request.options(strategy));
+    // Without candidates there are no groups to refuse.
+    if (dense.size() == 0 && actual.status == Status::unsupported_groups) continue;
+    expect_same_end(actual, expected, dense.size() > 0, request.plain.budget);
+    is_alike ? expect_same(actual, expected, kept) : expect_same_answer(actual, expected, kept);
+    EXPECT_EQ(actual.invalid_candidates, whole.invalid_count());
+  }
+}
+
+void expect_same_active(Random& random, const BlockStore& whole, const Request& request, const BlockStore& dense,
+                        const std::vector<std::uint32_t>& kept) {
+  const Request of_dense = request_of(request, kept);
+  ActiveSelection active(std::max({whole.size(), request.plain.budget, request.maxima.size()}));
+  ActiveSelection expected(std::max({dense.size(), request.plain.budget, request.maxima.size()}));
+  const Status status = expected.start(dense, of_dense.options(Strategy::lazy_greedy));
+  ASSERT_EQ(active.start(whole, request.options(Strategy::lazy_greedy)), status);
+  if (status != Status::ok) return;
+  expect_same_proposals(random, active, expected, kept);
+  expect_same_end(active.selection(), expected.selection(), dense.size() > 0, request.plain.budget);
+  expect_same_answer(active.selection(), expected.selection(), kept);
+  EXPECT_EQ(active.selection().invalid_candidates, whole.invalid_count());
+}
+
+std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
+  std::vector<unsigned char> usable(frame.matches.size(), 1);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
+    if (!random.chance(share)) continue;
+    sim::Match& match = frame.matches[i];
+    switch (random.integer(0, 3)) {
+      case 0: match.point[random.integer(0, 2)] = nan; break;
+      case 1: match.inv_sigma2 = random.chance(0.5) ? nan : -1; break;
+      case 2: mirror(frame.T_cw_prior, match.point); break;
+      default: usable[i] = 0;
+    }
+  }
+  return usable;
+}
+
+}  // namespace maxlogdet::test

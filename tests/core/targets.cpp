@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "tests/core/targets.hpp"
+
+#include "tests/support/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace maxlogdet::test {
+namespace {
+
+Reached reached_by(const GreedyOracle<long double>& oracle, long double log_det_of_all) {
+  const WideSquare inverse = oracle.inverse_factor();  // M^-1 = inverse inverse^T
+  return {std::exp((oracle.log_det() - log_det_of_all) / 6), inverse.topRows<3>().norm(),
+          inverse.bottomRows<3>().norm()};
+}
+
+void set_required(Random& random, Problem& problem, int n) {
+  std::size_t count = 0;
+  if (random.chance(0.5)) problem.required.assign(problem.blocks.size(), 0);
+  for (std::size_t i = 0; i < problem.required.size(); ++i) {
+    if (!problem.blocks.is_valid(i) || problem.is_excluded(i) || !random.chance(0.05)) continue;
+    problem.required[i] = 1;
+    ++count;
+  }
+  problem.plain.budget = count + static_cast<std::size_t>(random.integer(0, n));
+  problem.plain.max_per_group = std::max<std::size_t>(count, 3);
+}
+
+}  // namespace
+
+Problem constrained_problem(Random& random) {
+  Problem problem;
+  const int n = random.integer(1, 120);
+  problem.blocks = awkward_blocks(random, static_cast<std::size_t>(n));
+  for (int i = random.chance(0.3) ? random.integer(1, 20) : 0; i > 0; --i) problem.blocks.push_back_invalid();
+  const std::size_t size = problem.blocks.size();
+  if (random.chance(0.5)) problem.excluded.assign(size, 0);
+  const double excluded = random.uniform(0, 0.6);
+  for (unsigned char& flag : problem.excluded) flag = random.chance(excluded) ? 1 : 0;
+  set_required(random, problem, n);
+  if (random.chance(0.4)) {
+    problem.plain.group_count = static_cast<std::size_t>(random.integer(1, 20));
+    for (std::size_t i = 0; i < size; ++i) {
+      problem.groups.push_back(static_cast<std::uint32_t>(random.index(problem.plain.group_count)));
+    }
+  }
+  return problem;
+}
+
+Options full_of(const Request& request) {
+  Options without = request.options();
+  without.target_efficiency = without.target_translation_sigma = without.target_rotation_sigma = 0;
+  return without;
+}
+
+long double slack(const Reached& reached, const Options& options) {
+  long double slack = infinity;
+  if (options.target_efficiency > 0) slack = std::min(slack, reached.efficiency / options.target_efficiency);
+  if (options.target_translation_sigma > 0)
+    slack = std::min(slack, options.target_translation_sigma / reached.translation_sigma);
+  if (options.target_rotation_sigma > 0)
+    slack = std::min(slack, options.target_rotation_sigma / reached.rotation_sigma);
+  return slack;
+}
+
+long double log_det_of_all(const Problem& problem) {
+  GreedyOracle<long double> oracle(problem.blocks, problem.information());
+  for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
+    if (problem.blocks.is_valid(i) && !problem.is_excluded(i)) oracle.take(i);
+  }
+  return oracle.log_det();
+}
+
+std::vector<Reached> reached_by_prefixes(const Problem& problem, const std::vector<std::uint32_t>& indices,
+                                         long double all) {
+  GreedyOracle<long double> oracle(problem.blocks, problem.information());
+  std::vector<Reached> reached(1, reached_by(oracle, all));
+  for (const std::uint32_t i : indices) {
+    oracle.take(i);
+    reached.push_back(reached_by(oracle, all));
+  }
+  return reached;
+}
+
+void expect_conclusive(const Tally& tally) {
+  std::printf("%d selections, %d of them shorter than the budget, %d too near to a target to tell\n", tally.selections,
+              tally.cut, tally.ties);
+  if (tally.selections < 50) return;  // a share of the trials
+  EXPECT_GT(3 * tally.cut, tally.selections);
+  EXPECT_LE(100 * tally.ties, tally.selections);
+}
+
+void expect_shortest(const Problem& problem, const std::vector<std::uint32_t>& full,
+                     const std::vector<Reached>& reached, long double tolerance, const Selection& selection,
+                     Tally& tally) {
+  SCOPED_TRACE(std::string(to_string(problem.plain.strategy)) + ", budget " + std::to_string(problem.plain.budget) +
+               ", targets " + std::to_string(problem.plain.target_efficiency) + " " +
+               std::to_string(problem.plain.target_translation_sigma) + " " +
+               std::to_string(problem.plain.target_rotation_sigma));
+  ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
+  const auto size = selection.size;
+  ASSERT_LE(size, full.size());
+  EXPECT_EQ(indices_of(selection), std::vector<std::uint32_t>(full.begin(), full.begin() + static_cast<long>(size)));
+  const auto required = static_cast<std::size_t>(std::count(problem.required.begin(), problem.required.end(), 1));
+  EXPECT_GE(size, required);
+  bool is_tie = false;
+  for (std::size_t j = required; j < size; ++j) {
+    const long double now = slack(reached[j], problem.plain);
+    is_tie = is_tie || std::abs(now - 1) <= tolerance;
+    EXPECT_LT(now, 1 + tolerance) << j << " met the targets already";
+  }
+  const long double at_end = slack(reached[size], problem.plain);
+  is_tie = is_tie || std::abs(at_end - 1) <= tolerance;
+  tally.ties += is_tie ? 1 : 0;
+  const bool is_reached = selection.status == Status::target_reached;
+  if (is_reached) {
+    EXPECT_GE(at_end, 1 - tolerance);
+  } else {
+    EXPECT_LT(at_end, 1 + tolerance);
+    EXPECT_EQ(size, full.size());
+  }
+  ++tally.selections;
+  tally.cut += size < full.size() ? 1 : 0;
+}
+
+void draw_targets(Random& random, const std::vector<Reached>& reached, Options& options) {
+  const int which = random.integer(1, 7);
+  const auto one_of = [&] {
+    const Reached& some = reached[random.index(reached.size())];
+    const auto off = static_cast<long double>(random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02));
+    const long double below_one = static_cast<long double>(random.uniform(0.5, 0.99));
+    const long double share = some.efficiency * off;
+    return Reached{share < 1 ? share : below_one, some.translation_sigma * off, some.rotation_sigma * off};
+  };
+  options.target_efficiency = (which & 1) != 0 ? static_cast<double>(one_of().efficiency) : 0;
+  options.target_translation_sigma = (which & 2) != 0 ? static_cast<double>(one_of().translation_sigma) : 0;
+  options.target_rotation_sigma = (which & 4) != 0 ? static_cast<double>(one_of().rotation_sigma) : 0;
+}
+
+BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
+  const double scale = std::pow(10.0, random.uniform(-3, 7));
+  const double spread = random.chance(0.3) ? 0 : std::pow(10.0, random.uniform(-12, 0));
+  Block basis = random_block(random, random.integer(1, 5));
+  BlockStore blocks;
+  for (std::size_t i = 0; i < n; ++i) {
+    const int rows = random.integer(1, 3);
+    const Block mixture = random_block(random, rows, scale).leftCols(basis.rows()) * basis;
+    push_back(blocks, mixture + random_block(random, rows, scale * spread));
+  }
+  return blocks;
+}
+
+void expect_same_targets(const Selection& a, const Selection& b) {
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(indices_of(a), indices_of(b));
+  EXPECT_EQ(bits_of(a.efficiency_of_all), bits_of(b.efficiency_of_all));
+  EXPECT_EQ(bits_of(a.translation_sigma), bits_of(b.translation_sigma));
+  EXPECT_EQ(bits_of(a.rotation_sigma), bits_of(b.rotation_sigma));
+}
+
+Axes::Axes() {
+  for (int i = 0; i < 600; ++i) {
+    Block block = Block::Zero(1, 6);
+    block(0, i % 6) = 1;
+    push_back(blocks, block);
+  }
+}
+
+Options Axes::options(std::size_t budget) const {
+  Options result = with_budget(budget);
+  result.prior = eigen_prior.data();
+  return result;
+}
+
+}  // namespace maxlogdet::test

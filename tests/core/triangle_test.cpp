@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// The triangle that exhaustive search and the limits rest on, against a QR decomposition by Eigen.
+#include "tests/support/triangle.hpp"
+#include "tests/support/oracle.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace maxlogdet::test {
+namespace {
+
+TEST(Triangle, is_that_of_eigens_qr) {
+  constexpr long double rounding = 1e3L * std::numeric_limits<long double>::epsilon();
+  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    const Matrix6 prior = random.chance(0.5) ? random_prior(random) : default_information();
+    Triangle triangle(prior);
+    WideRows stack = GreedyOracle<long double>(BlockStore(), prior).factor();
+    for (int i = random.integer(0, 20); i > 0; --i) {
+      const int rows = random.integer(1, 3);
+      const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-1, 1)));
+      triangle.add(block);
+      stack.conservativeResize(stack.rows() + block.rows(), state_dimension);
+      for (int row = 0; row < block.rows(); ++row) {
+        for (int d = 0; d < state_dimension; ++d) stack(stack.rows() - block.rows() + row, d) = block(row, d);
+      }
+    }
+    const WideSquare r = triangle_of(stack);
+    long double log_det = 0;
+    for (int i = 0; i < state_dimension; ++i) {
+      log_det += 2 * std::log(std::abs(r(i, i)));
+      for (int j = i; j < state_dimension; ++j) {
+        const long double expected = r(i, i) < 0 ? -r(i, j) : r(i, j);
+        EXPECT_NEAR(static_cast<double>((triangle.entry(i, j) - expected) / r.col(j).norm()), 0,
+                    static_cast<double>(rounding * r.col(j).norm() / std::abs(r(i, i))))
+            << i << ' ' << j;
+      }
+    }
+    EXPECT_LE(std::abs(triangle.log_det() - log_det), 1e3L * rounding);
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "tests/fuzz/active_model.hpp"
+
+#include "tests/fuzz/answer.hpp"
+#include "tests/fuzz/require.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet::fuzz {
+namespace {
+
+constexpr std::uint32_t none = ActiveSelection::none;
+// Gains in long double that a proposal may be compared with, and all proposals of an input together.
+constexpr std::size_t max_compared = 30;
+constexpr std::size_t max_oracle_gains = 600;
+
+}  // namespace
+
+ActiveModel::ActiveModel(const BlockStore& blocks, const Options& options)
+    : blocks_(blocks), options_(options), rules_(blocks, options), exact_(blocks, options), target_(blocks, options) {
+  for (const std::uint32_t i : rules_.required()) accept(i);
+}
+
+void ActiveModel::observe(const Selection& selection) {
+  const bool is_reached = selection.status == Status::target_reached;
+  require(!is_reached || has_target(options_), "a target that is reached was asked for");
+  require(is_reached || !is_enough_, "what is enough stays so");
+  is_enough_ = is_reached;
+  if (!has_target(options_) || !is_tame_ || !target_.is_tame()) return;
+  const long double slack = target_.slack(exact_);
+  require(is_reached ? slack >= 1 - target_.error(exact_) : slack < 1 + target_.error(exact_),
+          "target_reached says that all targets are met", static_cast<double>(slack));
+}
+
+void ActiveModel::check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted) {
+  if (is_enough_) {
+    require(proposed.empty(), "nothing is proposed when the targets are met", proposed.size());
+    return;
+  }
+  if (wanted == 0 || !pending_.empty()) {
+    const auto end = pending_.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, pending_.size()));
+    require(proposed == std::vector<std::uint32_t>(pending_.begin(), end), "proposals stay until they are answered",
+            proposed.size(), "of", pending_.size());
+    return;
+  }
+  const std::size_t possible = max_together(wanted);
+  if (proposed.empty()) {
+    require(possible == 0 || options_.time_limit > 0, "there is a proposal as long as there is something to propose");
+    is_late_ = is_late_ || possible > 0;
+    return;
+  }
+  require(!is_late_, "nothing is proposed when time is up", proposed[0]);
+  require(proposed.size() == possible, "as many are proposed as may be accepted together", proposed.size(), "not",
+          possible);
+  is_as_proposed_ = is_as_proposed_ && possible == 1;
+  for (const std::uint32_t i : proposed) {
+    check_best(i);
+    pending_.push_back(i);
+  }
+}
+
+void ActiveModel::answer(Status status, std::uint32_t index, bool is_accepted, const test::Block* measured) {
+  const auto place = place_of(index);
+  require(status == (place == pending_.end() ? Status::nothing_proposed : Status::ok), "an answer is about a proposal",
+          to_string(status));
+  if (place == pending_.end()) return;
+  const std::uint32_t answered = *place;
+  pending_.erase(place);
+  if (is_accepted) {
+    is_as_proposed_ = is_as_proposed_ && measured == nullptr;
+    accept(answered, measured);
+  } else {
+    is_as_proposed_ = false;
+    rejected_.push_back(answered);
+  }
+}
+
+void ActiveModel::answer_all(Status status, const std::vector<unsigned char>& matched) {
+  const bool is_answer = !pending_.empty() && matched.size() == pending_.size();
+  require(status == (is_answer ? Status::ok : Status::nothing_proposed), "all are answered, or none",
+          to_string(status));
+  for (std::size_t j = 0; is_answer && j < matched.size(); ++j) answer(Status::ok, none, matched[j] != 0, nullptr);
+}
+
+void ActiveModel::refuse(Status status, std::uint32_t index) {
+  require(status == (place_of(index) == pending_.end() ? Status::nothing_proposed : Status::invalid_block),
+          "what is no block is refused", to_string(status));
+}
+
+void ActiveModel::check_selection(const Selection& selection) {
+  observe(selection);
+  const Answer answer(selection);
+  require(answer.indices == accepted_, "the selection is what was accepted", answer.indices.size());
+  require(std::isfinite(answer.log_det), "log det is finite", answer.log_det);
+  const bool takes_all = blocks_.size() > 0 && options_.budget > 0 && pending_.empty() && open_candidates().empty();
+  const Status expected = is_enough_  ? Status::target_reached
+                          : is_late_  ? Status::deadline_reached
+                          : takes_all ? Status::all_selected
+                                      : Status::ok;
+  require(answer.status == expected, "the status tells how far the selection is", to_string(answer.status),
+          to_string(expected));
+  if (!is_tame_) return;
+  const long double difference = std::abs(exact_.log_det() - answer.log_det);
+  require(difference <= allowed_ + exact_.prior_log_det_error(), "log det has its digits", answer.log_det, "off by",
+          difference, "of", allowed_);
+}
+
+std::vector<std::uint32_t> ActiveModel::open_candidates() const {
+  std::vector<std::uint32_t> chosen = accepted_;
+  chosen.insert(chosen.end(), pending_.begin(), pending_.end());
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+    if (std::find(rejected_.begin(), rejected_.end(), i) != rejected_.end()) continue;
+    if (rules_.may_add(i, chosen)) open.push_back(i);
+  }
+  return open;
+}
+
+std::size_t ActiveModel::max_together(std::size_t wanted) const {
+  std::vector<std::uint32_t> chosen = accepted_;
+  const std::size_t end = accepted_.size() + std::min(wanted, options_.budget - accepted_.size());
+  for (const std::uint32_t i : open_candidates()) {
+    if (chosen.size() < end && rules_.may_add(i, chosen)) chosen.push_back(i);
+  }
+  return chosen.size() - accepted_.size();
+}
+
+std::vector<std::uint32_t>::iterator ActiveModel::place_of(std::uint32_t index) {
+  return index == none ? pending_.begin() : std::find(pending_.begin(), pending_.end(), index);
+}
+
+void ActiveModel::check_best(std::uint32_t proposed) {
+  const std::vector<std::uint32_t> open = open_candidates();
+  require(std::find(open.begin(), open.end(), proposed) != open.end(), "what is proposed may be selected", proposed);
+  compared_ += open.size();
+  if (!is_tame_ || open.size() > max_compared || compared_ > max_oracle_gains) return;
+  const long double gain = exact_.gain(proposed);
+  for (const std::uint32_t other : open) {
+    const long double better = exact_.gain(other);
+    require(better - gain <= exact_.gain_error(better) + exact_.gain_error(gain),
+            "a proposal is the best of what is left", proposed, "for", other, "by", better - gain);
+  }
+}
+
+void ActiveModel::accept(std::uint32_t i, const test::Block* measured) {
+  accepted_.push_back(i);
+  is_tame_ = is_tame_ && exact_.is_tame();
+  if (!is_tame_) return;
+  const long double before = exact_.log_det();
+  const long double error = exact_.gain_error(0);
+  measured != nullptr ? exact_.take(i, *measured) : exact_.take(i);
+  is_tame_ = exact_.is_tame();
+  allowed_ += error + exact_.gain_error(exact_.log_det() - before);
+}
+
+}  // namespace maxlogdet::fuzz

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "tests/fuzz/c_api_same.hpp"
+
+#include "tests/fuzz/c_api_given.hpp"
+#include "tests/support/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet::fuzz {
+
+using test::same_value;
+
+Options in_cpp(const maxlogdet_options& options) {
+  Options made;
+  made.budget = options.budget;
+  made.strategy = static_cast<Strategy>(options.strategy);
+  made.threads = options.threads;
+  made.epsilon = options.epsilon;
+  made.seed = options.seed;
+  made.prior = options.prior;
+  made.time_limit = options.time_limit;
+  made.certify = options.certify != 0;
+  made.certificate_passes = options.certificate_passes;
+  made.exchange_sweeps = options.exchange_sweeps;
+  made.required = options.required;
+  made.excluded = options.excluded;
+  made.groups = options.groups;
+  made.group_count = options.group_count;
+  made.max_per_group = options.max_per_group;
+  made.group_maxima = options.group_maxima;
+  made.target_efficiency = options.target_efficiency;
+  made.target_translation_sigma = options.target_translation_sigma;
+  made.target_rotation_sigma = options.target_rotation_sigma;
+  return made;
+}
+
+void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp) {
+  require(in_c != nullptr, "a selection is never null");
+  require_status(in_c->status, static_cast<int>(in_cpp.status), "statuses are those of C++");
+  require(in_c->size == in_cpp.size, "sizes are those of C++", in_c->size, in_cpp.size);
+  require(std::equal(in_cpp.begin(), in_cpp.end(), in_c->indices), "indices are those of C++");
+  for (std::size_t j = 0; j < in_c->size; ++j) {
+    require(same_value(in_c->gains[j], in_cpp.gains[j]), "gains are those of C++", in_c->gains[j], in_cpp.gains[j]);
+  }
+  require(same_value(in_c->log_det, in_cpp.log_det), "log det is that of C++", in_c->log_det, in_cpp.log_det);
+  require(same_value(in_c->upper_bound, in_cpp.upper_bound), "bounds are those of C++", in_c->upper_bound);
+  require(same_value(maxlogdet_selection_efficiency(in_c), in_cpp.efficiency()), "efficiency is that of C++");
+  require(same_value(in_c->efficiency_of_all, in_cpp.efficiency_of_all) &&
+              same_value(in_c->translation_sigma, in_cpp.translation_sigma) &&
+              same_value(in_c->rotation_sigma, in_cpp.rotation_sigma),
+          "what targets are about is that of C++");
+  require(in_c->evaluations == in_cpp.evaluations && in_c->float64_decisions == in_cpp.float64_decisions,
+          "the work told is that of C++", in_c->evaluations, in_cpp.evaluations);
+  require(in_c->invalid_candidates == in_cpp.invalid_candidates, "invalid candidates are those of C++");
+  require(in_c->strategy == static_cast<int>(in_cpp.strategy), "the strategy told is that of C++", in_c->strategy);
+  require(in_c->threads == in_cpp.threads && in_c->reserved == 0, "threads are those of C++", in_c->threads);
+  require((maxlogdet_selection_has_answer(in_c) != 0) == in_cpp.has_answer(), "an answer is one in C and C++");
+}
+
+void check_refused(const maxlogdet_selection* selection) {
+  require(selection != nullptr, "a selection is never null");
+  require_status(selection->status, MAXLOGDET_STATUS_INVALID_ARGUMENT, "what is not understood is refused");
+  require(selection->size == 0 && std::isnan(selection->log_det) && maxlogdet_selection_has_answer(selection) == 0,
+          "a refusal carries an empty answer");
+}
+
+void check_same(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
+  require(in_c.status == static_cast<int>(in_cpp.status), "block statuses are those of C++", in_c.status,
+          to_string(in_cpp.status));
+  require(in_c.appended == in_cpp.appended && in_c.invalid == in_cpp.invalid && in_c.unusable == in_cpp.unusable &&
+              in_c.behind_camera == in_cpp.behind_camera && in_c.too_near == in_cpp.too_near &&
+              in_c.singular_rays == in_cpp.singular_rays && in_c.unsound_covariances == in_cpp.unsound_covariances &&
+              in_c.invalid_jacobians == in_cpp.invalid_jacobians,
+          "block reports are those of C++", in_c.appended, in_c.invalid);
+}
+
+}  // namespace maxlogdet::fuzz

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+#include "tests/fuzz/rules.hpp"
+
+#include "tests/fuzz/require.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/oracle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace maxlogdet::fuzz {
+namespace {
+
+constexpr int n = state_dimension;
+
+enum class Verdict { good, bad, unclear };
+
+using Wide = long double;
+using Entries = Wide[n][n];
+
+Verdict worse(Verdict a, Verdict b) {
+  if (a == Verdict::bad || b == Verdict::bad) return Verdict::bad;
+  return a == Verdict::unclear || b == Verdict::unclear ? Verdict::unclear : Verdict::good;
+}
+
+// Whether `value` is below a limit; within `error` of it either verdict is right.
+Verdict judge_below(Wide value, Wide limit, Wide error) {
+  if (value > limit + error) return Verdict::bad;
+  return value > limit - error ? Verdict::unclear : Verdict::good;
+}
+
+Verdict judge_diagonal(const double* prior, Wide (&root)[n]) {
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      if (!std::isfinite(prior[n * i + j])) return Verdict::bad;
+    }
+    if (!(prior[n * i + i] > 0)) return Verdict::bad;
+    root[i] = std::sqrt(static_cast<Wide>(prior[n * i + i]));
+  }
+  return Verdict::good;
+}
+
+Verdict judge_symmetry(const double* prior, const Wide (&root)[n]) {
+  Verdict verdict = Verdict::good;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const Wide asymmetry = std::abs(static_cast<Wide>(prior[n * i + j]) - prior[n * j + i]) / root[i] / root[j];
+      verdict = worse(verdict, judge_below(asymmetry, 1e-8L, 1e-11L));
+    }
+  }
+  return verdict;
+}
+
+// Row i of the Cholesky factor l, and of its inverse; `inverse_squared`: the sum of the squares of the inverse so far.
+// What float64 loses on the way is in proportion to that.
+Verdict judge_pivot(const double* prior, const Wide (&root)[n], int i, Entries& l, Entries& inverse,
+                    Wide& inverse_squared) {
+  for (int j = 0; j <= i; ++j) {
+    Wide sum = (static_cast<Wide>(prior[n * i + j]) + prior[n * j + i]) / 2 / root[i] / root[j];
+    for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
+    if (j < i) {
+      l[i][j] = sum / l[j][j];
+      continue;
+    }
+    const Wide error = 100 * Wide{test::unit_roundoff} * (1 + inverse_squared);
+    const Verdict verdict = judge_below(-sum, -1e-14L, error);
+    if (verdict != Verdict::good) return verdict;
+    l[i][i] = std::sqrt(sum);
+  }
+  inverse[i][i] = 1 / l[i][i];
+  for (int j = 0; j < i; ++j) {
+    for (int d = j; d < i; ++d) inverse[i][j] -= l[i][d] * inverse[d][j];
+    inverse[i][j] /= l[i][i];
+  }
+  for (int j = 0; j <= i; ++j) inverse_squared += inverse[i][j] * inverse[i][j];
+  return Verdict::good;
+}
+
+// The limits of docs/numerics.md in long double, scaled to a diagonal of ones. Nearer to a limit than what float64
+// loses it is unclear.
+Verdict judge_prior(const double* prior) {
+  Wide root[n];
+  if (judge_diagonal(prior, root) == Verdict::bad) return Verdict::bad;
+  const Verdict symmetry = judge_symmetry(prior, root);
+  if (symmetry == Verdict::bad) return Verdict::bad;
+  Entries l = {};
+  Entries inverse = {};  // of l
+  Wide inverse_squared = 0;
+  for (int i = 0; i < n; ++i) {
+    const Verdict verdict = judge_pivot(prior, root, i, l, inverse, inverse_squared);
+    if (verdict != Verdict::good) return verdict;
+  }
+  Wide largest = 0;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) largest = std::max(largest, std::abs(inverse[i][j]) / root[j]);
+  }
+  const Wide error = std::min(1.0L, 1000 * Wide{test::unit_roundoff} * inverse_squared * std::sqrt(inverse_squared));
+  return worse(symmetry, judge_below(largest, 1e10L, largest * error));
+}
+
+}  // namespace
+
+bool has_target(const Options& options) {
+  return options.target_efficiency != 0 || options.target_translation_sigma != 0 || options.target_rotation_sigma != 0;
+}
+
+Options without_target(Options options) {
+  options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
+  return options;
+}
+
+std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const {
+  return static_cast<std::size_t>(
+      std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups[i] == group; }));
+}
+
+bool Rules::may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const {
+  if (!candidates_.is_valid(i) || is_excluded(i)) return false;
+  if (has_groups() && count_in(options_.groups[i], chosen) >= maximum(options_.groups[i])) return false;
+  return std::find(chosen.begin(), chosen.end(), i) == chosen.end();
+}
+
+std::vector<std::uint32_t> Rules::required() const {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t i = 0; i < candidates_.size(); ++i) {
+    if (is_required(i)) list.push_back(i);
+  }
+  return list;
+}
+
+std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) const {
+  std::vector<Status> errors;
+  const auto add_if = [&](bool is_wrong, Status status) {
+    if (is_wrong) errors.push_back(status);
+  };
+  const Strategy strategy = options_.strategy;
+  const bool is_stochastic = strategy == Strategy::stochastic_greedy;
+  const bool keeps_to_groups = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
+  const bool selects_in_order = keeps_to_groups && options_.exchange_sweeps == 0;
+  add_if(candidates_.size() > capacity, Status::capacity_exceeded);
+  add_if(options_.budget > capacity, Status::invalid_budget);
+  add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
+         Status::invalid_strategy);
+  add_if(is_stochastic && !(options_.epsilon > 0 && options_.epsilon < 1), Status::invalid_epsilon);
+  add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
+  add_if(options_.threads < 0, Status::invalid_threads);
+  add_if(options_.groups != nullptr && !keeps_to_groups, Status::unsupported_groups);
+  add_if(!targets_are_valid(), Status::invalid_target);
+  add_if(has_target(options_) && !selects_in_order, Status::unsupported_target);
+
+  const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
+  prior_is_unclear = verdict == Verdict::unclear;
+  add_if(verdict == Verdict::bad, Status::invalid_prior);
+
+  add_if(!groups_exist(), Status::invalid_groups);
+  add_if(groups_exist() && !is_feasible(), Status::infeasible);
+  return errors;
+}
+
+bool Rules::targets_are_valid() const {
+  const auto is_deviation = [](double sigma) { return sigma >= 0 && std::isfinite(sigma); };
+  return options_.target_efficiency >= 0 && options_.target_efficiency <= 1 &&
+         is_deviation(options_.target_translation_sigma) && is_deviation(options_.target_rotation_sigma);
+}
+
+bool Rules::groups_exist() const {
+  for (std::size_t i = 0; i < candidates_.size() && has_groups(); ++i) {
+    if (options_.groups[i] >= options_.group_count) return false;
+  }
+  return true;
+}
+
+bool Rules::is_feasible() const {
+  const std::vector<std::uint32_t> list = required();
+  if (list.size() > options_.budget) return false;
+  return std::all_of(list.begin(), list.end(), [&](std::uint32_t i) {
+    const bool has_place = !has_groups() || count_in(options_.groups[i], list) <= maximum(options_.groups[i]);
+    return candidates_.is_valid(i) && !is_excluded(i) && has_place;
+  });
+}
+
+test::Matrix6 prior_of(const Options& options) {
+  if (options.prior == nullptr) return test::default_information();
+  test::Matrix6 prior;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) prior(i, j) = options.prior[n * i + j] / 2 + options.prior[n * j + i] / 2;
+  }
+  return prior;
+}
+
+bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) {
+  bool prior_is_unclear = false;
+  const std::vector<Status> errors = rules.errors(capacity, prior_is_unclear);
+  const bool is_listed = std::find(errors.begin(), errors.end(), status) != errors.end();
+  if (is_listed || (prior_is_unclear && status == Status::invalid_prior)) return true;
+  require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
+          errors.empty() ? "none" : to_string(errors.front()));
+  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||
+              status == Status::target_reached,
+          "a request without an error is answered", to_string(status));
+  return false;
+}
+
+}  // namespace maxlogdet::fuzz

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "tests/support/support.hpp"
+
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace maxlogdet::fuzz {
+
+/// Whether any target is given, valid or not.
+bool has_target(const Options& options);
+
+/// The same options without targets.
+Options without_target(Options options);
+
+/// What options require of a selection, read as plainly as possible.
+class Rules {
+ public:
+  Rules(const BlockStore& candidates, const Options& options) : candidates_(candidates), options_(options) {}
+
+  bool is_required(std::size_t i) const { return is_set(options_.required, i); }
+  bool is_excluded(std::size_t i) const { return is_set(options_.excluded, i); }
+  bool has_groups() const { return options_.groups != nullptr && candidates_.size() > 0; }
+  std::size_t maximum(std::size_t group) const {
+    return options_.group_maxima != nullptr ? options_.group_maxima[group] : options_.max_per_group;
+  }
+
+  /// How many of these are in a group.
+  std::size_t count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const;
+
+  /// Whether one more could be added to those chosen, regardless of the budget.
+  bool may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const;
+
+  std::vector<std::uint32_t> required() const;
+
+  /// Everything that is wrong with the request, for a selector of this capacity; of several errors any may be named. If
+  /// the list is empty, there has to be an answer. `prior_is_unclear`: rounding decides whether the prior is valid.
+  std::vector<Status> errors(std::size_t capacity, bool& prior_is_unclear) const;
+
+ private:
+  static bool is_set(const unsigned char* flags, std::size_t i) { return flags != nullptr && flags[i] != 0; }
+  bool targets_are_valid() const;
+  bool groups_exist() const;
+  bool is_feasible() const;
+
+  const BlockStore& candidates_;
+  const Options& options_;
+};
+
+/// The prior of the options as the documentation has it: the mean of the matrix and its transpose.
+test::Matrix6 prior_of(const Options& options);
+
+/// Fails unless this status is one that Rules expects; true if it is an error.
+bool is_expected_error(const Rules& rules, std::size_t capacity, Status status);
+
+}  // namespace maxlogdet::fuzz

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// `simulate euroc` and `simulate budget`.
+#include "tests/program/simulate.hpp"
+
+#include <map>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+TEST_F(Simulate, euroc_tracks_along_given_trajectories) {
+  write_trajectory("first");
+  write_trajectory("second");
+  const Outcome outcome = run(small_tracking("euroc") + "--threads 1 --output one");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto rows = csv("one/euroc.csv");
+  EXPECT_EQ(sim::joined(rows.at(0), ","),
+            "sequence,selector,run,ate_m,rpe_m_per_s,roe_deg_per_s,ms_outliers,ms_selection,ms_pose");
+  std::map<std::string, int> runs_of;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    ++runs_of[rows[i].at(1)];
+    EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it does not lose track";
+    EXPECT_GT(std::stod(rows[i].at(8)), 0);
+  }
+  for (const char* const selector :
+       {"quality", "bucket", "observability", "md", "quality_md", "inl", "all", "all_weighted", "random"}) {
+    EXPECT_EQ(runs_of[selector], 4) << selector;
+    EXPECT_NE(outcome.out.find(selector), std::string::npos);
+  }
+  EXPECT_EQ(rows.size(), 1 + 9 * 4U);
+  EXPECT_EQ(draw("experiment", "one").exit_code, 0);
+  EXPECT_NE(contents("one/euroc.svg").find("<svg"), std::string::npos);
+  EXPECT_EQ(contents("one/euroc.png").substr(1, 3), "PNG");
+  EXPECT_EQ(nlohmann::json::parse(contents("one/euroc.json"))["table"].size(), 36U);
+
+  ASSERT_EQ(run(small_tracking("euroc") + "--threads 2 --output two").exit_code, 0);
+  EXPECT_EQ(without_times("one/euroc.csv"), without_times("two/euroc.csv"));
+}
+
+TEST_F(Simulate, euroc_takes_sequences_and_selectors_by_name) {
+  write_trajectory("first");
+  write_trajectory("second");
+  ASSERT_EQ(run(small_tracking("euroc") + "--sequences second --selectors md,all --seconds 3.5 --output out").exit_code,
+            0);
+  const auto rows = csv("out/euroc.csv");
+  ASSERT_EQ(rows.size(), 1 + 2 * 2U);
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i].at(0), "second");
+  expect_refused(run(small_tracking("euroc") + "--sequences third"), "'third'; expected one of first, second");
+  expect_refused(run(small_tracking("euroc") + "--selectors best"), "best");
+}
+
+TEST_F(Simulate, residuals_are_whitened_as_configured) {
+  write_trajectory("first");
+  const std::string euroc = small_tracking("euroc") + "--seconds 3.5 --selectors md,all,all_weighted ";
+  ASSERT_EQ(run(euroc + "--output plain").exit_code, 0);
+  ASSERT_EQ(run(euroc + "--weights measurement --output given").exit_code, 0);
+  const Outcome outcome = run(euroc + "--weights measurement_and_map --output map");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(without_times("given/euroc.csv"), without_times("plain/euroc.csv")) << "the default";
+  const auto plain = csv("plain/euroc.csv"), map = csv("map/euroc.csv");
+  ASSERT_EQ(map.size(), 1 + 3 * 2U);
+  std::map<std::string, std::vector<std::string>> errors_of;
+  for (std::size_t i = 1; i < map.size(); ++i) {
+    const std::string& selector = map[i].at(1);
+    errors_of[selector].push_back(map[i].at(3));
+    EXPECT_EQ(map[i].at(3) == plain.at(i).at(3), selector == "all_weighted") << selector;
+  }
+  EXPECT_EQ(errors_of["all"], errors_of["all_weighted"]) << "nothing distinguishes them";
+
+  EXPECT_EQ(nlohmann::json::parse(contents("plain/euroc.json"))["settings"]["weights"], "measurement");
+  EXPECT_EQ(nlohmann::json::parse(contents("map/euroc.json"))["settings"]["weights"], "measurement_and_map");
+  EXPECT_NE(contents("plain/euroc.md").find("whitened by measurement noise (all_weighted: and"), std::string::npos);
+  EXPECT_NE(contents("map/euroc.md").find("whitened by measurement noise and errors of the map"), std::string::npos);
+  expect_refused(run(euroc + "--output map"), "map/euroc_runs.jsonl:1: holds runs of other settings");
+
+  const std::string budget = small_tracking("budget") + "--seconds 3.5 --budgets 40 --output ";
+  ASSERT_EQ(run(budget + "budget").exit_code, 0);
+  ASSERT_EQ(run(budget + "budget_map --weights measurement_and_map").exit_code, 0);
+  const auto rows = csv("budget/budget.csv"), rows_of_map = csv("budget_map/budget.csv");
+  ASSERT_EQ(rows_of_map.size(), 1 + 3 * 2U);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at(4) == rows_of_map.at(i).at(4), rows[i].at(1) == "all_weighted") << rows[i].at(1);
+  }
+  EXPECT_NE(contents("budget_map/budget.md").find("and errors of the map"), std::string::npos);
+}
+
+TEST_F(Simulate, uses_the_built_in_trajectory_without_recorded_ones) {
+  const Outcome outcome =
+      run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("the built-in one is used"), std::string::npos);
+  EXPECT_EQ(csv("out/budget.csv").size(), 4U);
+}
+
+TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
+  write_trajectory("first");
+  ASSERT_EQ(run(small_tracking("budget") + "--budgets 20,60 --output out").exit_code, 0);
+  const auto rows = csv("out/budget.csv");
+  EXPECT_EQ(sim::joined(rows.at(0), ","), "sequence,selector,budget,run,ate_m,rpe_m_per_s,roe_deg_per_s");
+  ASSERT_EQ(rows.size(), 1 + 4 * 2U);
+  std::set<std::pair<std::string, std::string>> contestants;
+  for (std::size_t i = 1; i < rows.size(); ++i) contestants.insert({rows[i].at(1), rows[i].at(2)});
+  EXPECT_EQ(contestants, (std::set<std::pair<std::string, std::string>>{
+                             {"md", "20"}, {"md", "60"}, {"inl", "0"}, {"all_weighted", "0"}}));
+  EXPECT_EQ(draw("experiment", "out").exit_code, 0);
+  EXPECT_NE(contents("out/budget.svg").find("inl, median"), std::string::npos);
+  EXPECT_NE(contents("out/budget.svg").find("all weighted, median"), std::string::npos);
+}
+
+TEST_F(Simulate, refuses_options_without_effect) {
+  write_trajectory("first");
+  const std::string euroc = small_tracking("euroc") + "--selectors ";
+  expect_refused(run(euroc + "inl,all --budget 50"), "--budget does nothing here; expected with it a selector");
+  expect_refused(run(euroc + "md,inl --pool 150"), "--pool does nothing here; expected with it --selectors quality_md");
+  expect_refused(run(euroc + "random --strategy greedy"), "--strategy does nothing here");
+  expect_refused(run(euroc + "random --weighting measurement"), "--weighting does nothing here");
+  expect_refused(run(euroc + "md --map-sigma 0.1"), "--map-sigma does nothing here");
+  expect_refused(run(euroc + "inl --weights measurement --map-sigma 0.1"), "--map-sigma does nothing here");
+  expect_refused(run(euroc + "all_weighted --weights measurement_and_map"), "--weights does nothing here");
+  expect_refused(run(euroc + "inl --weights map_bias"), "--weights");
+  expect_refused(run(euroc + "leverage --strategy greedy"), "--strategy does nothing here");
+  expect_refused(run(euroc + "md,shared_cells"), "expected --weighting measurement or measurement_and_map");
+  const std::string used = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output ";
+  EXPECT_EQ(
+      run(euroc + "quality_md --pool 30 --strategy greedy --weighting measurement_and_map" + used + "out").exit_code,
+      0);
+  EXPECT_EQ(run(euroc + "random,all_weighted" + used + "other").exit_code, 0);
+  EXPECT_EQ(run(euroc + "random --weights measurement_and_map" + used + "weights").exit_code, 0);
+  EXPECT_EQ(run(euroc +
+                "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting "
+                "measurement_and_map" +
+                used + "rest")
+                .exit_code,
+            0);
+}
+
+TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_pictures) {
+  write_trajectory("first");
+  const Outcome outcome = run(small_tracking("euroc") + "--seconds 2 --output out");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string warning = "maxlogdet: first is 2 s long, shorter than a window of 3 s: it has no relative errors\n";
+  EXPECT_EQ(outcome.err, warning);
+  EXPECT_EQ(csv("out/euroc.csv").at(1).at(4), "nan");
+  EXPECT_TRUE(nlohmann::json::parse(contents("out/euroc.json"))["table"][0]["rpe_m_per_s"].is_null());
+  EXPECT_EQ(run(small_tracking("budget") + "--seconds 2 --budgets 20 --output out").err, warning);
+  EXPECT_EQ(draw("experiment", "out").out, "drew out/budget.svg and .png\ndrew out/euroc.svg and .png\n");
+  expect_refused(run(small_tracking("euroc") + "--seconds 0.1 --output short"), "at least 3 poses of first");
+}
+
+TEST_F(Simulate, trajectories_of_the_same_name_are_distinguished) {
+  write_trajectory("first");
+  ASSERT_EQ(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out").exit_code, 0);
+  std::string text = contents("tum/first.txt");
+  text[text.find_last_of("0123456789", text.rfind('\n', text.size() / 10)) - 6] ^= 1;  // some digit of a quaternion
+  std::ofstream(folder_ + "/tum/first.txt") << text;
+  expect_refused(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out"),
+                 "holds runs of other settings");
+}
+
+TEST_F(Simulate, names_the_line_of_a_malformed_trajectory) {
+  write_trajectory("first");
+  std::ofstream(folder_ + "/tum/first.txt", std::ios::app) << "1e9 1 2 oops 0 0 0 1\n";
+  const Outcome outcome = run("simulate euroc --trajectories tum --output out");
+  expect_refused(outcome, "tum/first.txt:");
+  EXPECT_NE(outcome.err.find("oops"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
