@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The Python package by pip: CMake compiles the module, setuptools makes the wheel (docs/python.md).
+"""Builds the Python package for pip: CMake compiles the module, setuptools makes the wheel (docs/python.md).
 
 CMAKE_ARGS in the environment goes to CMake, as -DCMAKE_PREFIX_PATH=FOLDER where xsimd is in a place of its own.
 """
@@ -23,7 +23,7 @@ class CMakeBuild(build_ext):
             sys.exit("cmake is missing, which compiles maxlogdet; on Debian: apt-get install cmake g++ libxsimd-dev "
                      "pybind11-dev python3-dev")
         build = pathlib.Path(self.build_temp).resolve() / "cmake"
-        # Compiled objects stay for the next build. The rest does not: pip's cmake and ninja are in another folder then.
+        # Keeps compiled objects, but not the configuration: pip's cmake and ninja are in another folder next time.
         shutil.rmtree(build / "CMakeFiles", ignore_errors=True)
         (build / "CMakeCache.txt").unlink(missing_ok=True)
         # Only the module, and no library that a wheel cannot contain.
@@ -33,7 +33,7 @@ class CMakeBuild(build_ext):
         if shutil.which("ninja"):
             configure.append("-GNinja")
         try:
-            import pybind11  # pip's; else CMake looks for the system's
+            import pybind11  # pip's package; otherwise CMake searches the system's
             configure.append(f"-Dpybind11_DIR={pybind11.get_cmake_dir()}")
         except ImportError:
             pass
@@ -58,7 +58,7 @@ setup(
     long_description_content_type="text/markdown",
     author="The maxlogdet authors",
     license="MIT",
-    license_files=["LICENSE", "cmake/debian_copyright"],  # of xsimd too, which is compiled in
+    license_files=["LICENSE", "cmake/debian_copyright"],  # the second one has that of xsimd, which is compiled in
     python_requires=">=3.8",
     install_requires=["numpy"],
     packages=["maxlogdet"],
@@ -66,6 +66,6 @@ setup(
     package_data={"maxlogdet": ["*.pyi", "py.typed"]},
     ext_modules=[Extension("maxlogdet._core", sources=[])],
     cmdclass={"build_ext": CMakeBuild},
-    options={"egg_info": {"egg_base": "build"}},  # the checkout stays as it is
+    options={"egg_info": {"egg_base": "build"}},  # keeps the checkout unchanged
     zip_safe=False,
 )

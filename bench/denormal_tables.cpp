@@ -5,7 +5,6 @@
 #include "sim/latency.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -50,15 +49,12 @@ std::vector<Case> cases_of(const BlockStore& blocks) {
 
 // Median microseconds of each case; the cases take turns, so that a transient load slows all of them down.
 std::vector<double> medians(const std::vector<Case>& cases, Strategy strategy) {
-  using Clock = std::chrono::steady_clock;
   Selector selector(n);
   const Options options = options_of(strategy, 100);
   std::vector<std::vector<double>> times(cases.size());
   for (std::size_t turn = 0; turn < turns; ++turn) {
     for (std::size_t i = 0; i < cases.size(); ++i) {
-      const auto start = Clock::now();
-      selector.select(cases[i].store, options);
-      times[i].push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+      times[i].push_back(microseconds_of([&] { selector.select(cases[i].store, options); }));
     }
   }
   std::vector<double> result;

@@ -18,9 +18,8 @@ std::vector<Measured> measure(const BlockStore& store, const std::vector<Options
   const auto begin = Clock::now();
   for (int turn = 0; turn < min_turns || Clock::now() - begin < min_time; ++turn) {
     for (std::size_t i = 0; i < cases.size(); ++i) {
-      const auto start = Clock::now();
-      const Selection selection = selector.select(store, cases[i]);
-      const double microseconds = 1e6 * Seconds(Clock::now() - start).count();
+      Selection selection{};
+      const double microseconds = microseconds_of([&] { selection = selector.select(store, cases[i]); });
       results[i].microseconds = std::min(results[i].microseconds, microseconds);
       results[i].log_det = selection.log_det;
       results[i].gap = selection.upper_bound - selection.log_det;

@@ -5,6 +5,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -14,6 +15,14 @@
 // The measurement, the frames, and the format that all tables of maxlogdet_search_tables share.
 
 namespace maxlogdet::bench {
+
+/// The wall time of work(), us.
+template <class Work>
+double microseconds_of(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
 
 struct Measured {
   double microseconds = std::numeric_limits<double>::infinity();  ///< time of the fastest call

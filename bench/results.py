@@ -18,7 +18,7 @@ BLOCKS = {
     "2_rows_measurement": "2 rows, measurement",
     "3_rows_measurement": "3 rows, measurement",
 }
-# The baselines that give the same answer as exact greedy, in the order of columns.
+# The baselines, in the order of columns.
 EIGEN = {
     "eigen_exact": "Eigen exact",
     "eigen_exact_batched": "Eigen exact, batched",

@@ -65,7 +65,7 @@ Work library_work(Strategy strategy, const Point& at) {
   const auto& exact = exact_answers(at.family, at.n, at.blocks, at.k);
   std::size_t capacity = at.k;
   for (const BlockStore& store : stores) capacity = std::max(capacity, store.size());
-  const sim::ForcedIsa forced(at.isa.c_str());
+  const test::ForcedIsa forced(at.isa.c_str());
 
   struct State {
     Selector selector;

@@ -74,7 +74,7 @@ struct Phase {
 
 // Selectors that work alone, with a helper, and one that is too small for nearly all stores.
 struct Selectors {
-  sim::PoolExecutor pool{1};
+  test::PoolExecutor pool{1};
   Selector alone{SoakRequests::capacity};
   Selector helped{SoakRequests::capacity, &pool};
   Selector small{64};
@@ -128,14 +128,14 @@ class Soak {
   static constexpr std::size_t status_count = static_cast<std::size_t>(Status::unsupported_target) + 1;
 
   void run_selection(Phase& phase, std::size_t i) {
-    const long before_filling = sim::allocations();
+    const long before_filling = test::allocations();
     const SoakRequest& request = requests_.next();
     Selector& selector = selectors_.of(request, i);
-    const long before = sim::allocations();
+    const long before = test::allocations();
     const auto begin = Clock::now();
     const Selection selection = selector.select(*request.store, request.options);
     const auto end = Clock::now();
-    phase.allocations_in_select += sim::allocations() - before;
+    phase.allocations_in_select += test::allocations() - before;
     phase.allocations_in_filling += before - before_filling;
     const double microseconds = std::chrono::duration<double, std::micro>(end - begin).count();
     (request.is_ordinary ? phase.ordinary : phase.everything_else).add(microseconds);
@@ -241,7 +241,7 @@ nlohmann::ordered_json json_of(const Outcome& outcome, std::size_t selections, s
 int soak(std::size_t selections, std::uint64_t seed, const std::string& output) {
   double load[3] = {};
   getloadavg(load, 3);
-  if (sim::allocations() < 0) {
+  if (test::allocations() < 0) {
     std::fputs("maxlogdet_soak: allocations cannot be counted in this build; use one without sanitizers\n", stderr);
     return 1;
   }

@@ -40,7 +40,7 @@ void write_row(std::size_t n, std::size_t k, Strategy strategy) {
 
 void write_target_table() {
   begin_table("stopping", {"strategy", "n", "k", "µs without", "more µs, both deviations", "more µs, efficiency",
-                           "least of a frame", "most"});
+                           "minimum of a frame", "maximum"});
   for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
     for (const std::size_t n : {400U, 2000U}) write_row(n, 100, strategy);
   }

@@ -38,7 +38,7 @@ Work library_work(const Task& task) {
     Options options;
     Selection selection{};
   };
-  const sim::ForcedIsa forced(task.isa.c_str());
+  const test::ForcedIsa forced(task.isa.c_str());
   const auto state = std::make_shared<State>(task.which.slots);
   state->options.budget = task.k;
   state->options.strategy = task.strategy;
@@ -117,7 +117,7 @@ struct ActiveState {
 
 // Takes `batch` proposals at a time, of which matching finds this share, until the budget is reached.
 Work active_work(const Which& which, const std::string& isa, std::size_t batch, double share) {
-  const sim::ForcedIsa forced(isa.c_str());
+  const test::ForcedIsa forced(isa.c_str());
   const auto state = std::make_shared<ActiveState>(which.slots, share);
   const TrackerFrames& frames = frames_of(which);
   const auto run = [state, batch](std::size_t /*call*/) {

@@ -14,7 +14,7 @@ from maxlogdet_tools.pages import rewrite, table
 from maxlogdet_tools.project import ROOT
 from records import write_record
 
-OPTIMAL = 1e-10  # nats: what the test allows for its own rounding
+OPTIMAL = 1e-10  # nats: the tolerance of the test for its own rounding
 TIGHT = 1e-6  # nats
 
 
@@ -40,7 +40,7 @@ def in_order(rows, key):
 
 
 def by_family(rows):
-    """(answer, family, its rows) for each answer, first of all families together."""
+    """(answer, family, rows) for each answer; the first family is `all`."""
     for answer in in_order(rows, "answer"):
         for family in ["all", *in_order(rows, "family")]:
             yield answer, family, [r for r in rows if r["answer"] == answer and family in ("all", r["family"])]

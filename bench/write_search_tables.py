@@ -164,7 +164,7 @@ SECTIONS = {
 def main():
     if len(sys.argv) not in (2, 3):
         sys.exit(__doc__)
-    load = os.getloadavg()[0]  # before: the program itself makes one
+    load = os.getloadavg()[0]  # before the program loads the machine itself
     output = subprocess.run(sys.argv[1:], check=True, stdout=subprocess.PIPE, text=True).stdout
     facts, tables = facts_and_tables(output.splitlines())
     for name, rows in tables.items():

@@ -76,7 +76,7 @@ def strategy_rows(results):
     for reason, method, limits in (("b", "eigen_lazy", [20]), ("a", "eigen_lazy_scan", [14, 20, 20, 20]),
                                    ("c", "eigen_stochastic", [1.4, 2, 2, 2])):  # fmt: skip
         of_isa = lambda isa, kinds: [ratio(results.find(method, blocks=b), lazy(b, isa)) for b in kinds]
-        other = [of_isa(isa, KINDS[:1]) for isa in isas[1:] if method != "eigen_lazy"]  # of the base point alone
+        other = [of_isa(isa, KINDS[:1]) for isa in isas[1:] if method != "eigen_lazy"]  # only at the base point
         case = f"{label_of(method)} / `lazy_greedy`, the same four"
         yield row(reason, case, limits, [of_isa(isas[0], KINDS), *other], True)
     ours = lambda isa: results.find("stochastic_greedy", isa=isa)
@@ -101,7 +101,7 @@ def spread_rows(results):
     yield row("i", case, [1.3], [own + ordinary])
 
 
-THREADED = [  # method, (n, k, blocks) of two points, what they are, the smallest speed-up
+THREADED = [  # method, (n, k, blocks) of two points, their description, the minimum speed-up
     ("greedy", [("20000", "100", "2_rows"), ("100000", "100", "2_rows")], "n = 20000, 100000", 1.7),
     *((method, [("100000", "200", blocks) for blocks in KINDS[:2]], "n = 100000, k = 200: 2 rows, `measurement`", limit)
       for method, limit in (("lazy_greedy", 1.5), ("relaxed", 1.8))),

@@ -31,7 +31,7 @@ def means_over_sizes(rows, weighting, column, noise):
 
 
 def comparison_table(metrics):
-    """With the first noise; selectors that look at no blocks stand once, with their verdicts on the first blocks."""
+    """Of the first noise. Selectors without blocks have one row, with the verdicts on the first blocks."""
     lines = []
     for weighting in WEIGHTINGS[:2]:
         rows = metrics.rows("Mean over subset sizes", f"`{weighting}`")[1:]
@@ -56,7 +56,7 @@ def count_signs(cells, selectors):
 
 
 def metric_variants(results):
-    """(scene, blocks, {selectors: how often max_log_det is better, open, worse}) for each."""
+    """(scene, blocks, {selectors: how often max_log_det is better, open, worse}) of each variant."""
     for folder, weighting, what in VARIANTS:
         cells = Experiment(results, folder).cells("Mean over subset sizes", f"`{weighting}`")
         groups = {"metrics and random": RIVALS, "all": ["all"], "all_weighted": ["all_weighted"]}
@@ -73,7 +73,7 @@ def metric_variants_table(results):
 
 
 def lowest_rows(metrics):
-    """Over all subset sizes: which metric has the lowest mean, and which the second lowest."""
+    """The metrics with the lowest and the second lowest mean over all subset sizes."""
     rows = metrics.csv("metrics.csv")
     for weighting in WEIGHTINGS:
         for noise, column in PANELS:

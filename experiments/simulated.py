@@ -23,7 +23,7 @@ class Experiment:
         self.sections = re.findall(r"^([^|\n].*)\n\n((?:\|.*\n)+)", text, flags=re.MULTILINE)
 
     def rows(self, *words):
-        """The one table whose heading has all these words, as lists of cells; first the header."""
+        """The only table whose heading has all these words, as lists of cells; the header is first."""
         found = [lines for heading, lines in self.sections if all(word in heading for word in words)]
         if len(found) != 1:
             sys.exit(f"{self.folder}: expected one table about {words}, found {len(found)}")
@@ -31,7 +31,7 @@ class Experiment:
         return [rows[0], *rows[2:]]
 
     def cells(self, *words):
-        """The same as a dictionary from a row's first cell to its cells by column."""
+        """The same table as {first cell of a row: {column: cell}}."""
         rows = self.rows(*words)
         return {row[0]: dict(zip(rows[0], row)) for row in rows[1:]}
 
@@ -43,10 +43,10 @@ class Experiment:
 
 
 def estimate(cell):
-    """Value, half width of the 95 % interval and verdict of a cell as `-8.1 ± 0.3 % ▲`; empty where it has none."""
+    """Value, half width of the 95 % interval and verdict of a cell such as `-8.1 ± 0.3 % ▲`; missing ones are empty."""
     match = ESTIMATE.fullmatch(cell)
     if match is None:
-        sys.exit(f"expected a number, or one as -8.1 ± 0.3 % ▲, found {cell!r}")
+        sys.exit(f"expected a number, or a cell such as -8.1 ± 0.3 % ▲, found {cell!r}")
     value = "" if match["value"] == "-" else match["value"]
     return [value, match["ci95"] or "", VERDICTS.get(match["sign"], "")]
 

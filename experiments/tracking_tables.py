@@ -59,7 +59,7 @@ def budget_table(budget):
 
 
 def sequences_better(euroc):
-    """{selector: in how many sequences it is better than `all`, in RPE and in ROE}."""
+    """{selector: number of sequences in which it is better than `all`, in RPE and in ROE}."""
     header, *rows = euroc.rows("Relative errors")
     return dict(zip(header[1:], rows[-3][1:]))
 
@@ -120,7 +120,7 @@ def tracking_variants_table(results):
 
 
 def sequence_rows(euroc):
-    """Without the summaries below the sequences."""
+    """The rows of the sequences, without the summaries below them."""
     plain = lambda cell: cell.replace("*", "")
     header, *relative = euroc.rows("Relative errors")
     absolute = euroc.cells("Absolute trajectory error")

@@ -58,6 +58,6 @@ def contestants(runs):
 
 
 def changes(runs, before, selector):
-    """RPE and ROE as multiples of those of other runs of the same selector."""
+    """RPE and ROE relative to those of other runs of the same selector."""
     pairs = [(find(r, selector), find(b, selector)) for r, b in zip(runs, before)]
     return " / ".join(f"{geometric_mean(now[key] / then[key] for now, then in pairs):.2f}" for key in (RPE, ROE))

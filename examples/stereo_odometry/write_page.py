@@ -101,7 +101,7 @@ def write_errors(results, summary):
 
 
 def error_goal(summary, selector, budget, target):
-    """{set: (what was found, whether it holds)}: the larger of both errors, of inl's."""
+    """{set: (result, whether the goal is met)} of the larger of both errors, relative to inl."""
     found = {}
     for name, runs in summary.items():
         worst = max(ratio(runs, key, selector=selector, budget=budget) for key in (RPE, ROE))
@@ -110,7 +110,7 @@ def error_goal(summary, selector, budget, target):
 
 
 def chance_goal(summary, selector):
-    """Against random selection and buckets: whichever error is farthest above its interval."""
+    """The same of the error farthest above its interval, compared with random selection and buckets."""
     found = {}
     for name, runs in summary.items():
         against = [interval(runs, error, rival, selector=selector, budget=100)
@@ -137,7 +137,7 @@ def active_goal(summary):
 
 
 def goals(summary):
-    """(what is asked, selector, what was found on each set)."""
+    """(goal, selector, result on each set)"""
     for selector in ("md", "md_cells"):
         yield "100, errors at most 1.05 of `inl`'s", selector, error_goal(summary, selector, 100, 1.05)
         yield "200, errors at most 1.02 of `inl`'s", selector, error_goal(summary, selector, 200, 1.02)
@@ -160,11 +160,11 @@ def write_goals(summary):
     rewrite(PAGE, "goals", lines)
 
 
-# Blocks and weights, and the noise they know.
+# Blocks, weights, and their noise.
 
 
 def weights_records(results):
-    """(set, blocks, weights, RPE, ROE): md of inl with the same weights; and inl with weights of inl without."""
+    """(set, blocks, weights, RPE, ROE) of md relative to inl with the same weights, and of inl with weights to without."""
     runs = {(blocks, weights): every(results, f"weights/{blocks}/{weights}")
             for blocks in BLOCKS for weights in WEIGHTS}
     for name in SETS:
@@ -200,7 +200,7 @@ def write_noise(results):
     rewrite(PAGE, "noise", table(header, rows))
 
 
-# Targets in accuracy.
+# Targets of the efficiency.
 
 
 def fixed_ratio(targets, fixed, level, key):
@@ -335,6 +335,8 @@ def main():
         print(mean_budgets(results / "targets" / sys.argv[3]))
         return
     summary = every(results, "summary")
+    if set(summary) != set(SETS):
+        sys.exit(f"{results}/summary: expected the sets {', '.join(SETS)}, which ci/tracker_page records")
     write_errors(results, summary)
     write_goals(summary)
     write_weights(results)

@@ -166,7 +166,7 @@ TEST(ActiveSelection, batches_are_the_best_of_what_is_left) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const sim::ForcedIsa forced = isa_of(variation);
+    const ForcedIsa forced = isa_of(variation);
     const auto n = static_cast<std::size_t>(random.integer(1, 150));
     const Problem problem = any_problem(random, n);
     Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 30)), random.uniform(0, 0.95));
@@ -178,7 +178,7 @@ TEST(ActiveSelection, batches_keep_to_constraints) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const sim::ForcedIsa forced = isa_of(variation);
+    const ForcedIsa forced = isa_of(variation);
     const auto n = static_cast<std::size_t>(random.integer(1, 150));
     const Problem problem = any_constrained_problem(random, n);
     Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 30)), random.uniform(0, 0.95));
@@ -190,7 +190,7 @@ TEST(ActiveSelection, batches_are_the_best_of_many) {
   for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const sim::ForcedIsa forced = isa_of(variation);
+    const ForcedIsa forced = isa_of(variation);
     Problem problem = any_constrained_problem(random, 1000);
     problem.plain.budget = std::max<std::size_t>(
         60, static_cast<std::size_t>(std::count(problem.required.begin(), problem.required.end(), 1)) + 30);
@@ -206,7 +206,7 @@ TEST(ActiveSelection, batches_are_the_same_on_every_instruction_set) {
     for (const std::string& isa : sim::supported_isas()) {
       Random random(variation);
       SCOPED_TRACE(random.name() + " on " + isa);
-      const sim::ForcedIsa forced(isa.c_str());
+      const ForcedIsa forced(isa.c_str());
       const Problem problem = any_constrained_problem(random, static_cast<std::size_t>(random.integer(1, 300)));
       ActiveSelection active(problem.capacity());
       ASSERT_EQ(active.start(problem.blocks, problem.options()), Status::ok);

@@ -92,9 +92,9 @@ Problem any_constrained_problem(Random& random, std::size_t n) {
   return problem;
 }
 
-sim::ForcedIsa isa_of(std::uint64_t variation) {
+ForcedIsa isa_of(std::uint64_t variation) {
   const std::vector<std::string> isas = sim::supported_isas();
-  return sim::ForcedIsa(isas[variation % isas.size()].c_str());
+  return ForcedIsa(isas[variation % isas.size()].c_str());
 }
 
 ActiveModel::ActiveModel(const Problem& problem)

@@ -20,7 +20,7 @@ Problem any_problem(Random& random, std::size_t n);
 Problem any_constrained_problem(Random& random, std::size_t n);
 
 /// One supported instruction set after the other.
-sim::ForcedIsa isa_of(std::uint64_t variation);
+ForcedIsa isa_of(std::uint64_t variation);
 
 /// What an active selection has to propose; all gains are recomputed in long double for every proposal.
 class ActiveModel {

@@ -113,7 +113,7 @@ TEST(ActiveSelection, one_at_a_time_it_is_greedy_without_what_is_rejected) {
   for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const sim::ForcedIsa forced = isa_of(variation);
+    const ForcedIsa forced = isa_of(variation);
     const auto n = static_cast<std::size_t>(random.integer(1, random.chance(0.1) ? 2000 : 300));
     Problem problem = any_constrained_problem(random, n);
     const double rejected_share = random.uniform(0, 0.95);

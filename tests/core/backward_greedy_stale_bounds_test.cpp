@@ -112,7 +112,7 @@ TEST(BackwardGreedy, is_the_same_on_every_instruction_set) {
     std::vector<std::uint32_t> expected;
     std::vector<double> gains;
     for (const std::string& isa : sim::supported_isas()) {
-      const sim::ForcedIsa forced(isa.c_str());
+      const ForcedIsa forced(isa.c_str());
       Selector selector(700);
       const Selection selection = selector.select(blocks, keeping(400));
       if (expected.empty()) {

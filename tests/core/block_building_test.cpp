@@ -11,8 +11,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::ForcedIsa;
-
 // Bit for bit, but for the sign of the zeros in a row that is not there.
 void expect_entries(const BlockStore& blocks, std::size_t candidate, const ExpectedBlock& expected) {
   const std::size_t place = blocks.place(candidate);

@@ -226,11 +226,11 @@ TEST(Certificate, proves_as_much_where_candidates_are_required) {
 }
 
 TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
-  sim::PoolExecutor executor(3);
+  PoolExecutor executor(3);
   for_every_family(3000, [&executor](const BlockStore& blocks) {
     std::vector<double> bounds;
     for (const simd::Kernel* const kernel : supported_kernels()) {
-      const sim::ForcedIsa forced(kernel->isa);
+      const ForcedIsa forced(kernel->isa);
       for (const int threads : {1, 2, 4}) {
         Selector selector(blocks.size(), &executor);
         Options options;

@@ -213,7 +213,7 @@ TEST(Exchange, is_the_same_on_every_instruction_set) {
     for (const std::size_t budget : {6U, 20U, 60U}) {
       std::vector<std::uint32_t> expected;
       for (const std::string& isa : sim::supported_isas()) {
-        const sim::ForcedIsa forced(isa.c_str());
+        const ForcedIsa forced(isa.c_str());
         const auto indices = select_indices(blocks, with_sweeps(Strategy::lazy_greedy, budget, 3));
         if (expected.empty()) expected = indices;
         EXPECT_EQ(indices, expected) << isa;

@@ -14,8 +14,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::ForcedIsa;
-
 TEST(Isa, the_baseline_is_always_there) {
   ASSERT_NE(built_in_isa(0), nullptr);
   EXPECT_TRUE(isa_is_supported(built_in_isa(0)));

@@ -10,8 +10,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::allocations_in;
-
 int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_block_store* blocks) {
   maxlogdet_options options;
   maxlogdet_options_init(&options, sizeof options);
@@ -67,9 +65,9 @@ TEST(RealTime, the_c_api_allocates_nothing_either) {
 template <class Create>
 long failures_of(const Create& create) {
   for (long memory = 0;; ++memory) {
-    sim::fail_malloc_after(memory);
+    fail_malloc_after(memory);
     const maxlogdet_status status = create();
-    sim::fail_malloc_after(-1);
+    fail_malloc_after(-1);
     if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
     EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
   }

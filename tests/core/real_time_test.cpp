@@ -20,8 +20,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::allocations_in;
-
 // Everything `work` writes to stdout and stderr, in bytes.
 template <class Work>
 long bytes_written_in(const Work& work) {
@@ -80,7 +78,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
 }
 
 TEST(RealTime, the_counter_counts) {
-  ASSERT_GE(sim::allocations(), 0);
+  ASSERT_GE(allocations(), 0);
   EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
   EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
   EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
@@ -263,7 +261,7 @@ TEST(RealTime, good_features_allocates_nothing) {
 
 // With threads of a pool that does not allocate itself; what oneTBB allocates is not ours (docs/threading.md).
 TEST(RealTime, several_threads_allocate_nothing) {
-  sim::PoolExecutor pool(2);
+  PoolExecutor pool(2);
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 3000, 1);
   const sim::MatchArrays matches(frame);
   BlockStore blocks(3000);

@@ -72,12 +72,12 @@ TEST(Relaxed, is_lazy_greedy_where_a_sample_is_half_of_all) {
 }
 
 TEST(Relaxed, is_the_same_on_every_isa_and_number_of_threads) {
-  sim::PoolExecutor executor(3);
+  PoolExecutor executor(3);
   for_every_family(6000, [&executor](const BlockStore& blocks) {
     std::vector<std::uint32_t> indices;
     std::vector<double> gains;
     for (const simd::Kernel* const kernel : supported_kernels()) {
-      const sim::ForcedIsa forced(kernel->isa);
+      const ForcedIsa forced(kernel->isa);
       for (const int threads : {1, 3}) {
         SCOPED_TRACE(std::string(kernel->isa) + ", threads " + std::to_string(threads));
         Selector selector(blocks.size(), &executor);
@@ -147,7 +147,7 @@ TEST(Relaxed, finds_an_answer_among_awkward_blocks_of_all_scales) {
     const Options options = problem.options(Strategy::relaxed);
     std::vector<std::uint32_t> indices;
     for (const simd::Kernel* const kernel : supported_kernels()) {
-      const sim::ForcedIsa forced(kernel->isa);
+      const ForcedIsa forced(kernel->isa);
       SCOPED_TRACE(kernel->isa);
       Selector selector(problem.blocks.size());
       const Selection selection = selector.select(problem.blocks, options);

@@ -74,7 +74,7 @@ TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
         BlockReport first;
         for (const std::string& isa : sim::supported_isas()) {
           SCOPED_TRACE(isa);
-          const sim::ForcedIsa forced(isa.c_str());
+          const ForcedIsa forced(isa.c_str());
           BlockStore blocks(batch.matches.size);
           const BlockReport report = append_blocks(Rig{batch.cameras.data(), batch.cameras.size()}, T_bw, batch.matches,
                                                    batch.options, blocks);

@@ -68,11 +68,11 @@ void stress(int callers, int helpers, bool shared, std::size_t selections) {
     made.emplace_back(2600, block_kinds[1], 12);
     return made;
   }();
-  sim::PoolExecutor pool(helpers);
+  PoolExecutor pool(helpers);
   std::atomic<int> wrong{0};
   const auto call = [&](std::uint64_t caller) {
     Random own("stress", caller);
-    sim::PoolExecutor own_pool(shared ? 0 : helpers);
+    PoolExecutor own_pool(shared ? 0 : helpers);
     Executor& executor = shared ? pool : own_pool;
     Selector selector(2600, &executor);
     BlockStore blocks(2600);

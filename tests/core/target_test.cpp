@@ -98,7 +98,7 @@ TEST(Target, keeps_to_priors_and_constraints) {
 }
 
 TEST(Target, gives_the_same_on_every_instruction_set_and_number_of_threads) {
-  sim::PoolExecutor pool(3);
+  PoolExecutor pool(3);
   int stopped = 0;
   for (std::uint64_t variation = 0; variation < trials(150); ++variation) {
     Random random(variation);
@@ -120,7 +120,7 @@ TEST(Target, gives_the_same_on_every_instruction_set_and_number_of_threads) {
     stopped += expected.status == Status::target_reached ? 1 : 0;
     for (const std::string& isa : sim::supported_isas()) {
       SCOPED_TRACE(isa);
-      const sim::ForcedIsa forced(isa.c_str());
+      const ForcedIsa forced(isa.c_str());
       Selector selector(n, &pool);
       for (const int threads : {1, 3}) {
         options.threads = threads;

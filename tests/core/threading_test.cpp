@@ -59,16 +59,16 @@ TEST(Team, runs_each_chunk_once_whoever_comes) {
   AloneExecutor alone;
   AfterwardsExecutor afterwards;
   IdleExecutor idle;
-  sim::PoolExecutor one(1);
-  sim::PoolExecutor several(5);
-  sim::PoolExecutor late(3, std::chrono::microseconds(300));
+  PoolExecutor one(1);
+  PoolExecutor several(5);
+  PoolExecutor late(3, std::chrono::microseconds(300));
   for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &one, &several, &late}) {
     for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
   }
 }
 
 TEST(Team, chunks_cover_everything_without_overlap) {
-  sim::PoolExecutor pool(2);
+  PoolExecutor pool(2);
   threading::Team team;
   team.run(&pool, 3, [&] {
     for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
@@ -90,7 +90,7 @@ TEST(Team, chunks_cover_everything_without_overlap) {
 
 // The caller stays in its first chunk until a helper is in another, which may take a while on a busy machine.
 TEST(Team, helpers_do_help) {
-  sim::PoolExecutor pool(1);
+  PoolExecutor pool(1);
   threading::Team team;
   std::atomic<bool> has_helped{false};
   const std::thread::id caller = std::this_thread::get_id();
@@ -107,7 +107,7 @@ TEST(Team, helpers_do_help) {
 
 TEST(Team, asks_for_as_many_workers_as_pay) {
   using threading::workers_for;
-  sim::PoolExecutor pool(2);
+  PoolExecutor pool(2);
   EmptyExecutor empty;
   EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
   EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
@@ -119,7 +119,7 @@ TEST(Team, asks_for_as_many_workers_as_pay) {
 }
 
 TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
-  sim::PoolExecutor pool(1);
+  PoolExecutor pool(1);
   Random random;
   SCOPED_TRACE(random.name());
   const auto threads_for = [&](Strategy strategy, std::size_t n) {
@@ -188,13 +188,13 @@ void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget,
 }
 
 TEST(Threads, answers_do_not_depend_on_their_number) {
-  sim::PoolExecutor pool(3);
+  PoolExecutor pool(3);
   for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
 }
 
 // Enough candidates for the evaluations of lazy rounds to be split as well.
 TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
-  sim::PoolExecutor pool(3);
+  PoolExecutor pool(3);
   for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
     SCOPED_TRACE(kind.name);
     const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
@@ -211,7 +211,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
 TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
   Random random;
   SCOPED_TRACE(random.name());
-  sim::PoolExecutor pool(2);
+  PoolExecutor pool(2);
   BlockStore blocks;  // near copies
   const Block block = random_block(random, 2);
   for (int i = 0; i < 3000; ++i) push_back(blocks, block + 1e-8 * random_block(random, 2));
@@ -225,7 +225,7 @@ TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
   AfterwardsExecutor afterwards;
   IdleExecutor idle;
   EmptyExecutor empty;
-  sim::PoolExecutor late(2, std::chrono::microseconds(200));
+  PoolExecutor late(2, std::chrono::microseconds(200));
   for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &empty, &late}) {
     expect_independent_of_threads(blocks, 40, *executor);
   }
@@ -233,7 +233,7 @@ TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
 
 TEST(Threads, real_frames_do_not_depend_on_their_number) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  sim::PoolExecutor pool(2);
+  PoolExecutor pool(2);
   for_real_frames(10, [&pool](const BlockStore& blocks) {
     expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
   });
@@ -249,7 +249,7 @@ TEST(Threads, a_negative_number_is_refused) {
 }
 
 TEST(Threads, a_deadline_still_gives_a_prefix) {
-  sim::PoolExecutor pool(1);
+  PoolExecutor pool(1);
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
   Selector selector(20000, &pool);
   Options options;
@@ -305,7 +305,7 @@ void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& 
 TEST(Threads, blocks_do_not_depend_on_their_number) {
   Random random;
   SCOPED_TRACE(random.name());
-  sim::PoolExecutor pool(3);
+  PoolExecutor pool(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
     for (const double share : {0.05, 0.8, 3.0}) {  // 3.0: no match has a block
       SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));

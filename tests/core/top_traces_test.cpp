@@ -91,7 +91,7 @@ void expect_top_traces_on_every_isa(const BlockStore& blocks, const Options& opt
                                     std::size_t wanted) {
   std::vector<Top> found;
   for (const simd::Kernel* const kernel : supported_kernels()) {
-    const sim::ForcedIsa forced(kernel->isa);
+    const ForcedIsa forced(kernel->isa);
     SCOPED_TRACE(kernel->isa);
     found.push_back(top_traces(blocks, options, added, wanted, [wanted](const Search& search, const Top& top) {
       expect_largest(search, top, wanted);

@@ -24,7 +24,7 @@ constexpr std::size_t max_enumerated = 10;
 constexpr std::size_t max_enumerated_budget = 5;
 
 Executor& pool() {
-  static sim::PoolExecutor executor(3);
+  static test::PoolExecutor executor(3);
   return executor;
 }
 
@@ -219,7 +219,7 @@ void check_instruction_sets(std::size_t capacity, const BlockStore& blocks, Opti
   options.threads = 1;
   for (int i = 0; built_in_isa(i) != nullptr; ++i) {
     if (!isa_is_supported(built_in_isa(i))) continue;
-    const sim::ForcedIsa forced(built_in_isa(i));
+    const test::ForcedIsa forced(built_in_isa(i));
     require_same(ask_anew(capacity, blocks, options), expected, "the answer is the same on every instruction set",
                  built_in_isa(i));
   }

@@ -155,9 +155,9 @@ TEST(FeatureSelector, allocates_nothing_after_a_frame_as_large) {
     settings.search.threads = settings.blocks.threads = 1;
     FeatureSelector selector(settings);
     selector.select(frame, arrays.view(), candidates, selected);
-    const long before = sim::allocations();
+    const long before = allocations();
     selector.select(frame, arrays.view(), candidates, selected);
-    EXPECT_EQ(sim::allocations(), before) << to_string(kind);
+    EXPECT_EQ(allocations(), before) << to_string(kind);
     EXPECT_EQ(selected.size(), has_budget(kind) ? 60 : candidates.size());
   }
 }

@@ -63,7 +63,7 @@ void* mmap(void* address, std::size_t size, int protection, int flags, int file,
 // NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-inconsistent-declaration-parameter-name)
 #endif
 
-namespace maxlogdet::sim {
+namespace maxlogdet::test {
 
 long allocations() noexcept {
 #if defined(MAXLOGDET_HAS_SANITIZER)
@@ -74,4 +74,4 @@ long allocations() noexcept {
 
 void fail_malloc_after(long count) noexcept { until_memory_is_out = count; }
 
-}  // namespace maxlogdet::sim
+}  // namespace maxlogdet::test

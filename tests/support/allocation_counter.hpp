@@ -13,7 +13,7 @@
 #endif
 #endif
 
-namespace maxlogdet::sim {
+namespace maxlogdet::test {
 
 /// Calls so far, by all threads, of malloc and related functions (operator new among them) and of mmap. -1: cannot be
 /// counted.
@@ -31,4 +31,4 @@ long allocations_in(const Work& work) {
 /// a sanitizer.
 void fail_malloc_after(long count) noexcept;
 
-}  // namespace maxlogdet::sim
+}  // namespace maxlogdet::test

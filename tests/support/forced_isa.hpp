@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace maxlogdet::sim {
+namespace maxlogdet::test {
 
 /// Sets MAXLOGDET_ISA for a scope, or unsets it (nullptr): objects created in it run on that instruction set.
 class ForcedIsa {
@@ -31,4 +31,4 @@ class ForcedIsa {
   std::string previous_;
 };
 
-}  // namespace maxlogdet::sim
+}  // namespace maxlogdet::test

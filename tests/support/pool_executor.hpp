@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace maxlogdet::sim {
+namespace maxlogdet::test {
 
 /// An executor with threads of its own, as a tracker offers its pool. It serves one caller at a time; a second one
 /// works alone.
@@ -96,4 +96,4 @@ class PoolExecutor final : public Executor {
   bool ends_ = false;
 };
 
-}  // namespace maxlogdet::sim
+}  // namespace maxlogdet::test

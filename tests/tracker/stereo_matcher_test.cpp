@@ -178,12 +178,12 @@ TEST_F(Matching, tells_the_library_which_points_are_candidates_and_allocates_not
   EXPECT_EQ(Indices(blocks.indices(), blocks.indices() + blocks.stored()), points);
 
   matcher.search(radius);
-  const long before = sim::allocations();
+  const long before = allocations();
   matcher.start(now_);
   matcher.predict(map_.points(), T_cw());
   matcher.search(radius);
   matcher.is_predicted(map_.points());
-  EXPECT_EQ(sim::allocations(), before);
+  EXPECT_EQ(allocations(), before);
 }
 
 }  // namespace
