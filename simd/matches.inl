@@ -41,8 +41,7 @@ inline void repeat_last(double (&values)[batch_size], std::size_t count) {
 }
 
 // Lists usable matches from `next` on until the batch is full; returns the first one not looked at.
-inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch,
-                                                      BlockOutput& output) {
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
   batch.count = 0;
   const std::size_t first = next;
   if (input.usable == nullptr) {
