@@ -130,7 +130,7 @@ inline void keep_matches(Batch& batch, const std::uint32_t* kept, std::size_t co
 }
 
 // Transforms points to the camera frame, and removes from the batch matches that have no Jacobian there, or no weight.
-[[gnu::always_inline]] inline void transform_and_sift(const BlockInput& input, Batch& batch, BlockOutput& output) {
+[[gnu::always_inline]] inline void transform_and_filter(const BlockInput& input, Batch& batch, BlockOutput& output) {
   std::uint32_t kept[batch_size];
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {
