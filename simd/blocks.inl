@@ -190,9 +190,9 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
     if (batch.count == 0) break;
     fill<weighting, third>(input, batch);
     if constexpr (is_general) {
-      see_and_sift<weighting, third>(input, batch, output);
+      see_and_filter<weighting, third>(input, batch, output);
     } else {
-      transform_and_sift(input, batch, output);
+      transform_and_filter(input, batch, output);
     }
     for (std::size_t i = 0; i < batch.count; i += double_lanes) {
       const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Matches that cameras of any model see, one of them or a rig's: J = d z / d p_b, p_b the point in the body's frame, by
-// the camera's model or as the caller gives it. What makes a block of it (seen_factors.inl) does not ask for the
-// model.
+// the camera's model or as the caller gives it. The factor of a block (seen_factors.inl) does not depend on the model.
 
 namespace {
 
@@ -102,7 +101,7 @@ inline void add_third(const CameraInput& camera, const Point& p, const Mask& has
 }
 
 // From derivatives by p_c to derivatives by p_b.
-inline void turn_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
+inline void rotate_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
   for (auto& row : rows) {
     Doubles turned[3];
     for (int j = 0; j < 3; ++j) {
@@ -134,7 +133,7 @@ inline void see_with(const BlockInput& input, std::size_t number, SeenBatch& bat
     Doubles rows[3][3];
     const Doubles sight = is_by_map ? see_bias(input, p, has_third, rows) : see(input, camera, batch, i, p, rows);
     add_third<weighting, third>(camera, p, has_third, rows);
-    if (input.is_rig) turn_to_body(T, rows);
+    if (input.is_rig) rotate_to_body(T, rows);
     put(sight, is_its, batch.sight + i);
     for (int e = 0; e < 9; ++e) put(rows[e / 3][e % 3], is_its, batch.jacobian[e] + i);
     for (int d = 0; weighting == BlockWeighting::map_bias_world && d < 3; ++d) {
@@ -152,7 +151,7 @@ inline bool is_weighable(const BlockInput& input, const Batch& batch, std::size_
 // Transforms points to the body's frame, finds their J, and removes from the batch matches that have none, or no
 // weight.
 template <BlockWeighting weighting, ThirdRow third>
-inline void see_and_sift(const BlockInput& input, SeenBatch& batch, BlockOutput& output) {
+inline void see_and_filter(const BlockInput& input, SeenBatch& batch, BlockOutput& output) {
   fill_seen(input, batch);
   std::uint32_t kept[batch_size];
   std::uint32_t finite[batch_size / double_lanes];

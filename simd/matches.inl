@@ -41,8 +41,7 @@ inline void repeat_last(double (&values)[batch_size], std::size_t count) {
 }
 
 // Lists usable matches from `next` on until the batch is full; returns the first one not looked at.
-inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch,
-                                                      BlockOutput& output) {
+inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
   batch.count = 0;
   const std::size_t first = next;
   if (input.usable == nullptr) {
@@ -131,7 +130,7 @@ inline void keep_matches(Batch& batch, const std::uint32_t* kept, std::size_t co
 }
 
 // Transforms points to the camera frame, and removes from the batch matches that have no Jacobian there, or no weight.
-[[gnu::always_inline]] inline void transform_and_sift(const BlockInput& input, Batch& batch, BlockOutput& output) {
+[[gnu::always_inline]] inline void transform_and_filter(const BlockInput& input, Batch& batch, BlockOutput& output) {
   std::uint32_t kept[batch_size];
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {

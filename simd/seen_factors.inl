@@ -122,7 +122,7 @@ inline Mask whiten_rows(const BlockInput& input, const Batch& batch, std::size_t
 
 // Rotates rows a and b, so that b has a zero in `column`.
 template <int Rows>
-inline void turn(int a, int b, int column, Doubles (&rows)[Rows][3]) {
+inline void rotate_rows(int a, int b, int column, Doubles (&rows)[Rows][3]) {
   const Doubles zero(0.0);
   const Doubles norm = xsimd::sqrt(rows[a][column] * rows[a][column] + rows[b][column] * rows[b][column]);
   const Mask is_turned = norm > zero;
@@ -139,10 +139,10 @@ inline void turn(int a, int b, int column, Doubles (&rows)[Rows][3]) {
 // An upper triangular A = Q rows.
 template <int Rows>
 inline Factor<Rows> triangle_of(Doubles (&rows)[Rows][3]) {
-  turn(0, 1, 0, rows);
+  rotate_rows(0, 1, 0, rows);
   if constexpr (Rows == 3) {
-    turn(0, 2, 0, rows);
-    turn(1, 2, 1, rows);
+    rotate_rows(0, 2, 0, rows);
+    rotate_rows(1, 2, 1, rows);
   }
   Factor<Rows> factor;
   for (int a = 0; a < Rows; ++a) {

@@ -15,7 +15,7 @@ inline void whiten_row(const double* w, const double* h, double (&y)[dimension])
 }
 
 // W_i  <-  sqrt(s_{i-1} / s_i) (W_i - sign y_i / s_{i-1} c_{i-1}),  c_i = y_0 W_0 + ... + y_i W_i; s[i] is s_{i-1}.
-inline void turn_rows(double* w, const double (&y)[dimension], const double (&s)[dimension + 1], double sign) {
+inline void update_factor_rows(double* w, const double (&y)[dimension], const double (&s)[dimension + 1], double sign) {
   constexpr int n = dimension;
   // By pairs: the latency of six divisions and roots one by one would dominate an update.
   alignas(TwoDoubles) double scale[n];
@@ -56,7 +56,7 @@ inline double add_row(double* w, const double* h) {
     relative_gain += y[i] * y[i];
     s[i + 1] = s[i] + y[i] * y[i];
   }
-  turn_rows(w, y, s, 1);
+  update_factor_rows(w, y, s, 1);
   return relative_gain;
 }
 
@@ -81,7 +81,7 @@ double remove_row(double* w, const double* h, double min_share) {
 #pragma GCC unroll 6
   for (int i = 0; i < dimension; ++i) s[i + 1] = s[i] - y[i] * y[i];
   const double share = s[dimension];
-  if (share > min_share) turn_rows(w, y, s, -1);
+  if (share > min_share) update_factor_rows(w, y, s, -1);
   return share;
 }
 

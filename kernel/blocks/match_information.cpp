@@ -44,7 +44,7 @@ bool see(const Camera& camera, const double* p_c, const MatchNoise& noise, Matri
   return add_third(camera, noise.third, p_c[2], rows);
 }
 
-void turn_to_world(const RigidTransform& T_cw, std::size_t count, Matrix& rows) noexcept {
+void rotate_to_world(const RigidTransform& T_cw, std::size_t count, Matrix& rows) noexcept {
   const double* const T = T_cw.data();
   for (std::size_t a = 0; a < count; ++a) {
     const double row[3] = {rows[a][0], rows[a][1], rows[a][2]};
@@ -124,7 +124,7 @@ bool whiten(const Camera& camera, const RigidTransform& T_cw, const double* p_w,
   Matrix rows, covariance, S;
   if (!are_known(noise) || check(camera, noise.jacobian != nullptr, noise.third) != BlockStatus::ok) return false;
   if (!is_rigid(T_cw) || !see(camera, p_c, noise, rows)) return false;
-  turn_to_world(T_cw, count, rows);
+  rotate_to_world(T_cw, count, rows);
   read_covariance(noise, covariance);
   map_rows(rows, count, covariance, S);
   for (std::size_t a = 0; a < count; ++a) {

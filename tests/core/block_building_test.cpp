@@ -11,7 +11,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// Bit for bit, but for the sign of the zeros in a row that is not there.
+// Bit for bit, except for the sign of zeros in a missing row.
 void expect_entries(const BlockStore& blocks, std::size_t candidate, const ExpectedBlock& expected) {
   const std::size_t place = blocks.place(candidate);
   for (int row = 0; row < blocks.rows(); ++row) {
@@ -82,7 +82,7 @@ void expect_built(const BlockStore& before, const PinholeBatch& batch, const Blo
   EXPECT_EQ(report.invalid_jacobians, 0U);
 }
 
-TEST(BlockBuilding, is_the_obvious_computation_and_the_same_bits_on_every_instruction_set) {
+TEST(BlockBuilding, is_the_plain_computation_bit_by_bit_on_every_instruction_set) {
   for (const Weighting weighting : weightings) {
     for (const ThirdMeasurement third : thirds) {
       for (std::size_t n = 0; n <= 70; ++n) {

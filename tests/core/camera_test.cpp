@@ -60,7 +60,7 @@ TEST(Camera, the_jacobian_of_a_projection_is_its_derivative) {
   for (const double entry : jacobian) EXPECT_EQ(entry, -7);
 }
 
-// The blocks' Jacobian is a formula of its own in most models (simd/cameras).
+// Most models have a second formula for packs (simd/cameras).
 TEST(Camera, blocks_and_projections_differentiate_alike) {
   for (const CameraModel model : camera_models) {
     for (std::uint64_t variation = 0; variation < 300; ++variation) {

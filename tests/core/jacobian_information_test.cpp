@@ -11,7 +11,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// Matches from 0.1 m to 1000 km, with covariances that may have no or one or two directions, or be elongated.
+// Matches from 0.1 m to 1000 km, with covariances of rank 0 to 3, some of them elongated.
 struct Far {
   PinholeCamera camera;
   Eigen::Matrix<double, 3, 4> T_cw;
