@@ -314,53 +314,68 @@ TEST(Constraints, groups_may_have_any_numbers) {
   }
 }
 
-TEST(Constraints, that_cannot_be_met_are_named) {
-  Random random;
-  BlockStore blocks;
-  for (int i = 0; i < 10; ++i) push_back(blocks, random_block(random, 2));
-  blocks.push_back_invalid();
-  Selector selector(20);
-  std::vector<unsigned char> required(11);
-  std::vector<unsigned char> excluded(11);
-  std::vector<std::uint32_t> groups(11);
-  Options options;
-  options.budget = 3;
-  const auto status = [&] {
-    const Selection selection = selector.select(blocks, options);
+// Ten candidates, an invalid one, and lists for their constraints; options have none of these until a test sets them.
+class NamedConstraints : public ::testing::Test {
+ protected:
+  NamedConstraints() : selector_(20), required_(11), excluded_(11), groups_(11) {
+    Random random;
+    for (int i = 0; i < 10; ++i) push_back(blocks_, random_block(random, 2));
+    blocks_.push_back_invalid();
+  }
+
+  Status status() {
+    const Selection selection = selector_.select(blocks_, options_);
     EXPECT_EQ(selection.has_answer(), selection.status == Status::ok || selection.status == Status::all_selected);
     if (!selection.has_answer()) {
       EXPECT_EQ(selection.size, 0U);
     }
     return selection.status;
-  };
-  options.required = required.data();
+  }
+
+  BlockStore blocks_;
+  Selector selector_;
+  std::vector<unsigned char> required_;
+  std::vector<unsigned char> excluded_;
+  std::vector<std::uint32_t> groups_;
+  Options options_;
+};
+
+TEST_F(NamedConstraints, required_ones_that_cannot_be_met) {
+  options_.budget = 3;
+  options_.required = required_.data();
   EXPECT_EQ(status(), Status::ok) << "nothing is required";
-  required[10] = 1;
+  required_[10] = 1;
   EXPECT_EQ(status(), Status::infeasible) << "required and invalid";
-  required[10] = 0;
-  required[4] = 1;
-  excluded[4] = 1;
-  options.excluded = excluded.data();
+  required_[10] = 0;
+  required_[4] = 1;
+  excluded_[4] = 1;
+  options_.excluded = excluded_.data();
   EXPECT_EQ(status(), Status::infeasible) << "required and excluded";
-  excluded[4] = 0;
-  required[5] = required[6] = required[7] = 1;
+  excluded_[4] = 0;
+  required_[5] = required_[6] = required_[7] = 1;
   EXPECT_EQ(status(), Status::infeasible) << "more required than the budget";
-  options.budget = 4;
+  options_.budget = 4;
   EXPECT_EQ(status(), Status::ok);
-  options.groups = groups.data();
+}
+
+TEST_F(NamedConstraints, groups_that_cannot_be_met) {
+  options_.budget = 4;
+  options_.required = required_.data();
+  for (const std::size_t i : {4, 5, 6, 7}) required_[i] = 1;
+  options_.groups = groups_.data();
   EXPECT_EQ(status(), Status::invalid_groups) << "group 0 of 0";
-  options.group_count = 1;
-  options.max_per_group = 3;
+  options_.group_count = 1;
+  options_.max_per_group = 3;
   EXPECT_EQ(status(), Status::infeasible) << "more required than a group allows";
-  options.max_per_group = 4;
+  options_.max_per_group = 4;
   EXPECT_EQ(status(), Status::all_selected) << "no more may be selected";
-  groups[9] = 1;
+  groups_[9] = 1;
   EXPECT_EQ(status(), Status::invalid_groups) << "group 1 of 1";
   for (const std::size_t many : {std::size_t{20}, std::size_t{21}, std::size_t{1} << 40U}) {
-    options.group_count = many;
+    options_.group_count = many;
     EXPECT_EQ(status(), Status::ok) << many << ", also more groups than the capacity";
   }
-  options.budget = 6;
+  options_.budget = 6;
   EXPECT_EQ(status(), Status::all_selected) << "four required, as many as group 0 may have, and one of group 1";
 }
 

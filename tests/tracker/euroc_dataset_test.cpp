@@ -195,10 +195,11 @@ TEST_F(EurocFolder, opens_mav0_itself_under_the_same_name) {
   EXPECT_TRUE(same(dataset->load(1).right, open_dataset(folder_)->load(1).right));
 }
 
-TEST_F(EurocFolder, tells_what_is_wrong_with_a_sensor_file) {
-  const std::string file = "mav0/cam1/sensor.yaml";
+const std::string sensor_file = "mav0/cam1/sensor.yaml";
+
+TEST_F(EurocFolder, tells_what_is_wrong_with_a_value_of_a_sensor_file) {
   const auto with = [&](std::size_t line, const std::string& text, const std::string& expected) {
-    expect_error_with(file, right_.yaml(), line, text, expected);
+    expect_error_with(sensor_file, right_.yaml(), line, text, expected);
   };
   with(11, "camera_model: omni", "camera_model 'pinhole', not 'omni'");
   with(13, "distortion_model: equidistant", "distortion_model 'radial-tangential', not 'equidistant'");
@@ -212,13 +213,16 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_a_sensor_file) {
   with(10, "resolution: [1000000, 480]", "a width and height from 1 to 32766 px");
   with(10, "resolution: [0, 480]", "a width and height from 1 to 32766 px");
   with(10, "resolution: [[1, 2], 480]", "2 finite numbers: resolution");
+}
+
+TEST_F(EurocFolder, tells_what_is_wrong_with_the_structure_of_a_sensor_file) {
   Lines broken = right_.yaml();
   broken[8] = "rate_hz: [20";  // the parser misses its end on the next line
-  expect_error_in(file, broken, ":10: ", "YAML");
+  expect_error_in(sensor_file, broken, ":10: ", "YAML");
   const auto with_field = [&](std::size_t line, const std::string& text, const std::string& expected) {
     Lines lines = right_.yaml();
     lines[line - 1] = text;
-    expect_error_in(file, lines, ": ", expected);
+    expect_error_in(sensor_file, lines, ": ", expected);
   };
   for (const auto& [line, name] : {std::make_pair(10, "resolution"), std::make_pair(11, "camera_model"),
                                    std::make_pair(12, "intrinsics"), std::make_pair(13, "distortion_model"),
@@ -231,10 +235,17 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_a_sensor_file) {
     with_field(14, "distortion_coefficients: [" + k1 + ", 0, 0, 0]", "that can be rectified with cam0's");
   }
   with_field(10, "resolution: [375, 240]", "expected the resolution that cam0 has");
+  expect_error_in(sensor_file, {}, ": ", "expected a sensor file");
+  expect_error_in(sensor_file, {"%YAML:1.0", "- 1"}, ": ", "expected a sensor file");
+  fs::remove(path(sensor_file));
+  expect_error(sensor_file + ": ", "cannot be opened; expected a sensor file");
+}
+
+TEST_F(EurocFolder, tells_what_is_wrong_with_a_pose_of_a_sensor_file) {
   const auto with_pose = [&](const Pose& T_bs, const std::string& place, const std::string& expected) {
     OracleCamera camera = right_;
     camera.T_bs = T_bs;
-    expect_error_in(file, camera.yaml(), place, expected);
+    expect_error_in(sensor_file, camera.yaml(), place, expected);
   };
   Pose stretched = right_.T_bs;
   stretched.linear() *= 1.01;
@@ -244,11 +255,7 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_a_sensor_file) {
   with_pose(left_.T_bs * Eigen::Translation3d(0, 0.11, 0), ": ", "to the right of cam0");
   Lines projective = right_.yaml();
   projective[7] = "         0, 1, 0, 0, 0, 0, 0, 2]";
-  expect_error_in(file, projective, ":5: ", "a rigid transform");
-  expect_error_in(file, {}, ": ", "expected a sensor file");
-  expect_error_in(file, {"%YAML:1.0", "- 1"}, ": ", "expected a sensor file");
-  fs::remove(path(file));
-  expect_error(file + ": ", "cannot be opened; expected a sensor file");
+  expect_error_in(sensor_file, projective, ":5: ", "a rigid transform");
 }
 
 TEST_F(EurocFolder, names_the_stamp_without_partner) {

@@ -179,6 +179,16 @@ MapPoints random_map(Random& random, const Eigen::Vector3d& center) {
   return map;
 }
 
+// `found` is map point i of pixel (u, v) and this octave, p in the camera's frame.
+void expect_prediction(const Prediction& found, const MapPoints& map, std::size_t i, const Eigen::Vector3d& p, double u,
+                       double v, double octave) {
+  ASSERT_EQ(found.point, i);
+  EXPECT_EQ(found.descriptor, map.points[i].descriptor);
+  EXPECT_NEAR(std::hypot(found.u - u, found.v - v), 0, 1e-9);
+  EXPECT_NEAR(found.u_right, camera.fx * (p.x() - camera.bf / camera.fx) / p.z() + camera.cx, 1e-9);
+  EXPECT_EQ(found.octave, std::min(7, std::max(0, static_cast<int>(std::floor(octave + 0.5)))));
+}
+
 TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -208,12 +218,7 @@ TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) 
       ++too_old;
     } else {
       ASSERT_LT(next, predictions.size());
-      const Prediction& found = predictions[next++];
-      ASSERT_EQ(found.point, i);
-      EXPECT_EQ(found.descriptor, point.descriptor);
-      EXPECT_NEAR(std::hypot(found.u - u, found.v - v), 0, 1e-9);
-      EXPECT_NEAR(found.u_right, camera.fx * (p.x() - camera.bf / camera.fx) / p.z() + camera.cx, 1e-9);
-      EXPECT_EQ(found.octave, std::min(7, std::max(0, static_cast<int>(std::floor(octave + 0.5)))));
+      ASSERT_NO_FATAL_FAILURE(expect_prediction(predictions[next++], map, i, p, u, v, octave));
     }
   }
   EXPECT_EQ(next, predictions.size());
