@@ -336,7 +336,7 @@ def main():
         return
     summary = every(results, "summary")
     if set(summary) != set(SETS):
-        sys.exit(f"{results}/summary: expected the sets {', '.join(SETS)}, which ci/tracker_page records")
+        sys.exit(f"{results}/summary: expected the sets {', '.join(SETS)}; tracker_page records them")
     write_errors(results, summary)
     write_goals(summary)
     write_weights(results)
