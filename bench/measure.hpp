@@ -25,8 +25,8 @@ struct Work {
   std::function<void(std::size_t call)> prepare = {};  ///< not timed, before run; may be empty; only groups call it
 };
 
-/// Registers the case `name`, whose work is made anew for each repetition. `calls`: the number of calls, all in one
-/// repetition; 0: as many as fit into a repetition's time.
+/// Registers the case `name`, whose work is constructed again for each repetition. `calls`: the number of calls, all in
+/// one repetition; 0: as many as fit into a repetition's time.
 void add_case(const std::string& name, std::function<Work()> make_work, std::size_t calls = 0);
 
 /// The order of the calls of a group's cases.

@@ -30,14 +30,14 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
   const Options& options = request.options;
   if (selection.size > options.budget) return "more candidates than the budget";
   if (selection.status == Status::ok && selection.size < options.budget) return "fewer candidates than the budget";
-  if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline that nobody set";
+  if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline without a time limit";
   if (selection.status == Status::all_selected && !options.excluded && !options.groups &&
       selection.size != request.store->size() - request.store->invalid_count()) {
     return "not all candidates, with the status all_selected";
   }
   if (!std::isfinite(selection.log_det)) return "a log det that is not finite";
   if (options.certify && !(selection.upper_bound >= selection.log_det)) return "an upper bound below the log det";
-  if (!options.certify && !std::isnan(selection.upper_bound)) return "an upper bound that nobody asked for";
+  if (!options.certify && !std::isnan(selection.upper_bound)) return "an upper bound without a request";
   return nullptr;
 }
 

@@ -25,7 +25,7 @@ BlockReport append_blocks(Store& store, const py::object& camera, const py::obje
   BlockOptions options = options_of(weighting, !map_covariances.is_none(), third, map_sigma, depth_sigma);
   options.min_depth = min_depth;
   options.threads = int_from(threads, "threads");
-  // With the GIL held: this takes microseconds, and nobody may change the arrays meanwhile.
+  // Holds the GIL: this takes microseconds, in which the arrays must not change.
   BlockStore& blocks = store.changeable();
   return append(cameras, pose, arrays.view(), options, blocks);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Relative gains in float32, each candidate with a bound of its own error, for rounds in which one bound for all
-// excludes nobody.
+// excludes none.
 
 namespace {
 

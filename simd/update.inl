@@ -72,8 +72,8 @@ double add_rows(double* w, const double* rows, int count, float* narrow) {
   return relative_gain;
 }
 
-// A downdate: M - h^T h = L (I - y y^T) L^T likewise, with s_i = 1 - y_0^2 - ... - y_i^2, which decreases: it breaks
-// down only if the last one is not positive.
+// A downdate: M - h^T h = L (I - y y^T) L^T as in add_row, with s_i = 1 - y_0^2 - ... - y_i^2, which decreases: it
+// breaks down only if the last one is not positive.
 double remove_row(double* w, const double* h, double min_share) {
   double y[dimension];
   whiten_row(w, h, y);

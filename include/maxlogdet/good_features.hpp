@@ -102,7 +102,7 @@ class GoodFeatures {
   /// Call after the last add(), before or after select(). Returns false, and writes nothing, where match_information
   /// does, and for a match beyond the capacity.
   bool information(std::size_t i, double* omega) const noexcept;
-  /// Writes W of match_whitening, W^T W = Omega, likewise.
+  /// Writes W of match_whitening, W^T W = Omega; in all else as information().
   bool whitening(std::size_t i, double* W) const noexcept;
 
   /// Computes the squared errors of the unselected matches at the optimised pose; with is_weighted those of the

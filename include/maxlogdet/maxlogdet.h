@@ -235,7 +235,7 @@ typedef struct maxlogdet_selection {
   double upper_bound;  ///< no selection within the budget has a greater log det, nats; infinite where float64 may have
                        ///< no digits left (docs/numerics.md); NaN if not asked for
   size_t evaluations;  ///< gains computed; may differ between machines
-  size_t float64_decisions;   ///< of these, computed again in float64; may differ likewise
+  size_t float64_decisions;   ///< of these, computed again in float64; may differ, too
   size_t invalid_candidates;  ///< candidates without a block: never selected
   int32_t threads;            ///< how many threads the work was offered to, including the calling one
   int32_t reserved;           ///< 0

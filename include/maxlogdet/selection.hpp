@@ -51,7 +51,7 @@ struct Selection {
   double log_det;           ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;  ///< gains computed in float32; may differ between machines
   std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not decide; may differ
-                                  ///< likewise
+                                  ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;  ///< proved bound, nats: no selection within the budget that respects required and excluded has a
                        ///< greater log det. Maxima of groups hardly count, which can only raise it; so does a deadline

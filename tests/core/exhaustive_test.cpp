@@ -325,7 +325,7 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
 
   Selector selector_{max_candidates};
   std::vector<std::uint32_t> indices_;  // of the last answer
-  double upper_bound_ = 0;              // likewise
+  double upper_bound_ = 0;              // of the last answer
   long double of_greedy_ = 0;           // log det of greedy's last answer
   Csv csv_;
   long double worst_ = 1;  // greedy's share of the optimum

@@ -128,7 +128,7 @@ class TextbookMatch {
 
   // How far H^T H may be from that, by rounding entries to float32 and everything before to float64: the error of S,
   // the covariance of (dX - x dZ, dY - y dZ, dZ), is up to `rounding` times the magnitudes of its terms, and its
-  // relative error is that of its inverse; likewise for entries of H. `relative`: the relative error of S.
+  // relative error is that of its inverse; the same holds for entries of H. `relative`: the relative error of S.
   WideMatrix tolerance(const WideMatrix& h, const WideMatrix& information, long double& relative) const {
     const long double rounding = 32 * growth_ * simd::double_unit_roundoff;
     WideMatrix to_ray = WideMatrix::Identity(3, 3);

@@ -191,7 +191,7 @@ Answer ask(Selector& selector, const BlockStore& blocks, const Options& options)
   return Answer(selector.select(blocks, options));
 }
 
-Answer ask_anew(std::size_t capacity, const BlockStore& blocks, const Options& options) {
+Answer ask_new_selector(std::size_t capacity, const BlockStore& blocks, const Options& options) {
   Selector selector(capacity);
   return ask(selector, blocks, options);
 }
@@ -220,8 +220,8 @@ void check_instruction_sets(std::size_t capacity, const BlockStore& blocks, Opti
   for (int i = 0; built_in_isa(i) != nullptr; ++i) {
     if (!isa_is_supported(built_in_isa(i))) continue;
     const test::ForcedIsa forced(built_in_isa(i));
-    require_same(ask_anew(capacity, blocks, options), expected, "the answer is the same on every instruction set",
-                 built_in_isa(i));
+    require_same(ask_new_selector(capacity, blocks, options), expected,
+                 "the answer is the same on every instruction set", built_in_isa(i));
   }
 }
 
@@ -239,19 +239,19 @@ void check_strategies(std::size_t capacity, const BlockStore& blocks, Options op
   options.exchange_sweeps = 0;
   if (options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy) {
     options.strategy = Strategy::greedy;
-    const Answer greedy = ask_anew(capacity, blocks, options);
+    const Answer greedy = ask_new_selector(capacity, blocks, options);
     options.strategy = Strategy::lazy_greedy;
-    require_same(ask_anew(capacity, blocks, options), greedy, "lazy greedy is greedy");
+    require_same(ask_new_selector(capacity, blocks, options), greedy, "lazy greedy is greedy");
   }
   if (options.strategy == Strategy::stochastic_greedy) {
     // ln(1 / epsilon) is 690: a sample of all candidates.
     options.epsilon = 1e-300;
-    const Answer all = ask_anew(capacity, blocks, options);
+    const Answer all = ask_new_selector(capacity, blocks, options);
     options.strategy = Strategy::greedy;
-    require_same(ask_anew(capacity, blocks, options), all, "stochastic greedy with samples of all is greedy");
+    require_same(ask_new_selector(capacity, blocks, options), all, "stochastic greedy with samples of all is greedy");
   }
   if (options.strategy == Strategy::backward_greedy) {
-    const Answer answer = ask_anew(capacity, blocks, options);
+    const Answer answer = ask_new_selector(capacity, blocks, options);
     const auto first = answer.indices.begin() + static_cast<std::ptrdiff_t>(Rules(blocks, options).required().size());
     require(std::is_sorted(first, answer.indices.end()), "backward greedy's answer is by index");
   }
@@ -273,7 +273,7 @@ bool exact_log_det(const BlockStore& blocks, const Options& options, const Answe
 void check_exchange(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& exchanged) {
   if (options.exchange_sweeps == 0) return;
   options.exchange_sweeps = 0;
-  const Answer before = ask_anew(capacity, blocks, options);
+  const Answer before = ask_new_selector(capacity, blocks, options);
   if (before.indices == exchanged.indices) return;
   long double log_dets[2];
   long double errors[2];
@@ -298,7 +298,7 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
 // A target stops the same search as soon as it is met.
 void check_target(std::size_t capacity, const BlockStore& blocks, const Options& options) {
   if (!has_target(options)) return;
-  const Answer answer = ask_anew(capacity, blocks, options);
+  const Answer answer = ask_new_selector(capacity, blocks, options);
   if (is_expected_error(Rules(blocks, options), capacity, answer.status)) {
     require(answer.indices.empty() && std::isnan(answer.log_det), "an error carries an empty answer");
     return;
@@ -307,7 +307,7 @@ void check_target(std::size_t capacity, const BlockStore& blocks, const Options&
   check_numbers(blocks, options, answer);
   Options plain = without_target(options);
   if (plain.strategy == Strategy::automatic) plain.strategy = Strategy::lazy_greedy;
-  const Answer full = ask_anew(capacity, blocks, plain);
+  const Answer full = ask_new_selector(capacity, blocks, plain);
   const std::size_t size = answer.indices.size();
   require(size <= full.indices.size() && std::equal(answer.indices.begin(), answer.indices.end(), full.indices.begin()),
           "what a target leaves is a prefix of the full answer", size);

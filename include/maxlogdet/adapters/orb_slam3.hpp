@@ -19,7 +19,7 @@
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
-// and likewise the two inertial ones, by a lambda, because they have a default argument:
+// and in the same way the two inertial ones, by a lambda, because they have a default argument:
 //
 //   mGoodFeatures.optimize(mCurrentFrame, [](Frame* f) { return Optimizer::PoseInertialOptimizationLastFrame(f); });
 //

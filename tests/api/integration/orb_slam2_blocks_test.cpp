@@ -33,7 +33,7 @@ TEST(OrbSlam2Adapter, blocks_are_derivatives_of_the_projection_under_a_left_pert
 
 // Without an edit of MapPoint. Those of a frame are kept: local bundle adjustment moves a point by little, a new
 // observation adds much.
-TEST(OrbSlam2Adapter, covariances_are_computed_anew_when_the_number_of_observations_changes) {
+TEST(OrbSlam2Adapter, covariances_are_recomputed_when_the_number_of_observations_changes) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 100, true);
