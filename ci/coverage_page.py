@@ -18,7 +18,7 @@ def percent(part, whole):
 def main(summary, min_lines, min_branches, page):
     files = json_of(summary)["files"]
     rows = []
-    for folder in ["kernel", "simd", "threading", "all"]:
+    for folder in ["include", "kernel", "simd", "threading", "all"]:
         of_folder = [f for f in files if folder in ("all", f["filename"].split("/")[0])]
         total = {key: sum(f[key] for f in of_folder)
                  for key in ("line_covered", "line_total", "branch_covered", "branch_total")}

@@ -87,7 +87,7 @@ def write_page(results, total):
 def arguments_of():
     parser = argparse.ArgumentParser(prog="ci/mutate", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="*", default=["kernel", "simd", "threading"], help="what to mutate")
+    parser.add_argument("folders", nargs="*", default=["include", "kernel", "simd", "threading"], help="what to mutate")
     parser.add_argument("--sample", type=int, default=400, help="number of mutants, 0: all (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sample (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at once (default: one per processor)")

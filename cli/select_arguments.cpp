@@ -77,8 +77,10 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
       ->check(CLI::Range(std::int64_t{1}, max_count))
       ->capture_default_str();
   command.add_flag("--json", arguments.as_json, "One JSON object for each frame, in a line");
-  command.add_option("--plot-data", arguments.plot_data,
-                     "Write what tools/draw_selection.py draws into this .json file; for a folder, one for each frame");
+  command.add_option(
+      "--plot-data", arguments.plot_data,
+      "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw_selection.py "
+      "of the sources draws it");
 }
 
 // Refuses options without effect.

@@ -81,6 +81,9 @@ class SelectCommand {
   void run() {
     for (const sim::Frame& frame : frames_) try_out(frame);
     for (const sim::Frame& frame : frames_) select(frame);
+    if (arguments_.as_json || arguments_.plot_data.empty()) return;
+    std::cout << '\n';
+    for (const sim::Frame& frame : frames_) std::cout << "data of a picture: " << plot_data_of(frame) << '\n';
   }
 
  private:

@@ -2,6 +2,7 @@
 #include <maxlogdet/active_selection.hpp>
 
 #include "kernel/blocks/stored_rows.hpp"
+#include "kernel/screening/screening.hpp"
 #include "kernel/search/search.hpp"
 #include "kernel/selector_checks.hpp"
 #include "kernel/strategies/lazy_greedy.hpp"
@@ -75,18 +76,18 @@ struct Proposals {
     listed = 1;
   }
 
-  // Proposes the first listed candidates; of a group at most its free places, as if all of them were accepted.
+  // Proposes the first listed candidates; of a group at most its room, as if all of them were accepted.
   void take_first(std::size_t batch_size) noexcept {
     Constraints& constraints = search.constraints;
     count = 0;
     for (std::size_t j = 0; j < listed && count < batch_size; ++j) {
       const std::uint32_t candidate = search.screening.candidate(lanes[j]);
-      if (!constraints.has_place(candidate)) continue;
-      constraints.take_place(candidate);
+      if (!constraints.has_room(candidate)) continue;
+      constraints.take_room(candidate);
       std::rotate(lanes + count, lanes + j, lanes + j + 1);
       ++count;
     }
-    for (std::size_t j = 0; j < count; ++j) constraints.give_place(search.screening.candidate(lanes[j]));
+    for (std::size_t j = 0; j < count; ++j) constraints.give_room(search.screening.candidate(lanes[j]));
   }
 
   // Ends the round, because the information changes.
@@ -131,7 +132,7 @@ struct Proposals {
   std::size_t count = 0;   // unanswered proposals: the first of `lanes`
   std::size_t listed = 0;  // entries of `lanes`; an acceptance leaves only the proposals
 };
-static_assert(std::is_trivially_destructible<Proposals>::value, "start() constructs them in the same place again");
+static_assert(std::is_trivially_destructible<Proposals>::value, "start() constructs them in the same storage again");
 
 Status check_active(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
   const Status status = check(candidates, options, memory);
@@ -148,8 +149,8 @@ struct ActiveSelection::State {
 
   SearchMemory memory;
   std::vector<std::uint32_t> best;  // lanes of the best candidates, in order
-  std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type place;
-  Proposals* proposals = nullptr;           // in `place`; nullptr before start() or after an error
+  std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type storage;
+  Proposals* proposals = nullptr;           // in `storage`; nullptr before start() or after an error
   Status error = Status::nothing_proposed;  // why there are none
   std::size_t invalid_candidates = 0;
 
@@ -175,7 +176,7 @@ Status ActiveSelection::start(const BlockStore& candidates, const Options& optio
   state.invalid_candidates = candidates.invalid_count();
   state.error = check_active(candidates, options, state.memory);
   if (state.error != Status::ok) return state.error;
-  auto* const proposals = new (&state.place) Proposals(candidates, options, state.memory, state.best.data());
+  auto* const proposals = new (&state.storage) Proposals(candidates, options, state.memory, state.best.data());
   state.error = proposals->status;
   if (state.error == Status::ok) state.proposals = proposals;
   return state.error;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/good_features.hpp>
 
+#include "kernel/base/limits.hpp"
+
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/selector.hpp>
 
@@ -12,7 +14,6 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
 
@@ -102,6 +103,8 @@ struct GoodFeatures::State {
   const RigCamera& seen_by(std::size_t i) const noexcept { return has_rig ? rig.cameras[camera_ids[i]] : only; }
   bool has_camera(std::size_t i) const noexcept { return is_kept(i) && (!has_rig || camera_ids[i] < rig.size); }
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
+  bool is_overfull() const noexcept { return added > ids.size(); }
+  bool is_kept(std::size_t i) const noexcept { return i < ids.size(); }
 
   BlockStore store;
   Selector selector;
@@ -113,9 +116,6 @@ struct GoodFeatures::State {
   RigidTransform T = RigidTransform::identity();
   ThirdMeasurement third = ThirdMeasurement::none;
   double depth_sigma = 1;
-  bool is_overfull() const noexcept { return added > ids.size(); }
-  bool is_kept(std::size_t i) const noexcept { return i < ids.size(); }
-
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
   std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
@@ -200,7 +200,7 @@ double GoodFeatures::State::chi2_of(const RigidTransform& T_cw, std::size_t i,
                                     const BlockOptions* options) const noexcept {
   if (has_jacobians) return not_a_number;
   double e[3], omega[9];
-  if (!residual_of(T_cw, i, e)) return std::numeric_limits<double>::infinity();
+  if (!residual_of(T_cw, i, e)) return infinity;
   if (options != nullptr && match_information(seen_by(i), T, &points[3 * i], noise_of(i, *options), omega)) {
     return square_of(e, omega, has_third[i] != 0 ? 3 : 2);
   }

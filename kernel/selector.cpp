@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
+#include "kernel/base/limits.hpp"
 #include "kernel/information/certificate.hpp"
 #include "kernel/search/search.hpp"
 #include "kernel/selector_checks.hpp"
 #include "kernel/strategies/exchange.hpp"
 #include "kernel/strategies/method.hpp"
+#include "threading/team.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace maxlogdet {
 
@@ -47,11 +48,11 @@ double upper_bound(const Search& search, std::size_t passes, CertificateMemory& 
 // The bound; infinite where log det may have no correct digits, or exceeds it by more than rounding explains
 // (docs/numerics.md). Rounding may put the computed log det of an optimal answer above it: the bound is then log det.
 double reconciled(const Selection& selection, double relative_error) noexcept {
-  if (!(relative_error < hopeless_error)) return std::numeric_limits<double>::infinity();
+  if (!(relative_error < hopeless_error)) return infinity;
   const double excess = selection.log_det - selection.upper_bound;
   if (!(excess > 0)) return selection.upper_bound;
   const double explained = 2 * state_dimension * relative_error + 1e-9;
-  return excess <= explained ? selection.log_det : std::numeric_limits<double>::infinity();
+  return excess <= explained ? selection.log_det : infinity;
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/selector_checks.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/strategies/method.hpp"
-
-#include <limits>
 
 namespace maxlogdet {
 
@@ -22,12 +21,12 @@ Status check(const BlockStore& candidates, const Options& options, const SearchM
 Selection empty_selection(Status status) noexcept {
   Selection selection{};
   selection.status = status;
-  selection.log_det = std::numeric_limits<double>::quiet_NaN();
-  selection.upper_bound = std::numeric_limits<double>::quiet_NaN();
+  selection.log_det = not_a_number;
+  selection.upper_bound = not_a_number;
   selection.threads = 1;
-  selection.efficiency_of_all = std::numeric_limits<double>::quiet_NaN();
-  selection.translation_sigma = std::numeric_limits<double>::quiet_NaN();
-  selection.rotation_sigma = std::numeric_limits<double>::quiet_NaN();
+  selection.efficiency_of_all = not_a_number;
+  selection.translation_sigma = not_a_number;
+  selection.rotation_sigma = not_a_number;
   return selection;
 }
 

@@ -2,12 +2,16 @@
 #include "python/cameras.hpp"
 
 #include "python/arrays.hpp"
+#include "python/names.hpp"
 #include "python/pickling.hpp"
+
+#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <iterator>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace maxlogdet::python {
 namespace {
@@ -27,6 +31,18 @@ py::tuple parameters_of(const Camera& camera) {
   py::list parameters;
   for (std::size_t i = 0; i < parameter_count(camera.model); ++i) parameters.append(camera.parameters[i]);
   return parameters;
+}
+
+Camera camera_of(const std::string& model, const PinholeCamera& pinhole, const std::vector<double>& parameters) {
+  Camera camera(pinhole);
+  camera.model = camera_model_of(model);
+  const std::size_t count = parameter_count(camera.model);
+  if (parameters.size() != count) {
+    throw py::value_error("parameters: expected " + std::to_string(count) + " of " + model + ", got " +
+                          std::to_string(parameters.size()));
+  }
+  std::copy(parameters.begin(), parameters.end(), camera.parameters);
+  return camera;
 }
 
 // The pickled state: the model, and the numbers fx, fy, cx, cy, bf, and all five parameters.
@@ -107,6 +123,10 @@ unless it has been rectified. Only pinholes have a bf.)");
       .def_static(
           "double_sphere", &Camera::double_sphere, py::arg("pinhole"), py::arg("xi"), py::arg("alpha"),
           "double_sphere(pinhole, xi, alpha)\n--\n\nUsenko, Demmel, Cremers, 3DV 2018; xi > -1, alpha in [0, 1].")
+      .def_static(
+          "of_model", &camera_of, py::arg("model"), py::arg("pinhole"), py::arg("parameters"),
+          "of_model(model, pinhole, parameters)\n--\n\nA camera of one of `camera_models`, with its parameters in "
+          "the order of Camera.parameters.")
       .def_property_readonly(
           "model", [](const Camera& self) { return to_string(self.model); }, "The model's name.")
       .def_property_readonly(

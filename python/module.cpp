@@ -25,10 +25,12 @@ PYBIND11_MODULE(_core, module) {
   module.def("isa", &maxlogdet::active_isa, R"(isa()
 --
 
-The instruction set of a Selector made now: 'sse2', 'avx2', 'avx512' or 'neon'; the environment variable MAXLOGDET_ISA
+The instruction set of a Selector made now, one of `isas`, those built in; the environment variable MAXLOGDET_ISA
 selects one. 'none' if that is not built in or not supported by this machine: selecting then raises SelectionError
 ('unsupported_isa'). Answers do not depend on it.)");
   module.attr("__version__") = maxlogdet::version();
   module.attr("strategies") = strategy_names();
+  module.attr("camera_models") = camera_model_names();
+  module.attr("isas") = isa_names();
   module.attr("has_tbb") = has_executor();
 }

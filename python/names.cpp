@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "python/names.hpp"
 
+#include <maxlogdet/isa.hpp>
+
 #include <cstddef>
 
 namespace maxlogdet::python {
@@ -17,6 +19,7 @@ const char* name_of(ThirdMeasurement third) noexcept {
 }
 const char* name_of(Strategy strategy) noexcept { return to_string(strategy); }
 const char* name_of(Weighting weighting) noexcept { return to_string(weighting); }
+const char* name_of(CameraModel model) noexcept { return to_string(model); }
 
 constexpr ThirdMeasurement third_measurements[] = {ThirdMeasurement::none, ThirdMeasurement::stereo,
                                                    ThirdMeasurement::depth};
@@ -31,6 +34,13 @@ Enum find(const std::string& name, const char* argument, const Enum (&all)[n]) {
   throw py::value_error(std::string(argument) + ": expected one of " + names + ", got '" + name + "'");
 }
 
+template <class Enum, std::size_t n>
+py::tuple names_of(const Enum (&all)[n]) {
+  py::list names;
+  for (const Enum value : all) names.append(name_of(value));
+  return names;
+}
+
 }  // namespace
 
 Strategy strategy_of(const std::string& name) { return find(name, "strategy", strategies); }
@@ -39,9 +49,15 @@ Weighting weighting_of(const std::string& name) { return find(name, "weighting",
 
 ThirdMeasurement third_measurement_of(const std::string& name) { return find(name, "third", third_measurements); }
 
-py::tuple strategy_names() {
+CameraModel camera_model_of(const std::string& name) { return find(name, "model", camera_models); }
+
+py::tuple strategy_names() { return names_of(strategies); }
+
+py::tuple camera_model_names() { return names_of(camera_models); }
+
+py::tuple isa_names() {
   py::list names;
-  for (const Strategy strategy : strategies) names.append(name_of(strategy));
+  for (int i = 0; built_in_isa(i) != nullptr; ++i) names.append(built_in_isa(i));
   return names;
 }
 

@@ -3,6 +3,7 @@
 
 #include "python/bindings.hpp"
 
+#include <maxlogdet/camera.hpp>
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 
@@ -16,7 +17,11 @@ Strategy strategy_of(const std::string& name);
 Weighting weighting_of(const std::string& name);
 ThirdMeasurement third_measurement_of(const std::string& name);
 
-/// The names of all strategies.
+CameraModel camera_model_of(const std::string& name);
+
+/// The names of all strategies, of all camera models, and of the instruction sets that are built in.
 py::tuple strategy_names();
+py::tuple camera_model_names();
+py::tuple isa_names();
 
 }  // namespace maxlogdet::python

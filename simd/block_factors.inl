@@ -112,12 +112,12 @@ inline void add(const Symmetric& from, Symmetric& to) {
 
 // R Sigma_p R^T.
 inline Symmetric in_camera_frame(const double* T_cw, const Doubles (&s)[6]) {
-  constexpr int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};  // of Sigma_p
-  Doubles rows[3][3];                                          // R Sigma_p
+  Doubles rows[3][3];  // R Sigma_p
   for (int a = 0; a < 3; ++a) {
     const double* const r = T_cw + 4 * a;
     for (int c = 0; c < 3; ++c) {
-      rows[a][c] = Doubles(r[0]) * s[at[0][c]] + Doubles(r[1]) * s[at[1][c]] + Doubles(r[2]) * s[at[2][c]];
+      rows[a][c] = Doubles(r[0]) * s[symmetric_entry[0][c]] + Doubles(r[1]) * s[symmetric_entry[1][c]] +
+                   Doubles(r[2]) * s[symmetric_entry[2][c]];
     }
   }
   const auto entry = [&](int a, int b) {
@@ -220,7 +220,6 @@ inline Doubles norms_along_ray(const Factor<Rows>& factor, const Doubles& x, con
 template <ThirdRow third, int Rows>
 inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                                const Mask& has_third, Factor<Rows>& factor) {
-  constexpr double root_half = 0.70710678118654752;
   const Doubles zero(0.0);
   const Doubles inverse_z = Doubles(1.0) / p.z;
   Mask is_definite(true);

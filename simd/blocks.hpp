@@ -65,7 +65,7 @@ struct BlockOutput {
   std::uint32_t first_index;
 
   int rows_written;
-  int rows;            ///< of the tallest valid block, 0 if none is valid
+  int rows;            ///< of the valid block with most rows, 0 if none is valid
   bool is_factored;    ///< whether the blocks are A [ I | -[p]x ] with an upper triangular A
   std::size_t stored;  ///< valid ones
   std::size_t unusable;

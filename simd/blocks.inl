@@ -105,12 +105,12 @@ template <BlockWeighting weighting, ThirdRow third, class AnyBatch>
   }
 }
 
-// Both set `is_any_tall` if a stored block has a third row.
+// Both set `has_three_rows` if a stored block has a third row.
 
 // A whole pack of valid matches.
 template <BlockWeighting weighting, ThirdRow third>
 [[gnu::always_inline]] inline void append_pack(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
-                                               bool& is_any_tall, BlockOutput& output) {
+                                               bool& has_three_rows, BlockOutput& output) {
   float* const planes = output.planes + output.stored;
   std::uint32_t* const indices = output.indices + output.stored;
   store(pack.h, planes, output.stride);
@@ -120,13 +120,13 @@ template <BlockWeighting weighting, ThirdRow third>
     output.validity[numbers[lane]] = 1;
   }
   output.stored += double_lanes;
-  is_any_tall = is_any_tall || (third != ThirdRow::none && xsimd::any(pack.has_third));
+  has_three_rows = has_three_rows || (third != ThirdRow::none && xsimd::any(pack.has_third));
 }
 
 // The valid ones of the first `used` lanes, by way of a copy.
 template <BlockWeighting weighting, ThirdRow third>
 [[gnu::always_inline]] inline void append_lanes(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
-                                                std::size_t used, bool& is_any_tall, BlockOutput& output) {
+                                                std::size_t used, bool& has_three_rows, BlockOutput& output) {
   constexpr std::size_t entries = std::size_t{BlockPack<weighting, third>::rows} * dimension;
   float* const planes = output.planes + output.stored;
   std::uint32_t* const indices = output.indices + output.stored;
@@ -135,7 +135,7 @@ template <BlockWeighting weighting, ThirdRow third>
   store(pack.h, copy, double_lanes);
   store_point(pack.p, point, double_lanes);
   const std::uint32_t valid_lanes = lanes_of(pack.valid & are_held(pack.h));
-  const std::uint32_t tall_lanes = lanes_of(pack.has_third);
+  const std::uint32_t three_row_lanes = lanes_of(pack.has_third);
   const std::uint32_t singular_lanes = lanes_of(pack.is_singular);
   const std::uint32_t unsound_lanes = pack.is_world ? 0U : lanes_of(!pack.valid);
   std::size_t kept = 0;
@@ -149,7 +149,7 @@ template <BlockWeighting weighting, ThirdRow third>
     }
     indices[kept++] = output.first_index + numbers[lane];
     output.validity[numbers[lane]] = 1;
-    is_any_tall = is_any_tall || (tall_lanes >> lane & 1U) != 0;
+    has_three_rows = has_three_rows || (three_row_lanes >> lane & 1U) != 0;
   }
   output.stored += kept;
 }
@@ -160,9 +160,9 @@ inline void clear(BlockOutput& output, std::size_t size) {
   std::memset(output.validity, 0, size);
 }
 
-inline void summarise(std::size_t rows, bool is_any_tall, bool is_factored, BlockOutput& output) {
+inline void summarise(std::size_t rows, bool has_three_rows, bool is_factored, BlockOutput& output) {
   output.rows_written = static_cast<int>(rows);
-  output.rows = output.stored == 0 ? 0 : (is_any_tall ? 3 : 2);
+  output.rows = output.stored == 0 ? 0 : (has_three_rows ? 3 : 2);
   for (std::size_t column = 0; column < dimension; ++column) {
     float largest = 0;
     for (std::size_t row = 0; row < rows; ++row) {
@@ -183,7 +183,7 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   BlockInput input = given;
   input.T_cw = pose;
   std::conditional_t<is_general, SeenBatch, Batch> batch;
-  bool is_any_tall = Pack::is_world;
+  bool has_three_rows = Pack::is_world;
   clear(output, input.size);
   for (std::size_t next = 0; next < input.size;) {
     next = list_usable(input, next, batch, output);
@@ -199,13 +199,13 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
       Pack pack;
       build_pack(input, batch, i, pack);
       if (used == double_lanes && xsimd::all(pack.valid) && all_surely_held(pack.h)) {
-        append_pack(pack, batch.number + i, is_any_tall, output);
+        append_pack(pack, batch.number + i, has_three_rows, output);
       } else {
-        append_lanes(pack, batch.number + i, used, is_any_tall, output);
+        append_lanes(pack, batch.number + i, used, has_three_rows, output);
       }
     }
   }
-  summarise(Pack::rows, is_any_tall, Pack::is_factored, output);
+  summarise(Pack::rows, has_three_rows, Pack::is_factored, output);
 }
 
 template <BlockWeighting weighting, bool is_general>

@@ -8,7 +8,7 @@ using maxlogdet::simd::CameraInput;
 using maxlogdet::simd::Derivative;
 
 // Why a match has no J; a double, as all else of a batch.
-constexpr double is_seen = 0;
+constexpr double is_accepted = 0;
 constexpr double is_behind = 1;
 constexpr double is_too_near = 2;
 constexpr double has_no_jacobian = 3;
@@ -16,7 +16,7 @@ constexpr double has_no_jacobian = 3;
 struct SeenBatch : Batch {
   alignas(64) double camera[batch_size];  // its number
   std::uint64_t cameras[4];               // a bit for each that sees a match
-  alignas(64) double sight[batch_size];
+  alignas(64) double refusal[batch_size];
   alignas(64) double jacobian[9][batch_size];  // first the caller's by p_c, 2 x 3, then J by p_b, 3 x 3
   alignas(64) double ray[3][batch_size];       // from the camera to the point, in the body's axes; map_bias_world
 };
@@ -43,12 +43,14 @@ inline Derivative<Doubles> derivative_of(const CameraInput& camera, const Point&
 }
 
 // d (u, v) / d p_c as rows 0 and 1; returns why there is none.
-inline Doubles see(const BlockInput& input, const CameraInput& camera, const SeenBatch& batch, std::size_t i,
-                   const Point& p, Doubles (&rows)[3][3]) {
+inline Doubles linearise(const BlockInput& input, const CameraInput& camera, const SeenBatch& batch, std::size_t i,
+                         const Point& p, Doubles (&rows)[3][3]) {
   const Doubles zero(0.0);
   const Doubles min_depth(input.min_depth);
-  Doubles sight(is_seen);
-  const auto refuse = [&](const Mask& where, double reason) { sight = xsimd::select(where, Doubles(reason), sight); };
+  Doubles refusal(is_accepted);
+  const auto refuse = [&](const Mask& where, double reason) {
+    refusal = xsimd::select(where, Doubles(reason), refusal);
+  };
   if (input.jacobians != nullptr) {
     Mask is_given(true);
     for (int e = 0; e < 6; ++e) {
@@ -58,7 +60,7 @@ inline Doubles see(const BlockInput& input, const CameraInput& camera, const See
     refuse(!is_given, has_no_jacobian);
     refuse(p.z < min_depth, is_too_near);
     refuse(p.z <= zero, is_behind);
-    return sight;
+    return refusal;
   }
   const Derivative<Doubles> image = derivative_of(camera, p);
   for (int e = 0; e < 3; ++e) {
@@ -68,11 +70,11 @@ inline Doubles see(const BlockInput& input, const CameraInput& camera, const See
   const Doubles depth = camera.is_depth_along_z ? p.z : xsimd::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
   refuse(depth < min_depth, is_too_near);
   refuse(!image.exists, is_behind);
-  return sight;
+  return refusal;
 }
 
 // H_p^n^-1 [J; 0] by p_c, as map_bias_factor has it for a pinhole; returns why there is none.
-inline Doubles see_bias(const BlockInput& input, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
+inline Doubles linearise_bias(const BlockInput& input, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
   const Doubles zero(0.0);
   const Doubles one(1.0);
   const Doubles inverse_z = one / p.z;
@@ -80,7 +82,7 @@ inline Doubles see_bias(const BlockInput& input, const Point& p, const Mask& has
   rows[0][1] = rows[1][0] = zero;
   rows[0][2] = xsimd::select(has_third, zero, negated(p.x * inverse_z));
   rows[1][2] = xsimd::select(has_third, zero, negated(p.y * inverse_z));
-  const Doubles near = xsimd::select(p.z < Doubles(input.min_depth), Doubles(is_too_near), Doubles(is_seen));
+  const Doubles near = xsimd::select(p.z < Doubles(input.min_depth), Doubles(is_too_near), Doubles(is_accepted));
   return xsimd::select(p.z <= zero, Doubles(is_behind), near);
 }
 
@@ -88,7 +90,6 @@ inline Doubles see_bias(const BlockInput& input, const Point& p, const Mask& has
 // sqrt(2), as in measurement_factor.
 template <BlockWeighting weighting, ThirdRow third>
 inline void add_third(const CameraInput& camera, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
-  constexpr double root_half = 0.70710678118654752;
   const Doubles zero(0.0);
   rows[2][0] = rows[2][1] = zero;
   rows[2][2] = xsimd::select(has_third, Doubles(1.0), zero);
@@ -103,11 +104,11 @@ inline void add_third(const CameraInput& camera, const Point& p, const Mask& has
 // From derivatives by p_c to derivatives by p_b.
 inline void rotate_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
   for (auto& row : rows) {
-    Doubles turned[3];
+    Doubles rotated[3];
     for (int j = 0; j < 3; ++j) {
-      turned[j] = row[0] * Doubles(T_cb[j]) + row[1] * Doubles(T_cb[4 + j]) + row[2] * Doubles(T_cb[8 + j]);
+      rotated[j] = row[0] * Doubles(T_cb[j]) + row[1] * Doubles(T_cb[4 + j]) + row[2] * Doubles(T_cb[8 + j]);
     }
-    for (int j = 0; j < 3; ++j) row[j] = turned[j];
+    for (int j = 0; j < 3; ++j) row[j] = rotated[j];
   }
 }
 
@@ -118,7 +119,7 @@ inline void put(const Doubles& values, const Mask& mask, double* to) {
 
 // J of the matches of one camera; the batch's points are p_b.
 template <BlockWeighting weighting, ThirdRow third>
-inline void see_with(const BlockInput& input, std::size_t number, SeenBatch& batch) {
+inline void linearise_with(const BlockInput& input, std::size_t number, SeenBatch& batch) {
   constexpr bool is_by_map = weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
   const CameraInput& camera = input.cameras[number];
   const double* const T = camera.T_cb;
@@ -131,10 +132,11 @@ inline void see_with(const BlockInput& input, std::size_t number, SeenBatch& bat
     Point p = load_point(batch, i);
     if (input.is_rig) p = transform(T, p);
     Doubles rows[3][3];
-    const Doubles sight = is_by_map ? see_bias(input, p, has_third, rows) : see(input, camera, batch, i, p, rows);
+    const Doubles refusal =
+        is_by_map ? linearise_bias(input, p, has_third, rows) : linearise(input, camera, batch, i, p, rows);
     add_third<weighting, third>(camera, p, has_third, rows);
     if (input.is_rig) rotate_to_body(T, rows);
-    put(sight, is_its, batch.sight + i);
+    put(refusal, is_its, batch.refusal + i);
     for (int e = 0; e < 9; ++e) put(rows[e / 3][e % 3], is_its, batch.jacobian[e] + i);
     for (int d = 0; weighting == BlockWeighting::map_bias_world && d < 3; ++d) {
       const Doubles along = Doubles(T[d]) * p.x + Doubles(T[4 + d]) * p.y + Doubles(T[8 + d]) * p.z;
@@ -164,17 +166,17 @@ inline void see_and_filter(const BlockInput& input, SeenBatch& batch, BlockOutpu
   }
   for (std::size_t word = 0; word < 4; ++word) {
     for (std::uint64_t rest = batch.cameras[word]; rest != 0; rest &= rest - 1) {
-      see_with<weighting, third>(input, 64 * word + static_cast<std::size_t>(__builtin_ctzll(rest)), batch);
+      linearise_with<weighting, third>(input, 64 * word + static_cast<std::size_t>(__builtin_ctzll(rest)), batch);
     }
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; ++i) {
     if ((finite[i / double_lanes] >> (i % double_lanes) & 1U) == 0) continue;
-    output.behind_camera += batch.sight[i] == is_behind ? 1 : 0;
-    output.too_near += batch.sight[i] == is_too_near ? 1 : 0;
-    output.invalid_jacobians += batch.sight[i] == has_no_jacobian ? 1 : 0;
+    output.behind_camera += batch.refusal[i] == is_behind ? 1 : 0;
+    output.too_near += batch.refusal[i] == is_too_near ? 1 : 0;
+    output.invalid_jacobians += batch.refusal[i] == has_no_jacobian ? 1 : 0;
     kept[count] = static_cast<std::uint32_t>(i);
-    count += batch.sight[i] == is_seen && is_weighable(input, batch, i) ? 1 : 0;
+    count += batch.refusal[i] == is_accepted && is_weighable(input, batch, i) ? 1 : 0;
   }
   if (count == batch.count) return;
   keep_matches(batch, kept, count);

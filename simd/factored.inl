@@ -120,7 +120,7 @@ inline void take_larger_columns(const FactoredBlock& b, Floats (&largest)[dimens
 
 bool factored_max(const Planes& planes, std::size_t count, double* column_max) {
   constexpr double largest_held = 1e15;
-  constexpr double room = 1 + 1e-6;  // for the roundings of sums and products
+  constexpr double room = 1 + maxlogdet::simd::sum_room;
   Floats columns[dimension];
   for (Floats& pack : columns) pack = Floats(0.0F);
   Floats farthest(0.0F);

@@ -3,6 +3,7 @@
 
 #include "simd/blocks.hpp"
 #include "simd/rounding.hpp"
+#include "simd/upper_line.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -81,16 +82,16 @@ using ScreenBetween = ScreenedTiles (*)(const Tiles& tiles, const float* inverse
                                         std::size_t tile_count, std::size_t part, std::size_t parts, float lower,
                                         float upper, std::uint32_t* list, float* relative_gains, float* highest);
 
-/// A round of lazy greedy. Tiles with a bound of at least `clearly` > 0 are screened first, then those that may hold
-/// the best candidate nevertheless; then survivors are listed, and the bounds of screened tiles updated.
+/// A round of lazy greedy. Tiles with a bound of at least `first_threshold` > 0 are screened first, then those that may
+/// hold the best candidate nevertheless; then survivors are listed, and the bounds of screened tiles updated.
 struct PromisingRound {
   std::size_t tile_count;
-  float clearly;
-  double slope, offset;      ///< an exact relative gain is at most slope * (that of float32) + offset
-  double nearest, farthest;  ///< the relative gains between which that bound is tight: if the best is not between them,
-                             ///< the caller has to finish the round
-  double drift;              ///< 1 + an exact relative gain is at most (1 + drift) (1 + the stale bound of its tile)
-  float* bounds;             ///< per tile; this and the following are read and written
+  float first_threshold;
+  UpperLine line;                   ///< above exact relative gains
+  double tight_above, tight_below;  ///< the relative gains between which it is tight: if the best is not between them,
+                                    ///< the caller has to finish the round
+  double drift;   ///< 1 + an exact relative gain is at most (1 + drift) (1 + the stale bound of its tile)
+  float* bounds;  ///< per tile; this and the following are read and written
   float* relative_gains;
   float* highest;
   std::uint32_t* list;   ///< screened tiles
@@ -105,9 +106,6 @@ struct PromisingRound {
   float highest_bound = -1;  ///< the largest of `bounds`, updated
 };
 using ScreenPromising = void (*)(const Tiles& tiles, const float* inverse_factor, PromisingRound& round);
-
-/// A threshold that every lane with a candidate reaches, and none without (relative gain -1).
-constexpr float any_candidate = -0.5F;
 
 /// Screens with a bound of each candidate's own rounding error (docs/numerics.md): relative_gains and `highest` hold
 /// upper bounds of the exact relative gain, +infinity where float32 overflows; lower[16 t + l] is a lower bound.

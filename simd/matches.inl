@@ -14,6 +14,7 @@ using maxlogdet::simd::ThirdRow;
 using Mask = xsimd::batch_bool<double>;
 
 constexpr double largest_double = 1.7976931348623157e308;
+constexpr double root_half = 0.70710678118654752;
 
 inline Mask is_positive(const Doubles& value) { return (value > Doubles(0.0)) & (value <= Doubles(largest_double)); }
 
@@ -33,6 +34,8 @@ struct Batch {
   alignas(64) double map_covariance[6][batch_size];  // upper triangle, by rows
 };
 constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};  // of 3 x 3, row-major
+// Which of these six is entry (a, b).
+constexpr int symmetric_entry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 inline Doubles load(const double (&values)[batch_size], std::size_t i) { return Doubles::load_aligned(values + i); }
 

@@ -13,6 +13,9 @@ namespace simd {
 constexpr double float_unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
 constexpr double double_unit_roundoff = std::numeric_limits<double>::epsilon() / 2;
 
+/// Relative room for the roundings of a few float32 sums and products.
+constexpr double sum_room = 1e-6;
+
 /// Bounds are kept as float32, rounded up, and thresholds are rounded down: the next float32 at or beyond a value, with
 /// room for the few roundings that lead to it. Always inlined, so that no unit of wide instructions exports them.
 constexpr double bound_room = 5e-7;

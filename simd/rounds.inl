@@ -63,15 +63,6 @@ float largest(const float* values, std::size_t count) {
   return largest_lane(maxima);
 }
 
-// The next float below a value that is not zero.
-inline float next_below(float value) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits = value > 0 ? bits - 1 : bits + 1;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
 // The proofs of what follows are in docs/numerics.md.
 
 // Screens the tiles with lower <= bound <= upper. Returns whether the bound by slope and offset is tight for the best.
@@ -84,15 +75,13 @@ inline bool screen_down_to(const Tiles& tiles, const float* w, float lower, floa
   const float best = screen<form>(tiles, w, list, count, round.relative_gains, round.highest);
   round.best = best > round.best ? best : round.best;
   const auto relative_gain = static_cast<double>(round.best);
-  round.assured = relative_gain - ((round.slope - 1) * relative_gain + round.offset);
-  return relative_gain > round.nearest && relative_gain < round.farthest;
+  round.assured = round.line.at_least(relative_gain);
+  return relative_gain > round.tight_above && relative_gain < round.tight_below;
 }
 
 template <Form form>
 inline void list_survivors_of_round(const Tiles& tiles, PromisingRound& round) {
-  // In float32 a survivor has at least (assured - offset) / slope, and 1 / slope >= 2 - slope.
-  const double bound = (round.assured - round.offset) * (round.slope < 2 ? 2 - round.slope : 0);
-  const float threshold = bound > 0 ? rounded_down(bound) : maxlogdet::simd::any_candidate;
+  const float threshold = round.line.survivor_threshold(round.assured);
   std::size_t holders = 0;  // tiles with survivors, usually one
   std::uint32_t holder = 0;
   for (std::size_t j = 0; j < round.listed; ++j) {
@@ -108,11 +97,10 @@ inline void list_survivors_of_round(const Tiles& tiles, PromisingRound& round) {
 }
 
 inline void update_bounds(PromisingRound& round) {
-  const float slope = rounded_up(round.slope * (1 + 1e-6));
-  const float offset = rounded_up(round.offset);
+  const TileLine line = rounded_up(round.line);
   for (std::size_t j = 0; j < round.listed; ++j) {
     const std::uint32_t tile = round.list[j];
-    round.bounds[tile] = round.highest[tile] < 0 ? -1.0F : slope * round.highest[tile] + offset;
+    round.bounds[tile] = line.at(round.highest[tile]);
   }
   round.highest_bound = largest(round.bounds, round.tile_count);
 }
@@ -120,11 +108,10 @@ inline void update_bounds(PromisingRound& round) {
 template <Form form>
 void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  if (!screen_down_to<form>(tiles, w, round.clearly, infinity, round)) return;
-  const double stale = round.assured > 0 ? round.assured - (1 + round.assured) * round.drift : 0;
-  const float threshold = stale > 0 ? rounded_down(stale) : maxlogdet::simd::any_candidate;
-  const bool is_lower = threshold < round.clearly;
-  if (is_lower && !screen_down_to<form>(tiles, w, threshold, next_below(round.clearly), round)) return;
+  if (!screen_down_to<form>(tiles, w, round.first_threshold, infinity, round)) return;
+  const float threshold = stale_threshold(round.assured, round.drift);
+  const bool is_lower = threshold < round.first_threshold;
+  if (is_lower && !screen_down_to<form>(tiles, w, threshold, next_below(round.first_threshold), round)) return;
   round.is_done = true;
   list_survivors_of_round<form>(tiles, round);
   update_bounds(round);

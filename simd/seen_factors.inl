@@ -36,7 +36,6 @@ struct Mapped {
 template <int Rows>
 inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::size_t i,
                              const Doubles (&rows)[Rows][3]) {
-  constexpr int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};  // of Sigma_p
   const auto dot = [](const Doubles* a, const Doubles* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
   Mapped<Rows> mapped;
   Doubles world[Rows][3];    // J R
@@ -53,7 +52,8 @@ inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::s
     }
     for (int j = 0; j < 3; ++j) {
       product[a][j] = is_round ? world[a][j] * variance
-                               : world[a][0] * s[at[0][j]] + world[a][1] * s[at[1][j]] + world[a][2] * s[at[2][j]];
+                               : world[a][0] * s[symmetric_entry[0][j]] + world[a][1] * s[symmetric_entry[1][j]] +
+                                     world[a][2] * s[symmetric_entry[2][j]];
     }
     mapped.norms[a] = xsimd::abs(world[a][0]) + xsimd::abs(world[a][1]) + xsimd::abs(world[a][2]);
     for (int b = 0; b <= a; ++b) mapped.entries[a][b] = dot(product[a], world[b]);
@@ -125,9 +125,9 @@ template <int Rows>
 inline void rotate_rows(int a, int b, int column, Doubles (&rows)[Rows][3]) {
   const Doubles zero(0.0);
   const Doubles norm = xsimd::sqrt(rows[a][column] * rows[a][column] + rows[b][column] * rows[b][column]);
-  const Mask is_turned = norm > zero;
-  const Doubles cosine = xsimd::select(is_turned, rows[a][column] / norm, Doubles(1.0));
-  const Doubles sine = xsimd::select(is_turned, rows[b][column] / norm, zero);
+  const Mask is_nonzero = norm > zero;
+  const Doubles cosine = xsimd::select(is_nonzero, rows[a][column] / norm, Doubles(1.0));
+  const Doubles sine = xsimd::select(is_nonzero, rows[b][column] / norm, zero);
   rows[a][column] = norm;
   for (int j = column + 1; j < 3; ++j) {
     const Doubles kept = rows[a][j];

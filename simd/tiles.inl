@@ -68,7 +68,7 @@ void column_max(const float* tiles, std::size_t tile_count, double* largest) {
       }
     }
   }
-  constexpr double room = form == factored ? 1 + 1e-6 : 1;  // for the roundings of sums and products
+  constexpr double room = form == factored ? 1 + maxlogdet::simd::sum_room : 1;
   for (int column = 0; column < dimension; ++column) {
     largest[column] = room * static_cast<double>(largest_lane(columns[column]));
   }

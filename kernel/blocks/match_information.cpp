@@ -30,7 +30,7 @@ bool add_third(const Camera& camera, ThirdMeasurement third, double depth, Matri
 }
 
 // d (u, v, third) / d p_c; false if the point has no image.
-bool see(const Camera& camera, const double* p_c, const MatchNoise& noise, Matrix& rows) noexcept {
+bool linearise(const Camera& camera, const double* p_c, const MatchNoise& noise, Matrix& rows) noexcept {
   double uv[2], of_camera[6];
   const double* jacobian = noise.jacobian;
   if (jacobian == nullptr) {
@@ -123,7 +123,7 @@ bool whiten(const Camera& camera, const RigidTransform& T_cw, const double* p_w,
   T_cw.transform(p_w, p_c);
   Matrix rows, covariance, S;
   if (!are_known(noise) || check(camera, noise.jacobian != nullptr, noise.third) != BlockStatus::ok) return false;
-  if (!is_rigid(T_cw) || !see(camera, p_c, noise, rows)) return false;
+  if (!is_rigid(T_cw) || !linearise(camera, p_c, noise, rows)) return false;
   rotate_to_world(T_cw, count, rows);
   read_covariance(noise, covariance);
   map_rows(rows, count, covariance, S);

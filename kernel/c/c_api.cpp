@@ -3,15 +3,16 @@
 #include <maxlogdet/maxlogdet.h>
 #include <maxlogdet/maxlogdet.hpp>
 
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/camera_checks.hpp"
 #include "kernel/c/c_structs.hpp"
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <vector>
 
+using maxlogdet::not_a_number;
 using maxlogdet::c_api::read;
 using maxlogdet::c_api::to_c;
 
@@ -44,7 +45,6 @@ maxlogdet_status with_memory(const Work& work) noexcept {
 }
 
 // Returned where there is no handle, or where an argument is invalid.
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGUMENT,
                                                    MAXLOGDET_STRATEGY_LAZY_GREEDY,
                                                    0,

@@ -51,6 +51,11 @@ static_assert(is_same(MAXLOGDET_THIRD_MEASUREMENT_NONE, ThirdMeasurement::none) 
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_STEREO, ThirdMeasurement::stereo) &&
                   is_same(MAXLOGDET_THIRD_MEASUREMENT_DEPTH, ThirdMeasurement::depth),
               "values of the C API are permanent: a new ThirdMeasurement goes to the end");
+static_assert(is_same(MAXLOGDET_CAMERA_MODEL_PINHOLE, CameraModel::pinhole) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_RADIAL_TANGENTIAL, CameraModel::radial_tangential) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_KANNALA_BRANDT, CameraModel::kannala_brandt) &&
+                  is_same(MAXLOGDET_CAMERA_MODEL_DOUBLE_SPHERE, CameraModel::double_sphere),
+              "values of the C API are for ever: a new CameraModel goes to the end, and a test finds its enumerator");
 static_assert(is_same(MAXLOGDET_BLOCK_STATUS_OK, BlockStatus::ok) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS, BlockStatus::singular_rays) &&
                   is_same(MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA, BlockStatus::invalid_camera) &&

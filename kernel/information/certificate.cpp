@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/certificate.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/information/information_mixture.hpp"
 #include "simd/rounding.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
 
 using simd::double_unit_roundoff;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 // Rounding error of the sums in units of 2^-53, relative to the magnitudes of their terms (docs/numerics.md).
 constexpr double sum_errors = 128;
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/base/limits.hpp"
 #include "simd/kernel.hpp"
 #include "threading/team.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 
 namespace maxlogdet {
@@ -76,8 +76,7 @@ class Evaluator {
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           lists[chunk] = list + first + simd::tile_size * chunk;
-          counts[chunk] = kernel_.list_between(values + first, size, 0, 1, threshold,
-                                               std::numeric_limits<float>::infinity(), lists[chunk]);
+          counts[chunk] = kernel_.list_between(values + first, size, 0, 1, threshold, float_infinity, lists[chunk]);
           for (std::size_t j = 0; j < counts[chunk]; ++j) lists[chunk][j] += static_cast<std::uint32_t>(first);
         });
     std::size_t found = counts[0];

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/information_factor.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "simd/rounding.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -132,8 +132,7 @@ bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*
     norm /= std::sqrt(share);  // an upper bound: M - h^T h >= share M
     const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
     const bool is_known = 4 * uncertainty < max_required_share;
-    relative_error_ =
-        is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : std::numeric_limits<double>::infinity();
+    relative_error_ = is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : infinity;
   }
   norm_ = inverse_norm();
   narrow();

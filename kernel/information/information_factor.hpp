@@ -16,6 +16,9 @@ constexpr double default_prior_information = 1e-5;
 constexpr double large_error = 1e-6;
 /// The error f from which on it no longer bounds gains.
 constexpr double hopeless_error = 0.125;
+/// Values of the exact information and of a factor of error f differ by at most this times f, relative and per row
+/// (docs/numerics.md).
+constexpr double drift_of_error = 2.5;
 
 /// The information M = prior + sum of h^T h over the rows added, kept as the inverse W = L^-1 of its Cholesky factor
 /// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T.

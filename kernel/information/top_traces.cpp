@@ -101,7 +101,7 @@ std::size_t list_contenders(const Problem& problem, const double* w, std::size_t
   const double error = unit_error * float_unit_roundoff + underflow_error;
   const double root =
       std::sqrt(static_cast<double>(threshold)) * (1 - 2 * sum_errors * float_unit_roundoff) - 2 * error;
-  const float min_trace = root > 0 ? static_cast<float>(root * root * (1 - 1e-6)) : 0.0F;
+  const float min_trace = root > 0 ? static_cast<float>(root * root * (1 - simd::sum_room)) : 0.0F;
   return problem.evaluator.list_at_least(memory.traces, n, min_trace, contenders);
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/error_bounds.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/information/whitened_rows.hpp"
 #include "simd/rounding.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -37,10 +37,10 @@ bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volu
 
 void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest_bound) noexcept {
   const double f = factor.relative_error();
-  drift_ = f < hopeless_error ? 2.5 * rows_ * f : std::numeric_limits<double>::infinity();
+  drift_ = f < hopeless_error ? drift_of_error * rows_ * f : infinity;
   // Once the error is small, the wider bound of an earlier round suffices.
   may_last = may_last && !with_care_ && is_small() && drift_ < small_drift;
-  const bool is_outdated = highest_bound < outdated_share * highest_then_ || drift_ > drift_limit_;
+  const bool is_outdated = highest_bound < outdated_share * highest_when_bounded_ || drift_ > drift_limit_;
   is_new_ = !(may_last && is_lasting_) || is_outdated;
   if (!is_new_) return;
   is_lasting_ = may_last;
@@ -85,20 +85,14 @@ void ErrorBounds::tighten(double highest_bound) noexcept {
 // tangent, which is nowhere below it.
 void ErrorBounds::set_tangent(double relative_gain) noexcept {
   if (with_care_) {  // the values evaluated are bounds already
-    slope_ = 1;
-    offset_ = 0;
+    line_ = {};
     return;
   }
   tangent_ = relative_gain;
   const double root = std::sqrt(1 + relative_gain);
   const double error = volume_error_ * shrink_;
-  slope_ = 1 + error / root;
-  offset_ = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
-}
-
-ErrorBounds::Line ErrorBounds::upper_line() const noexcept {
-  constexpr double room = 1 + 1e-6;  // for the rounding of the line and of its values
-  return {simd::rounded_up(slope_ * room), simd::rounded_up(offset_)};
+  line_.slope = 1 + error / root;
+  line_.offset = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
 }
 
 }  // namespace maxlogdet

@@ -3,16 +3,17 @@
 
 #include "kernel/information/information_factor.hpp"
 #include "simd/kernel.hpp"
+#include "simd/upper_line.hpp"
 
 #include <algorithm>
 
 namespace maxlogdet {
 
 /// Bounds of the error of float32 relative gains, for any candidate: the proof of docs/numerics.md as code.
-/// An exact relative gain is at most slope() * (its float32 value) + offset(), a tangent that is tight near one value.
+/// line() is above exact relative gains: a tangent that is tight near one value.
 ///
 /// One bound serves all candidates as long as it separates them. Where it does not, screening is done *with care*: each
-/// candidate has an upper and a lower bound of its own, and slope and offset are those of the identity.
+/// candidate has an upper and a lower bound of its own, and line() is the identity.
 class ErrorBounds {
  public:
   /// `column_max`: the maximum |entry| of each column over all rows, as simd::ColumnMax for this form.
@@ -38,24 +39,21 @@ class ErrorBounds {
   /// Keeps them as they are, for a `highest_bound` that proves nothing.
   void keep_wide(double highest_bound) noexcept {
     drift_limit_ = 2 * drift_;
-    highest_then_ = static_cast<float>(highest_bound);
+    highest_when_bounded_ = static_cast<float>(highest_bound);
   }
 
   /// Makes the tangent tight near this relative gain.
   void set_tangent(double relative_gain) noexcept;
   /// Whether the tangent is tight at this relative gain.
   bool is_tight_at(double relative_gain) const noexcept {
-    return relative_gain > nearest() && relative_gain < farthest();
+    return relative_gain > tight_above() && relative_gain < tight_below();
   }
-  double nearest() const noexcept { return (1 + tangent_) / far_from_tangent - 1; }
-  double farthest() const noexcept { return (1 + tangent_) * far_from_tangent - 1; }
+  double tight_above() const noexcept { return (1 + tangent_) / far_from_tangent - 1; }
+  double tight_below() const noexcept { return (1 + tangent_) * far_from_tangent - 1; }
 
-  double slope() const noexcept { return slope_; }
-  double offset() const noexcept { return offset_; }
-  double at_most(double relative_gain) const noexcept { return slope_ * relative_gain + offset_; }
-  double at_least(double relative_gain) const noexcept {
-    return relative_gain - ((slope_ - 1) * relative_gain + offset_);
-  }
+  const simd::UpperLine& line() const noexcept { return line_; }
+  /// Restores a line() of before.
+  void restore(const simd::UpperLine& line) noexcept { line_ = line; }
 
   /// 1 + (an exact relative gain) is at most (1 + drift()) (1 + its stale bound).
   double drift() const noexcept { return drift_; }
@@ -68,23 +66,6 @@ class ErrorBounds {
 
   /// Whether one bound for all candidates is as good as one for each.
   bool is_small() const noexcept;
-
-  /// An upper bound of the exact relative gains of a tile, given its maximum float32 value; -1 if no candidate remains.
-  struct Line {
-    float slope, offset;
-    float at(float highest) const noexcept { return highest < 0 ? -1.0F : slope * highest + offset; }
-  };
-  Line upper_line() const noexcept;
-
-  /// The line, to be restored later.
-  struct Tangent {
-    double slope, offset;
-  };
-  Tangent tangent() const noexcept { return {slope_, offset_}; }
-  void restore(const Tangent& tangent) noexcept {
-    slope_ = tangent.slope;
-    offset_ = tangent.offset;
-  }
 
  private:
   // A tangent of sqrt(1 + relative gain) counts as tight within this factor of 1 + relative gain.
@@ -100,16 +81,16 @@ class ErrorBounds {
   bool is_new_ = true;
   bool is_lasting_ = false;  // the bound of |Y| also holds in later rounds
   bool with_care_ = false;
-  double slope_ = 1, offset_ = 0;
-  double tangent_ = 0;       // the relative gain near which the line is tight
-  double drift_ = 0;         // relative error of det M between this round and any earlier one
-  double row_squares_ = 0;   // upper bound of |y|^2 for every row y of Y
-  double delta_ = 0;         // upper bound of the error of every row of Y
-  double volume_error_ = 0;  // E of docs/numerics.md: error of sqrt(det) of any candidate
-  double shrink_ = 0;        // min(1, |y|): the share of it that affects a relative gain
-  double minors_error_ = 0;  // error of any relative gain, from the arithmetic after Y
-  double drift_limit_ = 0;   // the maximum drift for which the bounds hold
-  float highest_then_ = 0;   // the highest stale bound when they were computed
+  simd::UpperLine line_;
+  double tangent_ = 0;              // the relative gain near which the line is tight
+  double drift_ = 0;                // relative error of det M between this round and any earlier one
+  double row_squares_ = 0;          // upper bound of |y|^2 for every row y of Y
+  double delta_ = 0;                // upper bound of the error of every row of Y
+  double volume_error_ = 0;         // E of docs/numerics.md: error of sqrt(det) of any candidate
+  double shrink_ = 0;               // min(1, |y|): the share of it that affects a relative gain
+  double minors_error_ = 0;         // error of any relative gain, from the arithmetic after Y
+  double drift_limit_ = 0;          // the maximum drift for which the bounds hold
+  float highest_when_bounded_ = 0;  // the highest stale bound when they were computed
 };
 
 }  // namespace maxlogdet

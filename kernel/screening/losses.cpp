@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/losses.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/candidates.hpp"
 #include "simd/rounding.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -15,7 +15,8 @@ using simd::tile_size;
 
 // A constant of the error analysis in docs/numerics.md, rounded up.
 constexpr double rounding_errors = 256;
-constexpr float infinity = std::numeric_limits<float>::infinity();
+// Relative room for rounding a product to float32.
+constexpr double float_room = 2e-7;
 
 }  // namespace
 
@@ -67,10 +68,10 @@ void Losses::evaluate_between(const InformationFactor& factor, float min_bound, 
 // Evaluates the tile of the minimum stale bound, then every tile that may hold a loss as small as its minimum.
 void Losses::evaluate_lazily(const InformationFactor& factor) noexcept {
   const float highest = kernel_.largest(shared_.bounds, tiles_.tile_count());
-  evaluate_between(factor, highest, infinity);
-  const double threshold = (min_listed() + 2 * rounding_error_) / (1 - 2.5 * factor_error_);
-  const auto lowest = -static_cast<float>(std::min(threshold, 1.0) * (1 + 2e-7));
-  evaluate_between(factor, lowest, std::nextafter(highest, -infinity));
+  evaluate_between(factor, highest, float_infinity);
+  const double threshold = (min_listed() + 2 * rounding_error_) / (1 - drift_of_error * factor_error_);
+  const auto lowest = -static_cast<float>(std::min(threshold, 1.0) * (1 + float_room));
+  evaluate_between(factor, lowest, std::nextafter(highest, -float_infinity));
   keep_bounds();  // not earlier: a tile whose new bound is in the second range would be evaluated twice
 }
 
@@ -84,7 +85,7 @@ void Losses::note_errors(const InformationFactor& factor) noexcept {
 
 // Bounds are lower bounds of the minimum loss, negated, so that the search for the maximum finds the minimum loss.
 void Losses::keep_bound(std::size_t tile) const noexcept {
-  shared_.bounds[tile] = -static_cast<float>(memory_.tile_loss[tile] * (1 - 2e-7));
+  shared_.bounds[tile] = -static_cast<float>(memory_.tile_loss[tile] * (1 - float_room));
 }
 
 void Losses::keep_bounds() const noexcept {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/screening.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/screening/lane_order.hpp"
 
 #include <algorithm>
@@ -11,15 +12,7 @@ namespace maxlogdet {
 using simd::any_candidate;
 using simd::tile_size;
 
-namespace {
-
-constexpr float infinity = std::numeric_limits<float>::infinity();
-
-float just_below(float value) noexcept {
-  return value > 0 ? float_of(bits_of(value) - 1) : std::nextafter(value, -infinity);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 ScreeningMemory::ScreeningMemory(std::size_t capacity)
     : tiles(capacity),
@@ -43,8 +36,8 @@ void Screening::use_listed(const std::uint32_t* candidates, std::size_t count) n
 
 void Screening::order_by_gain(bool find_lanes) noexcept {
   const float top = std::max(0.0F, kernel_.largest(memory_.relative_gains, lanes()));
-  errors_.restore(of_all_);
-  const ErrorBounds::Line line = errors_.upper_line();
+  errors_.restore(line_of_all_);
+  const simd::TileLine line = simd::rounded_up(errors_.line());
   // The highest gain of a tile is below the upper end of its first lane's bucket.
   tiles_.order_by(memory_.relative_gains, top, [&](std::size_t tile, std::uint32_t bucket) {
     const std::int32_t below = static_cast<std::int32_t>(bucket) * (1 << lane_order_shift);
@@ -73,17 +66,17 @@ void Screening::evaluate_all() noexcept {
     lists_all_ = true;
   }
   listed_ = tiles_.tile_count();
-  lowest_listed_ = -infinity;
+  lowest_listed_ = -float_infinity;
   errors_.set_tangent(0);
   evaluate_listed();
-  of_all_ = errors_.tangent();
+  line_of_all_ = errors_.line();
   evaluations_ += tiles_.remaining();
 }
 
 void Screening::evaluate_trial(float min_bound) noexcept {
   const float threshold = std::max(0.0F, min_bound);
   errors_.set_tangent(static_cast<double>(threshold));
-  evaluate_between(threshold, infinity);
+  evaluate_between(threshold, float_infinity);
 }
 
 // First evaluates the tiles whose stale bound reaches about the expected best relative gain, which is predicted from
@@ -92,7 +85,7 @@ void Screening::evaluate_promising(std::size_t k) noexcept {
   const bool is_first_look = listed_ == 0;
   if (is_first_look) {
     if (errors_.is_new()) tighten_errors();
-    const float first_threshold = highest_bound_ < infinity ? share_of_expected() * highest_bound_ : infinity;
+    const float first_threshold = highest_bound_ < float_infinity ? first_share() * highest_bound_ : float_infinity;
     const bool is_alone = evaluator_.team().workers() == 1 && !are_withdrawn_;
     if (k == 1 && first_threshold > 0 && !errors_.with_care() && is_alone) {
       if (evaluate_at_once(first_threshold)) return;
@@ -103,7 +96,7 @@ void Screening::evaluate_promising(std::size_t k) noexcept {
   for (;;) {
     if (k > 1 || !is_first_look) look_again(k);
     // If too few of the listed candidates remain, first one step down.
-    const float step = k == 1 ? share_of_expected() : 0.5F;
+    const float step = k == 1 ? first_share() : 0.5F;
     const float threshold = best_ < 0 ? step * highest_unlisted() : stale_threshold();
     if (!(threshold < lowest_listed_)) break;
     // A little lower than needed: the next rejection may need it.
@@ -113,7 +106,7 @@ void Screening::evaluate_promising(std::size_t k) noexcept {
 
 void Screening::tighten_errors() noexcept {
   const auto highest = static_cast<double>(highest_bound_);
-  const bool is_known = highest_bound_ < infinity;
+  const bool is_known = highest_bound_ < float_infinity;
   is_known ? errors_.tighten(highest) : errors_.keep_wide(highest);
   errors_.set_tangent(is_known ? std::max(0.0, expected_share_ * highest) : 0);
 }
@@ -125,7 +118,7 @@ void Screening::look_again(std::size_t k) noexcept {
 }
 
 void Screening::keep_bounds() noexcept {
-  const ErrorBounds::Line line = errors_.upper_line();
+  const simd::TileLine line = simd::rounded_up(errors_.line());
   const std::uint32_t* const list = memory_.list;
   const float* const highest = memory_.highest;
   float* const bounds = memory_.bounds;
@@ -136,7 +129,7 @@ void Screening::keep_bounds() noexcept {
 
 void Screening::end_round() noexcept {
   if (!are_bounds_kept_) keep_bounds();
-  if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < infinity) {
+  if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
     // After rejections best_ is that of the remaining candidates: the next round should start as low.
     const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
     expected_share_ += 0.5 * (found - expected_share_);
@@ -151,18 +144,15 @@ void Screening::learn_from(float best) noexcept {
   if (errors_.with_care() || best_ < 0) return;
   const auto relative_gain = static_cast<double>(best_);
   if (!errors_.is_tight_at(relative_gain)) errors_.set_tangent(relative_gain);
-  assured_ = std::max(assured_, errors_.at_least(relative_gain));
+  assured_ = std::max(assured_, errors_.line().at_least(relative_gain));
 }
 
 // Tiles whose stale bound is below this threshold are excluded.
-float Screening::stale_threshold() const noexcept {
-  const double threshold = assured_ > 0 ? assured_ - (1 + assured_) * errors_.drift() : 0;
-  return threshold > 0 ? simd::rounded_down(threshold) : any_candidate;
-}
+float Screening::stale_threshold() const noexcept { return simd::stale_threshold(assured_, errors_.drift()); }
 
 // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no other
 // tile is needed.
-float Screening::share_of_expected() const noexcept {
+float Screening::first_share() const noexcept {
   return static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
 }
 
@@ -219,11 +209,12 @@ void Screening::evaluate_listed() noexcept {
 
 // Evaluates every tile of at least this stale bound that is not listed yet.
 void Screening::evaluate_down_to(float min_bound) noexcept {
-  evaluate_between(min_bound, listed_ == 0 ? infinity : just_below(lowest_listed_));
+  evaluate_between(min_bound, listed_ == 0 ? float_infinity : simd::next_below(lowest_listed_));
   lowest_listed_ = min_bound;
 }
 
-// Lists and evaluates every `chunks`-th pack of tiles, from pack `chunk` on, whose stale bound is in this range.
+// Lists and evaluates those tiles of every `chunks`-th run of 16, from run `chunk` on, whose stale bound is in this
+// range.
 simd::ScreenedTiles Screening::screen_between(float min_bound, float max_bound, std::uint32_t chunk,
                                               std::uint32_t chunks, std::uint32_t* list) noexcept {
   const std::size_t tile_count = tiles_.tile_count();
@@ -243,8 +234,8 @@ void Screening::evaluate_between(float min_bound, float max_bound) noexcept {
   constexpr std::size_t min_tiles = 256;  // per chunk: most of them are not evaluated
   const std::size_t tile_count = tiles_.tile_count();
   const std::uint32_t chunks = evaluator_.team().chunks_of(tile_count, min_tiles);
-  const std::size_t packs = (tile_count + tile_size - 1) / tile_size;
-  const std::size_t room = chunks == 1 ? 0 : (packs / chunks + 2) * tile_size;  // in the list, for each chunk
+  const std::size_t runs = (tile_count + tile_size - 1) / tile_size;
+  const std::size_t room = chunks == 1 ? 0 : (runs / chunks + 2) * tile_size;  // in the list, for each chunk
   lists_all_ = false;
   std::uint32_t* const list = memory_.list + listed_;
   evaluator_.team().for_chunks(chunks, [&](std::uint32_t chunk) {
@@ -269,11 +260,10 @@ void Screening::evaluate_between(float min_bound, float max_bound) noexcept {
 bool Screening::evaluate_at_once(float first_threshold) noexcept {
   simd::PromisingRound round{};
   round.tile_count = tiles_.tile_count();
-  round.clearly = first_threshold;
-  round.slope = errors_.slope();
-  round.offset = errors_.offset();
-  round.nearest = errors_.nearest();
-  round.farthest = errors_.farthest();
+  round.first_threshold = first_threshold;
+  round.line = errors_.line();
+  round.tight_above = errors_.tight_above();
+  round.tight_below = errors_.tight_below();
   round.drift = errors_.drift();
   round.bounds = memory_.bounds;
   round.relative_gains = memory_.relative_gains;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernel/base/aligned_array.hpp"
+#include "kernel/base/limits.hpp"
 #include "kernel/information/evaluator.hpp"
 #include "kernel/information/information_factor.hpp"
 #include "kernel/screening/error_bounds.hpp"
@@ -10,7 +11,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 namespace maxlogdet {
 
@@ -128,7 +128,7 @@ class Screening {
   void learn_from(float best) noexcept;
   void keep_bounds() noexcept;
   float best_listed(std::size_t k) noexcept;
-  float share_of_expected() const noexcept;
+  float first_share() const noexcept;
   float highest_unlisted() const noexcept;
   float stale_threshold() const noexcept;
 
@@ -146,20 +146,20 @@ class Screening {
   ErrorBounds errors_;
 
   std::size_t evaluations_ = 0;
-  bool are_withdrawn_ = false;         // candidates will be withdrawn within rounds
-  bool lists_all_ = false;             // the list holds all tiles, in order
-  double expected_share_ = 0.9;        // predicted ratio of a round's best relative gain to its highest bound
-  ErrorBounds::Tangent of_all_{1, 0};  // of the last evaluate_all()
+  bool are_withdrawn_ = false;   // candidates will be withdrawn within rounds
+  bool lists_all_ = false;       // the list holds all tiles, in order
+  double expected_share_ = 0.9;  // predicted ratio of a round's best relative gain to its highest bound
+  simd::UpperLine line_of_all_;  // of the last evaluate_all()
 
   // This round.
   const float* w_ = nullptr;         // W = L^-1 of the information, in float32
   std::size_t listed_ = 0;           // tiles evaluated: list[0 .. listed_)
   std::size_t survivors_found_ = 0;  // if they are known already: survivors[0 .. survivors_found_)
   bool are_bounds_kept_ = false;
-  float lowest_listed_ = 0;  // all tiles of at least this bound are evaluated
-  float best_ = -1;          // the maximum relative gain found; with care, the maximum lower bound
-  float highest_bound_ = std::numeric_limits<float>::infinity();  // of all tiles, when the round began
-  float next_highest_bound_ = -1;                                 // the same when it ends
+  float lowest_listed_ = 0;               // all tiles of at least this bound are evaluated
+  float best_ = -1;                       // the maximum relative gain found; with care, the maximum lower bound
+  float highest_bound_ = float_infinity;  // of all tiles, when the round began
+  float next_highest_bound_ = -1;         // the same when it ends
   double assured_ = -1;
 };
 

@@ -2,6 +2,7 @@
 // The end of a round of Screening: listing the survivors, between which float64 decides, and removing candidates.
 #include "kernel/screening/screening.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <maxlogdet/block_store.hpp>
@@ -31,10 +32,7 @@ std::size_t Screening::survivors(std::size_t k, std::uint32_t* lanes) noexcept {
 }
 
 // Candidates whose relative gain is below this threshold are not the best.
-float Screening::survivor_threshold() const noexcept {
-  const double threshold = (assured_ - errors_.offset()) * std::max(0.0, 2 - errors_.slope());  // 2 - s <= 1 / s
-  return threshold > 0 ? simd::rounded_down(threshold) : simd::any_candidate;
-}
+float Screening::survivor_threshold() const noexcept { return errors_.line().survivor_threshold(assured_); }
 
 std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes) const noexcept {
   const float threshold = survivor_threshold();
@@ -42,8 +40,7 @@ std::size_t Screening::list_survivors(const float* unlike, std::uint32_t* lanes)
   std::size_t count = listed_;
   if (lists_all_) {  // compares 16 tiles at once
     std::uint32_t* const reaching = memory_.list + tiles_.tile_count();
-    count = kernel_.list_between(memory_.highest, tiles_.tile_count(), 0, 1, threshold,
-                                 std::numeric_limits<float>::infinity(), reaching);
+    count = kernel_.list_between(memory_.highest, tiles_.tile_count(), 0, 1, threshold, float_infinity, reaching);
     list = reaching;
   }
   return kernel_.list_survivors[tiles_.form()](tiles_.tiles(), memory_.relative_gains, memory_.highest, threshold, list,
@@ -103,7 +100,7 @@ void Screening::look_with_care() noexcept {
   std::size_t kept = 0;
   for (std::size_t j = 0; j < listed_; ++j) {
     const std::uint32_t tile = memory_.list[j];
-    const bool may_hold_best = errors_.at_most(static_cast<double>(memory_.highest[tile])) >= assured_;
+    const bool may_hold_best = errors_.line().at_most(static_cast<double>(memory_.highest[tile])) >= assured_;
     if (may_hold_best || are_withdrawn_) memory_.list[kept++] = tile;
   }
   lists_all_ = lists_all_ && kept == listed_;

@@ -11,18 +11,18 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 
 }  // namespace
 
-// Sets the group of every candidate and the places of every group; returns the number of groups. Groups have the
+// Sets the group of every candidate and the room in every group; returns the number of groups. Groups have the
 // caller's numbers; if these exceed the memory (of objects, or cells of a fine grid), the groups that have a candidate,
 // which always fit, are numbered in their order.
 std::size_t Constraints::number_groups(const Options& options) noexcept {
   const auto named_by = [&](std::uint32_t i) { return options.groups[candidates_.indices[i]]; };
-  const auto places_of = [&](std::size_t group) -> std::size_t {
+  const auto room_in = [&](std::size_t group) -> std::size_t {
     return options.group_maxima != nullptr ? options.group_maxima[group] : options.max_per_group;
   };
   const auto count = static_cast<std::uint32_t>(candidates_.count);
-  if (options.group_count <= memory_.places.size()) {
+  if (options.group_count <= memory_.room.size()) {
     for (std::uint32_t i = 0; i < count; ++i) memory_.group[i] = named_by(i);
-    for (std::size_t group = 0; group < options.group_count; ++group) memory_.places[group] = places_of(group);
+    for (std::size_t group = 0; group < options.group_count; ++group) memory_.room[group] = room_in(group);
     return options.group_count;
   }
   std::uint32_t* const order = memory_.members.data();
@@ -31,7 +31,7 @@ std::size_t Constraints::number_groups(const Options& options) noexcept {
   std::uint32_t groups = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t group = named_by(order[i]);
-    if (i == 0 || group != named_by(order[i - 1])) memory_.places[groups++] = places_of(group);
+    if (i == 0 || group != named_by(order[i - 1])) memory_.room[groups++] = room_in(group);
     memory_.group[order[i]] = groups - 1;
   }
   return groups;
@@ -72,8 +72,8 @@ Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates
   for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
     if (options.required[candidates.indices[i]] == 0) continue;
     const auto candidate = static_cast<std::uint32_t>(i);
-    if (!has_place(candidate)) return Status::infeasible;
-    take_place(candidate);
+    if (!has_room(candidate)) return Status::infeasible;
+    take_room(candidate);
     memory_.required[required_count_++] = candidate;
   }
   if (required_count_ > options.budget) return Status::infeasible;
@@ -82,7 +82,7 @@ Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates
   for (std::size_t i = 0; i < candidates.count; ++i) {
     const std::uint32_t index = candidates.indices[i];
     const bool is_settled = is_set(options.required, index) || is_set(options.excluded, index);
-    const bool is_free = !is_settled && has_place(static_cast<std::uint32_t>(i));
+    const bool is_free = !is_settled && has_room(static_cast<std::uint32_t>(i));
     memory_.free[i] = is_free ? 1 : 0;
     free_count_ += is_free ? 1 : 0;
   }

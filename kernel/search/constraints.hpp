@@ -21,18 +21,18 @@ struct ConstraintsMemory {
         group(capacity),
         members(capacity),
         first_member(capacity + 1),
-        places(capacity) {}
+        room(capacity) {}
 
   std::vector<unsigned char> free;          ///< per candidate: whether a search may select it
   std::vector<std::uint32_t> required;      ///< the required candidates
   std::vector<std::uint32_t> group;         ///< per candidate: the number of its group
   std::vector<std::uint32_t> members;       ///< candidates group by group
   std::vector<std::uint32_t> first_member;  ///< per group: where its members begin, and a last end
-  std::vector<std::size_t> places;          ///< per group: how many more may be selected
+  std::vector<std::size_t> room;            ///< per group: how many more may be selected
 };
 
 /// Which candidates a search may select: the valid ones that Options neither exclude nor require, while their group has
-/// a place left (a partition matroid).
+/// room left (a partition matroid).
 class Constraints {
  public:
   explicit Constraints(ConstraintsMemory& memory) noexcept : memory_(memory) {}
@@ -51,17 +51,17 @@ class Constraints {
 
   bool has_groups() const noexcept { return groups_ != nullptr; }
 
-  /// Whether the group of this candidate has a place left.
-  bool has_place(std::uint32_t candidate) const noexcept {
-    return groups_ == nullptr || memory_.places[memory_.group[candidate]] > 0;
+  /// Whether the group of this candidate has room left.
+  bool has_room(std::uint32_t candidate) const noexcept {
+    return groups_ == nullptr || memory_.room[memory_.group[candidate]] > 0;
   }
 
-  /// Takes a place of the candidate's group when it is selected, and frees it when it no longer is.
-  void take_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) --memory_.places[memory_.group[candidate]];
+  /// Takes room in the candidate's group when it is selected, and gives it back when it no longer is.
+  void take_room(std::uint32_t candidate) noexcept {
+    if (groups_ != nullptr) --memory_.room[memory_.group[candidate]];
   }
-  void give_place(std::uint32_t candidate) noexcept {
-    if (groups_ != nullptr) ++memory_.places[memory_.group[candidate]];
+  void give_room(std::uint32_t candidate) noexcept {
+    if (groups_ != nullptr) ++memory_.room[memory_.group[candidate]];
   }
 
   /// Calls body(i) for every candidate i of this candidate's group, itself included.

@@ -174,8 +174,8 @@ void Search::select(std::size_t lane) noexcept {
 void Search::remove(std::size_t lane) noexcept {
   const std::uint32_t candidate = screening.candidate(lane);
   discard(lane);
-  constraints.take_place(candidate);
-  if (constraints.has_place(candidate) || !screening.holds_all()) return;
+  constraints.take_room(candidate);
+  if (constraints.has_room(candidate) || !screening.holds_all()) return;
   constraints.for_group_of(candidate, [this](std::uint32_t member) {
     const std::size_t lane_of_member = screening.lane_of(member);
     if (lane_of_member != screening.lanes()) discard(lane_of_member);

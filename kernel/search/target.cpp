@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search/target.hpp"
 
+#include "kernel/base/limits.hpp"
+
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
 
 constexpr int n = state_dimension;
 constexpr int first_of_rotation = 3;
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // The traces of the 3 x 3 blocks of M^-1 = W^T W.
 struct Variances {
@@ -29,7 +29,7 @@ Variances scaled_variances(const InformationFactor& factor, const double* scale)
   return {sums[0] + sums[1] + sums[2], sums[3] + sums[4] + sums[5]};
 }
 
-bool is_deviation(double sigma) noexcept { return sigma >= 0 && sigma < std::numeric_limits<double>::infinity(); }
+bool is_deviation(double sigma) noexcept { return sigma >= 0 && sigma < infinity; }
 
 }  // namespace
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/strategies/backward_greedy.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace maxlogdet {
 namespace {
@@ -75,7 +75,7 @@ class Removal {
   // The error above which the factor, just computed, is refactorised; infinite if even now it has no correct digits.
   double error_limit() const noexcept {
     const double f = search_.factor.relative_error();
-    return f < hopeless_error ? std::max(large_error, min_error_increase * f) : std::numeric_limits<double>::infinity();
+    return f < hopeless_error ? std::max(large_error, min_error_increase * f) : infinity;
   }
 
   // Each of so few candidates may be the only one to observe a direction, where 1 - det has no correct digits. The gain

@@ -92,7 +92,7 @@ class Relaxation {
   }
 
  private:
-  // Lists the free candidates of every `step`-th tile, about `sample` of them if all are free.
+  // Lists the free candidates of the tiles that begin at multiples of `step`, about `sample` of them if all are free.
   std::size_t list_sample(std::size_t sample) noexcept {
     const std::size_t n = search_.candidates.size();
     const unsigned char* const free = search_.constraints.free();
@@ -151,7 +151,7 @@ class Relaxation {
     Status status = start_.search_listed(search_, own_.shortlist.data(), count);
     if (status == Status::ok) {
       const Information selected = keep_answer();
-      status = swap_least_valuable(search_, own_.best_answer.data(), k_, count - k_, selected, own_.swaps);
+      status = swap_lowest_traces(search_, own_.best_answer.data(), k_, count - k_, selected, own_.swaps);
     }
     start_.restore(search_);
     for (std::size_t j = 0; j < k_; ++j) search_.add(own_.best_answer[j]);

@@ -50,8 +50,8 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
     const std::size_t chosen = search.select_best();  // lane j is pool[j]
     const std::uint32_t candidate = pool[chosen];
     pool[chosen] = pool[search.remaining];
-    if (!search.constraints.has_place(candidate)) {  // its group is full
-      const auto is_out = [&](std::uint32_t i) { return !search.constraints.has_place(i); };
+    if (!search.constraints.has_room(candidate)) {  // its group is full
+      const auto is_out = [&](std::uint32_t i) { return !search.constraints.has_room(i); };
       search.remaining = static_cast<std::size_t>(std::remove_if(pool, pool + search.remaining, is_out) - pool);
     }
   }

@@ -10,7 +10,7 @@
 
 namespace maxlogdet {
 
-/// Memory of swap_least_valuable for up to `capacity` candidates.
+/// Memory of swap_lowest_traces for up to `capacity` candidates.
 struct SwapMemory {
   explicit SwapMemory(std::size_t capacity) : traces(capacity), order(capacity) {}
   std::vector<double> traces;        ///< of the selected candidates
@@ -20,7 +20,7 @@ struct SwapMemory {
 /// Swaps one of the `count` selected candidates, of small trace, for the best of the `available` ones that the
 /// screening holds, while that increases log det, at most a few times. `information` is that of all selected
 /// candidates. The caller must then recompute the factor and the gains of the search. Returns ok or deadline_reached.
-Status swap_least_valuable(Search& search, std::uint32_t* selected, std::size_t count, std::size_t available,
-                           Information information, SwapMemory& memory) noexcept;
+Status swap_lowest_traces(Search& search, std::uint32_t* selected, std::size_t count, std::size_t available,
+                          Information information, SwapMemory& memory) noexcept;
 
 }  // namespace maxlogdet

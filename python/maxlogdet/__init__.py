@@ -6,10 +6,12 @@
 Y. Zhao, P. A. Vela: Good Feature Selection for Least Squares Pose Optimization in VO/VSLAM, IROS 2018.
 """
 from ._core import (ActiveSelection, BlockReport, BlockStore, Camera, PinholeCamera, Selection, SelectionError,
-                    Selector, __version__, has_tbb, isa, match_information, match_whitening, select, strategies)
+                    Selector, __version__, camera_models, has_tbb, isa, isas, match_information, match_whitening,
+                    select, strategies)
 
 __all__ = ["ActiveSelection", "BlockReport", "BlockStore", "Camera", "PinholeCamera", "Selection", "SelectionError",
-           "Selector", "has_tbb", "isa", "match_information", "match_whitening", "select", "strategies"]
+           "Selector", "camera_models", "has_tbb", "isa", "isas", "match_information", "match_whitening", "select",
+           "strategies"]
 
 for _public in (ActiveSelection, BlockReport, BlockStore, Camera, PinholeCamera, Selection, Selector):
     _public.__module__ = __name__  # where they are imported from

@@ -205,6 +205,16 @@ MODELS = [
 ]
 
 
+def test_cameras_are_made_by_the_names_of_models():
+    assert maxlogdet.camera_models == tuple(camera.model for camera in MODELS)
+    for camera in MODELS:
+        assert repr(maxlogdet.Camera.of_model(camera.model, camera.pinhole, camera.parameters)) == repr(camera)
+    with pytest.raises(ValueError, match="model: expected one of 'pinhole', .*, got 'fisheye'"):
+        maxlogdet.Camera.of_model("fisheye", CAMERA, [])
+    with pytest.raises(ValueError, match="parameters: expected 2 of double_sphere, got 3"):
+        maxlogdet.Camera.of_model("double_sphere", CAMERA, [0.1, 0.5, 0])
+
+
 def differences(camera, p_c, h=1e-6):
     steps = h * np.eye(3)
     return np.stack([(camera.project(p_c + s) - camera.project(p_c - s)) / (2 * h) for s in steps], axis=-1)

@@ -122,7 +122,7 @@ void expect_enumerators(const Enum (&all)[count], const std::string& type, const
     const std::string line = upper(type + "_" + to_string(all[i])) + " = " + std::to_string(i);
     const std::size_t at = header.find("  " + line);
     const bool is_there = at != std::string::npos && std::isdigit(header[at + 2 + line.size()]) == 0;
-    EXPECT_TRUE(is_there) << "maxlogdet.h lacks " << line;
+    EXPECT_TRUE(is_there) << MAXLOGDET_C_HEADER << " lacks " << line;
     EXPECT_STREQ(name_in_c(static_cast<std::int32_t>(i)), to_string(all[i]));
   }
 }

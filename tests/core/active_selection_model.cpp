@@ -124,7 +124,7 @@ void ActiveModel::expect_best(const std::vector<std::uint32_t>& proposed, std::s
   for (std::size_t j = 0; j < proposed.size(); ++j) {
     const std::uint32_t i = proposed[j];
     ASSERT_LT(i, size());
-    ASSERT_TRUE(is_open_[i] && has_place(i, places)) << i << " may not be accepted with those before it";
+    ASSERT_TRUE(is_open_[i] && has_room(i, places)) << i << " may not be accepted with those before it";
     ASSERT_EQ(std::find(proposed.begin(), proposed.begin() + static_cast<std::ptrdiff_t>(j), i),
               proposed.begin() + static_cast<std::ptrdiff_t>(j));
     ASSERT_LE(std::abs(gains[i] - gains[expected[j]]), 1e-9L) << "proposal " << j;
@@ -161,7 +161,7 @@ void ActiveModel::expect_first_of_its_copies(const std::vector<std::uint32_t>& p
                                              const std::vector<std::uint32_t>& places) const {
   const auto end = proposed.begin() + static_cast<std::ptrdiff_t>(j);
   for (std::uint32_t i = 0; i < proposed[j]; ++i) {
-    if (!is_open_[i] || !has_place(i, places) || first_copy_[i] != first_copy_[proposed[j]]) continue;
+    if (!is_open_[i] || !has_room(i, places) || first_copy_[i] != first_copy_[proposed[j]]) continue;
     ASSERT_NE(std::find(proposed.begin(), end, i), end) << proposed[j] << " before its copy " << i;
   }
 }
@@ -184,7 +184,7 @@ std::vector<std::uint32_t> ActiveModel::best(const std::vector<long double>& gai
   std::vector<std::uint32_t> found;
   for (const std::uint32_t i : order) {
     if (found.size() == std::min(wanted, left_)) break;
-    if (!has_place(i, places)) continue;
+    if (!has_room(i, places)) continue;
     if (!places.empty()) --places[groups_[i]];
     found.push_back(i);
   }

@@ -29,7 +29,7 @@ class ActiveModel {
 
   std::size_t size() const { return is_open_.size(); }
   std::size_t left() const { return left_; }
-  bool is_open(std::size_t i) const { return is_open_[i] && has_place(i, places_); }
+  bool is_open(std::size_t i) const { return is_open_[i] && has_room(i, places_); }
   std::size_t open_count() const;
   double log_det() const { return static_cast<double>(oracle_.log_det()); }
 
@@ -41,7 +41,7 @@ class ActiveModel {
   void reject(std::uint32_t i) { is_open_[i] = false; }
 
  private:
-  bool has_place(std::size_t i, const std::vector<std::uint32_t>& places) const {
+  bool has_room(std::size_t i, const std::vector<std::uint32_t>& places) const {
     return places.empty() || places[groups_[i]] > 0;
   }
   void close(std::uint32_t i);

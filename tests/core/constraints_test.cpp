@@ -34,8 +34,8 @@ Problem random_constraints(Random& random, BlockStore blocks, int max_groups = 1
     made.required.resize(n);
     std::map<std::uint32_t, std::size_t> taken;
     for (std::size_t i = 0; i < n; ++i) {
-      const bool has_place = !has_groups || taken[made.groups[i]] < made.maxima[made.groups[i]];
-      if (made.is_excluded(i) || !has_place || !made.blocks.is_valid(i) || !random.chance(0.05)) continue;
+      const bool has_room = !has_groups || taken[made.groups[i]] < made.maxima[made.groups[i]];
+      if (made.is_excluded(i) || !has_room || !made.blocks.is_valid(i) || !random.chance(0.05)) continue;
       made.required[i] = 1;
       ++required;
       if (has_groups) ++taken[made.groups[i]];
@@ -98,8 +98,8 @@ void expect_kept(const Problem& problem, const Selection& selection) {
   for (const auto& [group, count] : taken) EXPECT_LE(count, problem.maxima[group]) << "group " << group;
   if (selection.status == Status::deadline_reached) return;
   for (const std::uint32_t i : could_be_added) {
-    const bool has_place = problem.groups.empty() || taken[problem.groups[i]] < problem.maxima[problem.groups[i]];
-    EXPECT_FALSE(has_place && selection.size < problem.plain.budget) << i << " could be added";
+    const bool has_room = problem.groups.empty() || taken[problem.groups[i]] < problem.maxima[problem.groups[i]];
+    EXPECT_FALSE(has_room && selection.size < problem.plain.budget) << i << " could be added";
   }
   EXPECT_EQ(selection.status == Status::ok,
             selection.size == problem.plain.budget && selection.status != Status::all_selected);

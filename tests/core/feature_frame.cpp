@@ -21,8 +21,9 @@ Camera typical_camera(CameraModel model) {
     case CameraModel::radial_tangential: return Camera::radial_tangential(pinhole, -0.05, 0.01, 2e-4, -1e-4, 1e-3);
     case CameraModel::kannala_brandt: return Camera::kannala_brandt(pinhole, -0.01, 0.02, -0.003, 0.0004);
     case CameraModel::double_sphere: return Camera::double_sphere(pinhole, -0.2, 0.6);
-    default: return pinhole;
+    case CameraModel::pinhole: break;
   }
+  return pinhole;
 }
 
 FeatureKind random_kind(Random& random) {

@@ -331,7 +331,12 @@ TEST_F(Program, draws_pictures) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   write_frame("frame_002.csv", 50);
-  EXPECT_EQ(run("select --input frames --repeat 1 --budget 0 --plot-data picture.json").exit_code, 0);
+  const Outcome outcome = run("select --input frames --repeat 1 --budget 0 --plot-data picture.json");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(
+      outcome.out.find("\n\ndata of a picture: picture_frame_001.json\ndata of a picture: picture_frame_002.json\n"),
+      std::string::npos)
+      << outcome.out;
   EXPECT_EQ(draw("selection", "picture_frame_001.json picture_frame_002.json").exit_code, 0);
   EXPECT_EQ(contents_of(folder_ + "/picture_frame_001.png").substr(1, 3), "PNG");
   EXPECT_EQ(contents_of(folder_ + "/picture_frame_002.png").substr(1, 3), "PNG");

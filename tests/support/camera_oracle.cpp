@@ -81,8 +81,8 @@ WideIsometry random_isometry(Random& random) {
 }
 
 WideVector3 random_point(Random& random, const Camera& camera, bool is_in_front) {
-  const bool is_fisheye = camera.model == CameraModel::kannala_brandt || camera.model == CameraModel::double_sphere;
-  const bool is_wide = is_fisheye && !is_in_front;
+  const bool is_narrow = camera.model == CameraModel::pinhole || camera.model == CameraModel::radial_tangential;
+  const bool is_wide = !is_narrow && !is_in_front;
   for (;;) {
     double angle = random.uniform(0, is_wide ? 2 : 0.9);
     if (random.chance(0.2)) angle = std::pow(10, random.uniform(-9, -1));

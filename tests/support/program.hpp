@@ -54,7 +54,7 @@ class Program : public ::testing::Test {
 
   // tools/draw_WHAT.py, in the folder.
   Outcome draw(const std::string& what, const std::string& paths, const std::string& environment = "") const {
-    return run_script(environment + "python3 '" MAXLOGDET_TOOLS "/draw_" + what + ".py' " + paths +
+    return run_script(environment + "python3 -B '" MAXLOGDET_TOOLS "/draw_" + what + ".py' " + paths +
                       " >out.txt 2>err.txt </dev/null");
   }
 
