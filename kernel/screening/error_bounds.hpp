@@ -8,7 +8,7 @@
 
 namespace maxlogdet {
 
-/// Bounds of the error of float32 relative gains, for any candidate: the proof of docs/numerics.md as code.
+/// Bounds of the error of float32 relative gains, for any candidate (docs/numerics.md proves them).
 /// An exact relative gain is at most slope() * (its float32 value) + offset(), a tangent that is tight near one value.
 ///
 /// One bound serves all candidates as long as it separates them. Where it does not, screening is done *with care*: each
