@@ -15,7 +15,7 @@ namespace maxlogdet::sim {
 /// Partitions the matches of a frame into groups, numbered from 0; some may be empty.
 class MatchGroups {
  public:
-  const std::vector<std::uint32_t>& of_matches() const { return group_; }  ///< one a match
+  const std::vector<std::uint32_t>& of_matches() const { return group_; }  ///< one per match
   std::size_t count() const { return count_; }
 
   /// Groups matches by their image cell.

@@ -32,7 +32,7 @@ struct CameraInput {
 struct BlockInput {
   BlockWeighting weighting;
   ThirdRow third;
-  /// Cameras of any model, or Jacobians of the caller's own; otherwise the camera is one pinhole.
+  /// Cameras of any model, or the caller's Jacobians; otherwise the camera is one pinhole.
   bool is_general;
   bool is_rig;  ///< otherwise there is one camera, and its T_cb is I
   const CameraInput* cameras;
@@ -61,7 +61,7 @@ struct BlockOutput {
   float* planes;
   std::size_t stride;
   std::uint32_t* indices;
-  unsigned char* validity;  ///< 1 or 0 a match
+  unsigned char* validity;  ///< 1 or 0 per match
   std::uint32_t first_index;
 
   int rows_written;
@@ -77,8 +77,7 @@ struct BlockOutput {
   double column_max[6];  ///< largest |entry| written, by column
 
   /// If they are factored, p, rounded to float32, goes to the 3 planes after the 18 of entries, and this is column_max
-  /// of
-  /// |A| [ I | |[p]x| ], with A and p rounded to float32.
+  /// of |A| [ I | |[p]x| ], with A and p rounded to float32.
   double factored_max[6];
 };
 

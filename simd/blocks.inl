@@ -58,7 +58,7 @@ float largest_magnitude(const float* values, std::size_t count) {
   return largest;
 }
 
-// A pack of blocks, a match a lane.
+// A pack of blocks, one match per lane.
 template <BlockWeighting weighting, ThirdRow third>
 struct BlockPack {
   static constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
@@ -105,7 +105,7 @@ template <BlockWeighting weighting, ThirdRow third, class AnyBatch>
   }
 }
 
-// Both set `has_three_rows` if a stored block has a third row.
+// append_pack and append_lanes set `has_three_rows` if a stored block has a third row.
 
 // A whole pack of valid matches.
 template <BlockWeighting weighting, ThirdRow third>

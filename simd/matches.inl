@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Matches as packs, one a lane: their input, and their points in the camera frame. From here to blocks (cameras.inl,
+// Matches as packs, one per lane: their input, and their points in the camera frame. From here to blocks (cameras.inl,
 // seen_factors.inl, block_factors.inl, blocks.inl) everything is float64 by + - * / and sqrt in one fixed order: the
 // same bits on every instruction set.
 

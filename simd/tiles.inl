@@ -3,8 +3,8 @@
 
 namespace {
 
-// Transposes every 4 x 4 floats of four packs: between planes or tiles, with an entry a row, and records, with a
-// candidate a row.
+// Transposes every 4 x 4 floats of four packs: between planes or tiles (one entry per row) and records (one candidate
+// per row).
 inline void transpose(Floats (&m)[4]) {
   const Floats ac_low = zip_low(m[0], m[2]);
   const Floats ac_high = zip_high(m[0], m[2]);

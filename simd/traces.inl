@@ -47,9 +47,8 @@ void exact_traces(const Planes& planes, const double* w, const std::uint32_t* in
 }
 
 std::size_t count_at_least(const float* values, std::size_t count, float threshold) {
-  constexpr std::size_t chains =
-      tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // that do not wait for each other
-  Floats counts[chains];                                          // exact up to 2^24 each
+  constexpr std::size_t chains = tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // independent sums
+  Floats counts[chains];                                                                     // exact up to 2^24 each
   for (Floats& chain : counts) chain = Floats(0.0F);
   const auto ones = [values, threshold](std::size_t i) {
     return xsimd::select(Floats::load_unaligned(values + i) >= Floats(threshold), Floats(1.0F), Floats(0.0F));

@@ -15,9 +15,9 @@
 #include <cstddef>
 #include <cstdint>
 
-// The differences of xsimd 8.1 (Debian 12) and 14, and what neither does as IEEE 754 says or at all (docs/xsimd.md);
-// included by the per-ISA units alone. Internal linkage: a weak symbol would let the linker run wide code on a narrow
-// machine.
+// Bridges xsimd 8.1 (Debian 12) and 14, corrects what neither rounds as IEEE 754 requires, and adds what both lack
+// (docs/xsimd.md). Only per-ISA units include it. Internal linkage: a weak symbol would let the linker run wide code on
+// a narrow machine.
 //
 // Loads, stores, + - *, comparisons, select, min, max and abs are the same in both. Mind that
 //   - max(x, NaN) is x or NaN, depending on the instruction set: exclude NaN before;

@@ -33,7 +33,7 @@ struct FeatureMatch {
 /// Everything that a tracker does with selection in a frame, in this order:
 ///
 ///   good.start(camera, T_cw, ThirdMeasurement::stereo);     // the pose that optimisation starts from
-///   for (match of the frame) good.add(match);               // one a match, not one a keypoint
+///   for (match of the frame) good.add(match);               // one per match, not one per keypoint
 ///   good.select(options);
 ///   optimise the pose with the matches i for which good.is_selected(i);
 ///   good.judge(T_cw);                                       // the pose that optimisation has found

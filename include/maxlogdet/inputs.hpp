@@ -18,7 +18,7 @@ class Points {
   /// Makes a view without points.
   constexpr Points() noexcept = default;
   /// Makes a view without points.
-  constexpr Points(std::nullptr_t) noexcept {}  // NOLINT(google-explicit-constructor): a pointer, as before
+  constexpr Points(std::nullptr_t) noexcept {}  // NOLINT(google-explicit-constructor): taken as a null pointer
   /// Takes n x 3 row-major, or rows of `stride` bytes: at least 3 doubles, and a whole number of them.
   constexpr Points(const double* xyz, std::size_t stride = 3 * sizeof(double)) noexcept  // NOLINT
       : data_(xyz), stride_(stride) {}

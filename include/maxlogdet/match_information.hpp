@@ -52,7 +52,7 @@ MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions
 /// u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
 /// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
 /// finite, or Sigma is not positive definite or keeps no digits (BlockReport::unsound_covariances). An optimiser then
-/// uses I / sigma^2, as before.
+/// uses I / sigma^2, as without this function.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
 /// The same for a camera of a rig; T_bw: world to body.

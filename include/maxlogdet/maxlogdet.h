@@ -20,7 +20,8 @@
 //
 // Errors. No pointer may be null where its comment does not allow it: functions answer invalid_argument, or where they
 // return no status 0, none or NaN. Neither pointers nor lengths of arrays are checked otherwise. No function throws,
-// prints or ends the program; only create, reserve, push_back and append_blocks allocate.
+// prints or ends the program; only create, reserve, push_back, push_back_invalid, append_blocks and
+// append_blocks_of_rig allocate.
 
 // NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
 #include <maxlogdet/enumerators.h>

@@ -30,10 +30,11 @@ enum class Status {
                ///< a group allows
   unsupported_groups,  ///< the strategy does not support groups
   nothing_proposed,    ///< ActiveSelection: an answer without a proposal
-  invalid_block,       ///< ActiveSelection: the block as measured is not one
+  invalid_block,       ///< ActiveSelection: the measured block is null, has another number of rows, or is not finite;
+                       ///< GoodFeatures, SelectedMatches: there are no blocks
   unsupported_isa,     ///< MAXLOGDET_ISA names an instruction set that is not built in or not supported by this machine
-  target_reached,      ///< every target given is met: an answer. Also if the budget or the candidates end with it;
-                       ///< otherwise the targets are not met
+  target_reached,      ///< every target given is met: an answer. Reported also if the budget or the candidates are
+                       ///< used up at the same time. With any other status the targets are not met
   invalid_target,      ///< a target negative, NaN or infinite, or target_efficiency above 1
   unsupported_target,  ///< a target with relaxed, backward_greedy or exchange_sweeps, which have no order to stop in
 };
@@ -54,10 +55,10 @@ struct Selection {
                                   ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;  ///< proved bound, nats: no selection within the budget that respects required and excluded has a
-                       ///< greater log det. Maxima of groups hardly count, which can only raise it; so does a deadline
-                       ///< that cut the answer or the passes short; a target does not lower the budget. Infinite where
-                       ///< float64 may have no digits left of log det and of what was chosen (docs/numerics.md). NaN if
-                       ///< not asked for (Options::certify)
+                       ///< greater log det. Maxima of groups are ignored unless the groups are full, and a deadline may
+                       ///< end the search or the passes early: both can only raise it. A target does not lower the
+                       ///< budget that it is computed for. Infinite where float64 may have no digits left of log det
+                       ///< and of what was chosen (docs/numerics.md). NaN if not asked for (Options::certify)
   Strategy strategy;   ///< the requested one, or what `automatic` chose
   int threads;  ///< how many threads the work was offered to, including the calling one, at most 16; helpers may have
                 ///< come late or not at all

@@ -16,7 +16,7 @@ bool is_rigid(const RigidTransform& transform) noexcept;
 /// Returns the first error, or ok.
 BlockStatus check(const Points& points, std::size_t size) noexcept;
 BlockStatus check(const BlockOptions& options) noexcept;
-/// With Jacobians of the caller's, only the parameters of a stereo row are checked.
+/// With the caller's Jacobians, only the parameters of a stereo row are checked.
 BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept;
 
 }  // namespace maxlogdet

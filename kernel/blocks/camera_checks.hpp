@@ -7,7 +7,7 @@
 
 namespace maxlogdet {
 
-/// Of a rig: as many as an id of one byte can tell.
+/// The maximum number of cameras of a rig: as many as an id of one byte distinguishes.
 constexpr std::size_t max_cameras = 256;
 
 /// Whether it is one of the enumerators.

@@ -15,7 +15,7 @@ struct Information {
   double entry[state_dimension][state_dimension];
 };
 
-/// M0, or 1e-5 * I, from the symmetric part of Options::prior.
+/// M0: the symmetric part of Options::prior, or 1e-5 I if that is null.
 Information prior_information(const double* prior) noexcept;
 
 /// M <- M + sum of H^T H over the listed candidates, in their order.

@@ -9,7 +9,7 @@
 
 namespace maxlogdet {
 
-/// Bounds of the error of float32 relative gains, for any candidate: the proof of docs/numerics.md as code.
+/// Bounds of the error of float32 relative gains, for any candidate (docs/numerics.md proves them).
 /// line() is above exact relative gains: a tangent that is tight near one value.
 ///
 /// One bound serves all candidates as long as it separates them. Where it does not, screening is done *with care*: each

@@ -12,8 +12,8 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 }  // namespace
 
 // Sets the group of every candidate and the room in every group; returns the number of groups. Groups have the
-// caller's numbers; if these exceed the memory (of objects, or cells of a fine grid), the groups that have a candidate,
-// which always fit, are numbered in their order.
+// caller's numbers. If there are more groups (objects, cells of a fine grid) than the memory holds, only those with a
+// candidate are numbered, in their order; these always fit.
 std::size_t Constraints::number_groups(const Options& options) noexcept {
   const auto named_by = [&](std::uint32_t i) { return options.groups[candidates_.indices[i]]; };
   const auto room_in = [&](std::size_t group) -> std::size_t {

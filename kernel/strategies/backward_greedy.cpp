@@ -79,8 +79,8 @@ class Removal {
   }
 
   // Each of so few candidates may be the only one to observe a direction, where 1 - det has no correct digits. The gain
-  // of adding it to all others has them except the last bit, in which identical candidates may differ: their others
-  // are added in different orders.
+  // of adding it to all others has all but the last, in which identical candidates may differ, because the others are
+  // added in different orders.
   Status remove_from_few(std::size_t kept) noexcept {
     std::uint32_t list[few];
     std::size_t count = 0;

@@ -15,7 +15,7 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
 
   static bool are_valid(const double* k) { return k[0] > -1 && k[1] >= 0 && k[1] <= 1; }
 
-  // -w_2 of the paper: there is an image of points with Z / |p_c| above this alone.
+  // -w_2 of the paper: points have an image only where Z / |p_c| is above this.
   static double prepare(const double* k) {
     const double xi = k[0];
     const double alpha = k[1];

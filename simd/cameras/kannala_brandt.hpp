@@ -7,9 +7,9 @@ namespace maxlogdet {
 namespace simd {
 namespace {
 
-// The angle between (r, z), r >= 0, and the z axis, norm = sqrt(r^2 + z^2): three times tan(a / 2) = tan a / (1 +
-// sqrt(1
-// + tan^2 a)), then atan t = t - t^3 / 3 + ..., t <= tan(pi / 16), so that the terms left out are below 1e-17 of it.
+// The angle between (r, z), r >= 0, and the z axis, norm = sqrt(r^2 + z^2): three times
+//     tan(a / 2) = tan a / (1 + sqrt(1 + tan^2 a)),
+// then atan t = t - t^3 / 3 + ..., t <= tan(pi / 16), so that the terms left out are below 1e-17 of it.
 template <class Number>
 inline Number angle_to_axis(const Number& r, const Number& z, const Number& norm) {
   constexpr double pi = 3.14159265358979324;

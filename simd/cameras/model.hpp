@@ -7,8 +7,7 @@
 #include <cstddef>
 #include <limits>
 
-// What a camera model is: a specialisation Model<CameraModel::NAME> in simd/cameras/NAME.hpp, which is a DefaultModel
-// with
+// A camera model is a specialisation Model<CameraModel::NAME> in simd/cameras/NAME.hpp, derived from DefaultModel, with
 //
 //     static constexpr std::size_t parameter_count        of Camera::parameters
 //     static constexpr bool is_depth_along_z              whether min_depth bounds Z, or else |p_c|
@@ -21,7 +20,7 @@
 namespace maxlogdet {
 namespace simd {
 
-/// The parameters of a camera, and what Model::prepare makes of them once a camera.
+/// The parameters of a camera, and what Model::prepare makes of them, once per camera.
 struct Lens {
   const double* parameters;
   double prepared;
@@ -29,13 +28,13 @@ struct Lens {
 
 namespace {
 
-/// In the camera frame, or another one; of doubles, or of packs of them.
+/// A point, in the camera frame or another; Number is double or a pack of doubles.
 template <class Number>
 struct PointOf {
   Number x, y, z;
 };
 
-/// bool, or one a lane.
+/// bool, or a mask with one condition per lane.
 template <class Number>
 using ConditionOf = decltype(Number(0.0) > Number(0.0));
 
