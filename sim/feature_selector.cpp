@@ -175,9 +175,7 @@ void FeatureSelector::search(const Options& how, std::size_t budget, std::vector
 // Lazy greedy replaces strategies without groups.
 void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
   Options options = settings_.search;
-  if (options.strategy == Strategy::relaxed || options.strategy == Strategy::backward_greedy) {
-    options.strategy = Strategy::lazy_greedy;
-  }
+  if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
   options.groups = groups_.of_matches().data();
   options.group_count = groups_.count();
   options.max_per_group =

@@ -45,7 +45,7 @@ enum {
   MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY = 2,  ///< Algorithm 1 of the paper, with epsilon and seed
   MAXLOGDET_STRATEGY_RELAXED = 3,            ///< for tens of thousands of candidates
   MAXLOGDET_STRATEGY_BACKWARD_GREEDY = 4,    ///< for budgets of more than half of the candidates
-  MAXLOGDET_STRATEGY_AUTOMATIC = 5           ///< one of these, depending on the problem
+  MAXLOGDET_STRATEGY_AUTOMATIC = 5           ///< another one, depending on the problem
 };
 
 /// Which linearised problem a block describes (maxlogdet/jacobian.hpp has the equations).

@@ -54,9 +54,8 @@ struct Options {
                                         ///< of the trace of its 3 x 3 block of M^-1, is at most that. 0: none
   double target_rotation_sigma = 0;  ///< rad: the same of the rotation. 0: none. If several targets are given, all must
                                      ///< be met. Required candidates come first, then as many as the targets need, at
-                                     ///< most the budget: a prefix of the answer without targets. For greedy,
-                                     ///< lazy_greedy and stochastic_greedy, without exchange_sweeps; automatic then
-                                     ///< means lazy_greedy
+                                     ///< most the budget: a prefix of the answer without targets. For strategies that
+                                     ///< support them, without exchange_sweeps; automatic then means lazy_greedy
 
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts towards the
                                             ///< budget; must be valid (BlockStore::is_valid), or nothing is selected
@@ -70,5 +69,9 @@ struct Options {
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Strategy strategy) noexcept;
+
+/// Whether the strategy takes Options::groups, and targets: it then selects one candidate after the other. False for
+/// any other value.
+bool supports_groups_and_targets(Strategy strategy) noexcept;
 
 }  // namespace maxlogdet

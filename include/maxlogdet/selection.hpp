@@ -50,7 +50,7 @@ struct Selection {
   std::size_t size;              ///< number selected
   const double* gains;      ///< `size` gains: the increase of log det by each candidate after those before it, nats
   double log_det;           ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;  ///< gains computed in float32; may differ between machines
+  std::size_t evaluations;  ///< gains computed in float32, and losses in float64; may differ between machines
   std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not decide; may differ
                                   ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected

@@ -42,7 +42,8 @@ class Screening {
         tiles_(evaluator, form, memory.tiles),
         errors_(form, column_max) {}
 
-  /// As the functions of TileLayout; the lists of the round before become invalid.
+  /// As the functions of TileLayout (after use_store, lane i is candidate i); the lists of the round before become
+  /// invalid.
   void use_store(const unsigned char* free, std::size_t n) noexcept;
   void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
   void make_records(std::size_t n) noexcept { tiles_.make_records(n); }

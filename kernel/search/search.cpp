@@ -215,7 +215,7 @@ void Search::report(Status status, Selection& selection) const noexcept {
   selection.size = selected;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
   target.report(factor, selection);
-  selection.evaluations = screening.evaluations() + losses_evaluated;
+  selection.evaluations = screening.evaluations() + unscreened;
   selection.float64_decisions = float64_decisions;
 }
 

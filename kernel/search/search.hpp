@@ -74,14 +74,15 @@ struct Search {
   std::size_t remaining = 0;          ///< candidates that may still be selected
   std::size_t selected = 0;           ///< entries of the answer so far
   std::size_t float64_decisions = 0;  ///< survivors evaluated in float64
-  std::size_t losses_evaluated = 0;   ///< by backward elimination
+  std::size_t unscreened = 0;         ///< gains and losses that float64 alone evaluated
   std::uint32_t* indices;             ///< the answer, in order of selection
   double* gains;                      ///< its gains, nats
 
   bool wants_more() const noexcept { return selected < budget && remaining > 0 && !is_enough; }
 
-  /// The lane of the best candidate that this round has evaluated. Float64 decides between the survivors; ties go to
-  /// the lowest index. screening.lanes() if there is none.
+  /// The lane of the best candidate that this round has evaluated, by `factor`, which screening.begin_round() must have
+  /// been given. Float64 decides between the survivors; ties go to the lowest index. screening.lanes() if there is
+  /// none.
   std::size_t find_best() noexcept;
 
   /// The same for the k best, in descending order, and for further ones that are certain without another evaluation.
@@ -114,7 +115,8 @@ struct Search {
   /// Removes a candidate that was not added, between rounds or within one.
   void reject(std::size_t lane, bool is_round_open) noexcept;
 
-  /// Adds the candidate that find_best() has found, and removes it.
+  /// Adds the candidate of this lane, of find_best() or any other that remains, and removes it. Keeps groups, targets
+  /// and `remaining` right.
   void select(std::size_t lane) noexcept;
 
   /// Finds, adds and removes the best candidate. Returns its lane.

@@ -51,7 +51,7 @@ class Removal {
       const std::size_t count = losses.list_all_but(kept, own_.dropped.data());
       for (std::size_t j = 0; j < count; ++j) left_[own_.dropped[j]] = 0;
     }
-    search_.losses_evaluated += losses.evaluations();
+    search_.unscreened += losses.evaluations();
     return status;
   }
 

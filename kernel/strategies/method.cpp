@@ -12,6 +12,14 @@ const Method* method_of(Strategy strategy) noexcept {
   return nullptr;
 }
 
+bool supports_groups_and_targets(Strategy strategy) noexcept {
+  const Method* const method = method_of(strategy);
+  const std::uint32_t group = 0;
+  Options options;
+  options.groups = &group;
+  return method != nullptr && method->check(options) == Status::ok;
+}
+
 Workspaces::Workspaces(std::size_t capacity) {
   for (const Strategy strategy : strategies) {
     const auto make = method_of(strategy)->make_workspace;

@@ -14,8 +14,10 @@
 //     static Derivative<Number> derivative(lens, p)       for a double and for a pack of them
 //     static Image image(lens, p)                         for a double: with (m_x, m_y)
 //
-// It takes + - * /, sqrt, abs, select, negated and is_finite alone, so that blocks are the same bits on every
-// instruction set. Internal linkage: a weak symbol would let the linker run wide code on a narrow machine.
+// and, unless the defaults suit it, are_valid and prepare. `derivative` takes + - * /, sqrt, abs, select, negated,
+// is_finite and angle_to_axis (angle.hpp) alone, so that blocks are the same bits on every instruction set; `exists` is
+// false where anything overflows. `image` and `prepare`, which runs once per camera, may use the C library. Internal
+// linkage: a weak symbol would let the linker run wide code on a narrow machine.
 
 namespace maxlogdet {
 namespace simd {

@@ -379,6 +379,29 @@ TEST_F(NamedConstraints, groups_that_cannot_be_met) {
   EXPECT_EQ(status(), Status::all_selected) << "four required, as many as group 0 may have, and one of group 1";
 }
 
+TEST(Constraints, and_targets_are_refused_by_strategies_that_do_not_support_them) {
+  Random random;
+  BlockStore blocks;
+  for (int i = 0; i < 10; ++i) push_back(blocks, random_block(random, 2));
+  const std::vector<std::uint32_t> groups(10);
+  Selector selector(10);
+  for (const Strategy strategy : strategies) {
+    SCOPED_TRACE(to_string(strategy));
+    const bool are_supported = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
+    EXPECT_EQ(supports_groups_and_targets(strategy), are_supported);
+    Options options = with_budget(5, strategy);
+    options.target_efficiency = 1e-6;
+    EXPECT_EQ(selector.select(blocks, options).status,
+              are_supported ? Status::target_reached : Status::unsupported_target);
+    options = with_budget(5, strategy);
+    options.groups = groups.data();
+    options.group_count = 1;
+    options.max_per_group = 6;
+    EXPECT_EQ(selector.select(blocks, options).status, are_supported ? Status::ok : Status::unsupported_groups);
+  }
+  EXPECT_FALSE(supports_groups_and_targets(static_cast<Strategy>(-1)));
+}
+
 TEST(Constraints, everything_excluded_leaves_nothing) {
   Random random;
   const BlockStore blocks = random_store(random, 30);

@@ -169,8 +169,7 @@ void Request::decode_targets(Bytes& bytes) {
   if ((which & 4U) != 0) options.target_rotation_sigma = sigma();
   if (bytes.chance(16)) return;
   options.exchange_sweeps = 0;
-  if (options.strategy == Strategy::relaxed || options.strategy == Strategy::backward_greedy)
-    options.strategy = Strategy::lazy_greedy;
+  if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
 }
 
 void Request::decode_prior(Bytes& bytes) {

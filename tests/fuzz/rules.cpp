@@ -136,7 +136,7 @@ std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) 
   };
   const Strategy strategy = options_.strategy;
   const bool is_stochastic = strategy == Strategy::stochastic_greedy;
-  const bool keeps_to_groups = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
+  const bool keeps_to_groups = supports_groups_and_targets(strategy);
   const bool selects_in_order = keeps_to_groups && options_.exchange_sweeps == 0;
   add_if(candidates_.size() > capacity, Status::capacity_exceeded);
   add_if(options_.budget > capacity, Status::invalid_budget);
