@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 // What one error bound for all candidates excludes: the thresholds of a round, for Screening and for the kernels that
 // do a whole round (docs/numerics.md, which proves them). Always inlined, as in rounding.hpp.
@@ -52,9 +53,13 @@ struct TileLine {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
-/// The next float below a value that is neither zero nor NaN, so that two ranges of bounds meet without overlapping.
+/// The next float below a value that is not NaN, -infinity below -infinity, so that two ranges of bounds meet without
+/// overlapping: std::nextafter without a call.
 [[gnu::always_inline]] inline float next_below(float value) noexcept {
   std::uint32_t bits;
+  if (value == 0 || value < -std::numeric_limits<float>::max()) {
+    return value == 0 ? -std::numeric_limits<float>::denorm_min() : value;
+  }
   std::memcpy(&bits, &value, sizeof bits);
   bits = value > 0 ? bits - 1 : bits + 1;
   std::memcpy(&value, &bits, sizeof value);

@@ -168,7 +168,8 @@ void Arguments::finish(const CLI::App& program) {
   refuse_repeated(budgets, "--budget");
   refuse_repeated(targets, "--target-efficiency");
   const Used used = used_by(selectors);
-  if (!targets.empty() && !maxlogdet::supports_groups_and_targets(sim::find_named(maxlogdet::strategies, strategy).value())) {
+  if (!targets.empty() &&
+      !maxlogdet::supports_groups_and_targets(sim::find_named(maxlogdet::strategies, strategy).value())) {
     throw sim::InputError("--target-efficiency with --strategy " + strategy +
                           ": expected a strategy that selects one match after the other");
   }

@@ -5,14 +5,11 @@
 #include "kernel/screening/lane_order.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace maxlogdet {
 
 using simd::any_candidate;
 using simd::tile_size;
-
-namespace {}  // namespace
 
 ScreeningMemory::ScreeningMemory(std::size_t capacity)
     : tiles(capacity),
