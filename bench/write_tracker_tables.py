@@ -121,9 +121,9 @@ def readme_rows(results):
 
 def readme(results):
     return [
-        "100 of 465 matches, KITTI-like frames, from points to indices; cold: after other work, to which caches and",
-        "branch predictors are left ([docs/performance.md](docs/performance.md#in-a-tracker)). ×: the search alone,",
-        "lazy greedy written with Eigen, by blocks and selection together.",
+        "100 of 465 matches, KITTI-like frames, from points to indices; cold: after other work has evicted caches and",
+        "branch predictors ([docs/performance.md](docs/performance.md#in-a-tracker)). × lazy: the time of lazy greedy",
+        "written with Eigen, its search alone, divided by that of our blocks and selection together.",
         "",
         *table(["matches", "caches", "blocks µs", "select µs", "both µs", "both, p99 µs", "Eigen lazy µs", "× lazy"],
                readme_rows(results)),  # fmt: skip

@@ -90,7 +90,7 @@ struct PromisingRound {
   UpperLine line;                   ///< above exact relative gains
   double tight_above, tight_below;  ///< the relative gains between which it is tight: if the best is not between them,
                                     ///< the caller has to finish the round
-  double drift;   ///< 1 + an exact relative gain is at most (1 + drift) (1 + the stale bound of its tile)
+  double drift;   ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
   float* bounds;  ///< per tile; this and the following are read and written
   float* relative_gains;
   float* highest;

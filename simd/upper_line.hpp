@@ -46,8 +46,8 @@ struct TileLine {
   return {rounded_up(line.slope * (1 + sum_room)), rounded_up(line.offset)};
 }
 
-/// A tile whose stale bound is below this holds no candidate with an exact relative gain of at least `assured`: 1 +
-/// that is at most (1 + drift) (1 + the stale bound).
+/// A tile whose stale bound is below this holds no candidate with an exact relative gain of at least `assured`:
+/// (1 - drift) (1 + that) is at most 1 + the stale bound.
 [[gnu::always_inline]] inline float stale_threshold(double assured, double drift) noexcept {
   const double threshold = assured > 0 ? assured - (1 + assured) * drift : 0;
   return threshold > 0 ? rounded_down(threshold) : any_candidate;

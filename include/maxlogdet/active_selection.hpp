@@ -58,16 +58,17 @@ class ActiveSelection {
   std::uint32_t next() noexcept;
 
   /// Writes the `count` candidates of maximum current gain to `indices`, best first, ties to the lowest index, and
-  /// returns how many. There are fewer only where no more may all be accepted: by what is left, by the budget, and by
-  /// the maximum of a group, in whose place the next best are proposed. While proposals are unanswered, returns these
-  /// again, at most `count`. `count` = 1 is next(). Returns 0 where next() is `none`, and for a `count` of 0 or a null
-  /// pointer, which change nothing.
+  /// returns how many. There are fewer only if no more could all be accepted: for lack of candidates, by the budget,
+  /// or by the maximum of a group; instead of candidates beyond that maximum the next best are proposed. While
+  /// proposals are unanswered, returns these again, at most `count`. `count` = 1 is next(). Returns 0 where next() is
+  /// `none`, and for a `count` of 0 or a null pointer, which change nothing.
   std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
 
   /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.
   Status accept() noexcept;
   /// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (with a stereo row, for example).
-  /// Returns ok, nothing_proposed, or invalid_block (null, other rows, not finite), after which it is still proposed.
+  /// Returns ok, nothing_proposed, or invalid_block (null, rows not in {1, 2, 3}, not finite), after which it is still
+  /// proposed.
   Status accept(const double* block, int rows) noexcept;
   /// Rejects it: it is not proposed again. Returns ok or nothing_proposed.
   Status reject() noexcept;

@@ -53,10 +53,11 @@ class GoodFeatures {
   GoodFeatures& operator=(GoodFeatures&&) noexcept;
 
   /// How blocks are made. start() sets `third`, and `measurement` becomes `measurement_and_map` in a frame where some
-  /// match has a covariance; a match without one then has map_sigma^2 I. May be changed at any time before select().
+  /// match has a covariance; a match without one then has the covariance map_sigma^2 I. May be changed at any time
+  /// before select().
   BlockOptions block_options;
 
-  /// Whether the optimiser weighs residuals by information(); judge() then does, too. May be changed at any time.
+  /// Whether the optimiser weights residuals by information(); judge() then does, too. May be changed at any time.
   bool is_weighted = false;
 
   /// Starts a frame without matches. T_cw: world to camera.
@@ -77,7 +78,7 @@ class GoodFeatures {
   bool build() noexcept;
   /// Makes the blocks and selects options.budget of them, or fewer where they meet the targets (none, where the prior
   /// alone does); required, excluded and groups of the options are by match number, and FeatureMatch::is_required adds
-  /// to them. A required match that can be no candidate is selected beside the budget. Returns status().
+  /// to them. A required match that cannot be a candidate is selected in addition to the budget. Returns status().
   Status select(const Options& options) noexcept;
   /// ok: some matches are not selected, because of the budget, of targets, or of groups and exclusions. With every
   /// other status all are, including excluded ones: the budget suffices (all_selected), time has run out

@@ -13,7 +13,8 @@ enum class Strategy {
   stochastic_greedy,  ///< evaluates a random sample per round (Algorithm 1); at least 1 - 1/e - epsilon in expectation
   relaxed,  ///< convex relaxation (D-optimal design), rounded and polished; as good as greedy (measured, no guarantee),
             ///< and faster from tens of thousands of candidates on (docs/performance.md)
-  backward_greedy,  ///< removes n - k candidates one by one, always that of minimum loss: for k > n / 2
+  backward_greedy,  ///< removes n - k candidates one by one, always that of minimum loss: pays from k of about 2 n / 3
+                    ///< on
   automatic,  ///< depends on the n candidates that may be selected: backward_greedy if 3 k >= 2 n, relaxed if n >=
               ///< 50000 and k >= 60, else, and with groups or targets, lazy_greedy; Selection::strategy tells which
 };
@@ -35,7 +36,7 @@ struct Options {
   std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the frame of
                                   ///< the blocks; nullptr: 1e-5 * I
-  double time_limit = 0;  ///< s, read between rounds, so that it is exceeded by at most one, and by the certificate's
+  double time_limit = 0;  ///< s, checked between rounds: exceeded by at most one of them, and by the certificate's
                           ///< pass over all candidates; backward_greedy starts with a pass over all. The answer so far
                           ///< is returned, perhaps empty. 0: none
   int threads = 0;  ///< 1: only the calling one; 0: as many of the selector's executor as pay off; n: at most n, and at
@@ -52,10 +53,10 @@ struct Options {
                                  ///< valid and not excluded, regardless of groups. 0: none
   double target_translation_sigma = 0;  ///< m: stop when the expected standard deviation of the translation, the root
                                         ///< of the trace of its 3 x 3 block of M^-1, is at most that. 0: none
-  double target_rotation_sigma = 0;  ///< rad: the same of the rotation. 0: none. If several targets are given, all must
-                                     ///< be met. Required candidates come first, then as many as the targets need, at
-                                     ///< most the budget: a prefix of the answer without targets. For strategies that
-                                     ///< support them, without exchange_sweeps; automatic then means lazy_greedy
+  double target_rotation_sigma = 0;     ///< rad: the same for the rotation. 0: none. If several targets are given, all
+                                     ///< must be met. Required candidates come first, then as many as the targets need,
+                                     ///< at most the budget: a prefix of the answer without targets. For strategies
+                                     ///< that support them, without exchange_sweeps; automatic then means lazy_greedy
 
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts towards the
                                             ///< budget; must be valid (BlockStore::is_valid), or nothing is selected

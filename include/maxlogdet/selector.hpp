@@ -36,7 +36,7 @@ class Selector {
   /// same on every processor, compiler, instruction set and number of threads; ties (equal computed gains, as of
   /// identical blocks) go to the lowest index. Selection::status names errors.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;
-  /// The selection would point into a destroyed selector: give it a name, or see maxlogdet/select.hpp.
+  /// The selection would point into a destroyed selector: name the selector, or see maxlogdet/select.hpp.
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:

@@ -55,7 +55,7 @@ class ErrorBounds {
   /// Restores a line() of before.
   void restore(const simd::UpperLine& line) noexcept { line_ = line; }
 
-  /// 1 + (an exact relative gain) is at most (1 + drift()) (1 + its stale bound).
+  /// (1 - drift()) (1 + an exact relative gain) is at most 1 + its stale bound.
   double drift() const noexcept { return drift_; }
 
   bool with_care() const noexcept { return with_care_; }
