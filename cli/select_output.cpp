@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -123,22 +124,35 @@ void print_selected(const sim::Frame& frame, const Selection& selection) {
   std::cout << '\n';
 }
 
+namespace {
+
+std::string strategies_with_groups_and_targets() {
+  std::vector<Strategy> supporting;
+  std::copy_if(std::begin(strategies), std::end(strategies), std::back_inserter(supporting),
+               supports_groups_and_targets);
+  return sim::joined(sim::names_of(supporting), ", ");
+}
+
+}  // namespace
+
 std::string explained(Status status, const Options& options) {
   switch (status) {
     case Status::invalid_epsilon:
       return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
     case Status::unsupported_isa: return sim::unsupported_isa_message();
     case Status::unsupported_groups:
-      return std::string(to_string(options.strategy)) +
-             " does not support --grid; greedy, lazy_greedy and stochastic_greedy can";
+      return std::string(to_string(options.strategy)) + " does not support --grid; expected --strategy " +
+             strategies_with_groups_and_targets();
     case Status::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
     case Status::invalid_target:
       return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or more for --target-translation-sigma and "
              "--target-rotation-sigma";
     case Status::unsupported_target:
-      return "greedy, lazy_greedy and stochastic_greedy without --exchange-sweeps stop at targets, and nothing else "
-             "does";
+      return std::string(to_string(options.strategy)) +
+             (options.exchange_sweeps == 0 ? "" : " with --exchange-sweeps") +
+             " does not stop at targets; expected --strategy " + strategies_with_groups_and_targets() +
+             ", without --exchange-sweeps";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }

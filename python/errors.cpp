@@ -30,8 +30,7 @@ const char* explain(Status status) noexcept {
     case Status::invalid_block: return "the block as measured is not finite";
     case Status::unsupported_isa: return "MAXLOGDET_ISA names an instruction set not built in, or not of this machine";
     case Status::invalid_target: return "a target is negative, NaN or infinite, or target_efficiency is above 1";
-    case Status::unsupported_target:
-      return "greedy, lazy_greedy and stochastic_greedy without exchange_sweeps stop at a target, nothing else";
+    case Status::unsupported_target: return "targets need a greedy strategy or automatic, and no exchange_sweeps";
   }
   return "unknown";
 }

@@ -182,7 +182,9 @@ TEST_F(Program, refuses_invalid_arguments) {
   expect_refused(run("select --time-limit-ms nan"), "--time-limit-ms");
   expect_refused(run("select --certificate-passes -1"), "--certificate-passes");
   expect_refused(run("select --exchange-sweeps x"), "--exchange-sweeps");
-  expect_refused(run("select --strategy relaxed --grid 8x6"), "relaxed does not support --grid");
+  expect_refused(
+      run("select --strategy relaxed --grid 8x6"),
+      "relaxed does not support --grid; expected --strategy greedy, lazy_greedy, stochastic_greedy, automatic");
   expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy does not support --grid");
   expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
