@@ -361,7 +361,7 @@ TEST_F(NamedConstraints, required_ones_that_cannot_be_met) {
 TEST_F(NamedConstraints, groups_that_cannot_be_met) {
   options_.budget = 4;
   options_.required = required_.data();
-  for (const std::size_t i : {4, 5, 6, 7}) required_[i] = 1;
+  for (const std::size_t i : {4U, 5U, 6U, 7U}) required_[i] = 1;
   options_.groups = groups_.data();
   EXPECT_EQ(status(), Status::invalid_groups) << "group 0 of 0";
   options_.group_count = 1;
