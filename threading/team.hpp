@@ -39,11 +39,11 @@ class Team {
   static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds work
   static constexpr std::size_t max_chunks = chunks_per_worker * max_workers;
 
-  /// The number of chunks, of at least `min_size`, for this much work; at least 1.
-  std::uint32_t chunks_of(std::size_t work, std::size_t min_size) const noexcept {
+  /// The number of chunks, of at least `min_chunk`, for this much work; at least 1.
+  std::uint32_t chunks_of(std::size_t work, std::size_t min_chunk) const noexcept {
     if (workers_ == 1) return 1;
     const std::size_t limit = chunks_per_worker * static_cast<std::size_t>(workers_);
-    return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(limit, work / min_size)));
+    return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(limit, work / min_chunk)));
   }
 
   /// Calls body(chunk) for every chunk in [0, count), count <= max_chunks, in parallel. Each worker begins with
@@ -60,8 +60,8 @@ class Team {
 
   /// Calls body(first, size, chunk) for chunks of [0, count) that begin at multiples of `unit`; returns how many.
   template <class Body>
-  std::uint32_t in_chunks(std::size_t count, std::size_t min_size, std::size_t unit, const Body& body) noexcept {
-    const std::uint32_t limit = chunks_of(count, min_size);
+  std::uint32_t in_chunks(std::size_t count, std::size_t min_chunk, std::size_t unit, const Body& body) noexcept {
+    const std::uint32_t limit = chunks_of(count, min_chunk);
     if (limit == 1) {
       body(std::size_t{0}, count, 0U);
       return 1;

@@ -89,7 +89,7 @@ void TileLayout::use_ordered(std::size_t count) noexcept {
   is_ordered_ = true;
 }
 
-void TileLayout::find_lanes() noexcept {
+void TileLayout::find_lanes() const noexcept {
   for (std::size_t lane = 0; lane < remaining_; ++lane) {
     memory_.lane[memory_.candidate[lane]] = static_cast<std::uint32_t>(lane);
   }

@@ -60,7 +60,7 @@ class TileLayout {
   }
 
   /// Prepares lane_of() for an ordered layout.
-  void find_lanes() noexcept;
+  void find_lanes() const noexcept;
 
   /// Whether the tiles hold all candidates that remain, not only listed ones.
   bool holds_all() const noexcept { return is_store_order_ || is_ordered_; }
