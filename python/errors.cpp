@@ -30,7 +30,8 @@ const char* explain(Status status) noexcept {
     case Status::invalid_block: return "the block as measured is not finite";
     case Status::unsupported_isa: return "MAXLOGDET_ISA names an instruction set not built in, or not of this machine";
     case Status::invalid_target: return "a target is negative, NaN or infinite, or target_efficiency is above 1";
-    case Status::unsupported_target: return "targets need a greedy strategy or automatic, and no exchange_sweeps";
+    case Status::unsupported_target:
+      return "the strategy, or exchange_sweeps, has no order in which to stop at a target";
   }
   return "unknown";
 }

@@ -190,7 +190,7 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
     if (batch.count == 0) break;
     fill<weighting, third>(input, batch);
     if constexpr (is_general) {
-      see_and_filter<weighting, third>(input, batch, output);
+      linearise_and_filter<weighting, third>(input, batch, output);
     } else {
       transform_and_filter(input, batch, output);
     }

@@ -153,7 +153,7 @@ inline bool is_weighable(const BlockInput& input, const Batch& batch, std::size_
 // Transforms points to the body's frame, finds their J, and removes from the batch matches that have none, or no
 // weight.
 template <BlockWeighting weighting, ThirdRow third>
-inline void see_and_filter(const BlockInput& input, SeenBatch& batch, BlockOutput& output) {
+inline void linearise_and_filter(const BlockInput& input, SeenBatch& batch, BlockOutput& output) {
   fill_seen(input, batch);
   std::uint32_t kept[batch_size];
   std::uint32_t finite[batch_size / double_lanes];

@@ -30,7 +30,7 @@ enum {
   MAXLOGDET_STATUS_INFEASIBLE = 11,          ///< what is required is excluded, invalid, or more than is allowed
   MAXLOGDET_STATUS_UNSUPPORTED_GROUPS = 12,  ///< the strategy does not support groups
   MAXLOGDET_STATUS_NOTHING_PROPOSED = 13,    ///< an answer without a proposal
-  MAXLOGDET_STATUS_INVALID_BLOCK = 14,       ///< the measured block is null, has other rows, or is not finite
+  MAXLOGDET_STATUS_INVALID_BLOCK = 14,       ///< the measured block is null, not finite, or has not 1 to 3 rows
   MAXLOGDET_STATUS_UNSUPPORTED_ISA = 15,     ///< MAXLOGDET_ISA names an unavailable instruction set
   MAXLOGDET_STATUS_TARGET_REACHED = 16,      ///< every target given is met: an answer
   MAXLOGDET_STATUS_INVALID_TARGET = 17,      ///< negative, NaN or infinite, or target_efficiency above 1

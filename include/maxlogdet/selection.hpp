@@ -44,13 +44,12 @@ const char* to_string(Status status) noexcept;
 
 /// The answer: views into the Selector that gave it, valid until its next select() or its destruction.
 struct Selection {
-  Status status;  ///< how the selection ended
-  const std::uint32_t*
-      indices;          ///< `size` candidate indices: required ones, then in order of selection;
-                        ///< backward_greedy's by index; an exchanged candidate is where the one was that it replaces
-  std::size_t size;     ///< number selected
-  const double* gains;  ///< `size` gains: the increase in log det when each is added to those before it, nats
-  double log_det;       ///< log det(prior + sum of selected H^T H), nats
+  Status status;                  ///< how the selection ended
+  const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection;
+                                  ///< backward_greedy's by index; an exchange puts a candidate where it takes one out
+  std::size_t size;               ///< number selected
+  const double* gains;            ///< `size` gains: the increase in log det when each is added to those before it, nats
+  double log_det;                 ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;        ///< gains computed in float32, and losses in float64; may differ between machines
   std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not decide; may differ
                                   ///< between machines

@@ -4,9 +4,9 @@
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/candidates.hpp"
 #include "simd/rounding.hpp"
+#include "simd/upper_line.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace maxlogdet {
 namespace {
@@ -71,7 +71,7 @@ void Losses::evaluate_lazily(const InformationFactor& factor) noexcept {
   evaluate_between(factor, highest, float_infinity);
   const double threshold = (min_listed() + 2 * rounding_error_) / (1 - drift_of_error * factor_error_);
   const auto lowest = -static_cast<float>(std::min(threshold, 1.0) * (1 + float_room));
-  evaluate_between(factor, lowest, std::nextafter(highest, -float_infinity));
+  evaluate_between(factor, lowest, simd::next_below(highest));
   keep_bounds();  // not earlier: a tile whose new bound is in the second range would be evaluated twice
 }
 
