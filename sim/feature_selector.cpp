@@ -159,7 +159,7 @@ void FeatureSelector::build_blocks(const Frame& frame, const Matches& arrays,
   Matches matches = arrays;
   matches.usable = usable_.data();
   blocks_.clear();
-  const BlockReport report = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, settings_.blocks, blocks_);
+  const BlockReport report = append_blocks(frame, matches, settings_.blocks, blocks_);
   if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.status));
 }
 

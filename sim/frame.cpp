@@ -5,13 +5,18 @@
 
 namespace maxlogdet::sim {
 
+ThirdMeasurement FrameCamera::third() const noexcept {
+  if (depth_sigma > 0) return ThirdMeasurement::depth;
+  return rig.empty() && bf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+}
+
 std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
-  const auto& t = frame.T_cw_prior;
   std::array<double, 3> p{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    p[i] = t[4 * i] * match.point[0] + t[4 * i + 1] * match.point[1] + t[4 * i + 2] * match.point[2] + t[4 * i + 3];
-  }
-  return p;
+  RigidTransform(frame.T_cw_prior.data()).transform(match.point, p.data());
+  if (frame.camera.rig.empty()) return p;
+  std::array<double, 3> of_camera{};
+  frame.camera.rig[match.camera_id].T_cb.transform(p.data(), of_camera.data());
+  return of_camera;
 }
 
 MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
@@ -27,17 +32,19 @@ void MatchArrays::clear() {
   points_.clear();
   sigmas_.clear();
   map_covariances_.clear();
-  is_stereo_.clear();
+  has_third_.clear();
+  camera_ids_.clear();
 }
 
 void MatchArrays::add(const Frame& frame, std::size_t i) {
   add(frame.matches[i], frame.map_covariances.empty() ? nullptr : frame.map_covariances[i].data());
+  if (!frame.camera.rig.empty()) camera_ids_.push_back(frame.matches[i].camera_id);
 }
 
 void MatchArrays::add(const Match& match, const double* map_covariance) {
   points_.insert(points_.end(), match.point, match.point + 3);
   sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
-  is_stereo_.push_back(match.is_stereo() ? 1 : 0);
+  has_third_.push_back(match.has_third() ? 1 : 0);
   if (map_covariance != nullptr) map_covariances_.insert(map_covariances_.end(), map_covariance, map_covariance + 9);
 }
 
@@ -46,15 +53,25 @@ Matches MatchArrays::view() const noexcept {
   matches.size = sigmas_.size();
   matches.points = points_.data();
   matches.sigmas = sigmas_.data();
-  matches.has_third = is_stereo_.data();
+  matches.has_third = has_third_.data();
+  if (!camera_ids_.empty()) matches.camera_ids = camera_ids_.data();
   matches.map_covariances = map_covariances_.empty() ? nullptr : map_covariances_.data();
   return matches;
+}
+
+BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
+  const FrameCamera& camera = frame.camera;
+  if (camera.rig.empty()) {
+    return maxlogdet::append_blocks(Camera(camera), frame.T_cw_prior.data(), matches, options, blocks);
+  }
+  return maxlogdet::append_blocks(Rig(camera.rig.data(), camera.rig.size()), frame.T_cw_prior.data(), matches, options,
+                                  blocks);
 }
 
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
                          BlockStore& blocks) {
   blocks.clear();
-  return append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), options, blocks);
+  return append_blocks(frame, matches.view(), options, blocks);
 }
 
 BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks) {

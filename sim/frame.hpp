@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,19 +23,42 @@ struct Match {
   double inv_sigma2 = 1;       ///< 1 / (measurement variance), px^-2
   double desc_dist = 0;        ///< descriptor distance: lower is the better match
   std::int64_t keyframe = -1;  ///< keyframe that mapped the point; -1: unknown
+  double depth = -1;           ///< measured Z in the camera, m, where FrameCamera::depth_sigma is known; -1: none
+  std::uint8_t camera_id = 0;  ///< which camera of a rig
+  bool is_selected = false;    ///< whether the recorded tracker selected it (Frame::has_selection)
 
   bool is_stereo() const noexcept { return u_right >= 0; }
+  bool has_third() const noexcept { return is_stereo() || depth > 0; }
+};
+
+/// What took a frame: a rectified pinhole, or a rig of one or more cameras of any model, about whose body the pose is.
+struct FrameCamera : PinholeCamera {
+  FrameCamera() = default;
+  FrameCamera(const PinholeCamera& pinhole) : PinholeCamera(pinhole) {}  // NOLINT(google-explicit-constructor)
+  FrameCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0)
+      : PinholeCamera(fx_, fy_, cx_, cy_, bf_) {}
+
+  std::vector<RigCamera> rig;  ///< instead of the pinhole, if not empty
+  double depth_sigma = 0;      ///< standard deviation of Match::depth, m; 0: depth is not measured
+
+  /// Returns whether matches have u, v and at most a right-image column, by the pinhole.
+  bool is_pinhole() const noexcept { return rig.empty() && !(depth_sigma > 0); }
+  /// Returns the third measurement that matches may have.
+  ThirdMeasurement third() const noexcept;
 };
 
 /// The matches of one image and the pose to linearise at; docs/frame_format.md describes the file it is read from.
 struct Frame {
   std::string name;
-  PinholeCamera camera;
+  FrameCamera camera;
   int width = 0;                                                             ///< image, px
   int height = 0;                                                            ///< image, px
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
   std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown
+  std::optional<std::array<double, 12>> T_cw_true;     ///< 3 x 4 row-major, like T_cw_prior
+  bool has_quality = false;                            ///< Match::desc_dist was recorded
+  bool has_selection = false;                          ///< Match::is_selected was recorded
   std::vector<std::string> unknown_columns;            ///< of the file, ignored: perhaps misspelt
 };
 
@@ -66,8 +90,12 @@ class MatchArrays {
   std::vector<double> points_;
   std::vector<double> sigmas_;
   std::vector<double> map_covariances_;
-  std::vector<unsigned char> is_stereo_;
+  std::vector<unsigned char> has_third_;
+  std::vector<std::uint8_t> camera_ids_;  // empty without a rig
 };
+
+/// Appends a block for each of the matches, a frame's, at its prior pose, as its camera has seen them.
+BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks);
 
 /// Refills `blocks` with a block for each match, under the match's index, at the frame's prior pose.
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,

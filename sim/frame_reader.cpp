@@ -1,26 +1,32 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_reader.hpp"
 
+#include "sim/frame_comments.hpp"
 #include "sim/text.hpp"
 #include "sim/text_file.hpp"
 
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
-#include <optional>
 #include <string_view>
+#include <utility>
 
 namespace maxlogdet::sim {
 namespace {
 
 // All columns of docs/frame_format.md; other readers use those that are ignored here.
-constexpr std::string_view known_columns[] = {"kp",         "mp_id",      "X",         "Y",           "Z",
-                                              "u",          "v",          "octave",    "u_right",     "depth",
-                                              "inv_sigma2", "desc_dist",  "src",       "n_obs",       "found_ratio",
-                                              "response",   "chi2_prior", "chi2_post", "outlier_post"};
+constexpr std::string_view known_columns[] = {
+    "kp",     "mp_id",       "X",          "Y",         "Z",          "u",         "v",
+    "octave", "u_right",     "depth",      "cov_xx",    "cov_xy",     "cov_xz",    "cov_yy",
+    "cov_yz", "cov_zz",      "inv_sigma2", "desc_dist", "camera",     "keyframe",  "src",
+    "n_obs",  "found_ratio", "response",   "selected",  "chi2_prior", "chi2_post", "outlier_post"};
+
+constexpr const char* covariance_columns[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
 
 class FrameReader {
  public:
@@ -38,10 +44,10 @@ class FrameReader {
         read_match(*text);
       }
     }
-    require(has_camera_, "a comment '# fx,fy,cx,cy,bf: ...'");
-    require(has_image_, "a comment '# image width,height: ...'");
-    require(has_pose_, "a comment '# Tcw_prior: ...' with the pose to linearise at");
+    require(comments_.has_camera(), "a comment '# fx,fy,cx,cy,bf: ...' or '# camera: ...'");
+    require(comments_.has("Tcw_prior"), "a comment '# Tcw_prior: ...' with the pose to linearise at");
     require(!names_.empty(), "a header line that names the columns, then one row a match");
+    if (has_covariances_) frame_.map_covariances = std::move(covariances_);
     return std::move(frame_);
   }
 
@@ -50,65 +56,13 @@ class FrameReader {
     if (!condition) file_.fail_at_end(expected);
   }
 
-  std::int64_t integer(std::string_view field, const std::string& what) const {
-    const std::optional<std::int64_t> value = whole_number(field);
-    if (!value) file_.fail("an integer for " + what + ", not " + shown(field));
-    return *value;
-  }
-
-  std::vector<double> numbers(std::string_view text, std::size_t count, const std::string& what) const {
-    const auto fields = split_at_commas(text);
-    if (fields.size() != count) file_.fail(std::to_string(count) + " numbers for " + what);
-    std::vector<double> values;
-    for (const auto field : fields) values.push_back(file_.number(field, what));
-    return values;
-  }
-
-  // The name of '# name (remark): values' without blanks.
-  static std::string comment_name(std::string_view text) {
-    std::string name;
-    for (const char c : text.substr(0, text.find('('))) {
-      if (c != ' ' && c != '\t') name += c;
-    }
-    return name;
-  }
-
   // Comments with other names are skipped.
   void read_comment(std::string_view text) {
     const auto colon = text.rfind(':');
     if (colon == std::string_view::npos) return;
     const std::string name = comment_name(text.substr(0, colon));
-    const std::string_view values = text.substr(colon + 1);
-    const auto is_new = [&](bool& was_seen) {
-      if (was_seen) file_.fail("one comment '" + name + "', not a second one");
-      was_seen = true;
-    };
-    if (name == "fx,fy,cx,cy,bf") {
-      is_new(has_camera_);
-      const auto v = numbers(values, 5, "fx,fy,cx,cy,bf");
-      if (!(v[0] > 0) || !(v[1] > 0)) file_.fail("positive fx and fy");
-      if (!(v[4] >= 0)) file_.fail("bf of 0 (monocular) or more");
-      frame_.camera = {v[0], v[1], v[2], v[3], v[4]};
-    } else if (name == "imagewidth,height") {
-      is_new(has_image_);
-      const auto fields = split_at_commas(values);
-      if (fields.size() != 2) file_.fail("2 integers for image width,height");
-      const auto width = integer(fields[0], "image width");
-      const auto height = integer(fields[1], "image height");
-      constexpr std::int64_t largest = 1 << 20;
-      if (width < 1 || height < 1 || width > largest || height > largest)
-        file_.fail("an image width and height from 1 to 2^20");
-      frame_.width = static_cast<int>(width);
-      frame_.height = static_cast<int>(height);
-    } else if (name == "Tcw_prior") {
-      is_new(has_pose_);
-      const auto v = numbers(values, 12, "Tcw_prior (3 x 4 row-major)");
-      const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(v.data());
-      const Eigen::Matrix3d R = T_cw.leftCols<3>();
-      if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
-        file_.fail("a rotation in the first 3 columns of Tcw_prior");
-      std::copy(v.begin(), v.end(), frame_.T_cw_prior.begin());
-    }
+    if (!names_.empty() && FrameComments::decides_rows(name)) file_.fail("the comment '" + name + "' above the header");
+    comments_.read(name, text.substr(colon + 1), file_, frame_);
   }
 
   void read_header(std::string_view text) {
@@ -121,26 +75,41 @@ class FrameReader {
       }
     }
     for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
-      if (column_.count(name) == 0)
+      if (!has_column(name))
         file_.fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
     }
+    const auto given = std::count_if(std::begin(covariance_columns), std::end(covariance_columns),
+                                     [this](const char* name) { return has_column(name); });
+    if (given != 0 && given != 6) file_.fail("all six columns cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz, or none");
+    frame_.has_quality = has_column("desc_dist");
+    frame_.has_selection = has_column("selected");
+  }
+
+  bool has_column(const char* name) const { return column_.count(name) != 0; }
+
+  double value(const char* name, double fallback) const {
+    const auto column = column_.find(name);
+    return column == column_.end() ? fallback : values_[column->second];
+  }
+
+  std::int64_t whole(const char* name, std::int64_t fallback) const {
+    const auto column = column_.find(name);
+    return column == column_.end() ? fallback : integer(file_, fields_[column->second], name);
+  }
+
+  std::int64_t whole_within(const char* name, std::int64_t low, std::int64_t high, const std::string& expected) const {
+    const std::int64_t number = whole(name, low);
+    if (number < low || number > high) file_.fail(expected);
+    return number;
   }
 
   void read_match(std::string_view text) {
-    const auto fields = split_at_commas(text);
-    if (fields.size() != names_.size()) {
-      file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields.size()));
+    fields_ = split_at_commas(text);
+    if (fields_.size() != names_.size()) {
+      file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields_.size()));
     }
-    std::vector<double> values;
-    for (std::size_t i = 0; i < fields.size(); ++i) values.push_back(file_.number(fields[i], names_[i]));
-    const auto value = [&](const std::string& name, double fallback) {
-      const auto column = column_.find(name);
-      return column == column_.end() ? fallback : values[column->second];
-    };
-    const auto whole = [&](const std::string& name, std::int64_t fallback) {
-      const auto column = column_.find(name);
-      return column == column_.end() ? fallback : integer(fields[column->second], name);
-    };
+    values_.clear();
+    for (std::size_t i = 0; i < fields_.size(); ++i) values_.push_back(file_.number(fields_[i], names_[i]));
 
     Match match;
     match.keypoint = whole("kp", static_cast<std::int64_t>(frame_.matches.size()));
@@ -150,34 +119,82 @@ class FrameReader {
     match.point[2] = value("Z", 0);
     match.u = value("u", 0);
     match.v = value("v", 0);
-    const std::int64_t octave = whole("octave", 0);
-    if (octave < 0 || octave > 63) file_.fail("an octave from 0 to 63");
-    match.octave = static_cast<int>(octave);
+    match.octave = static_cast<int>(whole_within("octave", 0, 63, "an octave from 0 to 63"));
     match.u_right = value("u_right", -1);
     match.inv_sigma2 = value("inv_sigma2", 1);
     if (!(match.inv_sigma2 > 0)) file_.fail("a positive inv_sigma2");
     match.desc_dist = value("desc_dist", 0);
+    match.keyframe = whole("keyframe", -1);
+    match.is_selected = whole_within("selected", 0, 1, "0 or 1 for selected") == 1;
+    const auto cameras = static_cast<std::int64_t>(std::max<std::size_t>(frame_.camera.rig.size(), 1));
+    match.camera_id = static_cast<std::uint8_t>(
+        whole_within("camera", 0, cameras - 1, "a camera from 0 to " + std::to_string(cameras - 1)));
+    read_third(match);
     frame_.matches.push_back(match);
+    read_covariance();
+  }
+
+  void read_third(Match& match) const {
+    const FrameCamera& camera = frame_.camera;
+    if (camera.depth_sigma > 0) match.depth = value("depth", -1);
+    if (!match.is_stereo() || camera.is_pinhole()) return;
+    file_.fail("a negative u_right, or no such column, with '# depth_sigma', '# camera' or a rig");
+  }
+
+  // The upper triangle, row by row; cov_xx < 0: unknown.
+  void read_covariance() {
+    if (!has_column(covariance_columns[0])) return;
+    const double xx = value("cov_xx", -1), xy = value("cov_xy", 0), xz = value("cov_xz", 0), yy = value("cov_yy", 0),
+                 yz = value("cov_yz", 0), zz = value("cov_zz", 0);
+    const bool is_known = xx >= 0;
+    if (is_known && (yy < 0 || zz < 0)) file_.fail("variances cov_yy and cov_zz of 0 or more");
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    covariances_.push_back(is_known ? std::array<double, 9>{xx, xy, xz, xy, yy, yz, xz, yz, zz}
+                                    : std::array<double, 9>{unknown});
+    has_covariances_ = has_covariances_ || is_known;
   }
 
   TextFile file_;
+  FrameComments comments_;
   std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
-  bool has_camera_ = false;
-  bool has_image_ = false;
-  bool has_pose_ = false;
+  std::vector<std::string_view> fields_;  // of a row
+  std::vector<double> values_;
+  std::vector<std::array<double, 9>> covariances_;
+  bool has_covariances_ = false;
   Frame frame_;
 };
 
+// Without a size the image is as large as the matches need, in every frame of a folder.
+void complete_sizes(std::vector<Frame>& frames) {
+  double width = 1, height = 1;
+  for (const Frame& frame : frames) {
+    for (const Match& match : frame.matches) {
+      width = std::max(width, match.u + 1);
+      height = std::max(height, match.v + 1);
+    }
+  }
+  for (Frame& frame : frames) {
+    if (frame.width != 0) continue;
+    frame.width = static_cast<int>(std::min<double>(std::ceil(width), largest_side));
+    frame.height = static_cast<int>(std::min<double>(std::ceil(height), largest_side));
+  }
+}
+
 }  // namespace
 
-Frame read_frame(const std::string& file) { return FrameReader(file).read(); }
+Frame read_frame(const std::string& file) {
+  std::vector<Frame> frames = {FrameReader(file).read()};
+  complete_sizes(frames);
+  return std::move(frames.front());
+}
 
 std::vector<Frame> read_frames(const std::string& file_or_folder) {
   std::error_code error;
   if (!std::filesystem::is_directory(file_or_folder, error)) return {read_frame(file_or_folder)};
   std::vector<Frame> frames;
-  for (const auto& file : files_of(file_or_folder, "frame_", ".csv")) frames.push_back(read_frame(file));
+  for (const auto& file : files_of(file_or_folder, "frame_", ".csv")) frames.push_back(FrameReader(file).read());
+  complete_sizes(frames);
   return frames;
 }
 

@@ -19,13 +19,13 @@ PoseOptions options_of_round(const RejectionOptions& options, bool is_last) {
 
 }  // namespace
 
-bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
+bool agrees(const FrameCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
             const Whitening* whitening) {
-  const double limit = options.stereo && match.is_stereo() ? options.chi2_stereo : options.chi2_monocular;
+  const double limit = options.stereo && match.has_third() ? options.chi2_stereo : options.chi2_monocular;
   return chi2(camera, T_cw, match, options.stereo, whitening) <= limit;
 }
 
-Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
+Rejection reject_outliers(const FrameCamera& camera, const std::vector<Match>& matches,
                           const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
                           const std::vector<Whitening>& whitenings) {
   Rejection result;

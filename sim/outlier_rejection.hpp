@@ -20,7 +20,7 @@ struct RejectionOptions {
 };
 
 /// Returns whether a match's chi2 at T_cw is within the limit for its rows; `whitening` as in chi2().
-bool agrees(const PinholeCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
+bool agrees(const FrameCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
             const Whitening* whitening = nullptr);
 
 struct Rejection {
@@ -30,7 +30,7 @@ struct Rejection {
 
 /// Estimates the pose from the matches of `subset`, and which of them agree with it. A round without a usable estimate
 /// is the last: the inliers are then the matches that it was estimated from. `whitenings` as in optimize_pose().
-Rejection reject_outliers(const PinholeCamera& camera, const std::vector<Match>& matches,
+Rejection reject_outliers(const FrameCamera& camera, const std::vector<Match>& matches,
                           const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
                           const std::vector<Whitening>& whitenings = {});
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/pose_optimizer.hpp"
 
+#include "sim/projection.hpp"
+
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
@@ -20,7 +22,7 @@ constexpr double min_pivot = 1e-13;
 constexpr double first_damping = 1e-6;
 constexpr double min_damping_after_rise = 1e-2;
 
-// A camera at a pose, in plain doubles.
+// A pinhole at a pose, in plain doubles.
 struct View {
   View(const PinholeCamera& camera, const Pose& T_cw, bool uses_stereo)
       : fx(camera.fx), fy(camera.fy), cx(camera.cx), cy(camera.cy), baseline(camera.bf / camera.fx) {
@@ -159,18 +161,18 @@ void add_row(Sums& sums, const double (&a)[6], double weight, double error) {
 }
 
 struct Problem {
-  const PinholeCamera& camera;
+  const FrameCamera& camera;
   const std::vector<Match>& matches;
   const std::vector<std::uint32_t>& subset;
   const PoseOptions& options;
   const std::vector<Whitening>& whitenings;
 
   View view(const Pose& T_cw) const { return {camera, T_cw, options.stereo}; }
-  double threshold(const Sight& at) const {
-    const double given = at.has_right ? options.huber_stereo : options.huber_monocular;
+  double threshold(bool has_third) const {
+    const double given = has_third ? options.huber_stereo : options.huber_monocular;
     return given > 0 ? given : infinity;
   }
-  // nullptr: inv_sigma2 alone whitens.
+  // nullptr: the measurement's noise alone whitens.
   const Whitening* whitening(std::uint32_t i) const { return whitenings.empty() ? nullptr : &whitenings[i]; }
 };
 
@@ -211,7 +213,7 @@ Sums add_up_whitened(const Problem& problem, const View& view) {
     whitening.apply(e[0], e[1], e[2]);
     const double s = squared_norm(at.error);
     if (!(s < infinity)) continue;
-    const Loss loss = huber(s, problem.threshold(at));
+    const Loss loss = huber(s, problem.threshold(at.has_right));
     const double x = at.x;
     const double y = at.y;
     const double q = at.right;
@@ -227,6 +229,36 @@ Sums add_up_whitened(const Problem& problem, const View& view) {
     ++sums.used;
   }
   return sums;
+}
+
+// One pass with cameras of any model, or depths.
+Sums add_up_any(const Problem& problem, const Pose& T_cw) {
+  Sums sums;
+  LinearizedMatch at;
+  for (const std::uint32_t i : problem.subset) {
+    const Match& match = problem.matches[i];
+    if (!linearize(problem.camera, T_cw, match, problem.options.stereo, at)) continue;
+    const Whitening whitening =
+        problem.whitenings.empty() ? measurement_whitening(problem.camera, match) : problem.whitenings[i];
+    Eigen::Vector3d& e = at.residual;
+    whitening.apply(e[0], e[1], e[2]);
+    if (!(e.squaredNorm() < infinity)) continue;
+    for (int column = 0; column < 6; ++column) whitening.apply(at.H_x(0, column), at.H_x(1, column), at.H_x(2, column));
+    const Loss loss = huber(e.squaredNorm(), problem.threshold(at.rows == 3));
+    for (int row = 0; row < at.rows; ++row) {
+      const Vector6 a = at.H_x.row(row);
+      add_row(sums, {a[0], a[1], a[2], a[3], a[4], a[5]}, loss.weight, e[row]);
+    }
+    sums.rho += loss.rho;
+    ++sums.used;
+  }
+  return sums;
+}
+
+Sums add_up(const Problem& problem, const Pose& T_cw) {
+  if (!problem.camera.is_pinhole()) return add_up_any(problem, T_cw);
+  const View view = problem.view(T_cw);
+  return problem.whitenings.empty() ? add_up(problem, view) : add_up_whitened(problem, view);
 }
 
 Matrix6 to_matrix(const Sums& sums) {
@@ -265,10 +297,7 @@ struct Scaled {
 
 struct Linearization {
   Linearization(const Problem& problem, const Pose& at)
-      : T_cw(at),
-        sums(problem.whitenings.empty() ? add_up(problem, problem.view(at))
-                                        : add_up_whitened(problem, problem.view(at))),
-        equations(to_matrix(sums)) {}
+      : T_cw(at), sums(add_up(problem, at)), equations(to_matrix(sums)) {}
 
   bool is_regular() const { return sums.used >= min_matches && equations.is_regular && std::isfinite(sums.rho); }
 
@@ -283,29 +312,47 @@ struct Linearization {
   Scaled equations;
 };
 
-double squared_error(const Sight& at, double inv_sigma2, const Whitening* whitening) {
-  if (whitening == nullptr) return inv_sigma2 * squared_norm(at.error);
-  double e[3] = {at.error[0], at.error[1], at.error[2]};
+// Squared error of a match in deviations, and its rows: infinite where the camera has no image, NaN where a number is.
+struct SquaredError {
+  double value;
+  bool has_third;
+};
+
+SquaredError whitened_square(const Whitening* whitening, double inv_sigma2, double (&e)[3], bool has_third) {
+  if (whitening == nullptr) return {inv_sigma2 * squared_norm(e), has_third};
   whitening->apply(e[0], e[1], e[2]);
-  return squared_norm(e);
+  return {squared_norm(e), has_third};
+}
+
+SquaredError squared_error_of_any(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+                                  const Whitening* whitening) {
+  LinearizedMatch at;
+  if (!linearize(camera, T_cw, match, stereo, at)) return {infinity, false};
+  const Whitening of_measurement = measurement_whitening(camera, match);
+  double e[3] = {at.residual[0], at.residual[1], at.residual[2]};
+  return whitened_square(whitening == nullptr ? &of_measurement : whitening, 1, e, at.rows == 3);
+}
+
+SquaredError squared_error(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+                           const Whitening* whitening) {
+  if (!camera.is_pinhole()) return squared_error_of_any(camera, T_cw, match, stereo, whitening);
+  Sight at;
+  if (!look(View(camera, T_cw, stereo), match, at)) return {infinity, false};
+  return whitened_square(whitening, match.inv_sigma2, at.error, at.has_right);
 }
 
 // sum rho at `to` of the matches that were linearised at `from`, so that the two are comparable: infinite if a point
 // moves behind the camera, and without points that come in front of it.
 double rho_after_step(const Problem& problem, const Pose& from, const Pose& to) {
-  const View before = problem.view(from);
-  const View after = problem.view(to);
   double sum = 0;
   for (const std::uint32_t i : problem.subset) {
-    const Match& match = problem.matches[i];
-    const Whitening* const whitening = problem.whitening(i);
-    Sight old_sight;
-    Sight new_sight;
-    if (!look(before, match, old_sight)) continue;
-    if (!(squared_error(old_sight, match.inv_sigma2, whitening) < infinity)) continue;
-    if (!look(after, match, new_sight)) return infinity;
-    const double s = squared_error(new_sight, match.inv_sigma2, whitening);
-    sum += huber(s, problem.threshold(new_sight)).rho;
+    const auto error_at = [&](const Pose& T_cw) {
+      return squared_error(problem.camera, T_cw, problem.matches[i], problem.options.stereo, problem.whitening(i));
+    };
+    if (!(error_at(from).value < infinity)) continue;
+    const SquaredError after = error_at(to);
+    if (after.value == infinity) return infinity;
+    sum += huber(after.value, problem.threshold(after.has_third)).rho;
   }
   return sum;
 }
@@ -361,16 +408,12 @@ Matrix6 invert_information(const Matrix6& information) {
 
 Matrix6 PoseEstimate::covariance() const { return invert_information(information); }
 
-double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
-            const Whitening* whitening) {
-  const View view(camera, T_cw, stereo);
-  Sight at;
-  if (!look(view, match, at)) return infinity;
-  const double s = squared_error(at, match.inv_sigma2, whitening);
+double chi2(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo, const Whitening* whitening) {
+  const double s = squared_error(camera, T_cw, match, stereo, whitening).value;
   return s < infinity ? s : infinity;  // NaN is no match either
 }
 
-PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
+PoseEstimate optimize_pose(const FrameCamera& camera, const std::vector<Match>& matches,
                            const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
                            const std::vector<Whitening>& whitenings) {
   const Problem problem{camera, matches, subset, options, whitenings};

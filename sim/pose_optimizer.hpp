@@ -18,7 +18,7 @@ enum class PoseMethod {
 
 struct PoseOptions {
   PoseMethod method = PoseMethod::levenberg_marquardt;
-  bool stereo = true;            ///< use the right-image columns of matches that have one
+  bool stereo = true;            ///< use the right-image columns, or depths, of matches that have one
   double huber_monocular = 0;    ///< Huber threshold of |e| in deviations, for 2 rows; 0: squared error
   double huber_stereo = 0;       ///< the same for 3 rows
   int max_iterations = 10;       ///< linearisations from which a step was tried, rejected or not
@@ -51,16 +51,16 @@ Matrix6 invert_information(const Matrix6& information);
 
 /// Returns the squared error of a match in deviations: ||W e||^2 with the whitening W, or ||e||^2 inv_sigma2 without
 /// one; infinite where the point is not in front of the camera, or a number is not finite.
-double chi2(const PinholeCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
+double chi2(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
             const Whitening* whitening = nullptr);
 
 /// Minimises the sum over the subset of rho(||W (z - h(T_cw, p))||^2) by steps T_cw <- exp(xi^) T_cw from `start`.
-/// `subset`: indices into `matches`. `whitenings`: W, one for each of `matches`; empty: sqrt(inv_sigma2) I for each,
-/// which is faster. They are constant while the pose moves, as the information matrix of an edge is in g2o. Matches are
-/// left out while they are behind the camera, and always if a number is not finite or inv_sigma2 is not positive.
-/// Levenberg-Marquardt takes no step that raises the cost of the matches that it was linearised with, or moves one of
-/// them behind the camera.
-PoseEstimate optimize_pose(const PinholeCamera& camera, const std::vector<Match>& matches,
+/// `subset`: indices into `matches`. `whitenings`: W, one for each of `matches`; empty: by the measurement's noise,
+/// which is faster of a pinhole. They are constant while the pose moves, as the information matrix of an edge is in
+/// g2o. Matches are left out while they are behind the camera, and always if a number is not finite or inv_sigma2 is
+/// not positive. Levenberg-Marquardt takes no step that raises the cost of the matches that it was linearised with, or
+/// moves one of them behind the camera.
+PoseEstimate optimize_pose(const FrameCamera& camera, const std::vector<Match>& matches,
                            const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
                            const std::vector<Whitening>& whitenings = {});
 
