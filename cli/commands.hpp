@@ -8,6 +8,7 @@ namespace maxlogdet::cli {
 /// Each adds its subcommand, which runs once the command line has been parsed, and throws sim::InputError about wrong
 /// input.
 void add_select_command(CLI::App& program);
+void add_evaluate_command(CLI::App& program);
 void add_info_command(CLI::App& program);
 
 }  // namespace maxlogdet::cli

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
     program.require_subcommand(0, 1);
     program.set_version_flag("--version", maxlogdet::version());
     maxlogdet::cli::add_select_command(program);
+    maxlogdet::cli::add_evaluate_command(program);
     maxlogdet::sim::add_simulate_command(program);
     maxlogdet::cli::add_info_command(program);
     maxlogdet::sim::refuse_empty_values(program);
@@ -44,11 +45,10 @@ int main(int argc, char** argv) {
         program.exit(error);
         return flush();
       }
-      return fail(std::string(error.what()) +
-                  " (see maxlogdet --help, maxlogdet select --help, maxlogdet simulate --help)");
+      return fail(std::string(error.what()) + " (see maxlogdet --help, and --help of each command)");
     }
     if (program.get_subcommands().empty())
-      return fail("a command is missing: select, simulate or info (maxlogdet --help)");
+      return fail("a command is missing: select, evaluate, simulate or info (maxlogdet --help)");
     return flush();
   } catch (const maxlogdet::sim::Interrupted& error) {
     fail(error.what());

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "cli/commands.hpp"
+#include "sim/command_line.hpp"
+#include "sim/evaluation/evaluation.hpp"
+#include "sim/evaluation/report.hpp"
+#include "sim/frame_reader.hpp"
+#include "sim/input_error.hpp"
+#include "sim/json_file.hpp"
+#include "sim/names.hpp"
+#include "sim/output_file.hpp"
+#include "sim/table.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace maxlogdet::cli {
+namespace {
+
+struct EvaluateArguments {
+  std::vector<std::string> inputs;
+  std::vector<std::size_t> budgets = sim::EvaluationOptions().budgets;
+  std::size_t repeats = sim::EvaluationOptions().repeats;
+  double map_sigma = BlockOptions().map_sigma;
+  std::string weighting;  // empty: by the frames
+  std::string seed = "0";
+  std::string output;  // empty: none
+  int threads = 0;
+  bool as_json = false;
+
+  void add_to(CLI::App& command);
+};
+
+void EvaluateArguments::add_to(CLI::App& command) {
+  command.add_option("FRAMES", inputs, "Folders of recorded frames, or files (docs/frame_format.md)")->required();
+  command.add_option("--budgets", budgets, "Numbers of matches to select")
+      ->delimiter(',')
+      ->check(CLI::Range(6, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--repeats", repeats, "Draws of random and bucket in every frame")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command
+      .add_option("--weighting", weighting,
+                  "Noise of blocks and residuals; by default measurement_and_map if frames have covariances")
+      ->check(CLI::IsMember({to_string(Weighting::measurement), to_string(Weighting::measurement_and_map)}));
+  command.add_option("--map-sigma", map_sigma, "Deviation of map points without a covariance, m")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_option("--threads", threads, "Threads; 0: all")->check(CLI::Range(0, 1024))->capture_default_str();
+  command.add_option("--seed", seed, "Of the random selections")->capture_default_str();
+  command.add_flag("--json", as_json, "One JSON object instead of the tables");
+  command.add_option("--output", output, "Folder for evaluation.json, deviation.csv and leverage.csv");
+}
+
+// Files of one folder, named one after the other, are one recording.
+std::vector<std::vector<sim::Frame>> read_recordings(const std::vector<std::string>& inputs) {
+  std::vector<std::vector<sim::Frame>> recordings;
+  std::string folder_of_files;
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    if (std::filesystem::is_directory(input, error)) {
+      recordings.push_back(sim::read_frames(input));
+      folder_of_files.clear();
+      continue;
+    }
+    const std::string folder = std::filesystem::path(input).parent_path().string() + "/";
+    if (folder != folder_of_files) recordings.emplace_back();
+    folder_of_files = folder;
+    recordings.back().push_back(sim::read_frame(input));
+  }
+  return recordings;
+}
+
+bool have_covariances(const std::vector<std::vector<sim::Frame>>& recordings) {
+  return std::any_of(recordings.begin(), recordings.end(), [](const auto& frames) {
+    return std::any_of(frames.begin(), frames.end(),
+                       [](const sim::Frame& frame) { return !frame.map_covariances.empty(); });
+  });
+}
+
+void make_output_folder(const std::string& folder) {
+  if (folder.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw sim::InputError(folder + ": cannot be made; expected a folder that can be written to");
+  for (const char* file : {"/evaluation.json", "/deviation.csv", "/leverage.csv"}) {
+    sim::check_output_file(folder + file);
+  }
+}
+
+void warn(const std::vector<std::vector<sim::Frame>>& recordings) {
+  for (const auto& frames : recordings) {
+    if (frames.front().unknown_columns.empty()) continue;
+    std::cerr << "maxlogdet: " << frames.front().name << ": ignores the columns "
+              << sim::joined(frames.front().unknown_columns, ", ") << '\n';
+  }
+}
+
+void run(const EvaluateArguments& arguments) {
+  make_output_folder(arguments.output);
+  const auto recordings = read_recordings(arguments.inputs);
+  warn(recordings);
+  sim::EvaluationOptions options;
+  options.budgets = arguments.budgets;
+  std::sort(options.budgets.begin(), options.budgets.end());
+  options.repeats = arguments.repeats;
+  options.map_sigma = arguments.map_sigma;
+  options.seed = sim::seed_of(arguments.seed);
+  const bool has_weighting = !arguments.weighting.empty();
+  const bool weighs_map =
+      has_weighting ? arguments.weighting == to_string(Weighting::measurement_and_map) : have_covariances(recordings);
+  options.weighting = weighs_map ? Weighting::measurement_and_map : Weighting::measurement;
+  const sim::Evaluation evaluation = sim::evaluate(recordings, options, arguments.threads);
+  const nlohmann::ordered_json json = to_json(evaluation);
+  if (!arguments.output.empty()) {
+    sim::write_json(arguments.output + "/evaluation.json", json, 1);
+    sim::write_file(arguments.output + "/deviation.csv", to_csv(deviation_table(evaluation)));
+    sim::write_file(arguments.output + "/leverage.csv", to_csv(leverage_table(evaluation)));
+  }
+  std::cout << (arguments.as_json ? sim::to_text(json) + '\n' : to_text(evaluation));
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& program) {
+  CLI::App* const command =
+      program.add_subcommand("evaluate", "Tell from recorded frames whether selection helps a tracker");
+  const auto arguments = std::make_shared<EvaluateArguments>();
+  arguments->add_to(*command);
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace maxlogdet::cli

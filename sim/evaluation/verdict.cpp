@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "sim/evaluation/verdict.hpp"
+
+#include "sim/table.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace maxlogdet::sim {
+namespace {
+
+constexpr std::size_t usual_budget = 100;
+
+std::size_t budget_next_to_usual(const Evaluation& evaluation) {
+  std::size_t best = 0;
+  const auto distance = [](std::size_t budget) {
+    return std::abs(static_cast<double>(budget) - static_cast<double>(usual_budget));
+  };
+  for (const EvaluationRow& row : evaluation.rows) {
+    if (row.selector == "md" && row.frames > 0 && (best == 0 || distance(row.budget) < distance(best)))
+      best = row.budget;
+  }
+  return best;
+}
+
+bool pays(const EvaluationRow& row) { return row.worth_random->interval.low > static_cast<double>(row.budget); }
+bool loses(const EvaluationRow& row) { return row.worth_random->interval.high < static_cast<double>(row.budget); }
+
+std::string worth_text(const EvaluationRow& row) {
+  const auto count = [](double matches) { return std::to_string(std::lround(matches)); };
+  const Worth& random = *row.worth_random;
+  return std::to_string(row.budget) + " of your matches give the pose that " + count(random.matches) +
+         " random ones give (95 % interval " + count(random.interval.low) + " to " + count(random.interval.high) +
+         "), or " + count(row.worth_bucket->matches) + " spread over image cells";
+}
+
+}  // namespace
+
+Verdict verdict_of(const Evaluation& evaluation) {
+  Verdict verdict;
+  const Correlation& selected = evaluation.cell_correlation_selected;
+  verdict.shares_errors = selected.value > shared_from && selected.interval.low > shared_from / 2;
+  const std::size_t budget = budget_next_to_usual(evaluation);
+  if (budget == 0) {
+    verdict.text = "These frames cannot tell: none has more matches than the smallest budget.";
+    verdict.recommended = "md";
+    return verdict;
+  }
+  const EvaluationRow& md = *evaluation.row("md", budget);
+  const EvaluationRow& spread = *evaluation.row("md_cells", budget);
+  const EvaluationRow& best = verdict.shares_errors ? spread : md;
+  verdict.recommended = best.selector;
+  if (verdict.shares_errors) {
+    verdict.text = "Your matches share errors: neighbours are correlated by " + fixed(selected.value, 2) +
+                   " among those that Max-logDet selects, and the most informative ones share the most. ";
+    verdict.text += pays(best)
+                        ? "Spread the selection over image cells (md_cells), which still pays: " + worth_text(best)
+                        : "Spread the selection over image cells (md_cells), or do not select: " + worth_text(best);
+  } else if (pays(best)) {
+    verdict.text = "Max-logDet pays: " + worth_text(best);
+  } else if (loses(best)) {
+    verdict.text = "Max-logDet does not help here: " + worth_text(best);
+    verdict.recommended = "random";
+  } else {
+    verdict.text = "These frames cannot tell whether Max-logDet helps: " + worth_text(best) + "; record more of them";
+  }
+  verdict.text += ".";
+  return verdict;
+}
+
+}  // namespace maxlogdet::sim

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "sim/evaluation/evaluation.hpp"
+
+#include <string>
+
+namespace maxlogdet::sim {
+
+/// What an evaluation says to a user.
+struct Verdict {
+  std::string text;         ///< in one or two sentences
+  std::string recommended;  ///< a selector's name
+  bool shares_errors = false;
+};
+
+/// Errors count as shared from this correlation among the selected matches on, if its interval lies above half of it.
+constexpr double shared_from = 0.12;
+
+/// Decides by the budget next to 100, at which a selection pays if more random matches than that are needed for the
+/// same pose, beyond the interval.
+Verdict verdict_of(const Evaluation& evaluation);
+
+}  // namespace maxlogdet::sim
