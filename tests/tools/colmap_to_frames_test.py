@@ -85,8 +85,9 @@ class ColmapToFrames(unittest.TestCase):
 
     def test_says_what_it_wrote_and_left_out(self):
         colmap_models.write_text(SMALL, self.model)
-        self.assertEqual(self.run_tool().stdout, f"wrote 3 frames with 5 matches into {self.output}; left out 2 matches "
-                                                 "with points that fewer than 2 other images see\n")
+        said = self.run_tool().stdout
+        self.assertEqual(said, f"wrote 3 frames with 5 matches into {self.output}; left out 2 matches with points that "
+                               "fewer than 2 other images see\n")
 
     def test_text_and_binary_give_the_same_frames_bit_for_bit(self):
         model = colmap_models.made_up(self.random())
@@ -115,7 +116,8 @@ class ColmapToFrames(unittest.TestCase):
         for image, content in zip(images, contents, strict=True):
             rows = [line.split(",") for line in content.splitlines()[5:]]
             expected = [(i, point, u, v) for i, (u, v, point) in enumerate(image.keypoints) if point >= 0]
-            self.assertEqual([(int(r[0]), int(r[1]), float(r[5]), float(r[6])) for r in rows], expected, f"seed {self.seed}")
+            found = [(int(row[0]), int(row[1]), float(row[5]), float(row[6])) for row in rows]
+            self.assertEqual(found, expected, f"seed {self.seed}")
             for row in rows:
                 self.assertEqual([float(x) for x in row[2:5]], model.points[int(row[1])].position)
 
@@ -190,7 +192,8 @@ class ColmapToFrames(unittest.TestCase):
             ("cameras", " 240.5", "", "2: expected the parameters of PINHOLE (fx, fy, cx, cy), not 3 numbers"),
             ("cameras", "400.0", "-400.0", "2: expected positive focal lengths"),
             ("cameras", "\n4 ", "\n1 ", "3: expected each CAMERA_ID once, not 1 twice"),
-            ("images", " 1 b.jpg", "", "2: expected IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID and NAME, not 8 fields"),
+            ("images", " 1 b.jpg", "",
+             "2: expected IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID and NAME, not 8 fields"),
             ("images", "-0.5", "nan", f"2: expected {number} for TY, not 'nan'"),
             ("images", "2 1.0", "2 1.5", "2: expected a quaternion QW, QX, QY, QZ of norm 1, not 1.5"),
             ("images", " 1 b.jpg", " 7 b.jpg", "2: expected a CAMERA_ID that {m}/cameras.txt has, not 7"),
@@ -200,7 +203,8 @@ class ColmapToFrames(unittest.TestCase):
             ("images", "-1", "-2", f"3: expected {integer} for POINT3D_ID, not '-2'"),
             ("images", "8.0 11", "8.0 13", "2: expected a POINT3D_ID that {m}/points3D.txt has for keypoint 2, not 13"),
             ("images", "\n9 ", "\n2 ", "4: expected each IMAGE_ID once, not 2 twice"),
-            ("images", "11.0 12.0 12 13.0 14.0 10\n", "", "6: end of file; expected a line with the keypoints of this image"),
+            ("images", "11.0 12.0 12 13.0 14.0 10\n", "",
+             "6: end of file; expected a line with the keypoints of this image"),
             ("points3D", "0.5 2 1", "0.5 2", "2: expected POINT3D_ID, X, Y, Z, R, G, B, ERROR, then IMAGE_ID and "
                                              "POINT2D_IDX of each observation, not 13 fields"),
             ("points3D", "-2.0", "inf", f"2: expected {number} for Y, not 'inf'"),
@@ -222,7 +226,8 @@ class ColmapToFrames(unittest.TestCase):
                 with self.assertRaisesRegex(InputError, f"^{file}: byte [0-9]+: end of file; expected [^\n]*$"):
                     read_model(self.model, lambda images: images)
             file.write_bytes(whole + b"\0")
-            with self.assertRaisesRegex(InputError, f"^{file}: byte {len(whole)}: expected the end of the file .* not 1 more"):
+            longer = f"^{file}: byte {len(whole)}: expected the end of the file .*, not 1 more bytes$"
+            with self.assertRaisesRegex(InputError, longer):
                 read_model(self.model, lambda images: images)
             file.write_bytes(whole)
 
@@ -233,9 +238,10 @@ class ColmapToFrames(unittest.TestCase):
             ("cameras", 16, b"\0\0", "byte 8: expected a WIDTH and HEIGHT from 1 to 2^20, not 0 and 480"),
             ("cameras", 32, nan, "byte 8: expected a finite number for parameter 1, not nan"),
             ("images", 8 + 4, nan, "byte 8: expected a finite number for QW, not nan"),
-            ("images", keypoint, nan, f"byte {keypoint}: expected finite numbers for X and Y of keypoint 0, not nan and 2.5"),
-            ("images", keypoint + 16, b"\xfe", f"byte {keypoint}: expected a POINT3D_ID from 0 to 2^63 - 1 for keypoint 0, "
-                                               "not 18446744073709551614"),
+            ("images", keypoint, nan,
+             f"byte {keypoint}: expected finite numbers for X and Y of keypoint 0, not nan and 2.5"),
+            ("images", keypoint + 16, b"\xfe",
+             f"byte {keypoint}: expected a POINT3D_ID from 0 to 2^63 - 1 for keypoint 0, not 18446744073709551614"),
             ("images", keypoint - 1, b"\xff", f"byte {keypoint}: end of file; expected "),
             ("points3D", 16, nan, "byte 8: expected a finite number for X, not nan"),
         ):
@@ -265,8 +271,8 @@ class ColmapToFrames(unittest.TestCase):
     def test_refuses_options_that_cannot_be_met(self):
         colmap_models.write_text(SMALL, self.model)
         names = self.folder / "names.txt"
-        self.assert_refused(f"{names}: cannot be read (No such file or directory); expected names of images, one a line",
-                            "--images", names)
+        missing = f"{names}: cannot be read (No such file or directory); expected names of images, one a line"
+        self.assert_refused(missing, "--images", names)
         names.write_text("b.jpg\nd.jpg\n")
         self.assert_refused(f"{names}:2: expected the name of an image of the model, not 'd.jpg'", "--images", names)
         for option in ("--every", "--max-frames"):
@@ -279,8 +285,8 @@ class ColmapToFrames(unittest.TestCase):
         before = self.converted("--max-frames", "1")
         done = self.run_tool()
         self.assertEqual(done.returncode, 2)
-        self.assertEqual(done.stderr, f"{self.output}: expected a folder without frame_*.csv, because old frames would mix "
-                                      "with new ones\n")
+        self.assertEqual(done.stderr, f"{self.output}: expected a folder without frame_*.csv, because old frames would "
+                                      "mix with new ones\n")
         self.assertEqual({file.name: file.read_text() for file in self.output.iterdir()}, before)
         done = self.run_tool(output=self.model / "cameras.txt")
         self.assertEqual((done.returncode, done.stderr),
@@ -290,12 +296,12 @@ class ColmapToFrames(unittest.TestCase):
         full = OSError(28, "No space left on device")
         with mock.patch.object(pathlib.Path, "write_bytes", side_effect=[1, full]) as write:
             with self.assertRaisesRegex(InputError, r"frames: cannot be written \(No space left on device\); expected"):
-                frames.write_frames(self.folder / "new/frames", ["one", "two", "three"])
+                frames.write_frames(self.folder / "new/frames", ["one", "two", "three"], 3)
         self.assertEqual(write.call_count, 2)
         self.assertEqual(list(self.folder.iterdir()), [])
         (self.folder / "a_file").write_text("")
-        with self.assertRaisesRegex(InputError, r"a_file/frames: cannot be written \(Not a directory\); expected a folder"):
-            frames.write_frames(self.folder / "a_file/frames", ["one"])
+        with self.assertRaisesRegex(InputError, r"a_file/frames: cannot be written \(Not a directory\); expected a "):
+            frames.write_frames(self.folder / "a_file/frames", ["one"], 1)
 
 
 def errors_of(frame):

@@ -7,6 +7,7 @@ import pathlib
 
 from maxlogdet_tools.colmap.camera_models import frame_camera
 from maxlogdet_tools.colmap.model_file import InputError
+from maxlogdet_tools.progress import Progress
 
 COLUMNS = "kp,mp_id,X,Y,Z,u,v,inv_sigma2"
 
@@ -57,18 +58,20 @@ def check_output(folder):
         raise InputError(f"{folder}: expected a folder without frame_*.csv, because old frames would mix with new ones")
 
 
-def write_frames(folder, texts):
-    """Writes frame_000000.csv and so on into a folder, which is made if there is none. If that fails, nothing of it is
-    left."""
+def write_frames(folder, texts, count):
+    """Writes `count` texts as frame_000000.csv and so on into a folder, which is made if there is none. If that fails,
+    nothing of it is left."""
     folder = pathlib.Path(folder)
     check_output(folder)
     made = [parent for parent in (folder, *folder.parents) if not parent.exists()]
     written = []
+    progress = Progress("writing frames")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for i, text in enumerate(texts):
             written.append(folder / f"frame_{i:06}.csv")
             written[-1].write_bytes(text.encode(errors="surrogateescape"))
+            progress.update(len(written), count)
     except BaseException as error:
         with contextlib.suppress(OSError):
             for file in written:
@@ -79,3 +82,5 @@ def write_frames(folder, texts):
             raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror}); "
                              "expected a folder with room that can be written to") from error
         raise
+    finally:
+        progress.end()
