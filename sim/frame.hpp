@@ -51,8 +51,8 @@ struct FrameCamera : PinholeCamera {
 struct Frame {
   std::string name;
   FrameCamera camera;
-  int width = 0;                                                             ///< image, px
-  int height = 0;                                                            ///< image, px
+  double width = 0, height = 0;  ///< image, px, or the extent of the matches where a file does not say
+  double left = 0, top = 0;      ///< of that extent, which need not begin at 0
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
   std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown
