@@ -45,6 +45,10 @@ class OrbSlamHook {
     return first < features.size() && features.id(first) == slot && features.information(first, omega);
   }
 
+  /// From the next optimize() on, writes every frame into the folder, for `maxlogdet evaluate FOLDER`. Call it once;
+  /// see GoodFeatures::record(). The time of writing counts as cost().select_us.
+  bool record(const char* folder) noexcept { return features.record(folder); }
+
   /// The cost of the last optimize().
   const HookCost& cost() const noexcept { return cost_; }
 
@@ -132,6 +136,13 @@ class OrbSlamHook {
       if (was_tried_[i] == 0) local[features.id(i)]->IncreaseVisible(-1);
     }
     return found;
+  }
+
+  /// What only recording reads.
+  template <class MapPoint>
+  static void set_numbers(const MapPoint& point, FeatureMatch& match) noexcept {
+    match.point_id = static_cast<std::int64_t>(point.mnId);
+    match.keyframe = static_cast<std::int64_t>(point.mnFirstKFid);
   }
 
   /// Calls add(slot) for every slot with a map point. Map points lie scattered in memory and out of the cache when a

@@ -64,6 +64,7 @@ class OrbSlam2 : public OrbSlamHook {
   void add_match(const Frame& frame, MapPoint& point, std::size_t slot) {
     FeatureMatch match;
     set_point(point, match);
+    set_numbers(point, match);
     const auto& key = frame.mvKeysUn[slot];
     match.id = static_cast<std::uint32_t>(slot);
     match.measured[0] = key.pt.x;

@@ -95,6 +95,7 @@ class OrbSlam3 : public OrbSlamHook {
   void add_match(const Frame& frame, MapPoint& point, std::size_t slot) {
     FeatureMatch match;
     set_point(point, match);
+    set_numbers(point, match);
     const std::size_t left_count = is_rig_ ? static_cast<std::size_t>(frame.Nleft) : 0;
     const bool is_right = is_rig_ && slot >= left_count;
     const auto& key =

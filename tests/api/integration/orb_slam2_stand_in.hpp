@@ -41,6 +41,7 @@ class MapPoint {
   void IncreaseFound(int n = 1) { mnFound += n; }
 
   long unsigned int mnId = 0;
+  long int mnFirstKFid = -1;
   int nObs = 0;
   bool mbTrackInView = false;
   int mnTrackScaleLevel = 0;

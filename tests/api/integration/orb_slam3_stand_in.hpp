@@ -65,6 +65,7 @@ class MapPoint {
   void IncreaseVisible(int n = 1) { mnVisible += n; }
 
   long unsigned int mnId = 0;
+  long int mnFirstKFid = -1;
   int nObs = 0;
   bool mbTrackInView = false;
   bool mbTrackInViewR = false;
