@@ -45,19 +45,6 @@ class OrbSlam3 : public OrbSlamHook {
         frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
   }
 
-  /// As OrbSlam2::match; `arguments` are those of SearchByProjection after the points. On a rig of two cameras all are
-  /// searched.
-  template <class Frame, class MapPoint, class Matcher, class... Arguments>
-  int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, const Arguments&... arguments) {
-    const auto search = [&](const std::vector<MapPoint*>& points) {
-      return matcher.SearchByProjection(frame, points, arguments...);
-    };
-    if (frame.mpCamera2 != nullptr) return search(local);
-    gather(frame);
-    const auto read = [&](MapPoint& point, FeatureMatch& match) { set_point(point, match); };
-    return match_selected(frame, local, read, search);
-  }
-
  private:
   template <class Frame>
   static RigidTransform pose_of(const Frame& frame) {

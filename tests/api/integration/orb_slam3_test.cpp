@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The adapter of ORB-SLAM3 and the guide's lines for it, with pinholes, fisheyes and rigs of two: blocks, flags,
-// covariances, active matching.
+// covariances, recorded frames.
 #include "tests/api/integration/orb_slam3_snippets.hpp"
 
 #include "tests/api/integration/oracle.hpp"
@@ -17,8 +17,6 @@ namespace {
 // What the stand-ins were asked for.
 struct Calls {
   std::vector<std::size_t> optimised;
-  std::vector<ORB_SLAM3::MapPoint*> tried;
-  int matcher_calls = 0;
   Sophus::SE3f optimum;
 };
 Calls calls;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
@@ -41,14 +39,6 @@ int Optimizer::PoseOptimization(Frame* pFrame) {
 
 int Optimizer::PoseInertialOptimizationLastKeyFrame(Frame* pFrame, bool /*bRecInit*/) {
   return PoseOptimization(pFrame);
-}
-
-// Finds everything, and leaves the frame as it is.
-int ORBmatcher::SearchByProjection(Frame& /*F*/, const std::vector<MapPoint*>& vpMapPoints, const float /*th*/,
-                                   const bool /*bFarPoints*/, const float /*thFarPoints*/) {
-  ++calls.matcher_calls;
-  calls.tried.insert(calls.tried.end(), vpMapPoints.begin(), vpMapPoints.end());
-  return static_cast<int>(vpMapPoints.size());
 }
 
 }  // namespace ORB_SLAM3
@@ -298,38 +288,6 @@ TEST(OrbSlam3Adapter, covariances_are_what_the_pinhole_keyframes_leave) {
   good.use_covariances = true;
   good.optimize(world.frame, ORB_SLAM3::Optimizer::PoseOptimization);
   EXPECT_LT(largest_difference(good.features.blocks(), expected), 1e-3);
-}
-
-TEST(OrbSlam3Adapter, active_matching_looks_for_the_points_in_view_one_by_one_and_on_a_rig_for_all) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (const Sensor sensor : sensors) {
-    World world(random, 50, sensor);
-    std::vector<MapPoint*> local;
-    for (int i = 0; i < 200; ++i) {
-      local.push_back(world.new_point(random_point_in_camera(random)));
-      local.back()->mbTrackInView = i % 2 == 0;
-      local.back()->mnVisible += i % 2 == 0 ? 1 : 0;
-      local.back()->mnTrackScaleLevel = random.integer(0, 2);
-    }
-    OrbSlam3 good(100);
-    good.max_new = 30;
-    ORB_SLAM3::ORBmatcher matcher;
-    const int found = good.match(world.frame, local, matcher, 1.0F, false, 50.0F);
-    if (sensor == Sensor::rig) {
-      EXPECT_EQ(calls.tried, local);
-      EXPECT_EQ(calls.matcher_calls, 1);
-      continue;
-    }
-    EXPECT_EQ(found, 30);
-    EXPECT_EQ(calls.matcher_calls, 30);
-    EXPECT_EQ(std::set<MapPoint*>(calls.tried.begin(), calls.tried.end()).size(), 30U);
-    for (MapPoint* const point : local) {
-      const bool was_tried = std::count(calls.tried.begin(), calls.tried.end(), point) > 0;
-      EXPECT_EQ(point->mnVisible, was_tried ? 2 : 1);
-      EXPECT_TRUE(point->mbTrackInView || !was_tried);
-    }
-  }
 }
 
 }  // namespace
