@@ -7,6 +7,7 @@
 #include "sim/se3.hpp"
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -317,6 +318,18 @@ TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
   EXPECT_EQ(std::set<std::uint32_t>(tried.begin(), tried.end()).size(), tried.size()) << "one was tried twice";
   const Selection selection = active.selection();
   EXPECT_EQ(std::vector<std::uint32_t>(selection.begin(), selection.end()), found);
+}
+
+TEST(RecordGuide, frames_are_written_into_the_folder) {
+  const TemporaryFolder folder;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  GoodFeatures good(1000);
+  EXPECT_TRUE(record_frames(good));
+  gather(make_scene(sim::Scene::euroc_like, 300, Random().seed()), good);
+  EXPECT_EQ(good.select(Options()), Status::ok);
+  std::filesystem::current_path(before);
+  EXPECT_EQ(RecordedFrame(folder / "frames/frame_000000.csv").rows.size(), 300U);
 }
 
 TEST(ThreadsGuide, each_thread_has_its_own_memory) {

@@ -117,6 +117,7 @@ MapPoint* World::new_point(Random& random, const Eigen::Vector3d& in_camera) {
   points.push_back(std::make_unique<MapPoint>());
   MapPoint& point = *points.back();
   point.mnId = points.size();
+  point.mnFirstKFid = static_cast<long int>(points.size() / 50) - 1;
   point.mWorldPos = cv::Mat(3, 1);
   for (int row = 0; row < 3; ++row) point.mWorldPos.at<float>(row) = static_cast<float>(p(row));
   for (const auto& keyframe : keyframes) observe(random, point, *keyframe, keyframe == keyframes[0]);

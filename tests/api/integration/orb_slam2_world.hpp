@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <set>
 #include <vector>
 
 // Helpers of the tests of ORB-SLAM2's adapter. The optimiser behind the stand-in is that of the simulations, which
