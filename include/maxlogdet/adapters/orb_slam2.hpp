@@ -10,7 +10,7 @@
 //
 // in include/Tracking.h include this header and add a member to the class Tracking
 //
-//   maxlogdet::OrbSlam2 mGoodFeatures{100};
+//   maxlogdet::OrbSlam2 mGoodFeatures{200};
 //
 // and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
@@ -26,7 +26,7 @@ class OrbSlam2 : public OrbSlamHook {
  public:
   /// `budget`: how many matches to optimise with. `capacity`: maximum number of matches of a frame; a frame with
   /// more is optimised with all.
-  explicit OrbSlam2(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
+  explicit OrbSlam2(std::size_t budget = 200, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
 
   /// Calls pose_optimization(&frame) with the selected matches only; returns the number of inliers among all. With few
   /// matches, and on any error, it is called with all; cost().status says why.

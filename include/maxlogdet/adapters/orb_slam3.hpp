@@ -13,7 +13,7 @@
 //
 // in include/Tracking.h include this header and add a member to the class Tracking
 //
-//   maxlogdet::OrbSlam3 mGoodFeatures{100};
+//   maxlogdet::OrbSlam3 mGoodFeatures{200};
 //
 // and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
@@ -36,7 +36,7 @@ namespace maxlogdet {
 class OrbSlam3 : public OrbSlamHook {
  public:
   /// As OrbSlam2.
-  explicit OrbSlam3(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
+  explicit OrbSlam3(std::size_t budget = 200, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
 
   /// As OrbSlam2::optimize.
   template <class Frame, class Optimize>

@@ -135,7 +135,7 @@ TEST(OrbSlam2Adapter, tracking_counts_all_inliers_not_only_the_selected) {
   ORB_SLAM2::Tracking tracking;
   tracking.mCurrentFrame = world.frame;
   EXPECT_TRUE(tracking.TrackLocalMap());
-  EXPECT_EQ(calls.optimised.size(), 100U);
+  EXPECT_EQ(calls.optimised.size(), 200U);
   EXPECT_GT(tracking.mnMatchesInliers, 300);
   int found = 0;
   for (const auto& point : world.points) found += point->mnFound - 1;
