@@ -129,16 +129,15 @@ struct GoodFeatures::State {
   double depth_sigma = 1;
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
+  FrameRecorder recorder;
+  std::vector<std::int64_t> point_ids, keyframes;  // only if is_recorded
   std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
-  bool has_covariances = false, has_jacobians = false;
+  bool has_covariances = false, has_jacobians = false, is_recorded = false;
   std::size_t added = 0;  // including those beyond the capacity, which are not kept
   BlockReport report;
   Status status = Status::all_selected;
   double log_det = not_a_number;
   bool is_target_reached = false;
-  FrameRecorder recorder;
-  bool is_recorded = false;                        // this frame
-  std::vector<std::int64_t> point_ids, keyframes;  // only then
   bool has_prior = false;
   double prior[state_dimension * state_dimension] = {};
 };

@@ -195,7 +195,7 @@ TEST(OrbSlam3Adapter, matches_come_back_with_flags_by_the_frames_own_cameras_at_
       ORB_SLAM3::Tracking tracking;
       tracking.mCurrentFrame = world.frame;
       tracking.TrackLocalMap(is_inertial);
-      EXPECT_EQ(calls.optimised.size(), 100U);
+      EXPECT_EQ(calls.optimised.size(), 200U);
       EXPECT_EQ(tracking.mCurrentFrame.mvpMapPoints, world.frame.mvpMapPoints);
       const std::set<std::size_t> selected(calls.optimised.begin(), calls.optimised.end());
       for (std::size_t i = 0; i < world.frame.mvpMapPoints.size(); ++i) {
