@@ -22,8 +22,7 @@ SETS = {
     "tum_fr1_rpy_a": "hand-held RGB-D, mostly rotating, blur and rolling shutter, 120 pairs at 30 Hz",
 }
 BUDGETS = (30, 60, 100, 150, 200)
-SELECTORS = ("md", "md_cells", "shared_cells", "bucket", "random", "quality")
-RIVALS = ("md", "md_cells", "bucket", "random")
+SELECTORS = ("md_spread", "md", "md_cells", "bucket", "random", "quality")
 LENGTHS = {"translation": "translation_mm", "rotation": "rotation_mrad"}
 
 
@@ -64,7 +63,7 @@ def ratio(entry):
 def same_frame_table(evaluation, selectors):
     of = lambda selector: [find(evaluation["selectors"], selector=selector, budget=k) for k in BUDGETS]
     rows = [[f"`{selector}`", *(deviation(e) for e in of(selector))] for selector in selectors]
-    for selector in ("md", "md_cells"):
+    for selector in ("md_spread", "md"):
         rows.append([f"random matches worth `{selector}`'s", *(worth(e) for e in of(selector))])
     for selector in ("md", "random"):
         rows.append([f"`{selector}`, measured / predicted", *(ratio(e) for e in of(selector))])
@@ -83,7 +82,7 @@ def same_frame_records(name, evaluation):
 
 def write_same_frames(results):
     records = []
-    for kind in ("stereo", "monocular"):
+    for kind in ("stereo", "monocular", "measurement"):
         for name in SETS:
             evaluation = json_of(results / kind / name / "same_frame.json")
             records += same_frame_records(f"{name}, {kind}", evaluation)
@@ -113,8 +112,22 @@ def write_monocular(results):
     for name in SETS:
         entries = json_of(results / "monocular" / name / "same_frame.json")["selectors"]
         rows += [[name, f"`{selector}`", *(deviation(find(entries, selector=selector, budget=k)) for k in (30, 100, 200))]
-                 for selector in RIVALS]
+                 for selector in ("md_spread", "md", "random")]
     rewrite(PAGE, "monocular", table(["set", "selector", "30 matches", "100 matches", "200 matches"], rows))
+
+
+def write_weights(results):
+    rows = []
+    for name in SETS:
+        for weights, kind in (("measurement", "measurement"), ("measurement_and_map", "stereo")):
+            e = json_of(results / kind / name / "same_frame.json")
+            chi2 = e["chi2_by_leverage"]
+            at_100 = [deviation(find(e["selectors"], selector=selector, budget=100)) for selector in ("md", "random")]
+            rows.append([name, f"`{weights}`", f"{chi2[0]:.2f} ... {chi2[-1]:.2f}",
+                         f"{e['cell_correlation_selected']:.2f}", *at_100])  # fmt: skip
+    header = ["set", "blocks and weights", "chi2, lowest to highest tenth", "correlation of `md`'s 100",
+              "`md`, 100 (mm / mrad)", "`random`, 100 (mm / mrad)"]  # fmt: skip
+    rewrite(PAGE, "weights", table(header, rows))
 
 
 def write_truth(results):
@@ -122,7 +135,7 @@ def write_truth(results):
     of = lambda truth, x: interval(truth[f"{x}_of_all"], truth[f"{x}_of_all_low"], truth[f"{x}_of_all_high"])
     cell = lambda e: " / ".join(of(e["truth"], x) for x in LENGTHS)
     rows = [[f"`{selector}`", f"{k}", *(cell(find(entries[name], selector=selector, budget=k)) for name in SETS)]
-            for k in (30, 100) for selector in ("md", "md_cells", "shared_cells", "bucket", "random")]
+            for k in (30, 100) for selector in ("md_spread", "md", "bucket", "random")]
     rewrite(PAGE, "truth", table(["selector", "matches", *SETS], rows))
 
 
@@ -152,7 +165,7 @@ def write_times(results):
     rows = []
     for name in SETS:
         entries = json_of(results / "stereo" / name / "summary.json")
-        for selector in ("inl", "md", "active", "active_random"):
+        for selector in ("inl", "active", "active_random"):
             e = find(entries, selector=selector)
             ms = e["ms"]
             rest = e["ms_matching_the_rest"]
@@ -192,8 +205,8 @@ def main():
     missing = [name for name in SETS if not (results / "stereo" / name / "same_frame.json").exists()]
     if missing:
         sys.exit(f"{results}/stereo: expected the sets {', '.join(missing)}; tracker_page records them")
-    for write in (write_noise_of_matches, write_same_frames, write_truth, write_monocular, write_matching, write_times,
-                  write_whole_runs, write_noise):  # fmt: skip
+    for write in (write_noise_of_matches, write_same_frames, write_truth, write_monocular, write_weights, write_matching,
+                  write_times, write_whole_runs, write_noise):  # fmt: skip
         write(results)
 
 
