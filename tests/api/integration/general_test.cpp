@@ -156,6 +156,8 @@ void gather(const sim::Frame& frame, GoodFeatures& good) {
   for (const sim::Match& m : frame.matches) {
     FeatureMatch match;
     std::copy(std::begin(m.point), std::end(m.point), match.point);
+    match.measured[0] = m.u;
+    match.measured[1] = m.v;
     if (m.is_stereo()) match.third = m.u_right;
     match.sigma = 1 / std::sqrt(m.inv_sigma2);
     good.add(match);
