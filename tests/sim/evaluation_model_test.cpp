@@ -4,6 +4,7 @@
 
 #include "sim/evaluation/verdict.hpp"
 #include "tests/sim/simulated_evaluation.hpp"
+#include "tests/support/linear_algebra.hpp"
 
 namespace maxlogdet::test {
 namespace {
@@ -172,26 +173,51 @@ TEST(EvaluationOfErrors, that_stay_at_a_place_of_the_image_are_told_from_those_t
       << "too short";
 }
 
-TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_the_highest_deciles) {
+// Matches of a frame without errors by their leverage tr(H C H^T), lowest first.
+std::vector<std::uint32_t> by_leverage(const Frame& frame) {
+  std::vector<sim::LinearizedMatch> linearized(frame.matches.size());
+  Matrix6 information = Matrix6::Zero();
+  const auto whitened = [&](std::size_t i) {
+    const Eigen::MatrixXd H = linearized[i].H_x.topRows(linearized[i].rows);
+    return Eigen::MatrixXd(H * std::sqrt(frame.matches[i].inv_sigma2));
+  };
+  for (std::size_t i = 0; i < linearized.size(); ++i) {
+    EXPECT_TRUE(linearize(frame.camera, sim::pose_of(frame.T_cw_prior), frame.matches[i], true, linearized[i]));
+    information += gram(whitened(i));
+  }
+  const Matrix6 covariance = inverse(information);
+  std::vector<std::pair<double, std::uint32_t>> leverages;
+  for (std::uint32_t i = 0; i < linearized.size(); ++i) {
+    leverages.emplace_back(product(covariance, gram(whitened(i))).trace(), i);
+  }
+  std::sort(leverages.begin(), leverages.end());
+  std::vector<std::uint32_t> order;
+  for (const auto& [leverage, i] : leverages) order.push_back(i);
+  return order;
+}
+
+TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_deciles) {
   Random random;
   SCOPED_TRACE(random.name());
-  // Near points have the most leverage on a translation.
+  const auto variance = [](std::size_t decile) { return 0.2 + 0.12 * static_cast<double>(decile); };
   const auto add = [&](Frame& frame) {
-    for (Match& match : frame.matches) {
-      const double Z = sim::in_camera(frame, match)[2];
-      Frame alone;
-      alone.camera = frame.camera;
-      alone.matches = {match};
-      add_errors(random, alone, 0.4 + 1.2 / Z);
-      match = alone.matches[0];
+    const std::vector<std::uint32_t> order = by_leverage(frame);
+    Frame alone;
+    alone.camera = frame.camera;
+    for (std::size_t place = 0; place < order.size(); ++place) {
+      alone.matches = {frame.matches[order[place]]};
+      add_errors(random, alone, std::sqrt(variance(10 * place / order.size())));
+      frame.matches[order[place]] = alone.matches[0];
     }
   };
   const Evaluation evaluation =
-      evaluation_of(simulated_recording(random, FrameKind::stereo, 60, 300, add, 1), short_options());
-  const auto& chi2 = evaluation.chi2_by_leverage;
-  for (std::size_t d = 5; d < sim::leverage_classes; ++d) EXPECT_GT(chi2[d], chi2[d - 5] * 1.1);
-  EXPECT_GT(chi2[9], 2 * chi2[0]);
-  EXPECT_GT(evaluation.of_chi2[9].low, evaluation.of_chi2[0].high);
+      evaluation_of(simulated_recording(random, FrameKind::stereo, 60, 300, add), short_options());
+  for (std::size_t d = 0; d < sim::leverage_classes; ++d) {
+    EXPECT_NEAR(evaluation.chi2_by_leverage[d], variance(d), 0.1) << d;
+    if (d >= 2) {
+      EXPECT_GT(evaluation.of_chi2[d].low, evaluation.of_chi2[d - 2].high) << d;
+    }
+  }
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
 }
 
