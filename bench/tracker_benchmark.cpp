@@ -107,6 +107,7 @@ struct ActiveState {
 
  private:
   void start() {
+    options_.budget = 100;
     active.start(blocks, options_);
     proposals = 0;
   }

@@ -49,7 +49,8 @@ void add_block_options(CLI::App& command, SelectArguments& arguments) {
   command
       .add_option("--map-sigma", arguments.block_options.map_sigma, "measurement_and_map: deviation of a map point, m")
       ->capture_default_str();
-  command.add_flag("--stereo", arguments.stereo, "A third row for the matches that have a right-image column");
+  command.add_flag("--stereo", arguments.stereo,
+                   "A third row for the matches that have a right-image column, or a depth of known deviation");
 }
 
 void add_target_options(CLI::App& command, SelectArguments& arguments) {

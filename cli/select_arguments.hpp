@@ -17,7 +17,7 @@ struct SelectArguments {
   std::string input;  ///< empty: the embedded synthetic frame
   Options options;    ///< except budget and groups
   BlockOptions block_options;
-  std::int64_t budget = 100;
+  std::int64_t budget = 200;
   std::string strategy = "lazy_greedy";
   std::string weighting = "measurement";
   std::string seed = "0";

@@ -33,10 +33,11 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   for (const std::string& column : frame.unknown_columns) {
     std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is ignored\n";
   }
-  const bool has_stereo =
-      std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.is_stereo(); });
-  if (arguments.stereo && !has_stereo) {
-    std::cerr << "maxlogdet: frame " << frame.name << ": --stereo, but no match has a right-image column (u_right)\n";
+  const bool has_third =
+      std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.has_third(); });
+  if (arguments.stereo && !has_third) {
+    std::cerr << "maxlogdet: frame " << frame.name
+              << ": --stereo, but no match has a right-image column (u_right) or a depth of known depth_sigma\n";
   }
 }
 
@@ -56,6 +57,15 @@ std::vector<sim::Frame> frames_of(const std::string& input) {
   return {sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)};
 }
 
+// A frame's third measurement is a right-image column, or a depth where the file says how uncertain it is.
+BlockOptions block_options_of(const sim::Frame& frame, const SelectArguments& arguments) {
+  BlockOptions options = arguments.block_options;
+  if (!arguments.stereo || !(frame.camera.depth_sigma > 0)) return options;
+  options.third = ThirdMeasurement::depth;
+  options.depth_sigma = frame.camera.depth_sigma;
+  return options;
+}
+
 std::size_t max_matches(const std::vector<sim::Frame>& frames) {
   std::size_t maximum = 0;
   for (const sim::Frame& frame : frames) maximum = std::max(maximum, frame.matches.size());
@@ -72,6 +82,7 @@ class SelectCommand {
         options_(arguments.options),
         selector_(max_matches(frames_), sim::executor()),
         blocks_(max_matches(frames_)) {
+    for (sim::Frame& frame : frames_) fill_unknown_covariances(frame, arguments.block_options.map_sigma);
     // A budget above every frame's size selects everything.
     options_.budget = std::min(static_cast<std::size_t>(arguments.budget), selector_.capacity());
     options_.group_count = grid_ ? grid_->cells() : 0;
@@ -106,7 +117,7 @@ class SelectCommand {
   void try_out(const sim::Frame& frame) {
     if (!arguments_.plot_data.empty()) sim::check_output_file(plot_data_of(frame));
     warn(frame, arguments_);
-    check(frame, build_blocks(frame, arguments_.block_options, blocks_));
+    check(frame, build_blocks(frame, block_options_of(frame, arguments_), blocks_));
     use_cells_of(frame);
     Options trial = options_;
     trial.budget = 0;
@@ -119,8 +130,9 @@ class SelectCommand {
     const sim::MatchArrays matches(frame);
     const auto repeat = static_cast<std::size_t>(arguments_.repeat);
     Timing timing;
+    const BlockOptions block_options = block_options_of(frame, arguments_);
     timing.blocks = sim::measure_latency(frame.name + ", blocks", repeat,
-                                         [&] { build_blocks(frame, matches, arguments_.block_options, blocks_); });
+                                         [&] { build_blocks(frame, matches, block_options, blocks_); });
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector_.select(blocks_, options_); });

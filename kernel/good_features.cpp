@@ -3,12 +3,14 @@
 
 #include "kernel/base/limits.hpp"
 
+#include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/selector.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 #include <vector>
 
 namespace maxlogdet {
@@ -51,6 +53,9 @@ struct GoodFeatures::State {
     for (auto* array : {&points, &measured, &sigmas, &covariances, &jacobians, &chi2}) array->clear();
     for (auto* array : bytes()) array->clear();
     ids.clear();
+    point_ids.clear();
+    keyframes.clear();
+    is_recorded = recorder.is_open();
     store.clear();
     has_covariances = has_jacobians = false;
     added = 0;
@@ -74,6 +79,10 @@ struct GoodFeatures::State {
     is_required_candidate.push_back(0);
     is_selected.push_back(1);
     chi2.push_back(not_a_number);
+    if (is_recorded) {
+      point_ids.push_back(match.point_id);
+      keyframes.push_back(match.keyframe);
+    }
     append(match.covariance, 9, covariances, has_covariances);
     append(match.jacobian, 6, jacobians, has_jacobians);
   }
@@ -97,6 +106,8 @@ struct GoodFeatures::State {
 
   bool build(BlockOptions options) noexcept;
   Status select(Options options) noexcept;
+  bool start_recording(const char* folder) noexcept;
+  void record(const BlockOptions& options) noexcept;
   void judge(const RigidTransform& pose, const BlockOptions* options) noexcept;
   bool residual_of(const RigidTransform& T_cw, std::size_t i, double (&e)[3]) const noexcept;
   double chi2_of(const RigidTransform& T_cw, std::size_t i, const BlockOptions* options) const noexcept;
@@ -125,6 +136,9 @@ struct GoodFeatures::State {
   Status status = Status::all_selected;
   double log_det = not_a_number;
   bool is_target_reached = false;
+  FrameRecorder recorder;
+  bool is_recorded = false;                        // this frame
+  std::vector<std::int64_t> point_ids, keyframes;  // only then
   bool has_prior = false;
   double prior[state_dimension * state_dimension] = {};
 };
@@ -178,6 +192,41 @@ Status GoodFeatures::State::select(Options options) noexcept {
   log_det = selection.log_det;
   const bool are_all = std::find(is_selected.begin(), is_selected.end(), 0) == is_selected.end();
   return are_all ? Status::all_selected : Status::ok;
+}
+
+bool GoodFeatures::State::start_recording(const char* folder) noexcept try {
+  point_ids.reserve(max_kept);
+  keyframes.reserve(max_kept);
+  return recorder.open(folder);
+} catch (const std::bad_alloc&) {
+  return recorder.open(nullptr);
+}
+
+// The frame, as select() has left it.
+void GoodFeatures::State::record(const BlockOptions& options) noexcept {
+  if (is_overfull() || !report.is_done()) return;
+  FrameDetails details;
+  details.third = third;
+  details.depth_sigma = options.depth_sigma;
+  details.has_covariances = has_covariances;
+  details.has_keyframes =
+      std::any_of(keyframes.begin(), keyframes.end(), [](std::int64_t keyframe) { return keyframe >= 0; });
+  has_rig ? recorder.start(rig, T, details) : recorder.start(only.camera, T, details);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    FeatureMatch match;
+    match.id = ids[i];
+    match.point_id = point_ids[i];
+    match.keyframe = keyframes[i];
+    std::copy_n(&points[3 * i], 3, match.point);
+    std::copy_n(&measured[3 * i], 2, match.measured);
+    if (has_third[i] != 0) match.third = measured[3 * i + 2];
+    match.sigma = sigmas[i];
+    match.camera_id = camera_ids[i];
+    if (has_covariance[i] != 0) match.covariance = &covariances[9 * i];
+    if (has_jacobians) match.jacobian = &jacobians[6 * i];
+    recorder.add(match, is_selected[i] != 0);
+  }
+  recorder.finish();
 }
 
 // z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
@@ -259,6 +308,7 @@ Status GoodFeatures::select(const Options& options) noexcept {
   if (build()) status = s.select(options);
   s.status = status;
   if (status != Status::ok) s.select_all(status);
+  if (s.is_recorded) s.record(block_options);
   return status;
 }
 
@@ -307,5 +357,7 @@ double GoodFeatures::share_of_all() noexcept {
 }
 
 const BlockStore& GoodFeatures::blocks() const noexcept { return state_->store; }
+
+bool GoodFeatures::record(const char* folder) noexcept { return state_->start_recording(folder); }
 
 }  // namespace maxlogdet

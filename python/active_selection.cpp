@@ -141,8 +141,8 @@ answered with accept() or reject(). If everything is accepted as proposed, the a
 From start() to stop() the store cannot change; the next start(), the end of `with` and deletion also stop.)")
       .def(py::init<const py::object&>(), py::arg("capacity"))
       .def(
-          "start", &OwnActiveSelection::start, py::arg("blocks"), py::arg("budget") = 100,
-          R"(start(self, blocks, budget=100, *, strategy='lazy_greedy', prior=None, time_limit=0.0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          "start", &OwnActiveSelection::start, py::arg("blocks"), py::arg("budget") = 200,
+          R"(start(self, blocks, budget=200, *, strategy='lazy_greedy', prior=None, time_limit=0.0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
 Starts a new selection, with the arguments of Selector.select(); the time limit includes the matching, groups count

@@ -85,8 +85,8 @@ depend on it. select() releases the GIL, and raises RuntimeError in a second thr
            }),
            py::arg("capacity"), py::arg("threads") = 0)
       .def(
-          "select", &select, py::arg("blocks"), py::arg("budget") = 100,
-          R"(select(self, blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          "select", &select, py::arg("blocks"), py::arg("budget") = 200,
+          R"(select(self, blocks, budget=200, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
 Selects `budget` candidates of a BlockStore (or of what makes one): those that maximise
@@ -115,8 +115,8 @@ All arrays are copied before the search begins.)")
         return "<maxlogdet.Selector: capacity " + std::to_string(self.selector.capacity()) + ">";
       });
   module.def(
-      "select", &select_once, py::arg("blocks"), py::arg("budget") = 100,
-      R"(select(blocks, budget=100, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+      "select", &select_once, py::arg("blocks"), py::arg("budget") = 200,
+      R"(select(blocks, budget=200, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
 --
 
 Calls select() of a temporary Selector, just large enough; in a loop over frames keep a Selector instead.

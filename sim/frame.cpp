@@ -10,6 +10,13 @@ ThirdMeasurement FrameCamera::third() const noexcept {
   return rig.empty() && bf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
 }
 
+void fill_unknown_covariances(Frame& frame, double map_sigma) {
+  const double variance = map_sigma * map_sigma;
+  for (auto& covariance : frame.map_covariances) {
+    if (std::isnan(covariance[0])) covariance = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
+  }
+}
+
 std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   std::array<double, 3> p{};
   RigidTransform(frame.T_cw_prior.data()).transform(match.point, p.data());

@@ -51,16 +51,20 @@ struct FrameCamera : PinholeCamera {
 struct Frame {
   std::string name;
   FrameCamera camera;
-  int width = 0;                                                             ///< image, px
-  int height = 0;                                                            ///< image, px
+  double width = 0, height = 0;  ///< image, px, or the extent of the matches where a file does not say
+  double left = 0, top = 0;      ///< of that extent, which need not begin at 0
   std::array<double, 12> T_cw_prior = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< 3 x 4 row-major, world to camera
   std::vector<Match> matches;
-  std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown
+  std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown;
+                                                       ///< first entry NaN: unknown of that match
   std::optional<std::array<double, 12>> T_cw_true;     ///< 3 x 4 row-major, like T_cw_prior
   bool has_quality = false;                            ///< Match::desc_dist was recorded
   bool has_selection = false;                          ///< Match::is_selected was recorded
   std::vector<std::string> unknown_columns;            ///< of the file, ignored: perhaps misspelt
 };
+
+/// Gives matches of unknown covariance map_sigma^2 I where others have a covariance, as GoodFeatures does.
+void fill_unknown_covariances(Frame& frame, double map_sigma);
 
 /// Returns a map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);

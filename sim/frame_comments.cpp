@@ -16,6 +16,7 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr std::size_t max_cameras = 256;
+constexpr std::int64_t largest_side = 1 << 20;  // of an image, px
 
 std::vector<double> numbers(const TextFile& file, std::string_view text, std::size_t count, const std::string& what) {
   const auto fields = split_at_commas(text);
@@ -76,8 +77,8 @@ void read_image(const TextFile& file, std::string_view values, Frame& frame) {
   const auto height = integer(file, fields[1], "image height");
   if (width < 1 || height < 1 || width > largest_side || height > largest_side)
     file.fail("an image width and height from 1 to 2^20");
-  frame.width = static_cast<int>(width);
-  frame.height = static_cast<int>(height);
+  frame.width = static_cast<double>(width);
+  frame.height = static_cast<double>(height);
 }
 
 // The number behind a prefix, as in camera0; camera00 is another name.

@@ -11,8 +11,6 @@
 
 namespace maxlogdet::sim {
 
-constexpr std::int64_t largest_side = 1 << 20;  ///< of an image, px
-
 /// Returns the name in `name (remark)`, without blanks.
 std::string comment_name(std::string_view text);
 

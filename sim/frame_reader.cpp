@@ -168,19 +168,24 @@ class FrameReader {
   Frame frame_;
 };
 
-// Without a size the image is as large as the matches need, in every frame of a folder.
+// Without a size the image is what the matches of all frames of a folder extend over, whatever their unit.
 void complete_sizes(std::vector<Frame>& frames) {
-  double width = 1, height = 1;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double left = infinity, top = infinity, right = -infinity, bottom = -infinity;
   for (const Frame& frame : frames) {
     for (const Match& match : frame.matches) {
-      width = std::max(width, match.u + 1);
-      height = std::max(height, match.v + 1);
+      left = std::min(left, match.u);
+      top = std::min(top, match.v);
+      right = std::max(right, match.u);
+      bottom = std::max(bottom, match.v);
     }
   }
   for (Frame& frame : frames) {
-    if (frame.width != 0) continue;
-    frame.width = static_cast<int>(std::min<double>(std::ceil(width), largest_side));
-    frame.height = static_cast<int>(std::min<double>(std::ceil(height), largest_side));
+    if (frame.width > 0 || !(left <= right)) continue;
+    frame.left = left;
+    frame.top = top;
+    frame.width = right - left;
+    frame.height = bottom - top;
   }
 }
 

@@ -18,13 +18,13 @@ struct ImageGrid {
 
   /// Returns the cell of a match; pixels outside of the image belong to the nearest cell.
   std::uint32_t cell_of(const Frame& frame, const Match& match) const {
-    return static_cast<std::uint32_t>(columns * part(match.v, frame.height, rows) +
-                                      part(match.u, frame.width, columns));
+    return static_cast<std::uint32_t>(columns * part(match.v - frame.top, frame.height, rows) +
+                                      part(match.u - frame.left, frame.width, columns));
   }
 
  private:
-  static int part(double pixel, int size, int parts) {
-    const double position = pixel / std::max(size, 1) * parts;
+  static int part(double pixel, double size, int parts) {
+    const double position = pixel / (size > 0 ? size : 1) * parts;
     return position > 0 ? static_cast<int>(std::min<double>(position, parts - 1)) : 0;
   }
 };

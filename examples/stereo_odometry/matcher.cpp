@@ -25,7 +25,8 @@ void Matcher::start(const StereoFeatures& features) {
 }
 
 std::vector<Prediction>& Matcher::predict(const MapPoints& map, const Pose& T_cw, std::int64_t first_view) {
-  find_points_in_view(map, first_view, frame_.camera, frame_.width, frame_.height, T_cw, predictions_);
+  find_points_in_view(map, first_view, frame_.camera, static_cast<int>(frame_.width), static_cast<int>(frame_.height),
+                      T_cw, predictions_);
   if (points_.empty()) return predictions_;
   is_matched_.assign(map.size(), 0);
   for (const std::uint32_t point : points_) is_matched_[point] = 1;

@@ -28,6 +28,8 @@ struct FeatureMatch {
                                        ///< where some matches have one, a match without one is no candidate
   std::uint8_t camera_id = 0;          ///< which camera of a rig
   bool is_required = false;            ///< selected in any case, and counts towards the budget
+  std::int64_t point_id = -1;          ///< of the map point, the same in every frame; only record() reads it
+  std::int64_t keyframe = -1;          ///< which one mapped the point; -1: unknown; only record() reads it
 };
 
 /// Everything that a tracker does with selection in a frame, in this order:
@@ -123,6 +125,15 @@ class GoodFeatures {
 
   /// The blocks of this frame, after select() or build(): candidate i is match i.
   const BlockStore& blocks() const noexcept;
+
+  /// From the next start() on, every select() writes its frame into the folder, as frame_000000.csv and so on, which
+  /// `maxlogdet evaluate FOLDER` reads: pose, cameras, all matches with what is measured, and which are selected. Call
+  /// it once, before the first frame. Returns whether frames will be recorded; a problem, also a later one such as a
+  /// full disk, is said in one line on stderr, ends the recording, and changes no selection. See FrameRecorder::open(),
+  /// also for what ends a recording, and add(), for the matches and frames that a file cannot hold: those with the
+  /// caller's Jacobians, and rigs with right columns. Frames beyond the capacity, and without blocks, are not recorded.
+  /// Off by default. While it is on, select() allocates and does I/O, about 1 us a match.
+  bool record(const char* folder) noexcept;
 
  private:
   struct State;

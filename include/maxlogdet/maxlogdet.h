@@ -196,7 +196,7 @@ int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* 
 /// What to select and how; n is the number of candidates. Arrays belong to the caller.
 typedef struct maxlogdet_options {
   size_t struct_size;           ///< set by init
-  size_t budget;                ///< how many to select, at most the capacity; default 100
+  size_t budget;                ///< how many to select, at most the capacity; default 200
   maxlogdet_strategy strategy;  ///< default lazy_greedy
   int32_t threads;      ///< 1: only the calling one; 0, the default: as many of the executor as pay off; m: at most m
   double epsilon;       ///< stochastic_greedy: in (0, 1); default 0.1

@@ -12,6 +12,7 @@
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
+#include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/isa.hpp>

@@ -30,7 +30,7 @@ constexpr Strategy strategies[] = {MAXLOGDET_STRATEGIES(MAXLOGDET_ENUMERATOR)};
 
 /// What to select and how. Every default suits a tracker in production. Arrays belong to the caller.
 struct Options {
-  std::size_t budget = 100;                   ///< k, how many to select; 0: none; at most the selector's capacity
+  std::size_t budget = 200;                   ///< k, how many to select; 0: none; at most the selector's capacity
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   double epsilon = 0.1;                       ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
   std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine

@@ -152,7 +152,7 @@ class Selector:
     def select(
         self,
         blocks: Union[BlockStore, _Blocks],
-        budget: int = 100,
+        budget: int = 200,
         *,
         strategy: _Strategy = 'lazy_greedy',
         epsilon: float = 0.1,
@@ -180,7 +180,7 @@ class ActiveSelection:
     def start(
         self,
         blocks: Union[BlockStore, _Blocks],
-        budget: int = 100,
+        budget: int = 200,
         *,
         strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
         prior: Optional[ArrayLike] = None,
@@ -215,7 +215,7 @@ class ActiveSelection:
 
 def select(
     blocks: Union[BlockStore, _Blocks],
-    budget: int = 100,
+    budget: int = 200,
     *,
     strategy: _Strategy = 'lazy_greedy',
     epsilon: float = 0.1,

@@ -75,8 +75,8 @@ def test_the_code_of_the_documentation_runs(tmp_path, monkeypatch):
     names = {}
     for number, block in enumerate(blocks):
         exec(compile(block, f"docs/python.md, block {number}", "exec"), names)
-    assert len(names["selected"]) == 100
-    assert len(names["selection"]) == 100
+    assert len(names["selected"]) == 200
+    assert len(names["selection"]) == 200
 
 
 def test_an_installed_package_can_be_imported(tmp_path):

@@ -29,15 +29,6 @@ bool all_frames(const std::vector<std::vector<Frame>>& recordings, const Predica
                      [&](const auto& frames) { return std::all_of(frames.begin(), frames.end(), predicate); });
 }
 
-// As GoodFeatures has it: a match without a covariance has that of the others' default.
-Frame with_all_covariances(Frame frame, double map_sigma) {
-  const double variance = map_sigma * map_sigma;
-  for (auto& covariance : frame.map_covariances) {
-    if (std::isnan(covariance[0])) covariance = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
-  }
-  return frame;
-}
-
 }  // namespace
 
 EvaluationOptions options_for(const std::vector<std::vector<Frame>>& recordings, EvaluationOptions options) {
@@ -75,7 +66,9 @@ Evaluation evaluate(const std::vector<std::vector<Frame>>& recordings, Evaluatio
   }
   std::vector<FrameEvaluation> evaluated(frames.size());
   for_each_in_parallel("evaluate", "frame", frames.size(), threads, [&](std::size_t i) {
-    evaluated[i] = evaluate_frame(with_all_covariances(*frames[i], options.map_sigma), i, options);
+    Frame frame = *frames[i];
+    fill_unknown_covariances(frame, options.map_sigma);
+    evaluated[i] = evaluate_frame(frame, i, options);
   });
   Evaluation evaluation = summarize(evaluated, lengths, true_poses, options);
   evaluation.has_covariances = options.weighting == Weighting::measurement_and_map;

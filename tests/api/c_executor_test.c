@@ -127,6 +127,7 @@ static void check_answers(const maxlogdet_executor* given, int32_t threads) {
   memset(&executor, 0xA5, sizeof executor);  // it was copied
   for (maxlogdet_strategy strategy = 0; strcmp(maxlogdet_strategy_name(strategy), "unknown") != 0; ++strategy) {
     maxlogdet_options options = default_options();
+    options.budget = 100;
     options.strategy = strategy;
     options.threads = 16;
     const maxlogdet_selection* const answer = maxlogdet_selector_select(helped, blocks, &options);

@@ -7,7 +7,7 @@ static void check_defaults_of_options(void) {
   maxlogdet_options options;
   memset(&options, 0xA5, sizeof options);
   CHECK(maxlogdet_options_init(&options, sizeof options) == MAXLOGDET_STATUS_OK);
-  CHECK(options.struct_size == sizeof options && options.budget == 100);
+  CHECK(options.struct_size == sizeof options && options.budget == 200);
   CHECK(options.strategy == MAXLOGDET_STRATEGY_LAZY_GREEDY && options.threads == 0);
   CHECK(options.epsilon == 0.1 && options.seed == 0 && options.prior == NULL && options.time_limit == 0);
   CHECK(options.certify == 0 && options.reserved == 0 && options.certificate_passes == 0);

@@ -216,7 +216,7 @@ TEST(Certificate, proves_as_much_where_candidates_are_required) {
     std::nth_element(by_trace.begin(), by_trace.begin() + 50, by_trace.end());
     std::vector<unsigned char> required(blocks.size());
     for (std::size_t j = 0; j < 50; ++j) required[by_trace[j].second] = 1;
-    Options options;
+    Options options = with_budget(100);
     options.required = required.data();
     options.certify = true;
     options.certificate_passes = 8;
@@ -233,7 +233,7 @@ TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
       const ForcedIsa forced(kernel->isa);
       for (const int threads : {1, 2, 4}) {
         Selector selector(blocks.size(), &executor);
-        Options options;
+        Options options = with_budget(100);
         options.threads = threads;
         options.certify = true;
         options.certificate_passes = 3;
@@ -285,7 +285,7 @@ TEST(Certificate, holds_for_the_whole_budget_when_the_deadline_cuts_an_answer_sh
   SCOPED_TRACE(random.name());
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]);
   Selector selector(blocks.size());
-  Options options;
+  Options options = with_budget(100);
   const double whole = selector.select(blocks, options).log_det;
   options.certify = true;
   options.time_limit = 1e-9;
@@ -299,7 +299,7 @@ TEST(Certificate, only_gets_looser_when_the_deadline_cuts_its_passes_short) {
   SCOPED_TRACE(random.name());
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]);
   Selector selector(blocks.size());
-  Options options;
+  Options options = with_budget(100);
   options.certify = true;
   options.certificate_passes = 300;
   const Selection full = selector.select(blocks, options);

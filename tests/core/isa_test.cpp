@@ -250,8 +250,7 @@ TEST(Isa, survivors_are_listed_exactly_on_all) {
 TEST(Isa, selections_are_the_same_on_all) {
   for_every_family(1000, [&](const BlockStore& blocks) {
     for (const Strategy strategy : sim::strategies) {
-      Options options;
-      options.strategy = strategy;
+      const Options options = with_budget(100, strategy);
       std::vector<std::uint32_t> expected;
       for (const std::string& isa : sim::supported_isas()) {
         const ForcedIsa forced(isa.c_str());

@@ -16,6 +16,7 @@ constexpr auto strategy_count = static_cast<maxlogdet_strategy>(std::size(strate
 int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_block_store* blocks) {
   maxlogdet_options options;
   maxlogdet_options_init(&options, sizeof options);
+  options.budget = 100;
   options.certify = 1;
   options.exchange_sweeps = 1;
   int answers = 0;
@@ -36,6 +37,7 @@ std::size_t actively_selected(maxlogdet_active_selection* active, const maxlogde
                               const Block& measured) {
   maxlogdet_options options;
   maxlogdet_options_init(&options, sizeof options);
+  options.budget = 100;
   maxlogdet_active_selection_start(active, blocks, &options);
   for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
     if (i % 3 == 0) maxlogdet_active_selection_accept(active);

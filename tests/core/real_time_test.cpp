@@ -112,8 +112,7 @@ TEST(RealTime, constraints_allocate_nothing) {
   EXPECT_EQ(allocations_in([&] {
               for (const Strategy strategy : sim::strategies) {
                 for (const bool has_groups : {false, true}) {
-                  Options options;
-                  options.strategy = strategy;
+                  Options options = with_budget(100, strategy);
                   options.required = required.data();
                   options.excluded = excluded.data();
                   options.groups = has_groups ? groups.data() : nullptr;
@@ -136,7 +135,7 @@ TEST(RealTime, active_selection_allocates_nothing) {
   ActiveSelection active(400);
   std::size_t selected = 0;
   EXPECT_EQ(allocations_in([&] {
-              active.start(blocks, Options());
+              active.start(blocks, with_budget(100));
               for (int i = 0; active.next() != ActiveSelection::none; ++i) {
                 if (i % 3 == 0) active.accept();
                 if (i % 3 == 1) active.accept(measured.data(), 3);
@@ -174,7 +173,7 @@ TEST(RealTime, batches_of_active_selection_allocate_nothing) {
   const Block measured = random_block(random, 3);
   std::vector<std::uint32_t> groups(400);
   for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 7;
-  Options options;
+  Options options = with_budget(100);
   options.groups = groups.data();
   options.group_count = 7;
   options.max_per_group = 15;
@@ -203,7 +202,7 @@ class Tracked {
   void use(std::size_t size, int kind) {
     start(kind);
     for (std::size_t i = 0; i < size; ++i) add(i, kind);
-    if (good_.select(Options()) == Status::ok) ++ok;
+    if (good_.select(with_budget(100)) == Status::ok) ++ok;
     double weight[9];
     for (std::size_t i = 0; i < good_.size(); ++i) {
       weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
@@ -272,8 +271,7 @@ TEST(RealTime, several_threads_allocate_nothing) {
     blocks.clear();
     append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), block_options, blocks, &pool);
     for (const Strategy strategy : sim::strategies) {
-      Options options;
-      options.strategy = strategy;
+      Options options = with_budget(100, strategy);
       options.threads = 3;
       options.certify = true;
       selector.select(blocks, options);
@@ -293,8 +291,7 @@ struct Work {
 void* select_with_all_strategies(void* given) {
   Work& to = *static_cast<Work*>(given);
   for (const Strategy strategy : sim::strategies) {
-    Options options;
-    options.strategy = strategy;
+    Options options = with_budget(100, strategy);
     options.certify = true;
     options.certificate_passes = 2;
     options.exchange_sweeps = 1;

@@ -368,8 +368,7 @@ TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
       SCOPED_TRACE(frame.name + " " + kind.name);
       const BlockStore blocks = blocks_of(frame, kind);
       for (const Strategy strategy : sim::strategies) {
-        Options options;
-        options.strategy = strategy;
+        const Options options = with_budget(100, strategy);
         Selector selector(2000);
         const Selection selection = selector.select(blocks, options);
         EXPECT_LE(selection.float64_decisions, 8U * selection.size) << to_string(strategy);

@@ -27,7 +27,7 @@ TEST_F(Program, selects_on_the_embedded_frame) {
   const Outcome outcome = run("select --repeat 3");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
-  for (const char* const text : {"euroc_like_1", "2000", "100", "ok", "median", "p99", "log det"}) {
+  for (const char* const text : {"euroc_like_1", "2000", "200", "ok", "median", "p99", "log det"}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
   }
 }
@@ -229,7 +229,7 @@ TEST_F(Program, refuses_options_without_effect) {
 
 // A file is either complete or unchanged.
 TEST_F(Program, leaves_no_partial_file) {
-  const std::string select = "select --repeat 1 --json --plot-data ";
+  const std::string select = "select --budget 100 --repeat 1 --json --plot-data ";
   std::ofstream(folder_ + "/old.json") << "old data\n";
   // In blocks of 512 bytes, in some shells 1024; the data of 2000 matches has 150 KB.
   const auto limited = [&](const std::string& file) {
@@ -307,7 +307,7 @@ TEST_F(Program, answers_for_a_frame_behind_the_camera) {
 }
 
 TEST_F(Program, draws_selected_matches_red_in_both_views) {
-  ASSERT_EQ(run("select --repeat 1 --plot-data picture.json").exit_code, 0);
+  ASSERT_EQ(run("select --budget 100 --repeat 1 --plot-data picture.json").exit_code, 0);
   ASSERT_EQ(draw("selection", "picture.json").exit_code, 0);
   const std::string svg = contents_of(folder_ + "/picture.svg");
   // gnuplot marks each point by <use xlink:href=... color='rgb(...)'/>, and once more in the legend of each view.

@@ -31,7 +31,8 @@ namespace maxlogdet {
 /// Selection among the landmarks of Basalt that camera 0 sees in the newest frame, by the block of that match. A
 /// landmark that is left out keeps its earlier observations, and is asked for again. Those with at most two
 /// observations are always selected, because Basalt deletes a landmark with fewer than two (min_num_obs); a budget far
-/// below the number of tracks still loses many.
+/// below the number of tracks still loses many. Its frames cannot be recorded (GoodFeatures::record): the Jacobians
+/// are those of Basalt's own camera, whatever its model.
 class Basalt : public LeftOutHook {
  public:
   /// Standard deviation of a measurement, px: Basalt's own vio_obs_std_dev.

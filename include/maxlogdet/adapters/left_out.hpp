@@ -41,6 +41,7 @@ class LeftOutHook {
   /// Adds a candidate with the tracker's own number.
   void add(FeatureMatch match, std::uint64_t id) {
     match.id = static_cast<std::uint32_t>(ids_.size());
+    match.point_id = static_cast<std::int64_t>(id);
     features.add(match);
     ids_.push_back(id);
   }

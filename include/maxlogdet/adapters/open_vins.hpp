@@ -30,7 +30,9 @@ namespace maxlogdet {
 
 /// Selection among OpenVINS's triangulated MSCKF features, by the block that each would have as a match of camera 0 at
 /// the newest clone, by OpenVINS's own camera model; the IMU chains the other clones to it. Measured, it does not pay
-/// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves.
+/// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves. Its images
+/// cannot be recorded (GoodFeatures::record): most features have lost their track, so that the newest clone has no
+/// measurement of them, and the Jacobians are those of OpenVINS's own camera.
 class OpenVins {
  public:
   GoodFeatures features;    ///< of the last image; its block_options may be changed

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/adapters/hook_cost.hpp>
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/point_covariance.hpp>
@@ -30,7 +29,6 @@ class OrbSlamHook {
   GoodFeatures features;         ///< of the last frame; its block_options may be changed
   Options options;               ///< of the selection: budget, prior, time_limit, ...
   bool use_covariances = false;  ///< measurement_and_map, from the keyframes that observe each map point
-  std::size_t max_new = 100;     ///< match(): maximum number of local map points to find
   HookLog log;                   ///< open() it for a line per frame
 
   /// Writes Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that
@@ -45,12 +43,16 @@ class OrbSlamHook {
     return first < features.size() && features.id(first) == slot && features.information(first, omega);
   }
 
+  /// From the next optimize() on, writes every frame into the folder, for `maxlogdet evaluate FOLDER`. Call it once;
+  /// see GoodFeatures::record(). The time of writing counts as cost().select_us.
+  bool record(const char* folder) noexcept { return features.record(folder); }
+
   /// The cost of the last optimize().
   const HookCost& cost() const noexcept { return cost_; }
 
  protected:
   /// See OrbSlam2.
-  OrbSlamHook(std::size_t budget, std::size_t capacity) : features(capacity), active_(capacity) {
+  OrbSlamHook(std::size_t budget, std::size_t capacity) : features(capacity) {
     options.budget = budget;
     stash_.reserve(capacity);
   }
@@ -90,48 +92,11 @@ class OrbSlamHook {
     return inliers;
   }
 
-  /// Proposes the points of `local` that are in view, beside the matches that gather() has added, and searches them one
-  /// by one. set_point(point, match) reads a map point. Of the options it uses only the prior.
-  template <class Frame, class MapPoint, class SetPoint, class Search>
-  int match_selected(const Frame& frame, const std::vector<MapPoint*>& local, const SetPoint& set_point,
-                     const Search& search) {
-    const std::size_t matched = features.size();
-    for (std::size_t place = 0; place < local.size(); ++place) {
-      MapPoint& point = *local[place];
-      if (!point.mbTrackInView || point.isBad()) continue;
-      FeatureMatch match;
-      set_point(point, match);
-      match.id = static_cast<std::uint32_t>(place);
-      match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(point.mnTrackScaleLevel)];  // as isInFrustum predicts
-      features.add(match);
-    }
-    if (!features.build()) return search(local);
-    Options of_matching;
-    of_matching.prior = options.prior;
-    of_matching.budget = max_new;
-    required_.assign(features.size(), 0);
-    for (std::size_t i = 0; i < matched; ++i) {
-      required_[i] = features.blocks().is_valid(i) ? 1 : 0;
-      of_matching.budget += required_[i];
-    }
-    of_matching.required = required_.data();
-    if (active_.start(features.blocks(), of_matching) != Status::ok) return search(local);
-    int found = 0;
-    was_tried_.assign(features.size(), 0);
-    std::vector<MapPoint*> one(1);
-    for (std::uint32_t i = active_.next(); i != ActiveSelection::none; i = active_.next()) {
-      was_tried_[i] = 1;
-      one[0] = local[features.id(i)];
-      const bool is_found = search(one) > 0;
-      is_found ? active_.accept() : active_.reject();
-      if (is_found) ++found;
-    }
-    // SearchLocalPoints has counted every point in view as visible. A point that was never tried would lose its found
-    // ratio.
-    for (std::size_t i = matched; i < features.size(); ++i) {
-      if (was_tried_[i] == 0) local[features.id(i)]->IncreaseVisible(-1);
-    }
-    return found;
+  /// What only recording reads.
+  template <class MapPoint>
+  static void set_numbers(const MapPoint& point, FeatureMatch& match) noexcept {
+    match.point_id = static_cast<std::int64_t>(point.mnId);
+    match.keyframe = static_cast<std::int64_t>(point.mnFirstKFid);
   }
 
   /// Calls add(slot) for every slot with a map point. Map points lie scattered in memory and out of the cache when a
@@ -227,9 +192,7 @@ class OrbSlamHook {
   };
 
   HookCost cost_;
-  ActiveSelection active_;
   std::vector<void*> stash_;
-  std::vector<unsigned char> required_, was_tried_;
   std::unordered_map<std::uint64_t, Covariance> covariances_;
   std::uint64_t frame_ = 0;
 };

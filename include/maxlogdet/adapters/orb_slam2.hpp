@@ -10,7 +10,7 @@
 //
 // in include/Tracking.h include this header and add a member to the class Tracking
 //
-//   maxlogdet::OrbSlam2 mGoodFeatures{100};
+//   maxlogdet::OrbSlam2 mGoodFeatures{200};
 //
 // and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
@@ -24,9 +24,9 @@ namespace maxlogdet {
 /// Selection in ORB-SLAM2's tracking thread, monocular, stereo and RGB-D (whose depth is a virtual right column there).
 class OrbSlam2 : public OrbSlamHook {
  public:
-  /// `budget`: how many matches to optimise with. `capacity`: maximum number of matches of a frame, for match() of
-  /// matches and local map points together; a frame with more is optimised with all.
-  explicit OrbSlam2(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
+  /// `budget`: how many matches to optimise with. `capacity`: maximum number of matches of a frame; a frame with
+  /// more is optimised with all.
+  explicit OrbSlam2(std::size_t budget = 200, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
 
   /// Calls pose_optimization(&frame) with the selected matches only; returns the number of inliers among all. With few
   /// matches, and on any error, it is called with all; cost().status says why.
@@ -34,21 +34,6 @@ class OrbSlam2 : public OrbSlamHook {
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     return optimize_selected(
         frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
-  }
-
-  /// Active matching, in Tracking::SearchLocalPoints instead of matcher.SearchByProjection(frame, local, th): searches
-  /// the local map points in view that add most to the existing matches, until max_new of them are found. Returns how
-  /// many were. The other matches are truly missing from the frame: keep those of the motion model and max_new together
-  /// well above 100, and lower the ratios of local mapping and NeedNewKeyFrame, which compare inliers with the tracked
-  /// points of the reference keyframe.
-  template <class Frame, class MapPoint, class Matcher>
-  int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, float th) {
-    const auto search = [&](const std::vector<MapPoint*>& points) {
-      return matcher.SearchByProjection(frame, points, th);
-    };
-    gather(frame);
-    const auto read = [&](MapPoint& point, FeatureMatch& match) { set_point(point, match); };
-    return match_selected(frame, local, read, search);
   }
 
  private:
@@ -64,6 +49,7 @@ class OrbSlam2 : public OrbSlamHook {
   void add_match(const Frame& frame, MapPoint& point, std::size_t slot) {
     FeatureMatch match;
     set_point(point, match);
+    set_numbers(point, match);
     const auto& key = frame.mvKeysUn[slot];
     match.id = static_cast<std::uint32_t>(slot);
     match.measured[0] = key.pt.x;

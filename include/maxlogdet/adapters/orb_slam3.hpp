@@ -13,7 +13,7 @@
 //
 // in include/Tracking.h include this header and add a member to the class Tracking
 //
-//   maxlogdet::OrbSlam3 mGoodFeatures{100};
+//   maxlogdet::OrbSlam3 mGoodFeatures{200};
 //
 // and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
@@ -36,26 +36,13 @@ namespace maxlogdet {
 class OrbSlam3 : public OrbSlamHook {
  public:
   /// As OrbSlam2.
-  explicit OrbSlam3(std::size_t budget = 100, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
+  explicit OrbSlam3(std::size_t budget = 200, std::size_t capacity = 10000) : OrbSlamHook(budget, capacity) {}
 
   /// As OrbSlam2::optimize.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     return optimize_selected(
         frame, pose_optimization, [&] { gather(frame); }, [](const Frame& optimized) { return pose_of(optimized); });
-  }
-
-  /// As OrbSlam2::match; `arguments` are those of SearchByProjection after the points. On a rig of two cameras all are
-  /// searched.
-  template <class Frame, class MapPoint, class Matcher, class... Arguments>
-  int match(Frame& frame, const std::vector<MapPoint*>& local, Matcher& matcher, const Arguments&... arguments) {
-    const auto search = [&](const std::vector<MapPoint*>& points) {
-      return matcher.SearchByProjection(frame, points, arguments...);
-    };
-    if (frame.mpCamera2 != nullptr) return search(local);
-    gather(frame);
-    const auto read = [&](MapPoint& point, FeatureMatch& match) { set_point(point, match); };
-    return match_selected(frame, local, read, search);
   }
 
  private:
@@ -95,6 +82,7 @@ class OrbSlam3 : public OrbSlamHook {
   void add_match(const Frame& frame, MapPoint& point, std::size_t slot) {
     FeatureMatch match;
     set_point(point, match);
+    set_numbers(point, match);
     const std::size_t left_count = is_rig_ ? static_cast<std::size_t>(frame.Nleft) : 0;
     const bool is_right = is_rig_ && slot >= left_count;
     const auto& key =

@@ -43,6 +43,11 @@ class VinsFusion : public LeftOutHook {
     ask_about([&] { gather(window); });
   }
 
+  /// From the next ask() on, writes the candidates as matches of the newest left image, in normalised coordinates, into
+  /// the folder, for `maxlogdet evaluate FOLDER`. Call it once; see GoodFeatures::record(). The time of writing counts
+  /// as cost().select_us. The features are selected for a window, not for a pose alone: the file stands for the pose.
+  bool record(const char* folder) noexcept { return features.record(folder); }
+
  private:
   template <class Estimator>
   void gather(const Estimator& window) {
@@ -60,6 +65,8 @@ class VinsFusion : public LeftOutHook {
       const Eigen::Vector3d p_w = window.Rs[first] * (window.ric[0] * p_c + window.tic[0]) + window.Ps[first];
       FeatureMatch match;
       for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
+      const Eigen::Vector3d& seen = feature.feature_per_frame.back().point;  // by the newest frame
+      for (int d = 0; d < 2; ++d) match.measured[d] = seen(d);
       match.sigma = sigma;
       match.is_required = feature.solve_flag == 0;
       add(match, static_cast<std::uint64_t>(feature.feature_id));

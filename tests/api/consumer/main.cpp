@@ -16,8 +16,8 @@ int main() {
     points.insert(points.end(), point, point + 3);
   }
   const std::vector<std::uint32_t> selected = select_matches(points);
-  const bool is_right = selected.size() == 100 &&
-                        std::set<std::uint32_t>(selected.begin(), selected.end()).size() == 100 &&
+  const bool is_right = selected.size() == 200 &&
+                        std::set<std::uint32_t>(selected.begin(), selected.end()).size() == 200 &&
                         helpers_change_nothing(points) && std::abs(log_det_with_eigen() - std::log(13.0)) < 1e-12 &&
                         std::strcmp(maxlogdet::version(), MAXLOGDET_VERSION) == 0;
   std::printf("maxlogdet %s on %s: %zu selected, %s\n", maxlogdet::version(), maxlogdet::active_isa(), selected.size(),

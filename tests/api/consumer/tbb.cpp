@@ -16,6 +16,7 @@ int main() {
     blocks.push_back(block, 2);
   }
   maxlogdet::Options options;
+  options.budget = 100;
   options.strategy = maxlogdet::Strategy::greedy;  // which chooses all threads for so many candidates
   maxlogdet::TbbExecutor executor;
   maxlogdet::Selector helped(n, &executor);

@@ -17,5 +17,6 @@
 #include "own_tracker.inc"
 #include "per_thread.inc"
 #include "priors.inc"
+#include "record.inc"
 #include "spread_over_image.inc"
 #include "weigh_rows.inc"

@@ -7,6 +7,7 @@
 #include "sim/se3.hpp"
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -128,7 +129,7 @@ TEST(OwnTrackerGuide, the_selected_are_optimised_with_and_the_others_judged_at_t
     return RigidTransform(sim::to_rows(tracker.T_cw).data());
   };
   track(good, tracker.camera, guess.data(), tracker.matches, optimize);
-  EXPECT_EQ(optimised.size(), 100U);
+  EXPECT_EQ(optimised.size(), 200U);
   const std::set<std::size_t> selected(optimised.begin(), optimised.end());
   for (std::size_t i = 0; i < 400; ++i) {
     EXPECT_EQ(tracker.matches[i].is_outlier, selected.count(i) > 0 ? before[i].is_outlier : i % 7 == 0) << i;
@@ -165,7 +166,7 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
   GoodFeatures good(1000);
   gather(frame, good);
-  ASSERT_EQ(good.select(Options()), Status::ok);
+  ASSERT_EQ(good.select(with_budget(100)), Status::ok);
   EXPECT_GT(good.share_of_all(), 0.2);
   EXPECT_LT(good.share_of_all(), 0.34);
 }
@@ -194,7 +195,7 @@ TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_twice_an_even_shar
   for (const sim::Match& match : frame.matches) {
     cells.push_back(image_cell(match.u, match.v, frame.width, frame.height));
   }
-  Options options;
+  Options options = with_budget(100);
   ASSERT_EQ(good.select(options), Status::ok);
   const auto max_of_a_cell = [&] {
     std::vector<std::size_t> counts(80);
@@ -317,6 +318,18 @@ TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
   EXPECT_EQ(std::set<std::uint32_t>(tried.begin(), tried.end()).size(), tried.size()) << "one was tried twice";
   const Selection selection = active.selection();
   EXPECT_EQ(std::vector<std::uint32_t>(selection.begin(), selection.end()), found);
+}
+
+TEST(RecordGuide, frames_are_written_into_the_folder) {
+  const TemporaryFolder folder;
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  GoodFeatures good(1000);
+  EXPECT_TRUE(record_frames(good));
+  gather(make_scene(sim::Scene::euroc_like, 300, Random().seed()), good);
+  EXPECT_EQ(good.select(Options()), Status::ok);
+  std::filesystem::current_path(before);
+  EXPECT_EQ(RecordedFrame(folder / "frames/frame_000000.csv").rows.size(), 300U);
 }
 
 TEST(ThreadsGuide, each_thread_has_its_own_memory) {

@@ -22,16 +22,6 @@ inline bool Tracking::TrackLocalMap() {
   return mnMatchesInliers >= 30;
 }
 
-/// Simplified: mbTrackInView is set; counts what is in view as visible, and searches.
-inline void Tracking::SearchLocalPoints() {
-  for (MapPoint* const point : mvpLocalMapPoints) {
-    if (point->mbTrackInView && !point->isBad()) point->IncreaseVisible();
-  }
-  ORBmatcher matcher(0.8F);
-  const int th = 1;
-#include "orb_slam2_match.inc"
-}
-
 // Where the optimiser is given the weights.
 namespace weighted {
 

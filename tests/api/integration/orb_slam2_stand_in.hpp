@@ -37,19 +37,16 @@ class MapPoint {
   std::map<KeyFrame*, std::size_t> GetObservations() { return mObservations; }
   int Observations() { return nObs; }
   bool isBad() { return mbBad; }
-  void IncreaseVisible(int n = 1) { mnVisible += n; }
   void IncreaseFound(int n = 1) { mnFound += n; }
 
   long unsigned int mnId = 0;
+  long int mnFirstKFid = -1;
   int nObs = 0;
-  bool mbTrackInView = false;
-  int mnTrackScaleLevel = 0;
 
   // Private in the real one.
   std::map<KeyFrame*, std::size_t> mObservations;
   cv::Mat mWorldPos;
   bool mbBad = false;
-  int mnVisible = 1;
   int mnFound = 1;
 };
 
@@ -76,23 +73,11 @@ class Optimizer {
   int static PoseOptimization(Frame* pFrame);
 };
 
-class ORBmatcher {
- public:
-  explicit ORBmatcher(float nnratio = 0.6F) : mfNNratio(nnratio) {}
-  int SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMapPoints, const float th = 3);
-  int SearchByProjection(Frame& CurrentFrame, const Frame& LastFrame, const float th, const bool bMono);
-
- private:
-  float mfNNratio;
-};
-
 class Tracking {
  public:
   bool TrackLocalMap();
-  void SearchLocalPoints();
 
   Frame mCurrentFrame;
-  std::vector<MapPoint*> mvpLocalMapPoints;
   int mnMatchesInliers = 0;
 
 #include "orb_slam2_member.inc"

@@ -4,6 +4,7 @@
 #include "tests/api/integration/orb_slam2_world.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/recording.hpp"
 
 #include <unistd.h>
 
@@ -134,7 +135,7 @@ TEST(OrbSlam2Adapter, tracking_counts_all_inliers_not_only_the_selected) {
   ORB_SLAM2::Tracking tracking;
   tracking.mCurrentFrame = world.frame;
   EXPECT_TRUE(tracking.TrackLocalMap());
-  EXPECT_EQ(calls.optimised.size(), 100U);
+  EXPECT_EQ(calls.optimised.size(), 200U);
   EXPECT_GT(tracking.mnMatchesInliers, 300);
   int found = 0;
   for (const auto& point : world.points) found += point->mnFound - 1;
@@ -188,6 +189,40 @@ TEST(OrbSlam2Adapter, matches_come_back_if_the_optimiser_throws) {
   };
   EXPECT_THROW(good.optimize(world.frame, fail), std::runtime_error);
   EXPECT_EQ(world.frame.mvpMapPoints, before);
+}
+
+TEST(OrbSlam2Adapter, a_recorded_frame_has_all_matches_as_they_were_before_the_optimisation) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (const bool stereo : {false, true}) {
+    World world(random, 300, stereo);
+    const TemporaryFolder folder;
+    OrbSlam2 good(100);
+    good.use_covariances = stereo;
+    ASSERT_TRUE(good.record(folder.path().c_str()));
+    const RigidTransform T_cw(world.frame.mTcw.ptr<float>());
+    good.optimize(world.frame, ORB_SLAM2::Optimizer::PoseOptimization);
+    const RecordedFrame recorded(folder / "frame_000000.csv");
+    EXPECT_EQ(recorded.numbers("Tcw_prior"), std::vector<double>(T_cw.data(), T_cw.data() + 12));
+    EXPECT_EQ(recorded.numbers("fx,fy,cx,cy,bf"), (std::vector<double>{458, 457, 367, 248, stereo ? 50.0 : 0.0}));
+    ASSERT_EQ(recorded.rows.size(), 300U);
+    for (std::size_t row = 0; row < 300; ++row) {
+      const auto slot = static_cast<std::size_t>(recorded.at(row, "kp"));
+      MapPoint& point = *world.frame.mvpMapPoints[slot];
+      const sim::Match match = match_of(world.frame, slot);
+      EXPECT_EQ(recorded.at(row, "mp_id"), static_cast<double>(point.mnId));
+      EXPECT_EQ(recorded.at(row, "keyframe"), static_cast<double>(point.mnFirstKFid));
+      EXPECT_EQ(recorded.at(row, "X"), match.point[0]);
+      EXPECT_EQ(recorded.at(row, "u"), match.u);
+      EXPECT_EQ(recorded.at(row, "v"), match.v);
+      EXPECT_NEAR(recorded.at(row, "inv_sigma2"), match.inv_sigma2, 1e-6);
+      EXPECT_EQ(recorded.at(row, "selected"), good.features.is_selected(row) ? 1 : 0);
+      if (!stereo) continue;
+      EXPECT_EQ(recorded.at(row, "u_right"), match.is_stereo() ? match.u_right : -1);
+      const Eigen::Matrix3d covariance = covariance_of(point);
+      EXPECT_NEAR(recorded.at(row, "cov_zz"), covariance(2, 2), 1e-3 * covariance(2, 2));
+    }
+  }
 }
 
 TEST(OrbSlam2Adapter, the_log_has_a_line_a_frame_of_what_cost_says) {

@@ -38,24 +38,6 @@ int Optimizer::PoseOptimization(Frame* pFrame) {
   return static_cast<int>(rejection.inliers.size());
 }
 
-// Finds what it is told to find, in the next free slot.
-int ORBmatcher::SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMapPoints, const float /*th*/) {
-  ++maxlogdet::test::calls.matcher_calls;
-  int matches = 0;
-  for (MapPoint* const point : vpMapPoints) {
-    if (!point->mbTrackInView || point->isBad()) continue;
-    maxlogdet::test::calls.tried.push_back(point);
-    if (maxlogdet::test::calls.matchable.count(point) == 0) continue;
-    for (MapPoint*& slot : F.mvpMapPoints) {
-      if (slot != nullptr) continue;
-      slot = point;
-      ++matches;
-      break;
-    }
-  }
-  return matches;
-}
-
 // Asks what each stereo match weighs, and optimises nothing.
 int weighted::Optimizer::PoseOptimization(Frame* pFrame, const maxlogdet::OrbSlam2* good) {
   maxlogdet::test::calls.weights.clear();
@@ -135,6 +117,7 @@ MapPoint* World::new_point(Random& random, const Eigen::Vector3d& in_camera) {
   points.push_back(std::make_unique<MapPoint>());
   MapPoint& point = *points.back();
   point.mnId = points.size();
+  point.mnFirstKFid = static_cast<long int>(points.size() / 50) - 1;
   point.mWorldPos = cv::Mat(3, 1);
   for (int row = 0; row < 3; ++row) point.mWorldPos.at<float>(row) = static_cast<float>(p(row));
   for (const auto& keyframe : keyframes) observe(random, point, *keyframe, keyframe == keyframes[0]);

@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <map>
 #include <memory>
-#include <set>
 #include <vector>
 
 // Helpers of the tests of ORB-SLAM2's adapter. The optimiser behind the stand-in is that of the simulations, which
@@ -24,11 +23,8 @@ using ORB_SLAM2::MapPoint;
 /// What the stand-ins were asked for.
 struct Calls {
   std::vector<std::size_t> optimised;              // keypoints whose map points entered the optimiser
-  std::vector<MapPoint*> tried;                    // points that the matcher was asked for, one by one
-  std::set<const MapPoint*> matchable;             // points that it finds
   std::map<std::size_t, Eigen::Matrix3d> weights;  // by keypoint, of the edges of stereo matches
   int optimiser_calls = 0;
-  int matcher_calls = 0;
 };
 extern Calls calls;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 

@@ -62,19 +62,15 @@ class MapPoint {
   std::map<KeyFrame*, std::tuple<int, int>> GetObservations() { return mObservations; }
   int Observations() { return nObs; }
   bool isBad() { return mbBad; }
-  void IncreaseVisible(int n = 1) { mnVisible += n; }
 
   long unsigned int mnId = 0;
+  long int mnFirstKFid = -1;
   int nObs = 0;
-  bool mbTrackInView = false;
-  bool mbTrackInViewR = false;
-  int mnTrackScaleLevel = 0;
 
   // Private in the real one.
   Eigen::Vector3f mWorldPos = Eigen::Vector3f::Zero();
   std::map<KeyFrame*, std::tuple<int, int>> mObservations;
   bool mbBad = false;
-  int mnVisible = 1;
 };
 
 class Frame {
@@ -110,12 +106,6 @@ class Optimizer {
  public:
   int static PoseOptimization(Frame* pFrame);
   int static PoseInertialOptimizationLastKeyFrame(Frame* pFrame, bool bRecInit = false);
-};
-
-class ORBmatcher {
- public:
-  int SearchByProjection(Frame& F, const std::vector<MapPoint*>& vpMapPoints, const float th = 3,
-                         const bool bFarPoints = false, const float thFarPoints = 50.0F);
 };
 
 class Tracking {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The adapter of ORB-SLAM3 and the guide's lines for it, with pinholes, fisheyes and rigs of two: blocks, flags,
-// covariances, active matching.
+// covariances, recorded frames.
 #include "tests/api/integration/orb_slam3_snippets.hpp"
 
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -17,8 +18,6 @@ namespace {
 // What the stand-ins were asked for.
 struct Calls {
   std::vector<std::size_t> optimised;
-  std::vector<ORB_SLAM3::MapPoint*> tried;
-  int matcher_calls = 0;
   Sophus::SE3f optimum;
 };
 Calls calls;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
@@ -41,14 +40,6 @@ int Optimizer::PoseOptimization(Frame* pFrame) {
 
 int Optimizer::PoseInertialOptimizationLastKeyFrame(Frame* pFrame, bool /*bRecInit*/) {
   return PoseOptimization(pFrame);
-}
-
-// Finds everything, and leaves the frame as it is.
-int ORBmatcher::SearchByProjection(Frame& /*F*/, const std::vector<MapPoint*>& vpMapPoints, const float /*th*/,
-                                   const bool /*bFarPoints*/, const float /*thFarPoints*/) {
-  ++calls.matcher_calls;
-  calls.tried.insert(calls.tried.end(), vpMapPoints.begin(), vpMapPoints.end());
-  return static_cast<int>(vpMapPoints.size());
 }
 
 }  // namespace ORB_SLAM3
@@ -124,6 +115,7 @@ struct World {
   MapPoint* new_point(const Eigen::Vector3d& in_camera) {
     points.push_back(std::make_unique<MapPoint>());
     points.back()->mnId = points.size();
+    points.back()->mnFirstKFid = static_cast<long int>(points.size() / 50) - 1;
     points.back()->mWorldPos = (T_cw.inverse() * in_camera).cast<float>();
     return points.back().get();
   }
@@ -203,7 +195,7 @@ TEST(OrbSlam3Adapter, matches_come_back_with_flags_by_the_frames_own_cameras_at_
       ORB_SLAM3::Tracking tracking;
       tracking.mCurrentFrame = world.frame;
       tracking.TrackLocalMap(is_inertial);
-      EXPECT_EQ(calls.optimised.size(), 100U);
+      EXPECT_EQ(calls.optimised.size(), 200U);
       EXPECT_EQ(tracking.mCurrentFrame.mvpMapPoints, world.frame.mvpMapPoints);
       const std::set<std::size_t> selected(calls.optimised.begin(), calls.optimised.end());
       for (std::size_t i = 0; i < world.frame.mvpMapPoints.size(); ++i) {
@@ -300,34 +292,50 @@ TEST(OrbSlam3Adapter, covariances_are_what_the_pinhole_keyframes_leave) {
   EXPECT_LT(largest_difference(good.features.blocks(), expected), 1e-3);
 }
 
-TEST(OrbSlam3Adapter, active_matching_looks_for_the_points_in_view_one_by_one_and_on_a_rig_for_all) {
+// The keypoint of a slot as the frame has it.
+const cv::KeyPoint& key_of(const World& world, std::size_t slot) {
+  const Frame& frame = world.frame;
+  if (world.sensor != Sensor::rig) return frame.mvKeysUn[slot];
+  const auto left = static_cast<std::size_t>(frame.Nleft);
+  return slot < left ? frame.mvKeys[slot] : frame.mvKeysRight[slot - left];
+}
+
+TEST(OrbSlam3Adapter, a_recorded_frame_has_the_matches_of_every_camera_as_they_were_before_the_optimisation) {
   Random random;
   SCOPED_TRACE(random.name());
   for (const Sensor sensor : sensors) {
-    World world(random, 50, sensor);
-    std::vector<MapPoint*> local;
-    for (int i = 0; i < 200; ++i) {
-      local.push_back(world.new_point(random_point_in_camera(random)));
-      local.back()->mbTrackInView = i % 2 == 0;
-      local.back()->mnVisible += i % 2 == 0 ? 1 : 0;
-      local.back()->mnTrackScaleLevel = random.integer(0, 2);
-    }
+    SCOPED_TRACE(static_cast<int>(sensor));
+    World world(random, 300, sensor);
+    const TemporaryFolder folder;
     OrbSlam3 good(100);
-    good.max_new = 30;
-    ORB_SLAM3::ORBmatcher matcher;
-    const int found = good.match(world.frame, local, matcher, 1.0F, false, 50.0F);
+    ASSERT_TRUE(good.record(folder.path().c_str()));
+    const RigidTransform T_cw = rigid_transform(world.frame.GetPose().matrix3x4());
+    good.optimize(world.frame, ORB_SLAM3::Optimizer::PoseOptimization);
+    const RecordedFrame recorded(folder / "frame_000000.csv");
+    EXPECT_EQ(recorded.numbers("Tcw_prior"), std::vector<double>(T_cw.data(), T_cw.data() + 12));
+    ASSERT_EQ(recorded.rows.size(), 300U);
     if (sensor == Sensor::rig) {
-      EXPECT_EQ(calls.tried, local);
-      EXPECT_EQ(calls.matcher_calls, 1);
-      continue;
+      EXPECT_EQ(recorded.numbers("camera 1", 1)[4], static_cast<double>(0.02F));
+      EXPECT_EQ(recorded.numbers("T_cb 1").size(), 12U);
     }
-    EXPECT_EQ(found, 30);
-    EXPECT_EQ(calls.matcher_calls, 30);
-    EXPECT_EQ(std::set<MapPoint*>(calls.tried.begin(), calls.tried.end()).size(), 30U);
-    for (MapPoint* const point : local) {
-      const bool was_tried = std::count(calls.tried.begin(), calls.tried.end(), point) > 0;
-      EXPECT_EQ(point->mnVisible, was_tried ? 2 : 1);
-      EXPECT_TRUE(point->mbTrackInView || !was_tried);
+    EXPECT_EQ(recorded.comments.count("camera"), sensor == Sensor::fisheye ? 1U : 0U);
+    EXPECT_EQ(recorded.comments.count("fx,fy,cx,cy,bf"), sensor == Sensor::rig || sensor == Sensor::fisheye ? 0U : 1U);
+    for (std::size_t row = 0; row < 300; ++row) {
+      const auto slot = static_cast<std::size_t>(recorded.at(row, "kp"));
+      const MapPoint& point = *world.frame.mvpMapPoints[slot];
+      EXPECT_EQ(recorded.at(row, "mp_id"), static_cast<double>(point.mnId));
+      EXPECT_EQ(recorded.at(row, "keyframe"), static_cast<double>(point.mnFirstKFid));
+      EXPECT_EQ(recorded.at(row, "Z"), static_cast<double>(point.mWorldPos.z()));
+      EXPECT_EQ(recorded.at(row, "u"), static_cast<double>(key_of(world, slot).pt.x));
+      EXPECT_EQ(recorded.at(row, "v"), static_cast<double>(key_of(world, slot).pt.y));
+      EXPECT_EQ(recorded.at(row, "selected"), good.features.is_selected(row) ? 1 : 0);
+      if (sensor == Sensor::rig) {
+        EXPECT_EQ(recorded.at(row, "camera"), world.is_right(slot) ? 1 : 0);
+      }
+      if (sensor == Sensor::stereo) {
+        const float u_right = world.frame.mvuRight[slot];
+        EXPECT_EQ(recorded.at(row, "u_right"), u_right >= 0 ? static_cast<double>(u_right) : -1);
+      }
     }
   }
 }

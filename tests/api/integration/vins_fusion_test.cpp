@@ -4,6 +4,7 @@
 #include "tests/api/integration/vins_fusion_snippets.hpp"
 
 #include "tests/api/integration/oracle.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -38,6 +39,7 @@ struct World {
       feature.estimated_depth = std::abs(p_c.z());
       feature.solve_flag = 1;
       feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
+      feature.feature_per_frame.back().point = Eigen::Vector3d(id, 0.5 * id, 1);
       estimator.f_manager.feature.push_front(feature);  // in no order that anything may rely on
     }
   }
@@ -113,6 +115,29 @@ TEST(VinsFusionAdapter, left_out_is_what_the_newest_frame_sees_and_was_not_selec
   EXPECT_STREQ(good.cost().status, "ok");
   EXPECT_EQ(good.cost().candidates, candidates.size());
   EXPECT_EQ(good.cost().selected, 100U);
+}
+
+TEST(VinsFusionAdapter, a_recorded_frame_has_the_candidates_as_the_newest_image_measures_them) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 300);
+  const TemporaryFolder folder;
+  VinsFusion good(100);
+  ASSERT_TRUE(good.record(folder.path().c_str()));
+  good.ask(world.estimator);
+  const RecordedFrame recorded(folder / "frame_000000.csv");
+  EXPECT_EQ(recorded.numbers("fx,fy,cx,cy,bf"), (std::vector<double>{1, 1, 0, 0, 0}));
+  const std::vector<int> candidates = world.candidates();
+  const std::set<int> left_out = world.left_out(good);
+  ASSERT_EQ(recorded.rows.size(), candidates.size());
+  for (std::size_t row = 0; row < candidates.size(); ++row) {
+    const int id = candidates[row];
+    EXPECT_EQ(recorded.at(row, "mp_id"), id);
+    EXPECT_EQ(recorded.at(row, "u"), id);
+    EXPECT_EQ(recorded.at(row, "v"), 0.5 * id);
+    EXPECT_NEAR(std::sqrt(recorded.at(row, "inv_sigma2")), 460 / 1.5, 1e-9);
+    EXPECT_EQ(recorded.at(row, "selected"), left_out.count(id) > 0 ? 0 : 1);
+  }
 }
 
 TEST(VinsFusionAdapter, a_depth_that_was_never_optimised_is_not_left_out) {

@@ -23,6 +23,7 @@ int main(void) {
       maxlogdet_selector_create(n, NULL, &alone) != MAXLOGDET_STATUS_OK) {
     return 1;
   }
+  options.budget = 100;
   options.strategy = MAXLOGDET_STRATEGY_GREEDY;  // which chooses all threads for so many candidates
   const maxlogdet_selection* of_helped = maxlogdet_selector_select(helped, blocks, &options);
   const maxlogdet_selection* of_alone = maxlogdet_selector_select(alone, blocks, &options);

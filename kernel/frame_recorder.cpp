@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+// The only unit that does I/O, because a caller has asked for it, and the only one here of C++17, for std::to_chars.
+#include <maxlogdet/frame_recorder.hpp>
+
+#include "kernel/blocks/block_checks.hpp"
+#include "kernel/blocks/camera_checks.hpp"
+
+#include <dirent.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <clocale>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+namespace maxlogdet {
+namespace {
+
+constexpr unsigned max_frames = 1000000;  // as many as six digits keep in order of name
+
+// to_chars knows no locale. Of a double it writes the fewest digits that read back as the same one.
+template <class Number>
+void put(std::string& text, Number value) {
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+  text.append(digits, end);
+}
+
+#if !defined(__cpp_lib_to_chars)  // gcc before 11 has it for integers only; this takes ten times as long
+void put(std::string& text, double value) {
+  char digits[32];
+  for (int precision = 15; precision <= 17; ++precision) {
+    std::snprintf(digits, sizeof digits, "%.*g", precision, value);
+    if (std::strtod(digits, nullptr) == value) break;
+  }
+  const std::string point = std::localeconv()->decimal_point;
+  const std::size_t start = text.size();
+  text += digits;
+  const std::size_t found = text.find(point, start);
+  if (found != std::string::npos) text.replace(found, point.size(), ".");
+}
+#endif
+
+template <class Number>
+void put_list(std::string& text, const Number* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0) text += ',';
+    put(text, values[i]);
+  }
+}
+
+void put_transform(std::string& text, const char* name, const RigidTransform& T) {
+  text.append("# ").append(name).append(": ");
+  put_list(text, T.data(), 12);
+  text += '\n';
+}
+
+bool are_finite(const double* values, std::size_t count) noexcept {
+  return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
+}
+
+double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma * match.sigma); }
+
+// Whether the reader takes the camera, too, of which cx and cy enter no block.
+bool is_recordable(const RigCamera& camera, ThirdMeasurement third) noexcept {
+  const PinholeCamera& pinhole = camera.camera.pinhole;
+  return check(camera.camera, false, third) == BlockStatus::ok && std::isfinite(pinhole.cx) &&
+         std::isfinite(pinhole.cy) && is_rigid(camera.T_cb);
+}
+
+bool is_frame_file(std::string_view name) noexcept {
+  constexpr std::string_view prefix = "frame_", suffix = ".csv";
+  return name.size() >= prefix.size() + suffix.size() && name.substr(0, prefix.size()) == prefix &&
+         name.substr(name.size() - suffix.size()) == suffix;
+}
+
+// Why the folder cannot take a recording; nullptr if it can. It is created if it is missing.
+const char* problem_of(const std::string& folder) noexcept {
+  if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) return std::strerror(errno);
+  DIR* const entries = opendir(folder.c_str());
+  if (entries == nullptr) return std::strerror(errno);
+  bool is_used = false;
+  while (const dirent* const entry = readdir(entries)) is_used = is_used || is_frame_file(entry->d_name);
+  closedir(entries);
+  if (is_used) return "it holds frame_*.csv of another recording";
+  return access(folder.c_str(), W_OK | X_OK) == 0 ? nullptr : std::strerror(errno);
+}
+
+// Returns 0, or errno. A file that is there already is never overwritten.
+int write_file(const char* path, const std::string& text) noexcept {
+  std::FILE* const file = std::fopen(path, "wxe");
+  if (file == nullptr) return errno;
+  int error = std::fwrite(text.data(), 1, text.size(), file) == text.size() ? 0 : errno;
+  if (std::fclose(file) != 0 && error == 0) error = errno;
+  if (error != 0) std::remove(path);
+  return error;
+}
+
+}  // namespace
+
+bool FrameRecorder::open(const char* folder) noexcept try {
+  if (folder == nullptr || *folder == '\0') {
+    close();
+    return false;
+  }
+  std::string name = folder;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  if (is_open_ && name == folder_) return true;
+  close();
+  folder_ = std::move(name);
+  number_ = 0;
+  const char* const problem = problem_of(folder_);
+  if (problem != nullptr) return fail(problem);
+  refused_.clear();
+  is_open_ = true;
+  return true;
+} catch (...) {
+  return fail("out of memory");
+}
+
+void FrameRecorder::close() noexcept { is_open_ = is_started_ = false; }
+
+// Says it once, also to a caller that opens the same folder again and again. Returns false.
+bool FrameRecorder::fail(const char* why) noexcept {
+  close();
+  if (refused_ == folder_) return false;
+  std::fprintf(stderr, "maxlogdet: %s: %s; %s\n", folder_.c_str(), why,
+               number_ == 0 ? "nothing is recorded" : "the recording ends");
+  refused_.swap(folder_);
+  return false;
+}
+
+bool FrameRecorder::start(const Camera& camera, const RigidTransform& T_cw, const FrameDetails& details) noexcept {
+  details_ = details;
+  is_rig_ = false;
+  const RigCamera only = camera;
+  return start_frame(&only, 1, T_cw);
+}
+
+bool FrameRecorder::start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details) noexcept {
+  details_ = details;
+  is_rig_ = true;
+  if (is_open_ && details.third == ThirdMeasurement::stereo) {
+    return fail("a rig with right columns cannot be written into frame files");
+  }
+  const bool is_rig = rig.cameras != nullptr && rig.size > 0 && rig.size <= max_cameras;
+  return start_frame(rig.cameras, is_rig ? rig.size : 0, T_bw);
+}
+
+bool FrameRecorder::start_frame(const RigCamera* cameras, std::size_t count, const RigidTransform& pose) noexcept try {
+  is_started_ = false;
+  camera_count_ = count;
+  BlockOptions options;
+  options.third = details_.third;
+  options.depth_sigma = details_.depth_sigma;
+  if (!is_open_ || count == 0 || !is_rigid(pose) || check(options) != BlockStatus::ok) return false;
+  for (std::size_t c = 0; c < count; ++c) {
+    if (!maxlogdet::is_recordable(cameras[c], details_.third)) return false;
+  }
+  text_.clear();
+  put_cameras(cameras, count);
+  if (details_.width > 0 && details_.height > 0) {
+    const int size[2] = {details_.width, details_.height};
+    text_ += "# image width,height: ";
+    put_list(text_, size, 2);
+    text_ += '\n';
+  }
+  put_transform(
+      text_, is_rig_ ? "Tcw_prior (3x4 row-major, world to body)" : "Tcw_prior (3x4 row-major, world to camera)", pose);
+  if (is_rigid(details_.T_cw_true)) put_transform(text_, "Tcw_true (3x4 row-major)", details_.T_cw_true);
+  put_names_of_columns();
+  is_started_ = true;
+  return true;
+} catch (...) {
+  return fail("out of memory");
+}
+
+void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
+  for (std::size_t c = 0; c < count; ++c) {
+    const Camera& camera = cameras[c].camera;
+    const PinholeCamera& pinhole = camera.pinhole;
+    const double numbers[5] = {pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy,
+                               std::isfinite(pinhole.bf) ? std::max(pinhole.bf, 0.0) : 0};
+    const bool is_rectified = !is_rig_ && camera.model == CameraModel::pinhole;
+    const std::string place = is_rig_ ? " " + std::to_string(c) : "";
+    if (is_rectified) {
+      text_ += "# fx,fy,cx,cy,bf: ";
+    } else {
+      text_.append("# camera").append(place).append(": ").append(to_string(camera.model)).append(",");
+    }
+    put_list(text_, numbers, is_rectified ? 5 : 4);
+    for (std::size_t p = 0; p < parameter_count(camera.model); ++p) put(text_ += ',', camera.parameters[p]);
+    text_ += '\n';
+    if (is_rig_) put_transform(text_, ("T_cb" + place).c_str(), cameras[c].T_cb);
+  }
+  if (details_.third == ThirdMeasurement::depth) {
+    put(text_ += "# depth_sigma: ", details_.depth_sigma);
+    text_ += '\n';
+  }
+}
+
+void FrameRecorder::put_names_of_columns() {
+  text_ += "mp_id,X,Y,Z,u,v,kp";
+  if (is_rig_) text_ += ",camera";
+  if (details_.third == ThirdMeasurement::stereo) text_ += ",u_right";
+  if (details_.third == ThirdMeasurement::depth) text_ += ",depth";
+  text_ += ",inv_sigma2";
+  if (details_.has_covariances) text_ += ",cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz";
+  if (details_.has_keyframes) text_ += ",keyframe";
+  if (details_.has_descriptor_distances) text_ += ",desc_dist";
+  text_ += ",selected\n";
+}
+
+bool FrameRecorder::is_recordable(const FeatureMatch& match, double descriptor_distance) const noexcept {
+  const double weight = weight_of(match);
+  const bool is_measured = are_finite(match.point, 3) && are_finite(match.measured, 2) && !std::isinf(match.third) &&
+                           std::isfinite(weight) && weight > 0 && std::isfinite(descriptor_distance);
+  const double* const covariance = details_.has_covariances ? match.covariance : nullptr;
+  const bool is_covariance = covariance == nullptr || (are_finite(covariance, 9) && covariance[0] >= 0);
+  return is_measured && is_covariance && (!is_rig_ || match.camera_id < camera_count_);
+}
+
+bool FrameRecorder::add(const FeatureMatch& match, bool is_selected, double descriptor_distance) noexcept try {
+  if (!is_started_) return false;
+  if (match.jacobian != nullptr) return fail("matches with Jacobians of the caller cannot be written into frame files");
+  if (!is_recordable(match, descriptor_distance)) return false;
+  put_match(match, is_selected, descriptor_distance);
+  return true;
+} catch (...) {
+  return fail("out of memory");
+}
+
+void FrameRecorder::put_match(const FeatureMatch& match, bool is_selected, double descriptor_distance) {
+  const auto next = [&](auto value) { put(text_ += ',', value); };
+  put(text_, match.point_id);
+  for (const double coordinate : match.point) next(coordinate);
+  for (const double column_or_row : match.measured) next(column_or_row);
+  next(match.id);
+  if (is_rig_) next(static_cast<unsigned>(match.camera_id));
+  if (details_.third != ThirdMeasurement::none) next(std::isnan(match.third) ? -1 : match.third);
+  next(weight_of(match));
+  if (details_.has_covariances) {
+    for (const std::size_t entry : {0, 1, 2, 4, 5, 8}) next(match.covariance == nullptr ? -1 : match.covariance[entry]);
+  }
+  if (details_.has_keyframes) next(match.keyframe);
+  if (details_.has_descriptor_distances) next(descriptor_distance);
+  text_ += is_selected ? ",1\n" : ",0\n";
+}
+
+bool FrameRecorder::finish() noexcept try {
+  if (!is_started_) return false;
+  is_started_ = false;
+  if (number_ == max_frames) return fail("a folder takes at most a million frames");
+  char name[32];
+  std::snprintf(name, sizeof name, "/frame_%06u.csv", number_);
+  const int error = write_file((folder_ + name).c_str(), text_);
+  if (error != 0) return fail(std::strerror(error));
+  ++number_;
+  return true;
+} catch (...) {
+  return fail("out of memory");
+}
+
+}  // namespace maxlogdet
