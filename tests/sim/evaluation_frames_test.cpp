@@ -238,6 +238,18 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
   EXPECT_FALSE(summarize(evaluated, {6, 7}, true_poses, options).row("md", 40)->truth);
 }
 
+// A column without values may have zeros, and a camera alone has no right image.
+TEST(EvaluationOfFrames, right_columns_without_a_baseline_do_not_count) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  std::vector<Frame> frames = recording(random, FrameKind::monocular, 4, 60);
+  const std::string expected = to_json(sim::evaluate({frames}, small_options(), 1)).dump();
+  for (Frame& frame : frames) {
+    for (Match& match : frame.matches) match.u_right = random.uniform(0, 700);
+  }
+  EXPECT_EQ(to_json(sim::evaluate({frames}, small_options(), 1)).dump(), expected);
+}
+
 TEST(EvaluationOfFrames, of_true_noise_free_matches_find_the_true_motion) {
   Random random;
   SCOPED_TRACE(random.name());
