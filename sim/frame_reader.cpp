@@ -48,9 +48,6 @@ class FrameReader {
     require(comments_.has("Tcw_prior"), "a comment '# Tcw_prior: ...' with the pose to linearise at");
     require(!names_.empty(), "a header line that names the columns, then one row a match");
     if (has_covariances_) frame_.map_covariances = std::move(covariances_);
-    if (frame_.camera.is_pinhole() && !(frame_.camera.bf > 0)) {  // one camera has no right-image columns
-      for (Match& match : frame_.matches) match.u_right = -1;
-    }
     return std::move(frame_);
   }
 

@@ -52,7 +52,7 @@ void check_match(const sim::Match& match, const sim::FrameCamera& camera) {
   require(match.octave >= 0 && match.octave < 64, "an octave is one", match.octave);
   require(match.inv_sigma2 > 0, "a variance is positive", match.inv_sigma2);
   require(match.camera_id < std::max<std::size_t>(camera.rig.size(), 1), "there is the camera", match.camera_id);
-  require(!match.is_stereo() || (camera.is_pinhole() && camera.bf > 0), "right columns are of a stereo pinhole");
+  require(!match.is_stereo() || camera.is_pinhole(), "right columns are of a pinhole");
   require(!(match.depth > 0) || camera.depth_sigma > 0, "depths have a deviation", match.depth);
 }
 

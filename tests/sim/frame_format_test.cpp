@@ -164,7 +164,7 @@ TEST_F(FrameFormat, depths_count_where_their_deviation_is_known) {
   expect_error(without, ":2: ", "1 numbers for depth_sigma");
 }
 
-TEST_F(FrameFormat, right_columns_are_of_a_stereo_pinhole_alone) {
+TEST_F(FrameFormat, right_columns_are_of_a_pinhole_alone) {
   const std::string stereo = header + ",u_right";
   const std::string expected = "a negative u_right, or no such column";
   for (const std::string& camera :
@@ -175,9 +175,6 @@ TEST_F(FrameFormat, right_columns_are_of_a_stereo_pinhole_alone) {
     EXPECT_FALSE(read({camera, prior, stereo, row + ",-1"}).matches[0].is_stereo());
   }
   EXPECT_TRUE(read({pinhole, prior, stereo, row + ",90"}).matches[0].is_stereo());
-  // bf 0 says that there is no right camera, whatever a column without a value has.
-  EXPECT_FALSE(read({"# fx,fy,cx,cy,bf: 450,460,376,240,0", prior, stereo, row + ",0"}).matches[0].is_stereo());
-  EXPECT_FALSE(read({"# camera: pinhole,450,460,376,240", prior, stereo, row + ",90"}).matches[0].is_stereo());
 }
 
 TEST_F(FrameFormat, covariances_are_symmetric_or_unknown) {
