@@ -4,6 +4,7 @@
 #include "kernel/base/limits.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
+#include <maxlogdet/image_cells.hpp>
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/selector.hpp>
 
@@ -32,7 +33,7 @@ double square_of(const double* e, const double* omega, std::size_t count) noexce
 
 struct GoodFeatures::State {
   State(std::size_t capacity, Executor* helpers)
-      : store(capacity), selector(capacity, helpers), executor(helpers), max_kept(capacity) {
+      : store(capacity), selector(capacity, helpers), cells(capacity), executor(helpers), max_kept(capacity) {
     ids.reserve(capacity);
     points.reserve(3 * capacity);
     measured.reserve(3 * capacity);
@@ -43,8 +44,8 @@ struct GoodFeatures::State {
     for (auto* array : bytes()) array->reserve(capacity);
   }
 
-  std::array<std::vector<unsigned char>*, 6> bytes() noexcept {
-    return {{&camera_ids, &has_third, &has_covariance, &is_required, &is_required_candidate, &is_selected}};
+  std::array<std::vector<unsigned char>*, 7> bytes() noexcept {
+    return {{&camera_ids, &has_third, &has_covariance, &is_required, &is_required_candidate, &is_selected, &is_spread}};
   }
 
   void start(const RigidTransform& pose, ThirdMeasurement measurement) noexcept {
@@ -78,6 +79,7 @@ struct GoodFeatures::State {
     is_required.push_back(match.is_required ? 1 : 0);
     is_required_candidate.push_back(0);
     is_selected.push_back(1);
+    is_spread.push_back(1);
     chi2.push_back(not_a_number);
     if (is_recorded) {
       point_ids.push_back(match.point_id);
@@ -105,7 +107,8 @@ struct GoodFeatures::State {
   }
 
   bool build(BlockOptions options) noexcept;
-  Status select(Options options) noexcept;
+  Status select(Options options, double spread) noexcept;
+  void spread_over_image(double spread, Options& options) noexcept;
   bool start_recording(const char* folder) noexcept;
   void record(const BlockOptions& options) noexcept;
   void judge(const RigidTransform& pose, const BlockOptions* options) noexcept;
@@ -119,6 +122,7 @@ struct GoodFeatures::State {
 
   BlockStore store;
   Selector selector;
+  ImageCells cells;
   Executor* executor;
   std::size_t max_kept;
   RigCamera only;  // the single camera, as its own body
@@ -129,16 +133,16 @@ struct GoodFeatures::State {
   double depth_sigma = 1;
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas, covariances, jacobians, chi2;
+  FrameRecorder recorder;
+  std::vector<std::int64_t> point_ids, keyframes;  // only if is_recorded
   std::vector<unsigned char> camera_ids, has_third, has_covariance, is_required, is_required_candidate, is_selected;
-  bool has_covariances = false, has_jacobians = false;
+  std::vector<unsigned char> is_spread;
+  bool has_covariances = false, has_jacobians = false, is_recorded = false;
   std::size_t added = 0;  // including those beyond the capacity, which are not kept
   BlockReport report;
   Status status = Status::all_selected;
   double log_det = not_a_number;
   bool is_target_reached = false;
-  FrameRecorder recorder;
-  bool is_recorded = false;                        // this frame
-  std::vector<std::int64_t> point_ids, keyframes;  // only then
   bool has_prior = false;
   double prior[state_dimension * state_dimension] = {};
 };
@@ -168,8 +172,21 @@ bool GoodFeatures::State::build(BlockOptions options) noexcept {
   return report.is_done();
 }
 
-Status GoodFeatures::State::select(Options options) noexcept {
+// Required matches count towards the budget, but may be neighbours; the others share the cells.
+void GoodFeatures::State::spread_over_image(double spread, Options& options) noexcept {
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const bool is_excluded = options.excluded != nullptr && options.excluded[i] != 0;
+    is_spread[i] = store.is_valid(i) && is_required_candidate[i] == 0 && !is_excluded ? 1 : 0;
+  }
+  const double wanted = std::fmax(spread, 1) * static_cast<double>(options.budget);
+  const auto count = static_cast<std::size_t>(std::fmin(std::round(wanted), static_cast<double>(ids.size())));
+  cells.assign(measured.data(), 3, ids.size(), count, is_spread.data(), has_rig ? camera_ids.data() : nullptr);
+  cells.limit(options);
+}
+
+Status GoodFeatures::State::select(Options options, double spread) noexcept {
   log_det = not_a_number;
+  if (!(spread >= 0) || spread == infinity) return Status::invalid_groups;
   bool is_any_required = false;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool is_required_match = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
@@ -180,6 +197,7 @@ Status GoodFeatures::State::select(Options options) noexcept {
   options.required = is_any_required ? is_required_candidate.data() : nullptr;
   has_prior = options.prior != nullptr;
   if (has_prior) std::copy_n(options.prior, state_dimension * state_dimension, prior);
+  if (spread > 0 && options.groups == nullptr) spread_over_image(spread, options);
   const Selection selection = selector.select(store, options);
   const bool are_all_allowed =
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);
@@ -305,7 +323,7 @@ Status GoodFeatures::select(const Options& options) noexcept {
   State& s = *state_;
   s.is_target_reached = false;
   Status status = s.is_overfull() ? Status::capacity_exceeded : Status::invalid_block;
-  if (build()) status = s.select(options);
+  if (build()) status = s.select(options, spread);
   s.status = status;
   if (status != Status::ok) s.select_all(status);
   if (s.is_recorded) s.record(block_options);

@@ -27,6 +27,7 @@ const char* to_string(SelectorKind kind) {
     case SelectorKind::leverage: return "leverage";
     case SelectorKind::half_random: return "half_random";
     case SelectorKind::md_cells: return "md_cells";
+    case SelectorKind::md_spread: return "md_spread";
     case SelectorKind::md_keyframes: return "md_keyframes";
     case SelectorKind::shared_cells: return "shared_cells";
     case SelectorKind::shared_keyframes: return "shared_keyframes";
@@ -48,6 +49,7 @@ bool uses_strategy(SelectorKind kind) {
     case SelectorKind::quality_md:
     case SelectorKind::half_random:
     case SelectorKind::md_cells:
+    case SelectorKind::md_spread:
     case SelectorKind::md_keyframes: return true;
     default: return false;
   }
@@ -66,7 +68,7 @@ bool weighs_map_errors(const SelectorSettings& settings) {
 }
 
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
-    : settings_(settings), draws_(settings.seed), selector_(1, executor()) {}
+    : settings_(settings), draws_(settings.seed), selector_(1, executor()), cells_of_equal_size_(0) {}
 
 std::vector<std::uint32_t> FeatureSelector::select(const Frame& frame, const std::vector<std::uint32_t>& candidates) {
   std::vector<std::uint32_t> selected;
@@ -145,6 +147,7 @@ void FeatureSelector::select_by_blocks(const Frame& frame, const Matches& arrays
     case SelectorKind::half_random:
       search(settings_.search, (settings_.budget + 1) / 2, selected);
       return draw_others(candidates, selected);
+    case SelectorKind::md_spread: return search_spread(frame, selected);
     case SelectorKind::md_cells:
     case SelectorKind::md_keyframes: return search_with_maxima(selected);
     default: return search(settings_.search, settings_.budget, selected);
@@ -173,14 +176,38 @@ void FeatureSelector::search(const Options& how, std::size_t budget, std::vector
 }
 
 // Lazy greedy replaces strategies without groups.
+void FeatureSelector::search_with_groups(Options options, std::vector<std::uint32_t>& selected) {
+  if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
+  search(options, settings_.budget, selected);
+}
+
 void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
   Options options = settings_.search;
-  if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
   options.groups = groups_.of_matches().data();
   options.group_count = groups_.count();
   options.max_per_group =
       groups_.maximum_for(settings_.budget, settings_.slack, [this](std::size_t i) { return blocks_.is_valid(i); });
-  search(options, settings_.budget, selected);
+  search_with_groups(options, selected);
+}
+
+void FeatureSelector::search_spread(const Frame& frame, std::vector<std::uint32_t>& selected) {
+  const std::size_t n = frame.matches.size();
+  pixels_.clear();
+  camera_ids_.clear();
+  usable_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    pixels_.insert(pixels_.end(), {frame.matches[i].u, frame.matches[i].v});
+    camera_ids_.push_back(frame.matches[i].camera_id);
+    usable_.push_back(blocks_.is_valid(i) ? 1 : 0);
+  }
+  const auto cells = static_cast<std::size_t>(std::round(settings_.spread * static_cast<double>(settings_.budget)));
+  if (!cells_of_equal_size_.assign(pixels_.data(), 2, n, cells, usable_.data(), camera_ids_.data())) {
+    cells_of_equal_size_ = ImageCells(2 * n);
+    cells_of_equal_size_.assign(pixels_.data(), 2, n, cells, usable_.data(), camera_ids_.data());
+  }
+  Options options = settings_.search;
+  cells_of_equal_size_.limit(options);
+  search_with_groups(options, selected);
 }
 
 // The smallest values of -log(u) / weight are draws without replacement, each with a probability proportional to its

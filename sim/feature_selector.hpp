@@ -35,17 +35,20 @@ enum class SelectorKind {
   leverage,          ///< drawn without replacement, with probabilities proportional to trace(H M_all^-1 H^T)
   half_random,       ///< half by md, the others at random
   md_cells,          ///< md with a maximum for each image cell
+  md_spread,         ///< md with at most one match of each of `spread` * budget cells of equally many (ImageCells)
   md_keyframes,      ///< md with a maximum for each keyframe that mapped points
   shared_cells,      ///< greedy Max-logDet where matches of a cell share an error (sim/shared_error.hpp)
   shared_keyframes,  ///< the same for points of a keyframe
 };
 
-constexpr SelectorKind selector_kinds[] = {
-    SelectorKind::quality,      SelectorKind::bucket,       SelectorKind::observability,
-    SelectorKind::md,           SelectorKind::quality_md,   SelectorKind::random,
-    SelectorKind::inl,          SelectorKind::all,          SelectorKind::all_weighted,
-    SelectorKind::leverage,     SelectorKind::half_random,  SelectorKind::md_cells,
-    SelectorKind::md_keyframes, SelectorKind::shared_cells, SelectorKind::shared_keyframes};
+constexpr SelectorKind selector_kinds[] = {SelectorKind::quality,       SelectorKind::bucket,
+                                           SelectorKind::observability, SelectorKind::md,
+                                           SelectorKind::quality_md,    SelectorKind::random,
+                                           SelectorKind::inl,           SelectorKind::all,
+                                           SelectorKind::all_weighted,  SelectorKind::leverage,
+                                           SelectorKind::half_random,   SelectorKind::md_cells,
+                                           SelectorKind::md_spread,     SelectorKind::md_keyframes,
+                                           SelectorKind::shared_cells,  SelectorKind::shared_keyframes};
 
 /// The selectors of section V, and those that they are compared with by default.
 constexpr SelectorKind default_selector_kinds[] = {
@@ -75,6 +78,7 @@ struct SelectorSettings {
   double epsilon = 0.1;    ///< observability: samples as Algorithm 1 does, ceil(n/k ln(1/epsilon)) a round
   double slack = 2;        ///< md_cells, md_keyframes: at most max(m, ceil(slack budget / groups)) of a group, m the
                            ///< smallest maximum that can fill the budget
+  double spread = 1.5;     ///< md_spread: cells for each match of the budget
   double tau = 0.5;        ///< shared_cells, shared_keyframes: px, deviation of the error that a group shares
   BlockOptions blocks;     ///< uses_blocks(): weighting, third row
   Options search;          ///< uses_strategy(): strategy and its parameters, prior; its budget is ignored
@@ -118,6 +122,8 @@ class FeatureSelector {
                         std::vector<std::uint32_t>& selected);
   void build_blocks(const Frame& frame, const Matches& arrays, const std::vector<std::uint32_t>& candidates);
   void search(const Options& how, std::size_t budget, std::vector<std::uint32_t>& selected);
+  void search_spread(const Frame& frame, std::vector<std::uint32_t>& selected);
+  void search_with_groups(Options options, std::vector<std::uint32_t>& selected);
   void search_with_maxima(std::vector<std::uint32_t>& selected);
   void draw_by_leverage(std::vector<std::uint32_t>& selected);
   void draw_others(const std::vector<std::uint32_t>& candidates, std::vector<std::uint32_t>& selected);
@@ -135,6 +141,9 @@ class FeatureSelector {
   std::vector<std::vector<std::uint32_t>> cells_;  // bucket
   std::vector<std::uint32_t> order_;               // of these
   MatchGroups groups_;
+  ImageCells cells_of_equal_size_;
+  std::vector<double> pixels_;                          // u, v of each match, for these
+  std::vector<std::uint8_t> camera_ids_;                // the same
   std::vector<std::pair<double, std::uint32_t>> keys_;  // leverage
   std::vector<WhitenedMatch> whitened_;                 // of all matches; candidates alone have rows
   SharedErrorSelection shared_;

@@ -59,6 +59,12 @@ class GoodFeatures {
   /// before select().
   BlockOptions block_options;
 
+  /// Where neighbouring matches share errors: selects at most one match of each of spread * budget cells of the image
+  /// (ImageCells), by FeatureMatch::measured, which every match then needs. 1.5 is what measurements recommend
+  /// (docs/tracker.md); from 0 to 1 as 1; 0: off. Ignored where the options have groups of the caller's; negative or
+  /// not finite: Status::invalid_groups. Required matches may be neighbours. May be changed at any time.
+  double spread = 0;
+
   /// Whether the optimiser weights residuals by information(); judge() then does, too. May be changed at any time.
   bool is_weighted = false;
 

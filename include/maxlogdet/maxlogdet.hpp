@@ -14,6 +14,7 @@
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/good_features.hpp>
+#include <maxlogdet/image_cells.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/jacobian.hpp>

@@ -272,11 +272,11 @@ def test_targets_end_the_proposals(rng):
     (dict(strategy="relaxed"), maxlogdet.SelectionError, "invalid_strategy"),
     (dict(certify=True), TypeError, "unexpected keyword argument 'certify'"),
     (dict(threads=1), TypeError, "unexpected keyword argument 'threads'"),
-    (dict(budget=101), maxlogdet.SelectionError, "invalid_budget"),
+    (dict(budget=201), maxlogdet.SelectionError, "invalid_budget"),
     (dict(prior=-np.eye(6)), maxlogdet.SelectionError, "invalid_prior"),
 ])
 def test_start_refuses_wrong_arguments(rng, options, error, text):
-    active = maxlogdet.ActiveSelection(100)
+    active = maxlogdet.ActiveSelection(200)
     with pytest.raises(error, match=text):
         active.start(rng.normal(size=(30, 2, 6)), **options)
     assert active.next() is None

@@ -32,10 +32,9 @@ bool all_frames(const std::vector<std::vector<Frame>>& recordings, const Predica
 }  // namespace
 
 EvaluationOptions options_for(const std::vector<std::vector<Frame>>& recordings, EvaluationOptions options) {
-  options.contestants = {{"md", SelectorKind::md, false}, {"md_cells", SelectorKind::md_cells, false}};
-  if (all_frames(recordings, [](const Frame& frame) { return !(frame.camera.depth_sigma > 0); })) {
-    options.contestants.push_back({"shared_cells", SelectorKind::shared_cells, false});
-  }
+  options.contestants = {{"md", SelectorKind::md, false},
+                         {"md_spread", SelectorKind::md_spread, false},
+                         {"md_cells", SelectorKind::md_cells, false}};
   options.contestants.push_back({"bucket", SelectorKind::bucket, false});
   options.contestants.push_back({"random", SelectorKind::random, false});
   if (all_frames(recordings, [](const Frame& frame) { return frame.has_quality; })) {

@@ -89,7 +89,6 @@ class FrameEvaluator {
     Hash seed;
     for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}}) seed.add(word);
     settings.seed = seed.value();
-    settings.tau = options_.tau;
     settings.blocks.weighting = options_.weighting;
     settings.blocks.map_sigma = options_.map_sigma;
     settings.blocks.third = frame_.camera.third();
@@ -160,8 +159,7 @@ bool Contestant::is_nested() const {
     case SelectorKind::md:
     case SelectorKind::bucket:
     case SelectorKind::random:
-    case SelectorKind::quality:
-    case SelectorKind::shared_cells: return !is_own;
+    case SelectorKind::quality: return !is_own;
     default: return false;
   }
 }

@@ -40,7 +40,6 @@ struct EvaluationOptions {
   std::size_t repeats = 8;                       ///< of those that draw random numbers
   Weighting weighting = Weighting::measurement;  ///< of blocks, and of the residuals of the pose
   double map_sigma = 0.05;                       ///< m, deviation of map points without a covariance
-  double tau = 0.3;                              ///< px, deviation of the errors that shared_cells assumes
   std::size_t noise_budget = 100;                ///< how many selected matches are tested for shared errors
   std::uint64_t seed = 0;
 };

@@ -38,8 +38,8 @@ std::string worth_text(const EvaluationRow& row) {
 
 Verdict verdict_of(const Evaluation& evaluation) {
   Verdict verdict;
-  const Correlation& selected = evaluation.cell_correlation_selected;
-  verdict.shares_errors = selected.value > shared_from && selected.interval.low > shared_from / 2;
+  const Correlation& all = evaluation.cell_correlation;
+  verdict.shares_errors = all.value > shared_from && all.interval.low > shared_from / 2;
   const std::size_t budget = budget_next_to_usual(evaluation);
   if (budget == 0) {
     verdict.text = "These frames cannot tell: none has more matches than the smallest budget.";
@@ -47,15 +47,15 @@ Verdict verdict_of(const Evaluation& evaluation) {
     return verdict;
   }
   const EvaluationRow& md = *evaluation.row("md", budget);
-  const EvaluationRow& spread = *evaluation.row("md_cells", budget);
+  const EvaluationRow& spread = *evaluation.row("md_spread", budget);
   const EvaluationRow& best = verdict.shares_errors ? spread : md;
   verdict.recommended = best.selector;
   if (verdict.shares_errors) {
-    verdict.text = "Your matches share errors: neighbours are correlated by " + fixed(selected.value, 2) +
-                   " among those that Max-logDet selects, and the most informative ones share the most. ";
-    verdict.text += pays(best)
-                        ? "Spread the selection over image cells (md_cells), which still pays: " + worth_text(best)
-                        : "Spread the selection over image cells (md_cells), or do not select: " + worth_text(best);
+    verdict.text = "Your matches share errors: neighbours are correlated by " + fixed(all.value, 2) +
+                   ", those that Max-logDet selects by " + fixed(evaluation.cell_correlation_selected.value, 2) + ". ";
+    verdict.text += pays(best) ? "Spread the selection over the image (md_spread), which still pays: "
+                               : "Spread the selection over the image (md_spread), or do not select: ";
+    verdict.text += worth_text(best);
   } else if (pays(best)) {
     verdict.text = "Max-logDet pays: " + worth_text(best);
   } else if (loses(best)) {

@@ -7,7 +7,7 @@ from maxlogdet_tools.selector_styles import colour_of
 
 PARTS = {"translation_mm": "translation (mm)", "rotation_mrad": "rotation (mrad)"}
 TICS = [digit * 10.0**power for power in range(-4, 5) for digit in (1, 2, 5)]
-SHOWN = ("md", "md_cells", "shared_cells", "bucket", "random", "quality", "own")
+SHOWN = ("md", "md_spread", "bucket", "random", "quality", "own")
 
 
 def points_of(rows, selector, part):

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/options.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace maxlogdet {
+
+/// Cells of the image that hold equally many matches each, as groups of a selection that takes one match of a cell at
+/// most. Where neighbouring matches share errors, the most informative ones are often neighbours, and share the largest
+/// errors; spread over about 1.5 times as many cells as matches are selected they do not (docs/tracker.md). Where
+/// errors are independent this costs some tenth of the accuracy: `maxlogdet evaluate` tells which it is.
+///
+/// The cells are those of a k-d tree (Bentley 1975): the matches of a cell are divided along the longer side of their
+/// bounding box, in proportion to the cells that either part becomes, until there are as many cells as asked for. Where
+/// matches are dense, cells are small. GoodFeatures makes them itself (GoodFeatures::spread).
+class ImageCells {
+ public:
+  /// Reserves memory for `capacity` matches, at most 2^32 - 1. Throws std::bad_alloc.
+  explicit ImageCells(std::size_t capacity);
+  ~ImageCells();
+  /// Takes over the memory; the source may then only be assigned to or destroyed.
+  ImageCells(ImageCells&&) noexcept;
+  /// Takes over the memory; the source may then only be assigned to or destroyed.
+  ImageCells& operator=(ImageCells&&) noexcept;
+
+  /// Divides matches into `cells` cells, or into one for each match if that is fewer; 0 counts as 1. The (u, v) of
+  /// match i < n, in any unit, are at uv[stride * i]. `is_spread`: n bytes; a match with 0, such as a required or an
+  /// excluded one, is a group of its own, and so is one whose u or v is not finite; nullptr: all are spread.
+  /// `camera_ids`: n; no cell has matches of two cameras, so that there are at least as many cells as cameras; nullptr:
+  /// one camera. Equal input gives equal cells, on every machine. Returns false, and changes nothing, if n is above the
+  /// capacity.
+  bool assign(const double* uv, std::size_t stride, std::size_t n, std::size_t cells,
+              const unsigned char* is_spread = nullptr, const std::uint8_t* camera_ids = nullptr) noexcept;
+
+  /// The group of each match; valid until the next assign().
+  const std::uint32_t* groups() const noexcept;
+  /// The number of groups: cells, and matches that are groups of their own.
+  std::size_t count() const noexcept;
+
+  /// Sets Options::groups, group_count, max_per_group to at most one match of a group.
+  void limit(Options& options) const noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace maxlogdet
