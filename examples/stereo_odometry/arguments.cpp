@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/arguments.hpp"
 
+#include "examples/stereo_odometry/same_frame.hpp"
 #include "sim/command_line.hpp"
 #include "sim/input_error.hpp"
 #include "sim/text.hpp"
@@ -16,6 +17,12 @@ namespace stereo_odometry {
 namespace {
 
 constexpr std::size_t largest_budget = 100'000;
+
+std::vector<std::string> all_selectors() {
+  std::vector<std::string> names = sim::names_of(sim::selector_kinds);
+  names.insert(names.end(), {active_name, random_order});
+  return names;
+}
 
 // A count from 0 on: CLI11 would read -1 as the largest unsigned number.
 CLI::Range count() { return {std::int64_t{0}, std::int64_t{1'000'000'000}}; }
@@ -39,24 +46,23 @@ void Arguments::add_data(CLI::App& program) {
   program.add_option("--overlays", overlays, "Draw the features of one frame in this many; 0: none")
       ->check(count())
       ->capture_default_str();
+  program.add_option("--record", record, "Folder for the frames of inl, which maxlogdet evaluate reads");
   program.add_flag("--write-residuals", writes_residuals, "Write residuals.csv of the first run: a line per match");
 }
 
 void Arguments::add_contestants(CLI::App& program) {
-  program.add_option("--selectors", selectors, "Selectors to compare; active matches in the order of information")
+  program
+      .add_option("--selectors", selectors, "Selectors of the whole runs; active matches in the order of information")
       ->delimiter(',')
-      ->check(CLI::IsMember(std::vector<std::string>(selectors)))
+      ->check(CLI::IsMember(all_selectors()))
       ->capture_default_str();
-  program.add_option("--budget", budgets, "Matches that a selector may use; several are compared")
+  program.add_option("--budget", budgets, "Matches that a selector of the whole runs may use; several are compared")
       ->delimiter(',')
       ->check(CLI::Range(std::size_t{20}, largest_budget))
       ->capture_default_str();
   program
-      .add_option("--target-efficiency", targets,
-                  "Run md without a budget, too, until its D-efficiency relative to all inliers is this")
-      ->delimiter(',')
-      ->check(CLI::Range(1e-6, 1.0));
-  program.add_option("--runs", runs, "Repetitions, each with other random numbers and with times of its own")
+      .add_option("--runs", runs,
+                  "Whole runs, each with other random numbers and 2 % more keypoints than the one before")
       ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
       ->capture_default_str();
   program.add_option("--seed", seed, "Seed of the random selectors")->capture_default_str();
@@ -125,18 +131,18 @@ void refuse_repeated(const std::vector<Item>& items, const std::string& option) 
 
 // The options on which the contestants depend.
 struct Used {
-  bool budget = false, targets = false, strategy = false, blocks = false;
+  bool budget = false, strategy = false, blocks = false;
   bool tau = false, slack = false, pool = false, batch = false;
 };
 
 Used used_by(const std::vector<std::string>& selectors) {
   Used used;
   for (const std::string& name : selectors) {
-    if (name == active_name) used.batch = used.blocks = used.budget = true;
+    if (name == active_name || name == random_order) used.batch = used.budget = true;
+    if (name == active_name) used.blocks = true;
     const std::optional<sim::SelectorKind> kind = sim::find_named(sim::selector_kinds, name);
     if (!kind) continue;
     used.budget = used.budget || sim::has_budget(*kind);
-    used.targets = used.targets || *kind == sim::SelectorKind::md;
     used.strategy = used.strategy || sim::uses_strategy(*kind);
     used.blocks = used.blocks || sim::uses_blocks(*kind);
     used.tau = used.tau || sim::shares_errors(*kind);
@@ -150,14 +156,13 @@ Used used_by(const std::vector<std::string>& selectors) {
 void refuse_unused(const CLI::App& program, const Arguments& arguments, const Used& used) {
   const bool is_stochastic = used.strategy && arguments.strategy == "stochastic_greedy";
   sim::refuse_idle(program, "--budget", used.budget, "a selector that has one");
-  sim::refuse_idle(program, "--target-efficiency", used.targets, "--selectors md");
   sim::refuse_idle(program, "--tau", used.tau, "--selectors shared_cells or shared_keyframes");
   sim::refuse_idle(program, "--slack", used.slack, "--selectors md_cells or md_keyframes");
   sim::refuse_idle(program, "--strategy", used.strategy, "a selector that searches");
   sim::refuse_idle(program, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(program, "--weighting", used.blocks, "a selector that has blocks");
   sim::refuse_idle(program, "--noise-growth", arguments.noise != "constant", "--noise motion or online");
-  sim::refuse_idle(program, "--batch", used.batch, "--selectors active");
+  sim::refuse_idle(program, "--batch", used.batch, "--selectors active or active_random");
   sim::refuse_idle(program, "--pool", used.pool, "--selectors quality_md");
 }
 
@@ -166,18 +171,13 @@ void refuse_unused(const CLI::App& program, const Arguments& arguments, const Us
 void Arguments::finish(const CLI::App& program) {
   refuse_repeated(selectors, "--selectors");
   refuse_repeated(budgets, "--budget");
-  refuse_repeated(targets, "--target-efficiency");
   const Used used = used_by(selectors);
-  if (!targets.empty() &&
-      !maxlogdet::supports_groups_and_targets(sim::find_named(maxlogdet::strategies, strategy).value())) {
-    throw sim::InputError("--target-efficiency with --strategy " + strategy +
-                          ": expected a strategy that selects one match after the other");
-  }
   if (used.tau && weighting.rfind("map_bias", 0) == 0) {
     throw sim::InputError("shared_cells, shared_keyframes with --weighting " + weighting +
                           ": expected --selectors without them, or blocks in pixels");
   }
   refuse_unused(program, *this, used);
+  if (!record.empty()) check_recording_folder(record);
   if (noise == "constant") {
     if (program.count("--noise-base") == 0) options.noise.base = aligned_sigma;
     options.noise.growth = 0;
@@ -202,29 +202,23 @@ TrackerOptions common_options(const Arguments& arguments) {
   return options;
 }
 
-// One contestant per budget and per target, or a single one if the selector has no budget.
+// One contestant per budget, or a single one if the selector has no budget.
 void add_contestants_of(const std::string& name, const Arguments& arguments, TrackerOptions options,
                         std::vector<Contestant>& contestants) {
-  options.active = name == active_name;
+  options.active = name == active_name || name == random_order;
+  options.random_order = name == random_order;
   options.selection.search.strategy =  // active selection can only be greedy
       options.active ? maxlogdet::Strategy::automatic : *sim::find_named(sim::strategies, arguments.strategy);
   options.selection.kind = options.active ? sim::SelectorKind::md : *sim::find_named(sim::selector_kinds, name);
   if (!has_budget(options.selection.kind)) {
-    contestants.push_back({name, name, std::nullopt, std::nullopt, options});
+    contestants.push_back({name, name, std::nullopt, options});
     return;
   }
   for (const std::size_t budget : arguments.budgets) {
     options.selection.budget = budget;
     options.selection.pool = std::max(arguments.options.selection.pool, budget);
     const std::string suffix = arguments.budgets.size() > 1 ? "_" + std::to_string(budget) : "";
-    contestants.push_back({name + suffix, name, budget, std::nullopt, options});
-  }
-  if (options.selection.kind != sim::SelectorKind::md || options.active) return;
-  for (const double target : arguments.targets) {
-    TrackerOptions until = options;
-    until.selection.budget = largest_budget;
-    until.selection.search.target_efficiency = target;
-    contestants.push_back({name + "_efficiency_" + sim::exact(target), name, std::nullopt, target, until});
+    contestants.push_back({name + suffix, name, budget, options});
   }
 }
 
@@ -234,6 +228,10 @@ std::vector<Contestant> contestants_of(const Arguments& arguments) {
   const TrackerOptions options = common_options(arguments);
   std::vector<Contestant> contestants;
   for (const std::string& name : arguments.selectors) add_contestants_of(name, arguments, options, contestants);
+  const auto is_inl = [](const Contestant& one) { return one.name == "inl"; };
+  if (std::none_of(contestants.begin(), contestants.end(), is_inl)) {
+    add_contestants_of("inl", arguments, options, contestants);
+  }
   return contestants;
 }
 

@@ -12,18 +12,17 @@
 
 namespace stereo_odometry {
 
-constexpr const char* active_name = "active";  ///< the contestant that matches in the order of information
+constexpr const char* active_name = "active";          ///< the contestant that matches in the order of information
+constexpr const char* random_order = "active_random";  ///< the one that matches as many in random order
 
 /// The command line of the program.
 struct Arguments {
-  Arguments() { selectors.emplace_back(active_name); }
-
   std::string dataset;
   std::string output;
-  std::vector<std::string> selectors = maxlogdet::sim::names_of(maxlogdet::sim::selector_kinds);
+  std::string record;  ///< folder for the frames that selectors are compared on; empty: none
+  std::vector<std::string> selectors = {"md", active_name, random_order, "random", "inl", "all"};
   std::vector<std::size_t> budgets = {100};
-  std::vector<double> targets;
-  std::size_t runs = 10;
+  std::size_t runs = 3;
   std::size_t frames = 0;
   int features = 2000;
   int threads = 1;
@@ -49,7 +48,7 @@ struct Arguments {
   void add_noise(CLI::App& program);
 };
 
-/// The contestants that the arguments ask for.
+/// The contestants that the arguments ask for, and `inl`, on whose frames all selectors are compared.
 std::vector<Contestant> contestants_of(const Arguments& arguments);
 
 }  // namespace stereo_odometry

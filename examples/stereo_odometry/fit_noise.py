@@ -3,8 +3,8 @@
 """Fits models of the variance of residuals to all sets except one, and evaluates them on that one.
 
 Usage: fit_noise.py RESULTS    RESULTS: the folder that ci/tracker_page fills
-Reads RESULTS/residuals/SET/inl/residuals.csv. Writes RESULTS/noise/models.json, RESULTS/noise/fitted_without_SET and
-fitted_to_all (base and growth of sim::MotionNoise) and docs/images/tracker_residuals.svg.
+Reads RESULTS/residuals/SET/inl/residuals.csv. Writes RESULTS/noise/models.json, RESULTS/noise/fitted_to_all (base and
+growth of sim::MotionNoise) and docs/images/tracker_residuals.svg.
 
 A residual has a Student t distribution with 4 degrees of freedom, because of wrong matches; its squared scale is
 a + b x. EM: weights w = 5 / (4 + e^2 / variance), then w e^2 is regressed on (1, x) with weights 1 / variance^2.
@@ -118,15 +118,10 @@ def fit_models(sets, folder):
             a, b = fit([s for which, of in samples.items() if which != held_out for s in of])
             models[name][held_out] = {"a": a, "b": b, "mean_nll": mean_nll(samples[held_out], a, b)}
         if name == "motion":
-            write_constants(models[name], fit([s for of in samples.values() for s in of]), folder)
+            a, b = fit([s for of in samples.values() for s in of])
+            (folder / "fitted_to_all").write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
         print(name, {which: round(model["mean_nll"], 3) for which, model in models[name].items()}, flush=True)
     return models
-
-
-def write_constants(motion, fitted_to_all, folder):
-    constants = {f"fitted_without_{which}": (model["a"], model["b"]) for which, model in motion.items()}
-    for name, (a, b) in {**constants, "fitted_to_all": fitted_to_all}.items():
-        (folder / name).write_text(f"{math.sqrt(a):.3f} {math.sqrt(b):.4f}\n")
 
 
 def main():

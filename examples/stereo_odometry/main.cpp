@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/arguments.hpp"
+#include "examples/stereo_odometry/matching_comparison.hpp"
+#include "examples/stereo_odometry/same_frame.hpp"
 #include "sim/command_line.hpp"
 #include "sim/draws.hpp"
+#include "sim/evaluation/report.hpp"
 #include "sim/input_error.hpp"
 #include "sim/json_file.hpp"
 #include "sim/progress.hpp"
@@ -18,6 +21,8 @@
 #include <numeric>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
 
 namespace sim = maxlogdet::sim;
 using namespace stereo_odometry;
@@ -38,6 +43,11 @@ std::vector<StereoTracker> make_trackers(const StereoDataset& dataset, const std
   return trackers;
 }
 
+std::size_t index_of_inl(const std::vector<Contestant>& contestants) {
+  const auto is_inl = [](const Contestant& one) { return one.name == "inl"; };
+  return static_cast<std::size_t>(std::find_if(contestants.begin(), contestants.end(), is_inl) - contestants.begin());
+}
+
 void write_overlay(const Arguments& arguments, const std::string& name, std::size_t frame, const cv::Mat& image,
                    const FrameResult& result) {
   const std::string number = std::to_string(frame);
@@ -55,19 +65,45 @@ void warn_if_lost(const std::string& name, std::size_t frame, FrameStatus status
             << (status == FrameStatus::initialized ? ", and a new map\n" : "\n");
 }
 
+// The frames of the first run of inl, on which everything is compared.
+struct SameFrames {
+  explicit SameFrames(const StereoDataset& from, const TrackerOptions& of_inl)
+      : dataset(from),
+        options(of_inl),
+        matching(from.camera(), from.width(), from.height(), of_inl, sim::EvaluationOptions().budgets) {}
+
+  void add(const TrackedFrame& tracked, std::size_t number) {
+    frames.push_back(frame_of(tracked, options.optimization.stereo));
+    frames.back().name = "frame " + std::to_string(number);
+    if (const auto& T_wc = dataset.truth(number)) frames.back().T_cw_true = sim::to_rows(T_wc->inverse());
+    matching.add(tracked);
+  }
+
+  const StereoDataset& dataset;
+  const TrackerOptions& options;
+  std::vector<sim::Frame> frames;
+  MatchingComparison matching;
+};
+
 // One pass over the dataset with a tracker for each contestant. All get the same features of a frame, one after the
-// other, in an order drawn for each frame, so that a transient load slows all of them down.
+// other, in an order drawn for each frame, so that a transient load slows all of them down. Later runs have more
+// keypoints: errors of whole runs move with any setting, and their spread tells how much.
 std::vector<Run> track(const StereoDataset& dataset, const Arguments& arguments,
-                       const std::vector<Contestant>& contestants, std::size_t run, sim::Progress& progress) {
+                       const std::vector<Contestant>& contestants, std::size_t run, SameFrames& same,
+                       sim::Progress& progress) {
   const std::size_t frames = arguments.frames == 0 ? dataset.size() : std::min(arguments.frames, dataset.size());
   const bool is_first = run == 0;
-  FeatureExtractor extractor(dataset.camera(), arguments.features);
+  FeatureExtractor extractor(dataset.camera(), arguments.features + static_cast<int>(run) * arguments.features / 50);
   std::vector<StereoTracker> trackers = make_trackers(dataset, contestants, arguments.seed + run);
+  std::size_t i = 0;
+  if (is_first) {
+    trackers[index_of_inl(contestants)].observe([&](const TrackedFrame& tracked) { same.add(tracked, i); });
+  }
   std::vector<Run> runs(contestants.size());
   std::vector<std::uint32_t> order(contestants.size());
   std::iota(order.begin(), order.end(), 0U);
   sim::Draws draws(arguments.seed + run);
-  for (std::size_t i = 0; i < frames; ++i) {
+  for (; i < frames; ++i) {
     const StereoImages images = dataset.load(i);
     const bool has_overlay = is_first && arguments.overlays > 0 && i % arguments.overlays == 0;
     double ms_extraction = 0;
@@ -124,10 +160,30 @@ void warn_of_partial_truth(const StereoDataset& dataset) {
             << " frames: errors are of these\n";
 }
 
-void report(const Arguments& arguments, const std::vector<Summary>& summaries) {
-  std::string text = to_markdown(summary_table(summaries));
-  const sim::Table comparison = comparison_table(summaries, "inl");
-  if (!comparison.rows.empty()) text += '\n' + to_markdown(comparison);
+// What all selectors show on the same frames, as text.
+std::string compare(const Arguments& arguments, SameFrames& same) {
+  if (same.frames.empty()) {
+    std::cerr << "stereo_odometry: inl tracks no frame, so that nothing is compared on the same frames\n";
+    return "";
+  }
+  if (!arguments.record.empty()) record(same.frames, arguments.record);
+  const sim::Evaluation evaluation = evaluate(same.frames, same.options, arguments.threads);
+  sim::write_json(arguments.output + "/same_frame.json", to_json(evaluation));
+  const nlohmann::ordered_json matching = same.matching.to_json();
+  sim::write_json(arguments.output + "/matching.json", matching, 1);
+  return to_text(evaluation) +
+         "\nThe same with the tracker's own optimiser, and how many points were searched for: matching in the order "
+         "of\n"
+         "information or in random order until as many are found, or selecting among the inliers of all matches.\n\n" +
+         to_markdown(matching_table(matching)) + '\n';
+}
+
+void report(const Arguments& arguments, const std::vector<Summary>& summaries, SameFrames& same) {
+  const std::string text = compare(arguments, same) +
+                           "Whole runs: errors against the ground truth, from frame to frame, and as multiples of "
+                           "those of inl, the mean over\n"
+                           "runs and their range.\n\n" +
+                           to_markdown(summary_table(summaries));
   std::cout << text;
   sim::write_file(arguments.output + "/summary.md", text);
   sim::write_json(arguments.output + "/summary.json", to_json(summaries), 1);
@@ -142,13 +198,14 @@ void run(const Arguments& arguments) {
   warn_of_partial_truth(*dataset);
   std::vector<Summary> summaries;
   for (const Contestant& one : contestants) summaries.push_back({one, {}});
+  SameFrames same(*dataset, contestants[index_of_inl(contestants)].options);
   sim::Progress progress("stereo_odometry " + dataset->name(), "frame");
   for (std::size_t r = 0; r < arguments.runs; ++r) {
-    const std::vector<Run> runs = track(*dataset, arguments, contestants, r, progress);
+    const std::vector<Run> runs = track(*dataset, arguments, contestants, r, same, progress);
     for (std::size_t c = 0; c < runs.size(); ++c) summaries[c].runs.push_back(outcome_of(runs[c], *dataset));
     if (r == 0) write(arguments, *dataset, contestants, runs);
   }
-  report(arguments, summaries);
+  report(arguments, summaries, same);
 }
 
 int fail(const std::string& message) {

@@ -14,8 +14,6 @@
 
 namespace stereo_odometry {
 
-using maxlogdet::sim::claim;
-using maxlogdet::sim::Drift;
 using maxlogdet::sim::exact;
 using maxlogdet::sim::fixed;
 using maxlogdet::sim::mean_of;
@@ -44,6 +42,31 @@ nlohmann::ordered_json number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
+// The ratio to another contestant's figure in the same run: its geometric mean, and its range.
+struct Ratio {
+  double mean = nan, low = nan, high = nan;
+};
+
+Ratio ratio_to_inl(const Summary& one, const std::vector<Summary>& all, const Figure& figure) {
+  const auto inl =
+      std::find_if(all.begin(), all.end(), [](const Summary& each) { return each.contestant.selector == "inl"; });
+  if (inl == all.end()) return {};
+  std::vector<double> logs;
+  for (std::size_t r = 0; r < one.runs.size(); ++r)
+    logs.push_back(std::log(figure(one.runs[r]) / figure(inl->runs[r])));
+  const auto range = std::minmax_element(logs.begin(), logs.end());
+  return {std::exp(mean_of(logs).value), std::exp(*range.first), std::exp(*range.second)};
+}
+
+nlohmann::ordered_json to_json(const Ratio& ratio) {
+  return {{"mean", number(ratio.mean)}, {"low", number(ratio.low)}, {"high", number(ratio.high)}};
+}
+
+std::string to_text(const Ratio& ratio) {
+  if (!std::isfinite(ratio.mean)) return "-";
+  return fixed(ratio.mean, 2) + " (" + fixed(ratio.low, 2) + " to " + fixed(ratio.high, 2) + ")";
+}
+
 double ate(const Outcome& run) { return run.per_frame.ate_m; }
 double rpe(const Outcome& run) { return run.per_frame.rpe_m_per_s; }
 double roe(const Outcome& run) { return run.per_frame.roe_deg_per_s; }
@@ -53,50 +76,6 @@ TrajectoryErrors errors_of(const std::vector<StampedPose>& estimate, const std::
                            double window, TrajectoryAlignment alignment = TrajectoryAlignment::similarity) {
   if (truth.size() < 3) return {nan, nan, nan, nan, 0, {}};
   return trajectory_errors(estimate, truth, window, alignment);
-}
-
-// Errors of all windows of all runs.
-std::vector<double> drifts_of(const Summary& summary, double Drift::*member) {
-  std::vector<double> drifts;
-  for (const Outcome& run : summary.runs) {
-    for (const Drift& drift : run.per_frame.drifts) drifts.push_back(drift.*member);
-  }
-  return drifts;
-}
-
-// Means over runs, window by window: runs on one dataset are not independent.
-std::vector<double> mean_drifts(const Summary& summary, double Drift::*member) {
-  std::vector<double> means(summary.runs.front().per_frame.drifts.size(), 0.0);
-  const std::vector<double> all = drifts_of(summary, member);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    means[i % means.size()] += all[i] / static_cast<double>(summary.runs.size());
-  }
-  return means;
-}
-
-// ours - theirs, window by window, in percent of the mean of theirs.
-nlohmann::ordered_json difference_of(const Summary& ours, const Summary& theirs, double Drift::*member) {
-  const std::vector<double> our_drifts = mean_drifts(ours, member), their_drifts = mean_drifts(theirs, member);
-  std::vector<double> percents;
-  const double mean = mean_of(their_drifts).value;
-  for (std::size_t i = 0; i < our_drifts.size(); ++i)
-    percents.push_back(100 * (our_drifts[i] - their_drifts[i]) / mean);
-  const maxlogdet::sim::Estimate difference = mean_of(percents);
-  return {{"percent", number(difference.value)}, {"ci95", number(difference.ci95)}};
-}
-
-// Differences to all inliers, and to random and bucket with the same budget.
-nlohmann::ordered_json differences_of(const Summary& one, const std::vector<Summary>& all) {
-  nlohmann::ordered_json result;
-  for (const Summary& other : all) {
-    const std::string& name = other.contestant.selector;
-    const bool is_reference =
-        name == "inl" || ((name == "random" || name == "bucket") && other.contestant.budget == one.contestant.budget);
-    if (!is_reference || &other == &one || one.runs.front().per_frame.drifts.empty()) continue;
-    result[name] = {{"rpe", difference_of(one, other, &Drift::m_per_s)},
-                    {"roe", difference_of(one, other, &Drift::deg_per_s)}};
-  }
-  return result;
 }
 
 // Moves trajectories so that the pose of frame `first` is the true one; no-op if no frame has a truth.
@@ -136,10 +115,6 @@ void add_counts(const FrameRecord& frame, double frames, Outcome& outcome) {
   outcome.matches += static_cast<double>(frame.matches) / frames;
   outcome.inliers += static_cast<double>(frame.inliers) / frames;
   outcome.selected += static_cast<double>(frame.selected) / frames;
-  if (frame.result.status != FrameStatus::tracked) return;
-  const auto selected = static_cast<double>(frame.selected);
-  outcome.selected_min = outcome.selected_max == 0 ? selected : std::min(outcome.selected_min, selected);
-  outcome.selected_max = std::max(outcome.selected_max, selected);
 }
 
 void add_times(const FrameRecord& frame, double frames, Outcome& outcome) {
@@ -197,11 +172,11 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     nlohmann::ordered_json entry;
     entry["selector"] = one.contestant.selector;
     entry["budget"] = one.contestant.budget ? nlohmann::ordered_json(*one.contestant.budget) : nlohmann::ordered_json();
-    const std::optional<double>& target = one.contestant.target_efficiency;
-    entry["target_efficiency"] = target ? nlohmann::ordered_json(*target) : nlohmann::ordered_json();
     entry["ate_m"] = number(mean(one, ate));
     entry["rpe_m_per_s"] = number(mean(one, rpe));
     entry["roe_deg_per_s"] = number(mean(one, roe));
+    entry["rpe_of_inl"] = to_json(ratio_to_inl(one, all, rpe));
+    entry["roe_of_inl"] = to_json(ratio_to_inl(one, all, roe));
     entry["scale"] = number(mean(one, [](const Outcome& run) { return run.per_frame.scale; }));
     entry["rigid_rpe_m_per_s"] = number(mean(one, [](const Outcome& run) { return run.rigid_rpe_m_per_s; }));
     entry["tracked_percent"] = mean(one, [](const Outcome& run) { return run.tracked_percent; });
@@ -219,10 +194,7 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
     entry["matches"] = mean(one, [](const Outcome& run) { return run.matches; });
     entry["inliers"] = mean(one, [](const Outcome& run) { return run.inliers; });
     entry["selected"] = mean(one, [](const Outcome& run) { return run.selected; });
-    entry["selected_min"] = mean(one, [](const Outcome& run) { return run.selected_min; });
-    entry["selected_max"] = mean(one, [](const Outcome& run) { return run.selected_max; });
     entry["efficiency"] = number(mean(one, [](const Outcome& run) { return run.efficiency; }));
-    entry["against"] = differences_of(one, all);
     list.push_back(std::move(entry));
   }
   return list;
@@ -230,44 +202,22 @@ nlohmann::ordered_json to_json(const std::vector<Summary>& all) {
 
 Table summary_table(const std::vector<Summary>& all) {
   Table table;
-  table.header = {"selector",  "ATE (m)",       "RPE (m/s)",      "ROE (deg/s)",    "tracked (%)",
-                  "base (ms)", "matching (ms)", "selection (ms)", "pose opt. (ms)", "total (ms)",
-                  "inliers",   "selected",      "efficiency"};
+  table.header = {"selector",    "RPE (m/s)", "of inl's",      "ROE (deg/s)",    "of inl's",
+                  "tracked (%)", "base (ms)", "matching (ms)", "selection (ms)", "pose opt. (ms)",
+                  "total (ms)",  "inliers",   "selected",      "efficiency"};
   for (const Summary& one : all) {
     const auto time = [&](const Figure& figure) { return fixed(median(one, figure), 3); };
-    table.rows.push_back(
-        {one.contestant.name, fixed(mean(one, ate), 3), fixed(mean(one, rpe), 4), fixed(mean(one, roe), 4),
-         fixed(mean(one, [](const Outcome& run) { return run.tracked_percent; }), 1),
-         time([](const Outcome& run) { return run.ms_base; }), time([](const Outcome& run) { return run.ms_matching; }),
-         time([](const Outcome& run) { return run.ms_selection; }),
-         time([](const Outcome& run) { return run.ms_pose_optimization; }),
-         time([](const Outcome& run) { return run.ms_total(); }),
-         fixed(mean(one, [](const Outcome& run) { return run.inliers; }), 0),
-         fixed(mean(one, [](const Outcome& run) { return run.selected; }), 0),
-         fixed(mean(one, [](const Outcome& run) { return run.efficiency; }), 3)});
-  }
-  return table;
-}
-
-Table comparison_table(const std::vector<Summary>& all, const std::string& reference) {
-  Table table;
-  table.header = {"against " + reference, "RPE", "ROE", "RPE over 1 s", "ROE over 1 s"};
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const Summary& one) { return one.contestant.name == reference; });
-  if (found == all.end()) return table;
-  const auto over_a_second = [&](const Summary& one, double TrajectoryErrors::*member) {
-    const auto value = [&](const Summary& of) {
-      return mean(of, [&](const Outcome& run) { return run.per_second.*member; });
-    };
-    const double percent = 100 * (value(one) / value(*found) - 1);
-    return std::isfinite(percent) ? fixed(percent, 1) + " %" : "-";
-  };
-  for (const Summary& one : all) {
-    if (&one == &*found || one.runs.front().per_frame.drifts.empty()) continue;
-    table.rows.push_back(
-        {one.contestant.name, claim(mean_drifts(one, &Drift::m_per_s), mean_drifts(*found, &Drift::m_per_s)),
-         claim(mean_drifts(one, &Drift::deg_per_s), mean_drifts(*found, &Drift::deg_per_s)),
-         over_a_second(one, &TrajectoryErrors::rpe_m_per_s), over_a_second(one, &TrajectoryErrors::roe_deg_per_s)});
+    table.rows.push_back({one.contestant.name, fixed(mean(one, rpe), 4), to_text(ratio_to_inl(one, all, rpe)),
+                          fixed(mean(one, roe), 4), to_text(ratio_to_inl(one, all, roe)),
+                          fixed(mean(one, [](const Outcome& run) { return run.tracked_percent; }), 1),
+                          time([](const Outcome& run) { return run.ms_base; }),
+                          time([](const Outcome& run) { return run.ms_matching; }),
+                          time([](const Outcome& run) { return run.ms_selection; }),
+                          time([](const Outcome& run) { return run.ms_pose_optimization; }),
+                          time([](const Outcome& run) { return run.ms_total(); }),
+                          fixed(mean(one, [](const Outcome& run) { return run.inliers; }), 0),
+                          fixed(mean(one, [](const Outcome& run) { return run.selected; }), 0),
+                          fixed(mean(one, [](const Outcome& run) { return run.efficiency; }), 3)});
   }
   return table;
 }

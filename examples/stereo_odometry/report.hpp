@@ -17,8 +17,7 @@ namespace stereo_odometry {
 struct Contestant {
   std::string name;  ///< for files and plots
   std::string selector;
-  std::optional<std::size_t> budget;        ///< none: all matches, or until a target
-  std::optional<double> target_efficiency;  ///< md alone
+  std::optional<std::size_t> budget;  ///< none: all matches
   TrackerOptions options;
 };
 
@@ -50,7 +49,6 @@ struct Outcome {
   double rigid_rpe_m_per_s = 0;                 ///< RPE per frame, aligned without scale
   double tracked_percent = 0;
   double features = 0, searched = 0, matches = 0, inliers = 0, selected = 0, efficiency = 0;  ///< means of a frame
-  double selected_min = 0, selected_max = 0;  ///< of the frames that were tracked
   double ms_base =
       0;  ///< extraction, stereo matches, coarse pose, outlier rejection, keyframes and their further matches
   double ms_matching_the_rest = 0;  ///< a part of that
@@ -67,16 +65,15 @@ struct Summary {
   std::vector<Outcome> runs;
 };
 
-/// summary.json: a list of selector, budget (null: none), target_efficiency (null: none), ate_m, rpe_m_per_s,
-/// roe_deg_per_s (per frame), tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of;
-/// against: difference to inl, and to random and bucket of the same budget, paired by window, in percent, with the half
-/// width of its 95 % interval). Errors are means over runs, times medians over runs of means over frames. Trajectories
-/// are aligned with `scale`, as in the paper; rigid_rpe_m_per_s is without.
+/// summary.json: a list of selector, budget (null: none), ate_m, rpe_m_per_s, roe_deg_per_s (per frame),
+/// tracked_percent, ms, and more (windows: pairs of frames that RPE and ROE are means of; rpe_of_inl, roe_of_inl: as
+/// multiples of those of inl in the same run, with their range over runs). Errors are means over runs, times medians
+/// over runs of means over frames. Trajectories are aligned with `scale`, as in the paper;
+/// rigid_rpe_m_per_s is without.
 nlohmann::ordered_json to_json(const std::vector<Summary>& all);
 
-/// The same as a table, and the differences of errors to `reference`, paired by run and frame.
+/// The same as a table.
 maxlogdet::sim::Table summary_table(const std::vector<Summary>& all);
-maxlogdet::sim::Table comparison_table(const std::vector<Summary>& all, const std::string& reference);
 
 /// frames.csv of one run.
 maxlogdet::sim::Table frame_table(const Run& run);

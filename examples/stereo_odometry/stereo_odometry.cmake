@@ -8,8 +8,9 @@ if(OpenCV_FOUND AND yaml-cpp_FOUND)
   set(stereo_odometry_FOUND TRUE)
   set(here ${CMAKE_CURRENT_LIST_DIR})
   add_library(maxlogdet_stereo_odometry STATIC
-    ${here}/dataset.cpp ${here}/depth.cpp ${here}/euroc.cpp ${here}/features.cpp ${here}/kitti.cpp ${here}/local_map.cpp
-    ${here}/matcher.cpp ${here}/projection_search.cpp ${here}/report.cpp ${here}/tracker.cpp ${here}/tum.cpp)
+    ${here}/active_matching.cpp ${here}/dataset.cpp ${here}/depth.cpp ${here}/euroc.cpp ${here}/features.cpp
+    ${here}/kitti.cpp ${here}/local_map.cpp ${here}/matcher.cpp ${here}/matching_comparison.cpp
+    ${here}/projection_search.cpp ${here}/report.cpp ${here}/same_frame.cpp ${here}/tracker.cpp ${here}/tum.cpp)
   maxlogdet_compile_options(maxlogdet_stereo_odometry)
   maxlogdet_sanitize_less(maxlogdet_stereo_odometry)
   target_compile_features(maxlogdet_stereo_odometry PUBLIC cxx_std_17)

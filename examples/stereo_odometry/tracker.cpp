@@ -10,7 +10,6 @@
 
 namespace stereo_odometry {
 
-using maxlogdet::ActiveSelection;
 using maxlogdet::Options;
 using maxlogdet::sim::LinearizedMatch;
 using maxlogdet::sim::Match;
@@ -63,17 +62,15 @@ void thin(std::vector<Prediction>& all, std::size_t count) {
 StereoTracker::StereoTracker(const maxlogdet::PinholeCamera& camera, int width, int height,
                              const TrackerOptions& options, const Pose& T_cw)
     : options_(options),
-      gate_(options.optimization),
+      gate_(options.at_coarse_pose()),
       map_(camera, options.map),
       matcher_(camera, width, height),
       selector_(options.selection),
       noise_(options.noise),
-      active_(1),
+      active_(options.selection.seed),
       certifier_(1),
       last_(orthonormal(T_cw)) {
   matcher_.set_noise(options.noise);
-  gate_.chi2_monocular *= options.gate;
-  gate_.chi2_stereo *= options.gate;
 }
 
 const FrameResult& StereoTracker::track(const StereoFeatures& features) {
@@ -92,6 +89,9 @@ const FrameResult& StereoTracker::track(const StereoFeatures& features) {
     }
     optimize();
     measure_selection();
+    if (observer_ && result_.status == FrameStatus::tracked) {
+      observer_({features, map_, matcher_.frame(), matcher_.points(), noise_.noise(), result_});
+    }
     judge(features);
   }
   result_.matches.swap(matcher_.frame().matches);
@@ -185,43 +185,11 @@ void StereoTracker::select() {
   watch_.lap(result_.ms.selection);
 }
 
-// Makes blocks of the predictions at the coarse pose, from the map's own arrays, and searches for the points that the
-// library proposes. Candidates are the points in view that the last keyframe has seen: of the others only one proposal
-// in ten was found.
 void StereoTracker::match_actively() {
-  const std::size_t candidates =
-      matcher_.predict(map_.points(), result_.T_cw, map_.first_of_last(options_.candidate_keyframes)).size();
-  maxlogdet::Matches points = map_.points().arrays();
-  points.usable = matcher_.is_predicted(map_.points()).data();
-  sigmas_.assign(points.size, 1);
-  for (const Prediction& seen : matcher_.predictions()) {
-    const cv::Point2f& from = map_.points().points[seen.point].pixel;
-    sigmas_[seen.point] = std::sqrt(noise_.noise().variance(std::hypot(seen.u - from.x, seen.v - from.y)));
-  }
-  points.sigmas = sigmas_.data();
-  watch_.lap(result_.ms.matching);
-
-  const maxlogdet::sim::Frame& frame = matcher_.frame();
-  blocks_.clear();
-  append_blocks(frame.camera, frame.T_cw_prior.data(), points, options_.selection.blocks, blocks_);
-  if (active_.capacity() < blocks_.size()) active_ = ActiveSelection(2 * blocks_.size());
-  Options options = options_.selection.search;
-  options.budget = std::min(options_.selection.budget, candidates);
-  active_.start(blocks_, options);
-  for (;;) {
-    proposals_.resize(std::min(options_.batch, options.budget));
-    proposals_.resize(active_.next(proposals_.data(), proposals_.size()));
-    watch_.lap(result_.ms.selection);
-    if (proposals_.empty()) break;
-    const std::vector<unsigned char>& is_matched =
-        matcher_.match_some(map_, proposals_, options_.fine_radius, result_.T_cw, gate_);
-    result_.searched += proposals_.size();
-    watch_.lap(result_.ms.matching);
-    active_.answer(is_matched.data(), is_matched.size());
-  }
+  result_.searched = active_.match(map_, matcher_, result_.T_cw, noise_.noise(), options_, result_.ms);
   number(result_.selected, matcher_.matches().size());
   result_.inliers = result_.selected;
-  watch_.lap(result_.ms.selection);
+  watch_ = Stopwatch();
 }
 
 void StereoTracker::optimize() {

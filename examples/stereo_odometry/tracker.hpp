@@ -1,40 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "examples/stereo_odometry/local_map.hpp"
-#include "examples/stereo_odometry/matcher.hpp"
-#include "sim/feature_selector.hpp"
-#include "sim/motion_noise.hpp"
-#include "sim/outlier_rejection.hpp"
+#include "examples/stereo_odometry/active_matching.hpp"
 #include "sim/stopwatch.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace stereo_odometry {
-
-struct TrackerOptions {
-  maxlogdet::sim::SelectorSettings selection;     ///< of the matches that the pose is optimised with
-  bool active = false;                            ///< match in the order of information, up to the budget (kind md)
-  std::size_t batch = 10;                         ///< active: points that are searched for at once
-  std::size_t candidate_keyframes = 1;            ///< active: proposes points that one of these last keyframes has seen
-  std::size_t rest_keyframes = 2;                 ///< active: keyframes also match points that one of these has seen
-  maxlogdet::sim::RejectionOptions optimization;  ///< rounds, thresholds; `stereo`: residuals of three rows or of two
-  maxlogdet::sim::MotionNoise noise;              ///< of a match
-  bool estimates_noise = false;                   ///< updates the noise by the residuals of every frame
-  bool keeps_residuals = false;                   ///< fills FrameResult::residuals
-  MapOptions map;
-  std::size_t coarse_points = 200;  ///< maximum number of points for the coarse pose
-  double coarse_radius = 15;        ///< px at level 0, around the prediction by constant velocity
-  double fine_radius = 4;           ///< px at level 0, around the prediction by the coarse pose
-  double gate = 4;                  ///< factor on chi2 limits at the coarse pose
-  std::size_t min_matches = 15;     ///< of a pose, or half of the selected matches
-  int max_predicted = 5;            ///< frames without a pose before a new map is begun
-};
 
 enum class FrameStatus {
   initialized,  ///< a map was begun at the frame's predicted pose
@@ -43,17 +22,6 @@ enum class FrameStatus {
 };
 
 const char* to_string(FrameStatus status);
-
-/// Wall times of a frame's stages, ms.
-struct StageTimes {
-  double coarse = 0;             ///< prediction, and the pose from some points
-  double matching = 0;           ///< of the local map
-  double outlier_rejection = 0;  ///< by chi2 at the coarse pose
-  double selection = 0;          ///< blocks of the candidates, and the search
-  double pose_optimization = 0;
-  double matching_the_rest = 0;  ///< active: matches that keyframes add after the pose is known
-  double mapping = 0;            ///< outlier flags, keyframes
-};
 
 /// The residual of a match at the frame's pose, and what may explain it.
 struct MatchResidual {
@@ -88,6 +56,16 @@ struct FrameResult {
   void clear();  ///< resets everything, and keeps the memory
 };
 
+/// What the pose of a frame was optimised with, before the map changes.
+struct TrackedFrame {
+  const StereoFeatures& features;
+  const LocalMap& map;
+  const maxlogdet::sim::Frame& frame;        ///< all matches; T_cw_prior is the coarse pose
+  const std::vector<std::uint32_t>& points;  ///< of the matches, indices in the map
+  const maxlogdet::sim::MotionNoise& noise;
+  const FrameResult& result;  ///< pose, inliers, selected
+};
+
 /// Stereo visual odometry, frame by frame: constant-velocity prediction; a coarse pose from some points of the last
 /// keyframe (few points, wide search, as in PTAM); matching of the local map by projection; outlier rejection by chi2;
 /// selection; pose optimisation with the selected matches; outlier flags for all matches; keyframes.
@@ -99,6 +77,9 @@ class StereoTracker {
 
   /// The result is valid until the next call.
   const FrameResult& track(const StereoFeatures& features);
+
+  /// Calls `observer`, untimed, for each frame that is tracked.
+  void observe(std::function<void(const TrackedFrame&)> observer) { observer_ = std::move(observer); }
 
  private:
   void begin_map(const StereoFeatures& features);
@@ -123,15 +104,14 @@ class StereoTracker {
   std::vector<maxlogdet::sim::Whitening> whitenings_;  // of the matches; empty: residuals have pixel noise alone
   maxlogdet::sim::FeatureSelector selector_;
   maxlogdet::sim::MotionNoiseEstimate noise_;
-  std::vector<double> sigmas_;  // active: of the predictions of the map's points
   maxlogdet::BlockStore blocks_;
-  maxlogdet::ActiveSelection active_;
-  std::vector<std::uint32_t> proposals_;
+  ActiveMatching active_;
   std::vector<maxlogdet::sim::Match> coarse_;            // of the coarse pose
   std::vector<std::uint32_t> all_;                       // their indices
   std::vector<maxlogdet::sim::Match> keyframe_matches_;  // inliers of a keyframe
   std::vector<std::uint32_t> keyframe_points_;
   maxlogdet::Selector certifier_;
+  std::function<void(const TrackedFrame&)> observer_;
   maxlogdet::sim::Stopwatch watch_;
   FrameResult result_;
   maxlogdet::sim::Pose last_;

@@ -1,41 +1,29 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of docs/tracker.md from the results of the stereo odometry, and copies its picture.
+"""Rewrites the tables of docs/tracker.md from the results of the stereo odometry.
 
-Usage: write_page.py RESULTS [--mean-budgets SET/N]    RESULTS: the folder that ci/tracker_page fills
-examples/stereo_odometry/results/*.csv get all rows and columns of tables that the page shortens. --mean-budgets only
-prints how many matches each target selected on average.
+Usage: write_page.py RESULTS    RESULTS: the folder that ci/tracker_page fills
+examples/stereo_odometry/results/*.csv get all rows and columns of tables that the page shortens.
 """
 
 import datetime
-import math
 import pathlib
-import shutil
-import statistics
 import sys
 
-from maxlogdet_tools.files import json_of, rows_of, write_csv
-from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.files import json_of, write_csv
+from maxlogdet_tools.pages import rewrite, table
 from maxlogdet_tools.project import ROOT, cpu_model
-from summaries import (ROE, RPE, SETS, both, changes, contestants, entry_of, every, find, geometric_mean, interval,
-                       ratio, results_of)  # fmt: skip
 
 PAGE = ROOT / "docs/tracker.md"
 RECORDS = ROOT / "examples/stereo_odometry/results"
-BATCHES = (5, 10, 20, 40, 100)
-BLOCKS = ("measurement", "measurement_and_map", "map_bias")
-WEIGHTS = ("measurement", "measurement_and_map")
-STREETS = ("kitti_clip_1", "kitti_0039_a")
-# The parts that the page shows; the records have everything.
-SHOWN = [("kitti_clip_1", 30), ("kitti_clip_1", 100),
-         ("kitti_0039_a", 30), ("kitti_0039_a", 100), ("kitti_0039_a", 200), ("tum_fr1_rpy_a", 100)]  # fmt: skip
-SHOWN_TARGETS = [(name, level) for name in STREETS for level in (0.5, 0.7)]
-HIDDEN = ("quality_md", "all_weighted")
-STAGES = ("matching", "selection", "pose_optimization")
-
-
-def record(name, header, rows):
-    write_csv(RECORDS / name, header, rows)
+SETS = {
+    "kitti_clip_1": "a straight road, 51 stereo pairs at 10 Hz",
+    "kitti_0039_a": "a town, 120 stereo pairs at 10 Hz",
+    "tum_fr1_rpy_a": "hand-held RGB-D, mostly rotating, blur and rolling shutter, 120 pairs at 30 Hz",
+}
+BUDGETS = (30, 60, 100, 150, 200)
+SELECTORS = ("md_spread", "md", "md_cells", "bucket", "random", "quality")
+LENGTHS = {"translation": "translation_mm", "rotation": "rotation_mrad"}
 
 
 def origin(results):
@@ -45,306 +33,181 @@ def origin(results):
     return f"{cpu_model()}, one thread, recorded {day}; `ci/tracker_page`."
 
 
-# Every set, every selector.
+def interval(value, low, high, digits=2):
+    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def error_records(summary):
-    """A line per set, selector and budget, for the record."""
-    for name, runs in summary.items():
-        for selector, budget in [*contestants(runs), ("inl", None)]:
-            at = {"selector": selector, "budget": budget}
-            mean = lambda value: statistics.fmean(value(entry_of(r, **at)) for r in runs)
-            shares = [f"{ratio(runs, key, **at):.3f}" for key in (RPE, ROE)]
-            halves = ["", ""] if selector == "inl" else [
-                f"{interval(runs, error, **at)[1] / 100:.3f}" for error in ("rpe", "roe")]
-            yield [name, selector, budget or "all", shares[0], halves[0], shares[1], halves[1],
-                   f"{mean(lambda e: e[RPE]):.4f}", f"{mean(lambda e: e[ROE]):.3f}",
-                   f"{mean(lambda e: e['inliers']):.0f}", f"{mean(lambda e: e['selected']):.0f}",
-                   "" if selector == "active" else f"{mean(lambda e: e['efficiency']):.3f}",
-                   *(f"{mean(lambda e: e['ms'][stage]):.3f}" for stage in STAGES)]  # fmt: skip
+def spread(entry, digits=2, value="median"):
+    return interval(entry[value], entry["low"], entry["high"], digits)
 
 
-def set_rows(summary):
-    for name, runs in summary.items():
-        mean = lambda key: statistics.fmean(find(r, "inl")[key] for r in runs)
-        yield [name, SETS[name], f"{mean(RPE):.3f}", f"{mean(ROE):.2f}", f"{mean('inliers'):.0f}"]
+def find(entries, **which):
+    return next(e for e in entries if all(e[key] == value for key, value in which.items()))
 
 
-def error_rows(summary):
-    """A row per selector with its errors at the shown budgets; and the intervals."""
-    selectors = dict.fromkeys(selector for selector, _ in contestants(summary[STREETS[0]]))
-    for selector in (s for s in selectors if s not in HIDDEN):
-        has_budget = find(summary[STREETS[0]][0], selector)["budget"] is not None
-        cells = [both(summary[name], selector=selector, budget=budget if has_budget else None)
-                 if has_budget or budget == 100 else "" for name, budget in SHOWN]
-        yield [f"`{selector}`", *cells]
-    yield ["± (median)", *(half_widths(summary[name], budget) for name, budget in SHOWN)]
+# All selectors on the same frames.
 
 
-def half_widths(runs, budget):
-    """The median half width of the 95 % intervals of all selectors with that budget."""
-    selectors = [selector for selector, k in contestants(runs) if k == budget]
-    median = lambda error: statistics.median(interval(runs, error, selector=s, budget=budget)[1] for s in selectors)
-    return f"{median('rpe') / 100:.2f} / {median('roe') / 100:.2f}"
+def deviation(entry):
+    return " / ".join(spread(entry[key], digits) for key, digits in (("translation_mm", 1), ("rotation_mrad", 2)))
 
 
-def write_errors(results, summary):
-    header = ["set", "selector", "budget", "rpe_ratio", "rpe_ci95", "roe_ratio", "roe_ci95", RPE, ROE,
-              "inliers", "selected", "efficiency", *(f"{stage}_ms" for stage in STAGES)]  # fmt: skip
-    record("errors.csv", header, error_records(summary))
-    rewrite(PAGE, "sets", table(["set", "images", "RPE (m/s)", "ROE (deg/s)", "inliers"], set_rows(summary)))
-    lines = table(["selector", *(f"{name}, {budget}" for name, budget in SHOWN)], error_rows(summary))
-    rewrite(PAGE, "errors", lines + ["", origin(results)])
+def worth(entry):
+    return interval(entry["worth_random"], entry["worth_random_low"], entry["worth_random_high"], 0)
 
 
-# Goals, met and missed.
+def ratio(entry):
+    return " / ".join(f"{entry[key]['ratio']:.1f}" for key in LENGTHS.values())
 
 
-def error_goal(summary, selector, budget, target):
-    """{set: (result, whether the goal is met)} of the larger of both errors, relative to inl."""
-    found = {}
-    for name, runs in summary.items():
-        worst = max(ratio(runs, key, selector=selector, budget=budget) for key in (RPE, ROE))
-        found[name] = (f"{worst:.3f}", worst <= target)
-    return found
+def same_frame_table(evaluation, selectors):
+    of = lambda selector: [find(evaluation["selectors"], selector=selector, budget=k) for k in BUDGETS]
+    rows = [[f"`{selector}`", *(deviation(e) for e in of(selector))] for selector in selectors]
+    for selector in ("md_spread", "md"):
+        rows.append([f"random matches worth `{selector}`'s", *(worth(e) for e in of(selector))])
+    for selector in ("md", "random"):
+        rows.append([f"`{selector}`, measured / predicted", *(ratio(e) for e in of(selector))])
+    return table(["selector", *(f"{k} matches" for k in BUDGETS)], rows)
 
 
-def chance_goal(summary, selector):
-    """The same of the error farthest above its interval, compared with random selection and buckets."""
-    found = {}
-    for name, runs in summary.items():
-        against = [interval(runs, error, rival, selector=selector, budget=100)
-                   for rival in ("random", "bucket") for error in ("rpe", "roe")]
-        percent, half = max(against, key=lambda d: d[0] - d[1])
-        found[name] = (f"{percent:+.0f} ± {half:.0f} %", percent <= half)
-    return found
+def same_frame_records(name, evaluation):
+    for e in evaluation["selectors"]:
+        if e["selector"] == "own":
+            continue
+        lengths = [f"{e[key][x]:.4g}" for key in LENGTHS.values() for x in ("median", "low", "high", "p90", "predicted")]
+        worths = [f"{e[key]:.0f}" if key in e else "" for key in ("worth_random", "worth_bucket")]
+        truth = [f"{e['truth'][f'{x}_of_all{end}']:.3f}" for x in LENGTHS for end in ("", "_low", "_high")]
+        yield [name, e["selector"], e["budget"], e["frames"], *lengths, *worths, *truth]
 
 
-def excess_goal(summary, selector, rival, target):
-    excess = lambda one: statistics.fmean(ratio(runs, key, selector=one, budget=30) - 1
-                                          for runs in summary.values() for key in (RPE, ROE))
-    share = excess(selector) / excess(rival)
-    return {"mean of all": (f"{share:.2f}", share <= target)}
+def write_same_frames(results):
+    records = []
+    for kind in ("stereo", "monocular", "measurement"):
+        for name in SETS:
+            evaluation = json_of(results / kind / name / "same_frame.json")
+            records += same_frame_records(f"{name}, {kind}", evaluation)
+            if kind == "stereo":
+                rewrite(PAGE, name, same_frame_table(evaluation, SELECTORS))
+    statistics = [f"{x}_{y}" for x in LENGTHS.values() for y in ("median", "low", "high", "p90", "predicted")]
+    truths = [f"{x}_of_all{end}" for x in LENGTHS for end in ("", "_low", "_high")]
+    write_csv(RECORDS / "same_frame.csv",
+              ["set", "selector", "budget", "frames", *statistics, "worth_random", "worth_bucket", *truths], records)  # fmt: skip
 
 
-def active_goal(summary):
-    found = {}
-    for name, runs in summary.items():
-        worst = max(ratio(runs, key, selector="active", budget=100) / ratio(runs, key, selector="md", budget=100)
-                    for key in (RPE, ROE))
-        found[name] = (f"{worst:.3f}", worst <= 1.05)
-    return found
-
-
-def goals(summary):
-    """(goal, selector, result on each set)"""
-    for selector in ("md", "md_cells"):
-        yield "100, errors at most 1.05 of `inl`'s", selector, error_goal(summary, selector, 100, 1.05)
-        yield "200, errors at most 1.02 of `inl`'s", selector, error_goal(summary, selector, 200, 1.02)
-        yield "100, not above `random` or `bucket` beyond the interval", selector, chance_goal(summary, selector)
-        for rival, share, text in (("random", 1 / 2, "half"), ("bucket", 2 / 3, "two thirds")):
-            yield (f"30, mean excess over `inl` at most {text} of `{rival}`'s", selector,
-                   excess_goal(summary, selector, rival, share))
-    yield "100, errors at most 1.05 of `md`'s", "active", active_goal(summary)
-
-
-def write_goals(summary):
-    rows, lines = [], []
-    for goal, selector, found in goals(summary):
-        rows += [[goal.replace("`", ""), selector, name, text, "yes" if holds else "no"]
-                 for name, (text, holds) in found.items()]
-        if selector != "md_cells":
-            shown = ", ".join(text if holds else f"**{text}**" for text, holds in found.values())
-            lines.append(f"- `{selector}`, {goal}: {shown}")
-    record("goals.csv", ["goal", "selector", "set", "found", "holds"], rows)
-    rewrite(PAGE, "goals", lines)
-
-
-# Blocks, weights, and their noise.
-
-
-def weights_records(results):
-    """(set, blocks, weights, RPE, ROE) of md relative to inl with the same weights, and of inl with weights to without."""
-    runs = {(blocks, weights): every(results, f"weights/{blocks}/{weights}")
-            for blocks in BLOCKS for weights in WEIGHTS}
+def write_noise_of_matches(results):
+    rows = []
     for name in SETS:
-        for (blocks, weights), of in runs.items():
-            yield [name, blocks, weights, *both(of[name], selector="md").split(" / ")]
-        plain, weighted = (runs["measurement", weights][name] for weights in WEIGHTS)
-        yield [name, "inl weighted, of unweighted", WEIGHTS[1], *changes(weighted, plain, "inl").split(" / ")]
+        e = json_of(results / "stereo" / name / "same_frame.json")
+        chi2 = e["chi2_by_leverage"]
+        correlation = lambda key: interval(e[key], e[f"{key}_interval"]["low"], e[f"{key}_interval"]["high"])
+        rows.append([name, SETS[name], f"{e['inliers']:.0f}", f"{chi2[0]:.2f} ... {chi2[-1]:.2f}",
+                     correlation("cell_correlation"), correlation("cell_correlation_selected")])  # fmt: skip
+    header = ["set", "images", "inliers", "chi2, lowest to highest tenth of leverage", "correlation of all",
+              "correlation of `md`'s 100"]  # fmt: skip
+    rewrite(PAGE, "sets", table(header, rows))
+
+
+def write_monocular(results):
+    rows = []
+    for name in SETS:
+        entries = json_of(results / "monocular" / name / "same_frame.json")["selectors"]
+        rows += [[name, f"`{selector}`", *(deviation(find(entries, selector=selector, budget=k)) for k in (30, 100, 200))]
+                 for selector in ("md_spread", "md", "random")]
+    rewrite(PAGE, "monocular", table(["set", "selector", "30 matches", "100 matches", "200 matches"], rows))
 
 
 def write_weights(results):
-    records = list(weights_records(results))
-    record("weights.csv", ["set", "blocks", "weights", "rpe_ratio", "roe_ratio"], records)
-    cells = {(name, blocks, weights): " / ".join(errors) for name, blocks, weights, *errors in records}
-    columns = [(name, weights) for name in STREETS for weights in WEIGHTS]
-    rows = [[blocks, *(cells.get((name, blocks, weights), "") for name, weights in columns)]
-            for blocks in dict.fromkeys(record[1] for record in records)]
-    rewrite(PAGE, "weights", table(["blocks", *(f"{name}: `{weights}`" for name, weights in columns)], rows))
+    rows = []
+    for name in SETS:
+        for weights, kind in (("measurement", "measurement"), ("measurement_and_map", "stereo")):
+            e = json_of(results / kind / name / "same_frame.json")
+            chi2 = e["chi2_by_leverage"]
+            at_100 = [deviation(find(e["selectors"], selector=selector, budget=100)) for selector in ("md", "random")]
+            rows.append([name, f"`{weights}`", f"{chi2[0]:.2f} ... {chi2[-1]:.2f}",
+                         f"{e['cell_correlation_selected']:.2f}", *at_100])  # fmt: skip
+    header = ["set", "blocks and weights", "chi2, lowest to highest tenth", "correlation of `md`'s 100",
+              "`md`, 100 (mm / mrad)", "`random`, 100 (mm / mrad)"]  # fmt: skip
+    rewrite(PAGE, "weights", table(header, rows))
+
+
+def write_truth(results):
+    entries = {name: json_of(results / "stereo" / name / "same_frame.json")["selectors"] for name in SETS}
+    of = lambda truth, x: interval(truth[f"{x}_of_all"], truth[f"{x}_of_all_low"], truth[f"{x}_of_all_high"])
+    cell = lambda e: " / ".join(of(e["truth"], x) for x in LENGTHS)
+    rows = [[f"`{selector}`", f"{k}", *(cell(find(entries[name], selector=selector, budget=k)) for name in SETS)]
+            for k in (30, 100) for selector in ("md_spread", "md", "bucket", "random")]
+    rewrite(PAGE, "truth", table(["selector", "matches", *SETS], rows))
+
+
+# The order of matching.
+
+
+def write_matching(results):
+    rows, records = [], []
+    for name in SETS:
+        entries = json_of(results / "stereo" / name / "matching.json")
+        for e in entries:
+            lengths = [f"{e[key][x]:.4g}" for key in LENGTHS.values() for x in ("median", "low", "high")]
+            records.append([name, e["order"], e["budget"], e["frames"], f"{e['searched']:.0f}", *lengths])
+        for k in (30, 100, 200):
+            active, random_order = (find(entries, order=order, budget=k) for order in ("active", "active_random"))
+            rows.append([name, f"{k}", f"{active['searched']:.0f} / {random_order['searched']:.0f}",
+                         *(spread(active[f"{x}_of_random_order"], value="ratio") for x in LENGTHS)])  # fmt: skip
+    header = ["set", "order", "budget", "frames", "searched"]
+    write_csv(RECORDS / "matching.csv",
+              [*header, *(f"{x}_{y}" for x in LENGTHS.values() for y in ("median", "low", "high"))], records)  # fmt: skip
+    header = ["set", "matches", "points searched, information / random", "translation, of random order's",
+              "rotation, of random order's"]  # fmt: skip
+    rewrite(PAGE, "matching", table(header, rows))
+
+
+def write_times(results):
+    rows = []
+    for name in SETS:
+        entries = json_of(results / "stereo" / name / "summary.json")
+        for selector in ("inl", "active", "active_random"):
+            e = find(entries, selector=selector)
+            ms = e["ms"]
+            rest = e["ms_matching_the_rest"]
+            total = ms["matching"] + ms["selection"] + ms["pose_optimization"] + rest
+            rows.append([name, f"`{selector}`", f"{ms['matching']:.2f}", f"{ms['selection']:.2f}", f"{rest:.2f}",
+                         f"{total:.2f}"])  # fmt: skip
+    header = ["set", "selector", "matching (ms)", "selection (ms)", "rest at keyframes (ms)",
+              "sum with pose optimisation (ms)"]  # fmt: skip
+    rewrite(PAGE, "times", table(header, rows))
+
+
+# Whole runs.
+
+
+def write_whole_runs(results):
+    summaries = {name: json_of(results / "stereo" / name / "summary.json") for name in SETS}
+    cell = lambda e: " / ".join(spread(e[f"{key}_of_inl"], value="mean") for key in ("rpe", "roe"))
+    rows = [[f"`{selector}`", *(cell(find(summaries[name], selector=selector)) for name in SETS)]
+            for selector in ("md", "active", "active_random", "random", "all")]
+    inl = [find(summaries[name], selector="inl") for name in SETS]
+    rows.append(["`inl`, m/s / deg/s", *(f"{e['rpe_m_per_s']:.3f} / {e['roe_deg_per_s']:.2f}" for e in inl)])
+    rewrite(PAGE, "whole_runs", [*table(["selector", *SETS], rows), "", origin(results)])
+
+
+# What the noise of a match depends on.
 
 
 def write_noise(results):
     models = json_of(results / "noise/models.json")
-    names = [name for name in SETS if name in models["nothing"]]
-    rows = [[x, *(f"{models[x][s]['mean_nll'] - models['nothing'][s]['mean_nll']:+.3f}" for s in names)]
+    rows = [[x, *(f"{models[x][s]['mean_nll'] - models['nothing'][s]['mean_nll']:+.3f}" for s in SETS)]
             for x in models if x != "nothing"]
-    rewrite(PAGE, "models", table(["x", *names], rows))
-
-    constant = every(results, "noise/constant")
-    rows = []
-    for label, folder in (("fitted to the other sets", "held_out"), ("estimated online", "online")):
-        runs = every(results, f"noise/{folder}")
-        rows.append([label, *(changes(runs[name], constant[name], one) for name in runs for one in ("inl", "md"))])
-    header = ["motion noise"] + [f"{name}: `{one}`" for name in constant for one in ("inl", "md")]
-    rewrite(PAGE, "noise", table(header, rows))
-
-
-# Targets of the efficiency.
-
-
-def fixed_ratio(targets, fixed, level, key):
-    """The error of md with a fixed budget, the mean number that the target selected in the same run."""
-    shares = []
-    for run, other in zip(targets, fixed):
-        taken = entry_of(run, selector="md", target_efficiency=level)["selected"]
-        e = entry_of(other, selector="md", budget=max(20, round(taken)))
-        shares.append(e[key] / find(other, "inl")[key])
-    return geometric_mean(shares)
-
-
-def target_records(results):
-    """{(set, target): share of the matches, mean, minimum and maximum of a frame, errors, those of a fixed budget}"""
-    targets, fixed = every(results, "targets"), every(results, "fixed")
-    records = {}
-    for name, runs in targets.items():
-        for level in sorted({e["target_efficiency"] for e in runs[0] if e["target_efficiency"]}):
-            at = {"selector": "md", "target_efficiency": level}
-            share = statistics.fmean(entry_of(r, **at)["selected"] / find(r, "inl")["selected"] for r in runs)
-            numbers = [statistics.fmean(entry_of(r, **at)[key] for r in runs)
-                       for key in ("selected", "selected_min", "selected_max")]
-            errors = [ratio(runs, key, **at) for key in (RPE, ROE)]
-            records[name, level] = [share, *numbers, *errors,
-                                    *(fixed_ratio(runs, fixed[name], level, key) for key in (RPE, ROE))]  # fmt: skip
-    return records
-
-
-def write_targets(results):
-    records = target_records(results)
-    record("targets.csv", ["set", "target", "share", "mean", "min", "max", "rpe_ratio", "roe_ratio",
-                              "fixed_rpe_ratio", "fixed_roe_ratio"],
-              ([*key, *(f"{x:.{0 if 0 < i < 4 else 3}f}" for i, x in enumerate(record))]
-               for key, record in records.items()))  # fmt: skip
-    rows = []
-    for name, level in SHOWN_TARGETS:
-        share, mean, low, high, *errors = records[name, level]
-        rows.append([name, f"{level}", f"{100 * share:.0f} %", f"{mean:.0f}", f"{low:.0f} to {high:.0f}",
-                     *(f"{a:.2f} / {b:.2f}" for a, b in (errors[:2], errors[2:]))])  # fmt: skip
-    header = ["set", "target", "of the matches", "mean", "per frame", "RPE / ROE", "fixed budget"]
-    rewrite(PAGE, "targets", table(header, rows))
-
-
-def mean_budgets(folder):
-    """The mean numbers of matches that the targets selected, as an argument of --budget."""
-    budgets = {max(20, round(e["selected"])) for e in results_of(folder) if e["target_efficiency"] is not None}
-    return ",".join(str(k) for k in sorted(budgets))
-
-
-# Active matching.
-
-
-def cost_rows(name, results):
-    """Times of the stages that selection makes cheaper, with and without the matches that active's keyframes add."""
-    total = lambda e: sum(e["ms"][stage] for stage in STAGES)
-    all_inliers = total(find(results, "inl"))
-    for one in ("inl", "md", "active"):
-        e = find(results, one)
-        share = "" if one == "inl" else f"{total(e) / all_inliers:.2f}"
-        rest = f"{(total(e) + e['ms_matching_the_rest']) / all_inliers:.2f}" if one == "active" else ""
-        yield [name, f"`{one}`", *(f"{e['ms'][stage]:.3f}" for stage in STAGES), share, rest]
-
-
-def write_active(results):
-    rows = [*cost_rows("kitti_0039_a", results_of(results / "second")),
-            *cost_rows("kitti_clip_1", results_of(results / "all"))]
-    header = ["set", "selector", "matching (ms)", "selection (ms)", "pose opt. (ms)", "sum, of `inl`'s",
-              "with keyframes' rest"]  # fmt: skip
-    rewrite(PAGE, "cost", table(header, rows))
-    rows = [[name, *(both([results_of(results / f"batch_{n}_{name}")], selector="active") for n in BATCHES)]
-            for name in ("kitti_0039_a", "kitti_clip_1")]
-    rewrite(PAGE, "batches", table(["set", *(f"{n}" for n in BATCHES)], rows))
-
-
-# KITTI clip 1, and a camera at rest.
-
-
-def clip_record(run, e):
-    """Everything in summary.json about a selector, except the intervals against selectors other than inl."""
-    against = [f"{e['against']['inl'][error][key]:.1f}" if e["selector"] != "inl" else ""
-               for error in ("rpe", "roe") for key in ("percent", "ci95")]
-    efficiency = "" if e["efficiency"] is None else f"{e['efficiency']:.3f}"
-    return [run, e["selector"], f"{e['ate_m']:.3f}", f"{e[RPE]:.4f}", f"{e[ROE]:.4f}", *against,
-            f"{e['rpe_1s_m_per_s']:.4f}", f"{e['roe_1s_deg_per_s']:.4f}", f"{e['tracked_percent']:.1f}",
-            *(f"{e['ms'][stage]:.3f}" for stage in ("base", *STAGES, "total")),
-            f"{e['inliers']:.0f}", f"{e['selected']:.0f}", efficiency]  # fmt: skip
-
-
-def beyond(run, error):
-    """The selectors whose error is higher or lower than inl's beyond the interval, as text."""
-    found = {1: [], -1: []}
-    for e in (e for e in run if e["selector"] not in ("inl", "all_weighted")):
-        percent, half = (e["against"]["inl"][error][key] for key in ("percent", "ci95"))
-        if abs(percent) > half:
-            found[math.copysign(1, percent)].append(f"`{e['selector']}`")
-    return ", ".join(f"{word} with {', '.join(found[sign])}" for sign, word in ((1, "higher"), (-1, "lower"))
-                     if found[sign]) or "no different"
-
-
-def write_clip(results):
-    runs = {name: results_of(results / name) for name in ("all", "stochastic", "monocular")}
-    record("kitti_clip_1.csv",
-              ["run", "selector", "ate_m", RPE, ROE, "rpe_percent", "rpe_ci95", "roe_percent", "roe_ci95",
-               "rpe_1s_m_per_s", "roe_1s_deg_per_s", "tracked_percent",
-               *(f"{stage}_ms" for stage in ("base", *STAGES, "total")), "inliers", "selected", "efficiency"],
-              (clip_record(name, e) for name, run in runs.items() for e in run))  # fmt: skip
-    greedy, stochastic = (find(runs[name], "md") for name in ("all", "stochastic"))
-    of = lambda e: (f"{e['ms']['selection']:.3f} ms, efficiency {e['efficiency']:.3f}, RPE {e[RPE]:.4f} m/s and "
-                    f"ROE {e[ROE]:.4f} deg/s")
-    rewrite(PAGE, "clip", paragraph(
-        f"Beyond the 95 % interval, compared with `inl`, RPE is {beyond(runs['all'], 'rpe')}; "
-        f"ROE is {beyond(runs['all'], 'roe')}. Lazy greedy takes {of(greedy)}; "
-        f"stochastic greedy, ε = 0.1, {of(stochastic)}."))  # fmt: skip
-    shutil.copy(results / "all/trajectory.svg", ROOT / "docs/images/tracker_trajectory.svg")
-
-
-def write_rest(results):
-    lines = (results / "rest/md/trajectory_tum.txt").read_text().splitlines()
-    poses = [line.split() for line in lines if line[0] != "#"]
-    drift = max(math.hypot(*(float(x) for x in pose[1:4])) for pose in poses)
-    active, md = (find(results_of(results / "rest"), one) for one in ("active", "md"))
-    keyframes = sum(row["keyframe"] == "1" for row in rows_of(results / "rest/md/frames.csv"))
-    rewrite(PAGE, "rest", paragraph(
-        f"Over {float(poses[-1][0]) - float(poses[0][0]):.1f} s the camera seems to move by {1000 * drift:.1f} mm at "
-        f"most (`md`), and {keyframes} keyframe(s) are made: matching takes {md['ms']['matching']:.2f} ms with `md`, "
-        f"{active['ms']['matching']:.2f} ms with `active`."))  # fmt: skip
+    rewrite(PAGE, "models", table(["x", *SETS], rows))
 
 
 def main():
     results = pathlib.Path(sys.argv[1])
-    if "--mean-budgets" in sys.argv:
-        print(mean_budgets(results / "targets" / sys.argv[3]))
-        return
-    summary = every(results, "summary")
-    if set(summary) != set(SETS):
-        sys.exit(f"{results}/summary: expected the sets {', '.join(SETS)}; tracker_page records them")
-    write_errors(results, summary)
-    write_goals(summary)
-    write_weights(results)
-    write_noise(results)
-    write_targets(results)
-    write_active(results)
-    write_clip(results)
-    write_rest(results)
+    missing = [name for name in SETS if not (results / "stereo" / name / "same_frame.json").exists()]
+    if missing:
+        sys.exit(f"{results}/stereo: expected the sets {', '.join(missing)}; tracker_page records them")
+    for write in (write_noise_of_matches, write_same_frames, write_truth, write_monocular, write_weights, write_matching,
+                  write_times, write_whole_runs, write_noise):  # fmt: skip
+        write(results)
 
 
 main()

@@ -55,9 +55,9 @@ TEST_F(RgbdProgram, tracks_a_rendered_folder) {
 TEST_F(RgbdProgram, tells_of_black_frames_and_counts_them_but_does_without_depth) {
   write_image("images/rgb/2.png", RenderedWorld::blank().left);
   write_image("images/depth/3.png", cv::Mat(RenderedWorld::height, RenderedWorld::width, CV_16U, cv::Scalar(0)));
-  const Outcome outcome = track("--selectors md --features 500");
+  const Outcome outcome = track("--selectors inl --features 500");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(outcome.err.rfind("stereo_odometry: md: frame 2: ", 0), 0U) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("stereo_odometry: inl: frame 2: ", 0), 0U) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_NEAR(summary()[0]["tracked_percent"], 80, 1e-9);
 }

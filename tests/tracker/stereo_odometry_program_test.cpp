@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The program from the outside: the files it writes, its output, and its refusals.
+#include "sim/evaluation/report.hpp"
 #include "sim/feature_selector.hpp"
+#include "sim/frame_reader.hpp"
 #include "sim/trajectory.hpp"
 #include "tests/support/program.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -77,7 +80,7 @@ class StereoProgram : public Program {
 
 std::vector<std::string> selectors() {
   std::vector<std::string> names = sim::names_of(sim::selector_kinds);
-  names.emplace_back("active");
+  names.insert(names.end(), {"active", "active_random"});
   return names;
 }
 
@@ -101,7 +104,8 @@ void expect_complete(const nlohmann::json& entry) {
 }
 
 TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) {
-  const Outcome outcome = run("--dataset images --output results --features 500 --runs 2 --budget 60 --overlays 2");
+  const Outcome outcome = run("--dataset images --output results --features 500 --runs 2 --budget 60 --overlays 2 " +
+                              ("--selectors " + sim::joined(selectors(), ",")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(draw("trajectories", "results").exit_code, 0);
@@ -174,9 +178,9 @@ TEST_F(StereoProgram, does_without_a_truth) {
 
 TEST_F(StereoProgram, tells_frames_that_show_nothing_and_goes_on) {
   write_image(image("l", 2), RenderedWorld::blank().left);
-  const Outcome outcome = track("--selectors md --overlays 1");
+  const Outcome outcome = track("--selectors inl --overlays 1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(outcome.err.rfind("stereo_odometry: md: frame 2: ", 0), 0U) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("stereo_odometry: inl: frame 2: ", 0), 0U) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_NEAR(summary()[0]["tracked_percent"], 80, 1e-9);
 }
@@ -244,24 +248,73 @@ TEST_F(StereoProgram, refuses_an_output_folder_that_cannot_be_made) {
   expect_refused(run("--dataset images --output file --selectors md"), "file: cannot be made");
 }
 
-TEST_F(StereoProgram, stops_at_targets_of_efficiency) {
-  const Outcome outcome = track("--selectors md,inl --budget 50 --target-efficiency 0.6,0.9 --frames 4");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const nlohmann::json found = summary();
-  ASSERT_EQ(found.size(), 4U);
-  EXPECT_EQ(found[0]["budget"], 50);
-  EXPECT_TRUE(found[0]["target_efficiency"].is_null());
-  EXPECT_EQ(found[1]["target_efficiency"], 0.6);
-  EXPECT_TRUE(found[1]["budget"].is_null());
-  EXPECT_LT(found[1]["selected"], found[2]["selected"]) << "0.9 selects more than 0.6";
-  EXPECT_LT(found[2]["selected"], found[3]["selected"]) << "and fewer than all";
-  EXPECT_LE(found[1]["selected_min"], found[1]["selected_max"]);
-  EXPECT_TRUE(fs::exists(path("results/md_efficiency_0.6/frames.csv")));
-  for (const auto& entry : found) {
-    if (entry["selector"] == "inl") continue;
-    EXPECT_TRUE(entry["against"].contains("inl"));
-    EXPECT_TRUE(entry["against"]["inl"]["rpe"]["ci95"].is_number());
+// Numbers within rounding, because a file has 1 / sigma^2 where the tracker has sigma.
+void expect_same(const nlohmann::json& a, const nlohmann::json& b, const std::string& place) {
+  if (a.is_number() && b.is_number()) {
+    EXPECT_NEAR(a.get<double>(), b.get<double>(), 1e-6 * std::abs(a.get<double>())) << place;
+  } else if (a.is_structured()) {
+    ASSERT_EQ(a.size(), b.size()) << place;
+    for (const auto& [key, value] : a.items()) {
+      expect_same(value, a.is_object() ? b.at(key) : b.at(std::stoul(key)), place + '/' + key);
+    }
+  } else {
+    EXPECT_EQ(a, b) << place;
   }
+}
+
+TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
+  for (const std::string options : {"", "--weights measurement --residuals monocular"}) {
+    SCOPED_TRACE(options);
+    const std::string folder = options.empty() ? "recorded" : "recorded/monocular";
+    const Outcome outcome = track("--selectors md --overlays 0 --record " + folder + " " + options);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto written = nlohmann::json::parse(contents_of(path("results/same_frame.json")));
+    EXPECT_EQ(written["frames"], frames - 1) << "the first begins the map";
+    EXPECT_NE(outcome.out.find(std::string(written["verdict"])), std::string::npos);
+    const std::vector<sim::Frame> recorded = sim::read_frames(path(folder));
+    sim::EvaluationOptions how;
+    how.weighting = options.empty() ? Weighting::measurement_and_map : Weighting::measurement;
+    expect_same(written, nlohmann::json::parse(to_json(evaluate({recorded}, how, 1)).dump()), "same_frame.json");
+    for (const sim::Frame& frame : recorded) {
+      EXPECT_TRUE(frame.T_cw_true && frame.has_quality && frame.has_selection);
+      EXPECT_EQ(frame.width, RenderedWorld::width);
+      EXPECT_EQ(frame.camera.third() == ThirdMeasurement::stereo, options.empty());
+      EXPECT_EQ(frame.map_covariances.size(), frame.matches.size());
+    }
+  }
+}
+
+TEST_F(StereoProgram, compares_orders_of_matching_on_the_same_frames) {
+  ASSERT_EQ(track("--selectors active_random --budget 60 --overlays 0").exit_code, 0);
+  EXPECT_EQ(summary()[1]["selector"], "inl") << "always";
+  const auto list = nlohmann::json::parse(contents_of(path("results/matching.json")));
+  std::set<std::string> orders;
+  for (const auto& entry : list) {
+    orders.insert(entry["order"]);
+    EXPECT_LE(entry["frames"], frames - 1) << "those with more inliers than the budget";
+    EXPECT_EQ(entry["frames"] == frames - 1, entry["budget"] <= 100);
+    EXPECT_LE(entry["matched"], entry["budget"]);
+    EXPECT_GE(entry["searched"], entry["matched"]);
+    EXPECT_LE(entry["translation_mm"]["low"], entry["translation_mm"]["high"]);
+    EXPECT_EQ(entry.contains("rotation_of_random_order"), entry["order"] == "active");
+  }
+  EXPECT_EQ(orders, std::set<std::string>({"active", "active_random", "md", "random"}));
+}
+
+TEST_F(StereoProgram, compares_nothing_where_nothing_is_tracked) {
+  const Outcome outcome = track("--selectors md --frames 1 --overlays 0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("inl tracks no frame"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(path("results/same_frame.json")));
+}
+
+TEST_F(StereoProgram, mixes_no_recordings) {
+  fs::create_directories(path("recorded"));
+  write("recorded/frame_000007.csv", "");
+  expect_refused(track("--record recorded"), "recorded: holds frame_000007.csv; expected a folder without");
+  write("file", "");
+  expect_refused(track("--record file"), "file: cannot be made");
+  expect_refused(track("--record ''"), "--record");
 }
 
 TEST_F(StereoProgram, writes_residuals) {
@@ -283,12 +336,9 @@ TEST_F(StereoProgram, noise_is_used) {
 }
 
 TEST_F(StereoProgram, refuses_options_that_change_nothing) {
-  expect_refused(track("--selectors random --target-efficiency 0.5"), "--target-efficiency");
   expect_refused(track("--selectors md --tau 1"), "--tau");
   expect_refused(track("--selectors md --slack 3"), "--slack");
   expect_refused(track("--selectors md --noise constant --noise-growth 0.1"), "--noise-growth");
-  expect_refused(track("--selectors md --target-efficiency 1.5"), "--target-efficiency");
-  expect_refused(track("--selectors md --target-efficiency 0.5,0.5"), "--target-efficiency");
 }
 
 }  // namespace

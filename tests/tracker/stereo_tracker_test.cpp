@@ -35,6 +35,8 @@ TEST_F(StereoTracking, follows_the_truth_when_it_matches_in_the_order_of_informa
     TrackerOptions options = active_options();
     options.batch = batch;
     expect_follows_the_truth(options);
+    options.random_order = true;
+    expect_follows_the_truth(options);
   }
 }
 
@@ -48,9 +50,11 @@ TEST_F(StereoTracking, follows_the_truth_with_residuals_of_two_rows) {
 }
 
 TEST_F(StereoTracking, active_matching_searches_less_and_uses_all_that_it_matches) {
-  const std::vector<FrameResult> all = track(tracker_options(SelectorKind::md)), active = track(active_options());
-  for (std::size_t i = 1; i < frames; ++i) {
-    const FrameResult& result = active[i];
+  const std::vector<FrameResult> all = track(tracker_options(SelectorKind::md));
+  const std::vector<FrameResult> active = track(active_options()), random = track(random_order_options());
+  for (std::size_t n = 0; n < 2 * (frames - 1); ++n) {
+    const std::size_t i = 1 + n / 2;
+    const FrameResult& result = n % 2 == 0 ? active[i] : random[i];
     EXPECT_EQ(result.selected.size(), tracking_budget) << "more points than the budget are found";
     for (std::uint32_t m = 0; m < result.selected.size(); ++m)
       EXPECT_EQ(result.selected[m], m) << "selected in the order of matching";
@@ -147,8 +151,8 @@ void expect_same(const FrameResult& a, const FrameResult& b) {
 
 TEST_F(StereoTracking, gives_the_same_to_the_last_bit_with_any_threads) {
   const int opencv_threads = cv::getNumThreads();
-  for (TrackerOptions options :
-       {tracker_options(SelectorKind::md), tracker_options(SelectorKind::random), active_options()}) {
+  for (TrackerOptions options : {tracker_options(SelectorKind::md), tracker_options(SelectorKind::random),
+                                 active_options(), random_order_options()}) {
     cv::setNumThreads(1);
     const std::vector<FrameResult> expected = track(options);
     for (const int threads : {1, 2}) {

@@ -40,6 +40,12 @@ TrackerOptions active_options(std::size_t budget) {
   return options;
 }
 
+TrackerOptions random_order_options(std::size_t budget) {
+  TrackerOptions options = active_options(budget);
+  options.random_order = true;
+  return options;
+}
+
 double degrees(double rad) { return rad * 180 / M_PI; }
 
 void Replay::add(const FrameResult& result, const StereoFeatures& features) {

@@ -15,6 +15,7 @@ constexpr std::size_t tracking_budget = 60;
 
 stereo_odometry::TrackerOptions tracker_options(sim::SelectorKind kind, std::size_t budget = tracking_budget);
 stereo_odometry::TrackerOptions active_options(std::size_t budget = tracking_budget);
+stereo_odometry::TrackerOptions random_order_options(std::size_t budget = tracking_budget);
 
 double degrees(double rad);
 

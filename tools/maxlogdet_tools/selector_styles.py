@@ -26,6 +26,7 @@ STYLES = {
     "shared_cells": ("#8e44ad", "dt 1 lw 2 pt 5"),
     "shared_keyframes": (Colour.BLUE, "dt 1 lw 2 pt 7"),
     "active": ("#8a2be2", "dt 1 lw 2 pt 12"),
+    "active_random": ("#8a2be2", "dt 3 lw 1.5 pt 1"),
 }
 OTHER = ("#404040", "dt 1 lw 1 pt 6")
 
