@@ -85,7 +85,7 @@ TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {
   Random random;
   SCOPED_TRACE(random.name());
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 4, 60);
-  const std::set<std::string> usual = {"md", "md_cells", "shared_cells", "bucket", "random"};
+  const std::set<std::string> usual = {"md", "md_spread", "md_cells", "bucket", "random"};
   EXPECT_EQ(selectors_of(sim::evaluate({frames}, small_options(), 1)), usual);
   for (std::size_t i = 0; i < 3; ++i) frames[i].has_quality = frames[i].has_selection = true;
   EXPECT_EQ(selectors_of(sim::evaluate({frames}, small_options(), 1)), usual) << "the last frame does not";
@@ -94,9 +94,7 @@ TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {
   all.insert({"quality", "own"});
   EXPECT_EQ(selectors_of(sim::evaluate({frames}, small_options(), 1)), all);
   const std::vector<Frame> of_depth = recording(random, FrameKind::depth, 4, 60);
-  std::set<std::string> some = usual;
-  some.erase("shared_cells");
-  EXPECT_EQ(selectors_of(sim::evaluate({of_depth}, small_options(), 1)), some);
+  EXPECT_EQ(selectors_of(sim::evaluate({of_depth}, small_options(), 1)), usual);
 }
 
 TEST(EvaluationOfFrames, has_rows_of_the_frames_with_more_inliers_than_the_budget) {

@@ -33,7 +33,7 @@ inline Interval widened(const Interval& interval, double value, double factor) {
 inline EvaluationOptions short_options() {
   EvaluationOptions options;
   options.contestants = {{"md", SelectorKind::md, false},
-                         {"md_cells", SelectorKind::md_cells, false},
+                         {"md_spread", SelectorKind::md_spread, false},
                          {"bucket", SelectorKind::bucket, false},
                          {"random", SelectorKind::random, false}};
   options.budgets = {30, 60, 100};
