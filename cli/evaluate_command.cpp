@@ -62,18 +62,19 @@ void EvaluateArguments::add_to(CLI::App& command) {
 // Files of one folder, named one after the other, are one recording.
 std::vector<std::vector<sim::Frame>> read_recordings(const std::vector<std::string>& inputs) {
   std::vector<std::vector<sim::Frame>> recordings;
-  std::string folder_of_files;
-  for (const std::string& input : inputs) {
+  for (std::size_t i = 0; i < inputs.size();) {
     std::error_code error;
-    if (std::filesystem::is_directory(input, error)) {
-      recordings.push_back(sim::read_frames(input));
-      folder_of_files.clear();
+    if (std::filesystem::is_directory(inputs[i], error)) {
+      recordings.push_back(sim::read_frames(inputs[i++]));
       continue;
     }
-    const std::string folder = std::filesystem::path(input).parent_path().string() + "/";
-    if (folder != folder_of_files) recordings.emplace_back();
-    folder_of_files = folder;
-    recordings.back().push_back(sim::read_frame(input));
+    const auto folder_of = [](const std::string& file) { return std::filesystem::path(file).parent_path(); };
+    std::vector<std::string> files;
+    do {
+      files.push_back(inputs[i++]);
+    } while (i < inputs.size() && !std::filesystem::is_directory(inputs[i], error) &&
+             folder_of(inputs[i]) == folder_of(files[0]));
+    recordings.push_back(sim::read_frames(files));
   }
   return recordings;
 }

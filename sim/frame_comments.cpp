@@ -81,11 +81,11 @@ void read_image(const TextFile& file, std::string_view values, Frame& frame) {
   frame.height = static_cast<double>(height);
 }
 
-// The number behind a prefix, as in camera0.
+// The number behind a prefix, as in camera0; camera00 is another name.
 std::optional<std::size_t> number_behind(const std::string& prefix, const std::string& name) {
   if (name.compare(0, prefix.size(), prefix) != 0 || name.size() == prefix.size()) return std::nullopt;
   const std::optional<std::int64_t> number = whole_number(std::string_view(name).substr(prefix.size()));
-  if (!number || *number < 0) return std::nullopt;
+  if (!number || *number < 0 || prefix + std::to_string(*number) != name) return std::nullopt;
   return static_cast<std::size_t>(*number);
 }
 

@@ -194,13 +194,17 @@ Frame read_frame(const std::string& file) {
   return std::move(frames.front());
 }
 
+std::vector<Frame> read_frames(const std::vector<std::string>& files) {
+  std::vector<Frame> frames;
+  for (const std::string& file : files) frames.push_back(FrameReader(file).read());
+  complete_sizes(frames);
+  return frames;
+}
+
 std::vector<Frame> read_frames(const std::string& file_or_folder) {
   std::error_code error;
   if (!std::filesystem::is_directory(file_or_folder, error)) return {read_frame(file_or_folder)};
-  std::vector<Frame> frames;
-  for (const auto& file : files_of(file_or_folder, "frame_", ".csv")) frames.push_back(FrameReader(file).read());
-  complete_sizes(frames);
-  return frames;
+  return read_frames(files_of(file_or_folder, "frame_", ".csv"));
 }
 
 }  // namespace maxlogdet::sim

@@ -65,8 +65,8 @@ Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match&
   const Eigen::Matrix3d J =
       is_pinhole ? point_jacobian(camera, T_cw, match) : point_jacobian_of_any(camera, T_cw, match);
   Eigen::Matrix3d S = J * map_covariance * J.transpose();
-  S.diagonal().array() += variance_of(match);
-  if (!is_pinhole) S(2, 2) += camera.depth_sigma * camera.depth_sigma - variance_of(match);
+  S.diagonal().head<2>().array() += variance_of(match);
+  S(2, 2) += is_pinhole ? variance_of(match) : camera.depth_sigma * camera.depth_sigma;
   return inverse_root(S, uses_third && (is_pinhole ? !(match.u_right < 0) : match.depth > 0));
 }
 

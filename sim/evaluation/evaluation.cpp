@@ -87,6 +87,7 @@ double matches_worth(const std::vector<std::size_t>& counts, const std::vector<d
   for (std::size_t i = 1; i < counts.size(); ++i) {
     const double below = std::min(values[i], above);
     if (target >= below) {
+      if (std::isinf(above)) return static_cast<double>(counts[i]);  // fewer give no pose
       const double share = above > below ? (above - target) / (above - below) : 0;
       const double from = 1 / static_cast<double>(counts[i - 1]), to = 1 / static_cast<double>(counts[i]);
       return 1 / (from + share * (to - from));

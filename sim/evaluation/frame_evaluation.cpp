@@ -29,6 +29,7 @@ class FrameEvaluator {
     pose_.huber_monocular = std::sqrt(usual.chi2_monocular);
     pose_.huber_stereo = std::sqrt(usual.chi2_stereo);
     pose_.max_iterations = 20;
+    pose_.stereo = frame.camera.third() != ThirdMeasurement::none;
     whiten_matches();
   }
 
@@ -67,6 +68,7 @@ class FrameEvaluator {
     RejectionOptions rejection;
     rejection.chi2_monocular *= gate;
     rejection.chi2_stereo *= gate;
+    rejection.stereo = pose_.stereo;
     std::vector<std::uint32_t> matches(frame_.matches.size());
     std::iota(matches.begin(), matches.end(), 0U);
     const Rejection rejected =

@@ -208,6 +208,7 @@ class Tracked {
       weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
     }
     good_.is_weighted = kind == 2;
+    good_.spread = kind == 3 ? 0 : 1.5;  // of the next frame
     good_.judge(T_cw_);
     good_.share_of_all();
     for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
@@ -228,6 +229,8 @@ class Tracked {
   void add(std::size_t i, int kind) {
     FeatureMatch match;
     std::copy_n(frame_.matches[i].point, 3, match.point);
+    match.measured[0] = frame_.matches[i].u;
+    match.measured[1] = frame_.matches[i].v;
     if (frame_.matches[i].is_stereo()) match.third = frame_.matches[i].u_right;
     if (kind == 1 && i % 2 == 1) match.covariance = covariance_;
     if (kind == 4) match.jacobian = jacobian_;

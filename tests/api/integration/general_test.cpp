@@ -156,6 +156,8 @@ void gather(const sim::Frame& frame, GoodFeatures& good) {
   for (const sim::Match& m : frame.matches) {
     FeatureMatch match;
     std::copy(std::begin(m.point), std::end(m.point), match.point);
+    match.measured[0] = m.u;
+    match.measured[1] = m.v;
     if (m.is_stereo()) match.third = m.u_right;
     match.sigma = 1 / std::sqrt(m.inv_sigma2);
     good.add(match);
@@ -187,28 +189,28 @@ TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_nee
   EXPECT_FALSE(good.is_target_reached());
 }
 
-TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_twice_an_even_share) {
+// GoodFeatures and a Selector select the same, and no two matches of a cell.
+TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_one_match) {
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
   GoodFeatures good(1000);
+  spread_over_image(good);
   gather(frame, good);
-  std::vector<std::uint32_t> cells;
-  for (const sim::Match& match : frame.matches) {
-    cells.push_back(image_cell(match.u, match.v, frame.width, frame.height));
-  }
+  std::vector<double> uv;
+  for (const sim::Match& match : frame.matches) uv.insert(uv.end(), {match.u, match.v});
   Options options = with_budget(100);
   ASSERT_EQ(good.select(options), Status::ok);
-  const auto max_of_a_cell = [&] {
-    std::vector<std::size_t> counts(80);
-    for (std::size_t i = 0; i < good.size(); ++i) counts[cells[i]] += good.is_selected(i) ? 1 : 0;
-    return *std::max_element(counts.begin(), counts.end());
-  };
-  const std::size_t without = max_of_a_cell();
-  gather(frame, good);
-  spread_over_image(cells, options);
-  ASSERT_EQ(good.select(options), Status::ok);
-  EXPECT_LE(max_of_a_cell(), options.max_per_group);
-  EXPECT_LT(max_of_a_cell(), without);
   EXPECT_EQ(good.selected_count(), 100U);
+
+  ImageCells cells(1000);
+  spread_over_image(cells, uv, options);
+  std::vector<int> selected_of_cell(cells.count());
+  for (std::size_t i = 0; i < good.size(); ++i) selected_of_cell[cells.groups()[i]] += good.is_selected(i) ? 1 : 0;
+  EXPECT_EQ(cells.count(), 150U);
+  EXPECT_LE(*std::max_element(selected_of_cell.begin(), selected_of_cell.end()), 1);
+  Selector selector(1000);
+  const Selection selection = selector.select(good.blocks(), options);
+  ASSERT_EQ(selection.size, 100U);
+  for (const std::uint32_t i : selection) EXPECT_TRUE(good.is_selected(i)) << i;
 }
 
 // Points that were seen once in stereo, and their covariances.

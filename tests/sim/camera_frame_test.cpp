@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+// Linearised matches, whitening and poses of cameras of any model, rigs and depths.
+#include "sim/match_noise.hpp"
+#include "sim/outlier_rejection.hpp"
+#include "sim/pose_optimizer.hpp"
+#include "sim/projection.hpp"
+
+#include "tests/sim/noisy_frame.hpp"
+#include "tests/sim/simulated_frames.hpp"
+#include "tests/support/camera_oracle.hpp"
+#include "tests/support/decompositions.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/numbers.hpp"
+
+#include <functional>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::LinearizedMatch;
+using sim::Vector6;
+
+class FrameOf : public ::testing::TestWithParam<FrameKind> {
+ protected:
+  FrameOf() : frame_(simulated_frame(random_, GetParam(), 80)), T_cw_(sim::pose_of(frame_.T_cw_prior)) {}
+
+  Random random_;
+  Frame frame_;
+  Pose T_cw_;
+};
+
+INSTANTIATE_TEST_SUITE_P(EveryKind, FrameOf, ::testing::ValuesIn(frame_kinds),
+                         [](const auto& of) { return to_string(of.param); });
+
+// u, v, and u_right or depth, by the models' papers in long double.
+Eigen::Vector3d measurement_of(const Frame& frame, const Pose& T_cw, const Match& match) {
+  const RigCamera by = seen_by(frame.camera, match);
+  const Eigen::Vector3d p = to_pose(by.T_cb) * (T_cw * Eigen::Map<const Eigen::Vector3d>(match.point));
+  const WideVector2 uv = image_of(by.camera, p.cast<long double>());
+  const auto u = static_cast<double>(uv.x()), v = static_cast<double>(uv.y());
+  if (match.is_stereo()) return {u, v, u - frame.camera.bf / p.z()};
+  return {u, v, match.depth > 0 ? p.z() : 0};
+}
+
+TEST_P(FrameOf, residuals_are_measurements_less_their_prediction) {
+  SCOPED_TRACE(random_.name());
+  std::size_t of_three_rows = 0;
+  for (Match& match : frame_.matches) {
+    match.u += 3;
+    match.v -= 4;
+    if (match.is_stereo()) match.u_right += 5;
+    if (match.depth > 0) match.depth += 0.1;
+    LinearizedMatch at;
+    ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, true, at));
+    const double third = match.is_stereo() ? 5 : match.depth > 0 ? 0.1 : 0;
+    EXPECT_LT((at.residual - Eigen::Vector3d(3, -4, third)).norm(), 1e-9);
+    EXPECT_EQ(at.rows, match.has_third() ? 3 : 2);
+    of_three_rows += match.has_third();
+    const double sigma_3 = match.is_stereo() ? 1 / std::sqrt(match.inv_sigma2) : frame_.camera.depth_sigma;
+    const double of_third = third == 0 ? 0 : std::pow(third / sigma_3, 2);
+    EXPECT_NEAR(chi2(frame_.camera, T_cw_, match, true), 25 * match.inv_sigma2 + of_third, 1e-7);
+    EXPECT_NEAR(chi2(frame_.camera, T_cw_, match, false), 25 * match.inv_sigma2, 1e-8);
+    ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, false, at));
+    EXPECT_EQ(at.rows, 2);
+    EXPECT_EQ(at.H_x.row(2).norm(), 0);
+  }
+  const bool has_third = GetParam() == FrameKind::stereo || GetParam() == FrameKind::depth;
+  EXPECT_EQ(of_three_rows > 0, has_third);
+}
+
+TEST_P(FrameOf, jacobians_are_derivatives) {
+  SCOPED_TRACE(random_.name());
+  constexpr double h = 1e-5;
+  for (const Match& match : frame_.matches) {
+    LinearizedMatch at;
+    ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, true, at));
+    Eigen::Matrix<double, 3, 6> H_x;
+    for (int i = 0; i < 6; ++i) {
+      const Vector6 step = h * Vector6::Unit(i);
+      H_x.col(i) = (measurement_of(frame_, sim::exp_se3(step) * T_cw_, match) -
+                    measurement_of(frame_, sim::exp_se3(-step) * T_cw_, match)) /
+                   (2 * h);
+    }
+    Eigen::Matrix3d H_p;
+    for (int i = 0; i < 3; ++i) {
+      Match ahead = match, behind = match;
+      ahead.point[i] += h;
+      behind.point[i] -= h;
+      H_p.col(i) = (measurement_of(frame_, T_cw_, ahead) - measurement_of(frame_, T_cw_, behind)) / (2 * h);
+    }
+    EXPECT_LT(largest_difference(at.H_x, H_x), 1e-5) << "of some 1000 px";
+    EXPECT_LT(largest_difference(at.H_p, H_p), 1e-5);
+  }
+}
+
+TEST_P(FrameOf, blocks_of_the_library_are_whitened_rows) {
+  SCOPED_TRACE(random_.name());
+  for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+    for (std::size_t i = 0; i < frame_.matches.size(); ++i) set_covariance(frame_, i, random_covariance(random_, 0.1));
+    BlockOptions options;
+    options.weighting = weighting;
+    options.third = frame_.camera.third();
+    if (frame_.camera.depth_sigma > 0) options.depth_sigma = frame_.camera.depth_sigma;
+    BlockStore blocks;
+    ASSERT_TRUE(sim::build_blocks(frame_, options, blocks).is_done());
+    for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
+      const Match& match = frame_.matches[i];
+      LinearizedMatch at;
+      ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, true, at));
+      const Eigen::Matrix3d W =
+          weighting == Weighting::measurement
+              ? measurement_whitening(frame_.camera, match).matrix()
+              : whitening_of(frame_.camera, T_cw_, match, true, covariance_of(frame_, i)).matrix();
+      const Eigen::MatrixXd H = (W * at.H_x).topRows(at.rows);
+      const Eigen::MatrixXd expected = gram(H);
+      EXPECT_LT(largest_difference(gram(stored_block(blocks, i)), expected), 1e-6 * largest_entry(expected));
+    }
+  }
+}
+
+TEST_P(FrameOf, whitening_makes_the_covariance_of_residuals_the_identity) {
+  SCOPED_TRACE(random_.name());
+  for (const Match& match : frame_.matches) {
+    for (const bool uses_third : {false, true}) {
+      const Eigen::Matrix3d map_covariance = random_covariance(random_, 0.2, 1e-6);
+      LinearizedMatch at;
+      ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, uses_third, at));
+      const Eigen::MatrixXd H_p = at.H_p.topRows(at.rows);
+      Eigen::MatrixXd covariance = product(H_p, product(map_covariance, H_p.transpose()));
+      covariance.diagonal().array() += 1 / match.inv_sigma2;
+      if (at.rows == 3 && match.depth > 0) {
+        covariance(2, 2) += std::pow(frame_.camera.depth_sigma, 2) - 1 / match.inv_sigma2;
+      }
+      const Eigen::Matrix3d W = whitening_of(frame_.camera, T_cw_, match, uses_third, map_covariance).matrix();
+      const Eigen::MatrixXd used = W.topLeftCorner(at.rows, at.rows);
+      const Eigen::VectorXd spectrum = singular_values(covariance);
+      const double condition = spectrum(0) / spectrum(at.rows - 1);
+      EXPECT_LT(largest_difference(product(used, product(covariance, used.transpose())),
+                                   Eigen::MatrixXd::Identity(at.rows, at.rows)),
+                1e-12 * condition);
+      EXPECT_TRUE(W.isLowerTriangular(0));
+      if (at.rows == 2) {
+        EXPECT_EQ(W.row(2).norm(), 0);
+      }
+    }
+  }
+}
+
+TEST_P(FrameOf, the_optimiser_finds_the_pose_of_exact_data) {
+  SCOPED_TRACE(random_.name());
+  for (const PoseMethod method : {PoseMethod::gauss_newton, PoseMethod::levenberg_marquardt}) {
+    for (const bool weighs_map : {false, true}) {
+      const Pose start = random_pose(random_, 0.2, 0.03) * T_cw_;
+      const std::vector<Whitening> whitenings =
+          weighs_map ? whitenings_of(frame_, start, true, 0.05) : std::vector<Whitening>();
+      const PoseEstimate estimate =
+          optimize_pose(frame_.camera, frame_.matches, all_matches(frame_), start, precise(method), whitenings);
+      EXPECT_EQ(estimate.status, PoseStatus::converged);
+      EXPECT_LT(difference(estimate.T_cw, T_cw_).lpNorm<Eigen::Infinity>(), 1e-9);
+      EXPECT_LT(estimate.cost, 1e-15);
+    }
+  }
+}
+
+TEST_P(FrameOf, information_and_cost_are_those_of_whitened_rows) {
+  SCOPED_TRACE(random_.name());
+  add_errors(random_, frame_, 2);
+  for (const double huber : {0.0, 2.0}) {
+    for (const bool weighs_map : {false, true}) {
+      PoseOptions options = precise(PoseMethod::levenberg_marquardt);
+      options.huber_monocular = huber;
+      options.huber_stereo = 1.2 * huber;
+      const std::vector<Whitening> whitenings =
+          weighs_map ? whitenings_of(frame_, T_cw_, true, 0.05) : std::vector<Whitening>();
+      const PoseEstimate estimate =
+          optimize_pose(frame_.camera, frame_.matches, all_matches(frame_), T_cw_, options, whitenings);
+      ASSERT_EQ(estimate.status, PoseStatus::converged);
+      Matrix6 information = Matrix6::Zero();
+      Vector6 gradient = Vector6::Zero();
+      double cost = 0;
+      for (const std::uint32_t i : all_matches(frame_)) {
+        const Match& match = frame_.matches[i];
+        LinearizedMatch at;
+        ASSERT_TRUE(linearize(frame_.camera, estimate.T_cw, match, true, at));
+        const Eigen::Matrix3d W =
+            (weighs_map ? whitenings[i] : sim::measurement_whitening(frame_.camera, match)).matrix();
+        const Eigen::MatrixXd H = W * at.H_x;
+        const Eigen::Vector3d e = W * at.residual;
+        const double threshold = huber == 0 ? infinity : at.rows == 3 ? options.huber_stereo : options.huber_monocular;
+        const double weight = std::min(1.0, threshold / e.norm());
+        information += weight * gram(H);
+        gradient += weight * H.transpose() * e;
+        cost += weight == 1 ? e.squaredNorm() / 2 : threshold * (e.norm() - threshold / 2);
+        const Whitening* const whitening = weighs_map ? &whitenings[i] : nullptr;
+        EXPECT_NEAR(chi2(frame_.camera, estimate.T_cw, match, true, whitening), e.squaredNorm(),
+                    1e-9 * (1 + e.squaredNorm()));
+      }
+      EXPECT_LT(relative_difference(estimate.information, information), 1e-10);
+      EXPECT_NEAR(estimate.cost, cost, 1e-9 * cost);
+      for (int i = 0; i < 6; ++i) EXPECT_NEAR(gradient(i) / std::sqrt(information(i, i)), 0, 1e-6) << "the optimum";
+    }
+  }
+}
+
+// Residuals of the wrong matches are some hundred px.
+TEST_P(FrameOf, outliers_are_rejected) {
+  SCOPED_TRACE(random_.name());
+  add_errors(random_, frame_, 0.5);
+  Subset good;
+  for (const std::uint32_t i : all_matches(frame_)) {
+    if (i % 9 == 4) {
+      frame_.matches[i].v += 100;
+    } else {
+      good.push_back(i);
+    }
+  }
+  const auto rejection = reject_outliers(frame_.camera, frame_.matches, all_matches(frame_), T_cw_, {});
+  EXPECT_EQ(rejection.inliers, good);
+  const PoseEstimate expected = optimize_pose(frame_.camera, frame_.matches, good, T_cw_, precise());
+  EXPECT_LT(difference(rejection.estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), 1e-7);
+}
+
+TEST_P(FrameOf, matches_without_an_image_are_left_out) {
+  SCOPED_TRACE(random_.name());
+  add_errors(random_, frame_, 0.5);
+  const Subset good = all_matches(frame_);
+  const PoseEstimate expected = optimize_pose(frame_.camera, frame_.matches, good, T_cw_, precise());
+  const auto add = [&](const std::function<void(Match&)>& spoil) {
+    Match match = frame_.matches[0];
+    spoil(match);
+    LinearizedMatch at;
+    EXPECT_EQ(chi2(frame_.camera, T_cw_, match, true), infinity);
+    frame_.matches.push_back(match);
+  };
+  // On the axis behind the camera no model has an image.
+  const RigCamera by = seen_by(frame_.camera, frame_.matches[0]);
+  const Eigen::Vector3d behind = T_cw_.inverse() * (to_pose(by.T_cb).inverse() * Eigen::Vector3d(0, 0, -3));
+  add([&](Match& match) { std::copy_n(behind.data(), 3, match.point); });
+  for (const double bad : {nan, infinity}) {
+    add([&](Match& match) { match.point[1] = bad; });
+    add([&](Match& match) { match.u = bad; });
+    add([&](Match& match) { match.inv_sigma2 = bad; });
+  }
+  add([](Match& match) { match.inv_sigma2 = 0; });
+  for (const PoseMethod method : {PoseMethod::gauss_newton, PoseMethod::levenberg_marquardt}) {
+    const PoseEstimate estimate =
+        optimize_pose(frame_.camera, frame_.matches, all_matches(frame_), T_cw_, precise(method));
+    EXPECT_EQ(estimate.status, PoseStatus::converged);
+    EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), 1e-10);
+    EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
+  }
+}
+
+// The path of all models, on what has a path of its own.
+TEST(FrameCamera, a_pinhole_as_a_rig_of_one_gives_the_same_pose) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  for (std::size_t trial = trials(20); trial > 0; --trial) {
+    Frame frame = simulated_frame(random, FrameKind::monocular, 60);
+    add_errors(random, frame, 2);
+    Frame general = frame;
+    general.camera.rig = {RigCamera(Camera(frame.camera))};
+    EXPECT_TRUE(frame.camera.is_pinhole());
+    EXPECT_FALSE(general.camera.is_pinhole());
+    const Pose T_cw = sim::pose_of(frame.T_cw_prior), start = random_pose(random, 0.1, 0.02) * T_cw;
+    const Subset all = all_matches(frame);
+    for (const bool weighs_map : {false, true}) {
+      const bool damps = random.chance(0.5);
+      PoseOptions options = precise(damps ? PoseMethod::levenberg_marquardt : PoseMethod::gauss_newton);
+      const double tolerance = damps ? 1e-8 : 1e-9;  // where costs are compared, they resolve no less
+      options.huber_monocular = random.chance(0.5) ? 2 : 0;
+      std::vector<Whitening> whitenings, generally;
+      if (weighs_map) {
+        whitenings = whitenings_of(frame, start, true, 0.05);
+        generally = whitenings_of(general, start, true, 0.05);
+      }
+      const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all, start, options, whitenings);
+      const PoseEstimate estimate = optimize_pose(general.camera, general.matches, all, start, options, generally);
+      EXPECT_EQ(estimate.status, expected.status);
+      EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), tolerance);
+      EXPECT_LT(relative_difference(estimate.information, expected.information), tolerance);
+      EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
+      for (const std::uint32_t i : all) {
+        const double chi2_expected =
+            chi2(frame.camera, start, frame.matches[i], true, weighs_map ? &whitenings[i] : nullptr);
+        EXPECT_NEAR(chi2(general.camera, start, general.matches[i], true, weighs_map ? &generally[i] : nullptr),
+                    chi2_expected, 1e-9 * (1 + chi2_expected));
+      }
+    }
+  }
+}
+
+TEST(FrameCamera, a_rig_of_cameras_at_one_place_is_one_camera) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  Frame frame = simulated_frame(random, FrameKind::fisheye, 60);
+  add_errors(random, frame);
+  Frame rig = frame;
+  const Pose T_cb = random_pose(random, 1, 1);
+  rig.camera.rig.assign(3, RigCamera(frame.camera.rig[0].camera, RigidTransform(sim::to_rows(T_cb).data())));
+  for (Match& match : rig.matches) match.camera_id = static_cast<std::uint8_t>(random.index(3));
+  const Pose T_cw = sim::pose_of(frame.T_cw_prior);
+  const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all_matches(frame), T_cw, precise());
+  const PoseEstimate estimate =
+      optimize_pose(rig.camera, rig.matches, all_matches(rig), T_cb.inverse() * T_cw, precise());
+  EXPECT_LT(difference(T_cb * estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), 1e-9);
+  EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
+  rig.T_cw_prior = sim::to_rows(T_cb.inverse() * T_cw);
+  for (std::size_t i = 0; i < 60; ++i) {
+    const auto p = in_camera(rig, rig.matches[i]), expected_p = in_camera(frame, frame.matches[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(p[axis], expected_p[axis], 1e-10);
+  }
+}
+
+TEST(FrameCamera, a_depth_far_more_precise_than_a_pixel_keeps_its_weight) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  Frame frame = simulated_frame(random, FrameKind::depth, 20);
+  frame.camera.depth_sigma = 1e-3;
+  const Pose T_cw = sim::pose_of(frame.T_cw_prior);
+  for (Match& match : frame.matches) {
+    match.inv_sigma2 = 1e-14;  // of 10^7 px
+    const Whitening W = whitening_of(frame.camera, T_cw, match, true, Eigen::Matrix3d::Zero());
+    EXPECT_NEAR(W.w22, match.depth > 0 ? 1e3 : 0, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
