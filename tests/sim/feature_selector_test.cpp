@@ -40,7 +40,7 @@ TEST(FeatureSelector, budgets_and_rejection_are_those_of_its_kinds) {
     EXPECT_TRUE(has_budget(kind) && rejects_outliers(kind)) << to_string(kind);
     ++with_budget;
   }
-  EXPECT_EQ(with_budget, 12U);
+  EXPECT_EQ(with_budget, 13U);
   EXPECT_TRUE(!has_budget(K::inl) && rejects_outliers(K::inl));
   for (const K kind : {K::all, K::all_weighted}) EXPECT_TRUE(!has_budget(kind) && !rejects_outliers(kind));
 }
