@@ -13,7 +13,7 @@ from maxlogdet_tools.pages import paragraph, rewrite, table
 from maxlogdet_tools.project import ROOT
 
 BUDGETS = [30, 60, 100, 150, 200]
-SELECTORS = {"md": "Max-logDet", "md_cells": "Max-logDet, cells", "bucket": "random over cells", "random": "random"}
+SELECTORS = {"md": "Max-logDet", "md_spread": "Max-logDet, spread", "bucket": "random over cells", "random": "random"}
 USUAL = 100
 
 
