@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
       return fail(std::string(error.what()) + " (see maxlogdet --help, and --help of each command)");
     }
     if (program.get_subcommands().empty())
-      return fail("a command is missing: select, evaluate, simulate or info (maxlogdet --help)");
+      return fail("a command is missing: evaluate, select, simulate or info (maxlogdet --help)");
     return flush();
   } catch (const maxlogdet::sim::Interrupted& error) {
     fail(error.what());

@@ -133,13 +133,14 @@ void FrameComments::read(const std::string& name, std::string_view values, const
   } else {
     read_camera_of_rig(name, values, file, frame);
   }
-  if (has("fx,fy,cx,cy,bf") + has("camera") + has("camera0") > 1) {
+  const bool is_pinhole = has("fx,fy,cx,cy,bf"), is_single = has("camera"), is_rig = has("camera0");
+  if ((is_pinhole && is_single) || (is_pinhole && is_rig) || (is_single && is_rig)) {
     file.fail("one of the comments 'fx,fy,cx,cy,bf', 'camera' and 'camera 0'");
   }
 }
 
 void FrameComments::read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file,
-                                       Frame& frame) {
+                                       Frame& frame) const {
   FrameCamera& camera = frame.camera;
   if (name == "camera") {
     const Camera alone = camera_of(file, values);

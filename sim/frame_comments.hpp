@@ -30,7 +30,7 @@ class FrameComments {
   bool has_camera() const { return has("fx,fy,cx,cy,bf") || has("camera") || has("camera0"); }
 
  private:
-  void read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file, Frame& frame);
+  void read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file, Frame& frame) const;
 
   std::set<std::string> seen_;
 };

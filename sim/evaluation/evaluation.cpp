@@ -16,8 +16,10 @@ std::vector<std::size_t> curve_up_to(std::size_t most, const std::vector<std::si
   constexpr double step = 1.25;
   std::vector<std::size_t> curve;
   const std::size_t smallest = *std::min_element(budgets.begin(), budgets.end());
-  for (double at = std::max(static_cast<double>(smallest) / 2, 6.0); at < static_cast<double>(most); at *= step) {
+  double at = std::max(static_cast<double>(smallest) / 2, 6.0);
+  while (at < static_cast<double>(most)) {
     curve.push_back(static_cast<std::size_t>(at));
+    at *= step;
   }
   curve.push_back(most);
   return curve;

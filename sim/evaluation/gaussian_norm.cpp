@@ -10,17 +10,17 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr int nodes = 6;  // in height, and in azimuth
+constexpr std::size_t nodes = 6;  // in height, and in azimuth
 
 // Squares of the entries of u at the midpoints of cells of equal area of an octant.
 std::array<Eigen::Vector3d, nodes * nodes> squared_directions() {
   std::array<Eigen::Vector3d, nodes * nodes> squares;
-  for (int a = 0; a < nodes; ++a) {
-    const double z = (a + 0.5) / nodes;
-    for (int b = 0; b < nodes; ++b) {
-      const double azimuth = (b + 0.5) / nodes * pi / 2;
+  for (std::size_t a = 0; a < nodes; ++a) {
+    const double z = (static_cast<double>(a) + 0.5) / nodes;
+    for (std::size_t b = 0; b < nodes; ++b) {
+      const double azimuth = (static_cast<double>(b) + 0.5) / nodes * pi / 2;
       const double x = std::cos(azimuth), y = std::sin(azimuth), rest = 1 - z * z;
-      squares[static_cast<std::size_t>(nodes * a + b)] = {rest * x * x, rest * y * y, z * z};
+      squares[nodes * a + b] = {rest * x * x, rest * y * y, z * z};
     }
   }
   return squares;

@@ -45,7 +45,7 @@ struct Reference {
     Worth result;
     result.matches = matches_worth(counts, values([](const Product& product) { return product.value; }), of.value);
     std::vector<double> resampled;
-    for (std::size_t r = 0; r < of.resampled.size(); ++r) {
+    for (std::size_t r = 0; r < resample_count; ++r) {
       resampled.push_back(
           matches_worth(counts, values([r](const Product& product) { return product.resampled[r]; }), of.resampled[r]));
     }
