@@ -45,13 +45,14 @@ double predicted_quantile(const std::vector<Eigen::Vector3d>& variances, double 
   double low = 0, high = 0;
   for (const Eigen::Vector3d& each : variances) high = std::max(high, 10 * std::sqrt(std::max(each.maxCoeff(), 0.0)));
   constexpr double precision = 1e-4;
-  while (high - low > precision * high) {
+  const double smallest = 1e-9 * high;  // taken as 0, which it is where most variances are
+  while (high - low > precision * high && high > smallest) {
     const double middle = (low + high) / 2;
     double sum = 0;
     for (const Eigen::Vector3d& each : variances) sum += probability_within(each, middle);
     (sum < q * static_cast<double>(variances.size()) ? low : high) = middle;
   }
-  return high;
+  return high > smallest ? high : 0;
 }
 
 }  // namespace maxlogdet::sim

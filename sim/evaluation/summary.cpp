@@ -152,6 +152,7 @@ class Summarizer {
       ++row.frames;
       for (const Deviation& deviation : frames_[f].deviations[contestant][b]) {
         lengths.add(deviation, f);
+        if (!deviation.xi.allFinite()) continue;  // a pose that could not be optimised has no prediction
         translation_variances.push_back(deviation.translation_variances);
         rotation_variances.push_back(deviation.rotation_variances);
       }
@@ -276,40 +277,53 @@ class Summarizer {
     return summary;
   }
 
-  // Products of residuals of the same cell in frames that are at least ten apart, which have few points in common: of
-  // sums over ten frames, all products less those of a sum with itself and with its neighbours.
+  // Products of residuals of the same cell in frames of a recording that are at least ten apart, which have few points
+  // in common: of sums over ten frames, all products less those of a sum with itself and with its neighbours.
   double static_correlation() const {
-    constexpr std::size_t frames_together = 10;
-    struct Sums {
+    CellSums distant;
+    double squares = 0, matches = 0;
+    for (std::size_t first = 0, end = 0; first < frames_.size(); first = end) {
+      for (end = first + 1; end < frames_.size() && !is_first_[end];) ++end;
+      if (end - first < enough_frames) continue;
+      for (std::size_t cell = 0; cell < noise_grid.cells(); ++cell) add_distant_pairs(first, end, cell, distant);
+      for (std::size_t f = first; f < end; ++f) {
+        squares += frames_[f].noise.all.squares;
+        matches += frames_[f].noise.all.matches;
+      }
+    }
+    return distant.pairs > 0 ? distant.products / distant.pairs / (squares / matches) : nan;
+  }
+
+  static constexpr std::size_t frames_together = 10;
+  static constexpr std::size_t enough_frames = 40;
+
+  struct CellSums {
+    double products = 0;
+    double pairs = 0;
+  };
+
+  // Of one cell, in the frames of a recording.
+  void add_distant_pairs(std::size_t first, std::size_t end, std::size_t cell, CellSums& distant) const {
+    struct Sum {
       Eigen::Vector2d r = Eigen::Vector2d::Zero();
       double matches = 0;
     };
-    double products = 0, pairs = 0, squares = 0, matches = 0;
-    for (std::size_t cell = 0; cell < noise_grid.cells(); ++cell) {
-      std::vector<Sums> sums(frames_.size() / frames_together + 1);
-      Sums all;
-      for (std::size_t f = 0; f < frames_.size(); ++f) {
-        const FrameNoise& noise = frames_[f].noise;
-        if (!frames_[f].is_usable || noise.cell_sums.empty()) continue;
-        for (Sums* const to : {&sums[f / frames_together], &all}) {
-          to->r += noise.cell_sums[cell];
-          to->matches += noise.cell_matches[cell];
-        }
-      }
-      products += all.r.squaredNorm();
-      pairs += all.matches * all.matches;
-      for (std::size_t s = 0; s < sums.size(); ++s) {
-        const Sums next = s + 1 < sums.size() ? sums[s + 1] : Sums();
-        products -= sums[s].r.squaredNorm() + 2 * sums[s].r.dot(next.r);
-        pairs -= sums[s].matches * (sums[s].matches + 2 * next.matches);
+    std::vector<Sum> sums((end - first) / frames_together + 2);  // the last one stays empty
+    Sum all;
+    for (std::size_t f = first; f < end; ++f) {
+      const FrameNoise& noise = frames_[f].noise;
+      if (!frames_[f].is_usable || noise.cell_sums.empty()) continue;
+      for (Sum* const to : {&sums[(f - first) / frames_together], &all}) {
+        to->r += noise.cell_sums[cell];
+        to->matches += noise.cell_matches[cell];
       }
     }
-    for (const FrameEvaluation& frame : frames_) {
-      squares += frame.noise.all.squares;
-      matches += frame.noise.all.matches;
+    distant.products += all.r.squaredNorm();
+    distant.pairs += all.matches * all.matches;
+    for (std::size_t s = 0; s + 1 < sums.size(); ++s) {
+      distant.products -= sums[s].r.squaredNorm() + 2 * sums[s].r.dot(sums[s + 1].r);
+      distant.pairs -= sums[s].matches * (sums[s].matches + 2 * sums[s + 1].matches);
     }
-    constexpr std::size_t enough_frames = 40;
-    return frames_.size() < enough_frames || !(pairs > 0) ? nan : products / pairs / (squares / matches);
   }
 
   const std::vector<FrameEvaluation>& frames_;

@@ -10,6 +10,7 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr std::size_t usual_budget = 100;
+constexpr std::size_t enough_frames = 10;  // with fewer an interval means nothing
 
 std::size_t budget_next_to_usual(const Evaluation& evaluation) {
   std::size_t best = 0;
@@ -40,16 +41,20 @@ Verdict verdict_of(const Evaluation& evaluation) {
   Verdict verdict;
   const Correlation& all = evaluation.cell_correlation;
   verdict.shares_errors = all.value > shared_from && all.interval.low > shared_from / 2;
+  verdict.recommended = verdict.shares_errors ? "md_spread" : "md";
   const std::size_t budget = budget_next_to_usual(evaluation);
-  if (budget == 0) {
+  const EvaluationRow* const row = evaluation.row(verdict.recommended, budget);
+  if (row == nullptr || row->frames == 0) {
     verdict.text = "These frames cannot tell: none has more matches than the smallest budget.";
-    verdict.recommended = "md";
     return verdict;
   }
-  const EvaluationRow& md = *evaluation.row("md", budget);
-  const EvaluationRow& spread = *evaluation.row("md_spread", budget);
-  const EvaluationRow& best = verdict.shares_errors ? spread : md;
-  verdict.recommended = best.selector;
+  const EvaluationRow& best = *row;
+  if (best.frames < enough_frames) {
+    verdict.text = "These frames cannot tell: only " + std::to_string(best.frames) + " have more than " +
+                   std::to_string(budget) + " matches; record at least " + std::to_string(enough_frames) +
+                   ", better a hundred.";
+    return verdict;
+  }
   if (verdict.shares_errors) {
     verdict.text = "Your matches share errors: neighbours are correlated by " + fixed(all.value, 2) +
                    ", those that Max-logDet selects by " + fixed(evaluation.cell_correlation_selected.value, 2) + ". ";

@@ -144,7 +144,7 @@ TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_
 }
 
 TEST_F(Program, refuses_invalid_arguments) {
-  expect_refused(run(""), "select, evaluate, simulate or info");
+  expect_refused(run(""), "evaluate, select, simulate or info");
   expect_refused(run("selct"), "selct");
   expect_refused(run("select --bogus"), "--bogus");
   expect_refused(run("select --budget"), "--budget");
