@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -57,6 +58,17 @@ void EvaluateArguments::add_to(CLI::App& command) {
   command.add_option("--seed", seed, "Of the random selections")->capture_default_str();
   command.add_flag("--json", as_json, "One JSON object instead of the tables");
   command.add_option("--output", output, "Folder for evaluation.json, deviation.csv and leverage.csv");
+}
+
+// Frames that are given twice would make intervals too narrow.
+void check_inputs(const std::vector<std::string>& inputs) {
+  std::set<std::filesystem::path> seen;
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    const std::filesystem::path path = std::filesystem::canonical(input, error);
+    if (error) throw sim::InputError(input + ": cannot be opened; expected a folder of frame_*.csv, or such files");
+    if (!seen.insert(path).second) throw sim::InputError(input + ": is given twice; expected each recording once");
+  }
 }
 
 // Files of one folder, named one after the other, are one recording.
@@ -106,6 +118,7 @@ void warn(const std::vector<std::vector<sim::Frame>>& recordings) {
 
 void run(const EvaluateArguments& arguments) {
   make_output_folder(arguments.output);
+  check_inputs(arguments.inputs);
   const auto recordings = read_recordings(arguments.inputs);
   warn(recordings);
   sim::EvaluationOptions options;

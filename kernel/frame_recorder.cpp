@@ -82,13 +82,15 @@ bool is_frame_file(std::string_view name) noexcept {
 
 // Why the folder cannot take a recording; nullptr if it can. It is created if it is missing.
 const char* problem_of(const std::string& folder) noexcept {
-  if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) return std::strerror(errno);
+  if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
+    return errno == ENOENT ? "the folder above it does not exist" : std::strerror(errno);
+  }
   DIR* const entries = opendir(folder.c_str());
   if (entries == nullptr) return std::strerror(errno);
   bool is_used = false;
   while (const dirent* const entry = readdir(entries)) is_used = is_used || is_frame_file(entry->d_name);
   closedir(entries);
-  if (is_used) return "it holds frame_*.csv of another recording";
+  if (is_used) return "it holds frame_*.csv of another recording: choose another folder, or empty it";
   return access(folder.c_str(), W_OK | X_OK) == 0 ? nullptr : std::strerror(errno);
 }
 

@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t usual_budget = 100;
 constexpr std::size_t enough_frames = 10;  // with fewer an interval means nothing
+constexpr double most_of_all = 0.8;        // of the inliers: a larger budget leaves nothing to choose
 
 std::size_t budget_next_to_usual(const Evaluation& evaluation) {
   std::size_t best = 0;
@@ -35,6 +36,17 @@ std::string worth_text(const EvaluationRow& row) {
          "), or " + count(row.worth_bucket->matches) + " spread over image cells";
 }
 
+// The pose of all inliers is no truth where matches share errors.
+std::string caution_of(const Evaluation& evaluation, const EvaluationRow& best) {
+  const EvaluationRow* const random = evaluation.row("random", best.budget);
+  if (!best.truth || random == nullptr || !random->truth) {
+    return ". The pose of all inliers shares these errors: this tells how near a selection is to it, not to the truth";
+  }
+  return ". Against the true poses the error in translation is " + fixed(best.truth->translation_ratio, 2) +
+         " times that of all inliers, with as many random matches " + fixed(random->truth->translation_ratio, 2) +
+         " times";
+}
+
 }  // namespace
 
 Verdict verdict_of(const Evaluation& evaluation) {
@@ -49,6 +61,11 @@ Verdict verdict_of(const Evaluation& evaluation) {
     return verdict;
   }
   const EvaluationRow& best = *row;
+  if (static_cast<double>(budget) > most_of_all * evaluation.inliers) {
+    verdict.text = "These frames cannot tell: " + std::to_string(budget) + " matches are nearly all of some " +
+                   std::to_string(std::lround(evaluation.inliers)) + " inliers; choose smaller --budgets.";
+    return verdict;
+  }
   if (best.frames < enough_frames) {
     verdict.text = "These frames cannot tell: only " + std::to_string(best.frames) + " have more than " +
                    std::to_string(budget) + " matches; record at least " + std::to_string(enough_frames) +
@@ -60,7 +77,7 @@ Verdict verdict_of(const Evaluation& evaluation) {
                    ", those that Max-logDet selects by " + fixed(evaluation.cell_correlation_selected.value, 2) + ". ";
     verdict.text += pays(best) ? "Spread the selection over the image (md_spread), which still pays: "
                                : "Spread the selection over the image (md_spread), or do not select: ";
-    verdict.text += worth_text(best);
+    verdict.text += worth_text(best) + caution_of(evaluation, best);
   } else if (pays(best)) {
     verdict.text = "Max-logDet pays: " + worth_text(best);
   } else if (loses(best)) {

@@ -88,9 +88,10 @@ TEST(Recording, two_recordings_are_never_mixed) {
   GoodFeatures second(100);
   ::testing::internal::CaptureStderr();
   EXPECT_FALSE(second.record(watched.folder.path().c_str()));
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "maxlogdet: " + watched.folder.path() +
-                                                          ": it holds frame_*.csv of another recording; nothing is "
-                                                          "recorded\n");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+            "maxlogdet: " + watched.folder.path() +
+                ": it holds frame_*.csv of another recording: choose another folder, or empty it; nothing is "
+                "recorded\n");
   watched.frame.gather(second);
   EXPECT_EQ(second.select(with_budget(20)), Status::ok);
   EXPECT_EQ(text_of(watched.folder / first_frame), before);

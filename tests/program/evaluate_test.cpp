@@ -241,7 +241,8 @@ TEST_F(Evaluate, writes_its_files) {
 TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   write_recording("frames", 3);
   expect_refused(run("evaluate"), "FRAMES");
-  expect_refused(run("evaluate nowhere"), "nowhere: cannot be opened");
+  expect_refused(run("evaluate nowhere"), "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files");
+  expect_refused(run("evaluate frames ./frames/"), "./frames/: is given twice");
   expect_refused(run("evaluate frames/frame_100.csv nowhere.csv"), "nowhere.csv: cannot be opened");
   std::filesystem::create_directories(folder_ + "/empty");
   expect_refused(run("evaluate empty"), "empty: expected files named frame_*.csv");
