@@ -107,8 +107,8 @@ struct GoodFeatures::State {
   }
 
   bool build(BlockOptions options) noexcept;
-  Status select(Options options, double spread) noexcept;
-  void spread_over_image(double spread, Options& options) noexcept;
+  Status select(Options options, double cells_per_match) noexcept;
+  void spread_over_image(double cells_per_match, Options& options) noexcept;
   bool start_recording(const char* folder) noexcept;
   void record(const BlockOptions& options) noexcept;
   void judge(const RigidTransform& pose, const BlockOptions* options) noexcept;
@@ -173,20 +173,20 @@ bool GoodFeatures::State::build(BlockOptions options) noexcept {
 }
 
 // Required matches count towards the budget, but may be neighbours; the others share the cells.
-void GoodFeatures::State::spread_over_image(double spread, Options& options) noexcept {
+void GoodFeatures::State::spread_over_image(double cells_per_match, Options& options) noexcept {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool is_excluded = options.excluded != nullptr && options.excluded[i] != 0;
     is_spread[i] = store.is_valid(i) && is_required_candidate[i] == 0 && !is_excluded ? 1 : 0;
   }
-  const double wanted = std::fmax(spread, 1) * static_cast<double>(options.budget);
+  const double wanted = std::fmax(cells_per_match, 1) * static_cast<double>(options.budget);
   const auto count = static_cast<std::size_t>(std::fmin(std::round(wanted), static_cast<double>(ids.size())));
   cells.assign(measured.data(), 3, ids.size(), count, is_spread.data(), has_rig ? camera_ids.data() : nullptr);
   cells.limit(options);
 }
 
-Status GoodFeatures::State::select(Options options, double spread) noexcept {
+Status GoodFeatures::State::select(Options options, double cells_per_match) noexcept {
   log_det = not_a_number;
-  if (!(spread >= 0) || spread == infinity) return Status::invalid_groups;
+  if (!(cells_per_match >= 0) || cells_per_match == infinity) return Status::invalid_groups;
   bool is_any_required = false;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool is_required_match = is_required[i] != 0 || (options.required != nullptr && options.required[i] != 0);
@@ -197,7 +197,7 @@ Status GoodFeatures::State::select(Options options, double spread) noexcept {
   options.required = is_any_required ? is_required_candidate.data() : nullptr;
   has_prior = options.prior != nullptr;
   if (has_prior) std::copy_n(options.prior, state_dimension * state_dimension, prior);
-  if (spread > 0 && options.groups == nullptr) spread_over_image(spread, options);
+  if (cells_per_match > 0 && options.groups == nullptr) spread_over_image(cells_per_match, options);
   const Selection selection = selector.select(store, options);
   const bool are_all_allowed =
       selection.status == Status::all_selected && (options.groups != nullptr || options.excluded != nullptr);

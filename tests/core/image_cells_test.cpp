@@ -160,11 +160,10 @@ TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_requ
     std::vector<unsigned char> is_spread(300);
     std::vector<double> uv;
     std::vector<std::uint8_t> camera_ids;
-    std::size_t required = 0, required_without_block = 0;
+    std::size_t required_without_block = 0;
     for (std::size_t i = 0; i < 300; ++i) {
       const FeatureMatch& match = frame.matches[i];
       EXPECT_TRUE(good.is_selected(i) || !match.is_required);
-      required += match.is_required ? 1 : 0;
       required_without_block += match.is_required && !good.blocks().is_valid(i) ? 1 : 0;
       is_spread[i] = good.blocks().is_valid(i) && !match.is_required ? 1 : 0;
       uv.insert(uv.end(), match.measured, match.measured + 2);

@@ -210,7 +210,7 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
   }
   const Evaluation evaluation = summarize(evaluated, {6, 7}, true_poses, options);
   std::vector<double> own_m, own_rad, all_m, all_rad;
-  for (const std::size_t f : {1, 2, 3, 4, 5, 7, 10}) {  // 8, 9: no pose; 11, 12: no truth
+  for (const std::size_t f : {1U, 2U, 3U, 4U, 5U, 7U, 10U}) {  // 8, 9: no pose; 11, 12: no truth
     const auto error = [&](const Pose& before, const Pose& after) {
       const Pose motion = after * before.inverse(), truth = *true_poses[f] * true_poses[f - 1]->inverse();
       return difference(motion, truth);
