@@ -246,7 +246,9 @@ TEST_P(FrameOf, matches_without_an_image_are_left_out) {
     const PoseEstimate estimate =
         optimize_pose(frame_.camera, frame_.matches, all_matches(frame_), T_cw_, precise(method));
     EXPECT_EQ(estimate.status, PoseStatus::converged);
-    EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), 1e-10);
+    // Levenberg-Marquardt compares costs, which resolve the pose no finer.
+    const double resolved = method == PoseMethod::gauss_newton ? 1e-10 : 1e-8;
+    EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), resolved);
     EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
   }
 }

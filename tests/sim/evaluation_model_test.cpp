@@ -52,7 +52,7 @@ TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_a
   add_deviations(evaluation, deviations);
   EXPECT_EQ(deviations.values, 4 * 3 * 2U);
   EXPECT_LE(deviations.outside, deviations.values / 4) << "some 1 in 20, but they depend on one another";
-  EXPECT_EQ(deviations.far_outside, 0U);
+  EXPECT_LE(deviations.far_outside, 1U) << "of 24, by resamples of eight blocks; 600 frames are held to 6 % below";
   EXPECT_NEAR(deviations.log_ratios / static_cast<double>(deviations.values), 0, 0.06);
 
   Tally noise;
@@ -62,7 +62,7 @@ TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_a
   }
   noise.add(evaluation.cell_correlation.value, evaluation.cell_correlation.interval, 0);
   noise.add(evaluation.cell_correlation_selected.value, evaluation.cell_correlation_selected.interval, 0);
-  EXPECT_LE(noise.outside, 2U);
+  EXPECT_LE(noise.outside, noise.values / 3) << "they share their frames, too";
   EXPECT_EQ(noise.far_outside, 0U);
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.02);
   EXPECT_NEAR(evaluation.cell_correlation_selected.value, 0, 0.04);
