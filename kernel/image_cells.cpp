@@ -56,7 +56,7 @@ void ImageCells::State::divide(const Positions& at, Iterator begin, Iterator end
   const auto size = static_cast<std::size_t>(end - begin);
   cells = std::min(cells, size);
   if (cells <= 1) {
-    for (Iterator i = begin; i != end; ++i) groups[*i] = count;
+    for (auto i = begin; i != end; ++i) groups[*i] = count;
     if (begin != end) ++count;
     return;
   }
