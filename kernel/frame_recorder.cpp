@@ -248,7 +248,8 @@ void FrameRecorder::put_match(const FeatureMatch& match, bool is_selected, doubl
   if (details_.third != ThirdMeasurement::none) next(std::isnan(match.third) ? -1 : match.third);
   next(weight_of(match));
   if (details_.has_covariances) {
-    for (const std::size_t entry : {0U, 1U, 2U, 4U, 5U, 8U}) next(match.covariance == nullptr ? -1 : match.covariance[entry]);
+    for (const std::size_t entry : {0U, 1U, 2U, 4U, 5U, 8U})
+      next(match.covariance == nullptr ? -1 : match.covariance[entry]);
   }
   if (details_.has_keyframes) next(match.keyframe);
   if (details_.has_descriptor_distances) next(descriptor_distance);
