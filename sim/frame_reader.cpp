@@ -188,18 +188,14 @@ void complete_sizes(std::vector<Frame>& frames) {
 
 }  // namespace
 
-Frame read_frame(const std::string& file) {
-  std::vector<Frame> frames = {FrameReader(file).read()};
-  complete_sizes(frames);
-  return std::move(frames.front());
-}
-
 std::vector<Frame> read_frames(const std::vector<std::string>& files) {
   std::vector<Frame> frames;
   for (const std::string& file : files) frames.push_back(FrameReader(file).read());
   complete_sizes(frames);
   return frames;
 }
+
+Frame read_frame(const std::string& file) { return std::move(read_frames(std::vector<std::string>{file}).front()); }
 
 std::vector<Frame> read_frames(const std::string& file_or_folder) {
   std::error_code error;

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <utility>
 
 namespace stereo_odometry {
 
@@ -52,10 +51,7 @@ nlohmann::ordered_json to_json(const SortedValues& values, const std::vector<Fra
 
 nlohmann::ordered_json ratio_to_json(const SortedValues& ours, const SortedValues& theirs,
                                      const std::vector<FrameCounts>& resamples) {
-  std::vector<double> ratios = ours.quantiles(0.5, resamples);
-  const std::vector<double> divisors = theirs.quantiles(0.5, resamples);
-  for (std::size_t r = 0; r < ratios.size(); ++r) ratios[r] /= divisors[r];
-  const Interval interval = percentile_interval(std::move(ratios));
+  const Interval interval = interval_of_ratio(ours, theirs, resamples);
   return {{"ratio", ours.quantile(0.5) / theirs.quantile(0.5)}, {"low", interval.low}, {"high", interval.high}};
 }
 

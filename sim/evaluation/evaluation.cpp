@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/evaluation/evaluation.hpp"
 
-#include "sim/input_error.hpp"
 #include "sim/parallel.hpp"
 
 #include <algorithm>
@@ -36,9 +35,9 @@ bool all_frames(const std::vector<std::vector<Frame>>& recordings, const Predica
 EvaluationOptions options_for(const std::vector<std::vector<Frame>>& recordings, EvaluationOptions options) {
   options.contestants = {{"md", SelectorKind::md, false},
                          {"md_spread", SelectorKind::md_spread, false},
-                         {"md_cells", SelectorKind::md_cells, false}};
-  options.contestants.push_back({"bucket", SelectorKind::bucket, false});
-  options.contestants.push_back({"random", SelectorKind::random, false});
+                         {"md_cells", SelectorKind::md_cells, false},
+                         {"bucket", SelectorKind::bucket, false},
+                         {"random", SelectorKind::random, false}};
   if (all_frames(recordings, [](const Frame& frame) { return frame.has_quality; })) {
     options.contestants.push_back({"quality", SelectorKind::quality, false});
   }
@@ -71,9 +70,7 @@ Evaluation evaluate(const std::vector<std::vector<Frame>>& recordings, Evaluatio
     fill_unknown_covariances(frame, options.map_sigma);
     evaluated[i] = evaluate_frame(frame, i, options);
   });
-  Evaluation evaluation = summarize(evaluated, lengths, true_poses, options);
-  evaluation.has_covariances = options.weighting == Weighting::measurement_and_map;
-  return evaluation;
+  return summarize(evaluated, lengths, true_poses, options);
 }
 
 const EvaluationRow* Evaluation::row(const std::string& selector, std::size_t budget) const {

@@ -62,7 +62,6 @@ struct Evaluation {
   std::array<Interval, leverage_classes> of_chi2{};
   Correlation cell_correlation, cell_correlation_selected;  ///< of whitened residuals of neighbours
   double static_correlation = 0;  ///< the part that stays at a place of the image over the recording; NaN: too short
-  bool has_covariances = false;
 
   /// The row of a selector and budget; nullptr if there is none.
   const EvaluationRow* row(const std::string& selector, std::size_t budget) const;

@@ -70,4 +70,12 @@ std::vector<double> SortedValues::quantiles(double q, const std::vector<FrameCou
   return values;
 }
 
+Interval interval_of_ratio(const SortedValues& ours, const SortedValues& theirs,
+                           const std::vector<FrameCounts>& resamples) {
+  std::vector<double> ratios = ours.quantiles(0.5, resamples);
+  const std::vector<double> divisors = theirs.quantiles(0.5, resamples);
+  for (std::size_t r = 0; r < ratios.size(); ++r) ratios[r] /= divisors[r];
+  return percentile_interval(std::move(ratios));
+}
+
 }  // namespace maxlogdet::sim

@@ -50,4 +50,8 @@ class SortedValues {
   std::vector<std::pair<double, std::uint32_t>> values_;
 };
 
+/// Returns the interval of the ratio of two medians, `ours` to `theirs`, in the same resamples.
+Interval interval_of_ratio(const SortedValues& ours, const SortedValues& theirs,
+                           const std::vector<FrameCounts>& resamples);
+
 }  // namespace maxlogdet::sim

@@ -220,16 +220,9 @@ class Summarizer {
     truth.median_rad = own.rotation.quantile(0.5);
     truth.translation_ratio = truth.median_m / all.translation.quantile(0.5);
     truth.rotation_ratio = truth.median_rad / all.rotation.quantile(0.5);
-    truth.of_translation_ratio = interval_of_ratio(own.translation, all.translation);
-    truth.of_rotation_ratio = interval_of_ratio(own.rotation, all.rotation);
+    truth.of_translation_ratio = interval_of_ratio(own.translation, all.translation, resamples_);
+    truth.of_rotation_ratio = interval_of_ratio(own.rotation, all.rotation, resamples_);
     return truth;
-  }
-
-  Interval interval_of_ratio(const SortedValues& a, const SortedValues& b) const {
-    std::vector<double> ratios = a.quantiles(0.5, resamples_);
-    const std::vector<double> divisors = b.quantiles(0.5, resamples_);
-    for (std::size_t r = 0; r < ratios.size(); ++r) ratios[r] /= divisors[r];
-    return percentile_interval(std::move(ratios));
   }
 
   void add_noise() {
