@@ -22,8 +22,8 @@ struct Tracker {
   Selector selector{n};
 };
 
-constexpr std::pair<ThirdMeasurement, const char*> thirds[] = {
-    {ThirdMeasurement::none, "none"}, {ThirdMeasurement::stereo, "stereo"}, {ThirdMeasurement::depth, "depth"}};
+constexpr std::pair<DepthCue, const char*> thirds[] = {
+    {DepthCue::none, "none"}, {DepthCue::stereo, "stereo"}, {DepthCue::depth, "depth"}};
 
 Work append_work(const BlockOptions& options) {
   const auto tracker = std::make_shared<Tracker>();
@@ -43,7 +43,7 @@ Work append_work(const BlockOptions& options, Seen seen) {
   const auto run = [=](std::size_t) {
     tracker->blocks.clear();
     Matches matches = tracker->matches.view();
-    const double* const T = tracker->frame.T_cw_prior.data();
+    const double* const T = tracker->RigidTransform::row_major(frame.T_cw_prior.data());
     if (seen == Seen::by_fisheye) {
       append_blocks(fisheye, T, matches, options, tracker->blocks);
     } else {
@@ -72,7 +72,7 @@ void add_append_cases() {
     for (const auto& [third, name] : thirds) {
       BlockOptions options;
       options.weighting = weighting;
-      options.third = third;
+      options.depth_cue = third;
       add_case(std::string("append_blocks/weighting:") + to_string(weighting) + "/third:" + name + "/n:2000",
                [options = options] { return append_work(options); });
     }
@@ -87,10 +87,10 @@ void add_append_cases() {
   }
   constexpr std::size_t k = 100;
   for (const auto& [third, name] : thirds) {
-    if (third == ThirdMeasurement::depth) continue;
+    if (third == DepthCue::depth) continue;
     BlockOptions options;
     options.weighting = Weighting::map_bias;
-    options.third = third;
+    options.depth_cue = third;
     add_case(std::string("points_to_indices/lazy_greedy/weighting:map_bias/third:") + name + "/n:2000/k:100",
              [options = options] { return points_to_indices_work(options, k); });
   }

@@ -24,7 +24,7 @@ BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
   BlockOptions options;
   const bool is_measurement = kind == Blocks::two_rows_measurement || kind == Blocks::three_rows_measurement;
   options.weighting = is_measurement ? Weighting::measurement : Weighting::map_bias;
-  if (kind == Blocks::three_rows || kind == Blocks::three_rows_measurement) options.third = ThirdMeasurement::stereo;
+  if (kind == Blocks::three_rows || kind == Blocks::three_rows_measurement) options.depth_cue = DepthCue::stereo;
   BlockStore blocks(frame.matches.size());
   build_blocks(frame, options, blocks);
   return blocks;

@@ -75,9 +75,9 @@ Work library_work(Strategy strategy, const Point& at) {
   const auto state = std::make_shared<State>(State{Selector(capacity), Options(), Selection()});
   state->options.strategy = strategy;
   state->options.budget = at.k;
-  state->options.epsilon = at.epsilon;
+  state->options.stochastic.epsilon = at.epsilon;
   const auto run = [state, &stores](std::size_t call) {
-    state->options.seed = call;
+    state->options.stochastic.seed = call;
     state->selection = state->selector.select(stores[call % stores.size()], state->options);
   };
   const auto record = [state, &stores, &exact](std::size_t call, Sums& sums) {

@@ -125,7 +125,7 @@ class Soak {
   const std::vector<std::uint64_t>& statuses() const { return statuses_; }
 
  private:
-  static constexpr std::size_t status_count = static_cast<std::size_t>(Status::unsupported_target) + 1;
+  static constexpr std::size_t status_count = static_cast<std::size_t>(Error::unsupported_target) + 1;
 
   void run_selection(Phase& phase, std::size_t i) {
     const long before_filling = test::allocations();

@@ -11,10 +11,10 @@ namespace {
 // Whether a request that breaks no rule may be refused with this status.
 bool may_refuse(const SoakRequest& request, std::size_t capacity, Status status) noexcept {
   switch (status) {
-    case Status::infeasible: return request.options.required != nullptr;
-    case Status::unsupported_groups: return request.options.groups != nullptr;
-    case Status::capacity_exceeded: return request.store->size() > capacity;
-    case Status::invalid_budget: return request.options.budget > capacity;
+    case Error::infeasible: return request.options.required != nullptr;
+    case Error::unsupported_groups: return request.options.groups.ids != nullptr;
+    case Error::capacity_exceeded: return request.store->size() > capacity;
+    case Error::invalid_budget: return request.options.budget > capacity;
     default: return false;
   }
 }
@@ -31,13 +31,14 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
   if (selection.size > options.budget) return "more candidates than the budget";
   if (selection.status == Status::ok && selection.size < options.budget) return "fewer candidates than the budget";
   if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline without a time limit";
-  if (selection.status == Status::all_selected && !options.excluded && !options.groups &&
+  if (selection.status == Status::all_selected && !options.excluded && !options.groups.ids &&
       selection.size != request.store->size() - request.store->invalid_count()) {
     return "not all candidates, with the status all_selected";
   }
   if (!std::isfinite(selection.log_det)) return "a log det that is not finite";
-  if (options.certify && !(selection.upper_bound >= selection.log_det)) return "an upper bound below the log det";
-  if (!options.certify && !std::isnan(selection.upper_bound)) return "an upper bound without a request";
+  if (options.certificate.compute && !(selection.upper_bound >= selection.log_det))
+    return "an upper bound below the log det";
+  if (!options.certificate.compute && !std::isnan(selection.upper_bound)) return "an upper bound without a request";
   return nullptr;
 }
 
@@ -54,7 +55,7 @@ const char* SoakJudge::fault_of(const SoakRequest& request, std::size_t capacity
 const char* SoakJudge::fault_of_indices(const BlockStore& store, const Options& options,
                                         const Selection& selection) noexcept {
   ++now_;
-  if (options.groups != nullptr) std::fill_n(of_group_.begin(), options.group_count, 0U);
+  if (options.groups.ids != nullptr) std::fill_n(of_group_.begin(), options.groups.count, 0U);
   for (std::size_t i = 0; i < selection.size; ++i) {
     const std::uint32_t index = selection.indices[i];
     if (index >= store.size()) return "an index that does not exist";
@@ -64,9 +65,10 @@ const char* SoakJudge::fault_of_indices(const BlockStore& store, const Options& 
     if (options.excluded != nullptr && options.excluded[index] != 0) return "an excluded candidate";
     if (!(selection.gains[i] >= 0) || !std::isfinite(selection.gains[i]))
       return "a gain that is negative or not finite";
-    if (options.groups == nullptr) continue;
-    const std::uint32_t group = options.groups[index];
-    const std::size_t maximum = options.group_maxima == nullptr ? options.max_per_group : options.group_maxima[group];
+    if (options.groups.ids == nullptr) continue;
+    const std::uint32_t group = options.groups.ids[index];
+    const std::size_t maximum =
+        options.groups.maxima == nullptr ? options.groups.maximum : options.groups.maxima[group];
     if (++of_group_[group] > maximum) return "too many candidates of a group";
   }
   return fault_of_required(store, options);

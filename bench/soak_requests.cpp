@@ -104,17 +104,17 @@ std::vector<SoakRequest> SoakRequests::warm_up() const {
       request.store = &full_;
       request.options.strategy = strategy;
       request.options.budget = budget;
-      request.options.certify = true;
-      request.options.certificate_passes = 2;
-      request.options.exchange_sweeps = budget < capacity ? 1 : 0;
+      request.options.certificate.compute = true;
+      request.options.certificate.passes = 2;
+      request.options.exchange.sweeps = budget < capacity ? 1 : 0;
       request.options.threads = 2;
       requests.push_back(request);
       request.options.required = required_.data();
       request.options.excluded = excluded_.data();
       requests.push_back(request);
-      request.options.groups = groups_.data();
-      request.options.group_count = capacity;
-      request.options.max_per_group = capacity;
+      request.options.groups.ids = groups_.data();
+      request.options.groups.count = capacity;
+      request.options.groups.maximum = capacity;
       requests.push_back(request);
     }
   }
@@ -161,14 +161,14 @@ void SoakRequests::ask(Options& options, std::size_t n) {
   options.budget = size < 0.8 ? 1 + draws_.below(std::min<std::size_t>(max_budget, 120)) : size < 0.85 ? 0 : max_budget;
   if (size > 0.98) options.budget = n + draws_.below(capacity - n + 1);
   const double epsilons[] = {0.01, 0.1, 0.5};
-  options.epsilon = epsilons[draws_.below(std::size(epsilons))];
-  options.seed = draws_.bits();
+  options.stochastic.epsilon = epsilons[draws_.below(std::size(epsilons))];
+  options.stochastic.seed = draws_.bits();
   if (draws_.chance(0.2)) options.prior = good_priors[draws_.below(std::size(good_priors))].entry;
   if (draws_.chance(0.1)) options.time_limit = std::pow(10.0, draws_.uniform(-7, -3.5));
   options.threads = draws_.chance(0.05) ? 2 : static_cast<int>(draws_.below(2));
-  options.certify = draws_.chance(0.2);
-  options.certificate_passes = draws_.below(4);
-  if (draws_.chance(0.1)) options.exchange_sweeps = 1 + draws_.below(2);
+  options.certificate.compute = draws_.chance(0.2);
+  options.certificate.passes = draws_.below(4);
+  if (draws_.chance(0.1)) options.exchange.sweeps = 1 + draws_.below(2);
 }
 
 void SoakRequests::constrain(Options& options, std::size_t n) {
@@ -183,10 +183,10 @@ void SoakRequests::constrain(Options& options, std::size_t n) {
   if (draws_.chance(0.5)) {
     for (std::size_t i = 0; i < n; ++i) groups_[i] = draws_.below(group_count);
     for (std::uint32_t& maximum : group_maxima_) maximum = draws_.below(10);
-    options.groups = groups_.data();
-    options.group_count = group_count;
-    options.max_per_group = draws_.below(20);
-    if (draws_.chance(0.5)) options.group_maxima = group_maxima_.data();
+    options.groups.ids = groups_.data();
+    options.groups.count = group_count;
+    options.groups.maximum = draws_.below(20);
+    if (draws_.chance(0.5)) options.groups.maxima = group_maxima_.data();
   }
 }
 
@@ -199,15 +199,15 @@ void SoakRequests::spoil(Options& options) {
     case 4: options.strategy = static_cast<Strategy>(1000 + draws_.below(1000)); break;
     case 5:
       options.strategy = Strategy::stochastic_greedy;
-      options.epsilon = draws_.chance(0.5) ? 1 : nan;
+      options.stochastic.epsilon = draws_.chance(0.5) ? 1 : nan;
       break;
     case 6:
-      options.groups = wrong_groups_.data();
-      options.group_count = group_count;
+      options.groups.ids = wrong_groups_.data();
+      options.groups.count = group_count;
       break;
     default:
-      options.groups = groups_.data();
-      options.group_count = 0;
+      options.groups.ids = groups_.data();
+      options.groups.count = 0;
       break;
   }
 }

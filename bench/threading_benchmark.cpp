@@ -49,7 +49,7 @@ Work selection_work(const Point& at, std::chrono::milliseconds pause) {
   state->options.budget = at.k;
   state->options.threads = at.threads;
   const auto run = [state, &store](std::size_t call) {
-    state->options.seed = call;
+    state->options.stochastic.seed = call;
     state->selection = state->selector.select(store, state->options);
   };
   const auto record = [state, pause](std::size_t /*call*/, Sums& sums) {
@@ -118,8 +118,8 @@ Work append_work(std::size_t n, int threads) {
   state->options.threads = threads;
   const auto run = [state](std::size_t /*call*/) {
     state->blocks.clear();
-    append_blocks(state->frame.camera, state->frame.T_cw_prior.data(), state->matches.view(), state->options,
-                  state->blocks, sim::executor());
+    append_blocks(state->frame.camera, state->RigidTransform::row_major(frame.T_cw_prior.data()), state->matches.view(),
+                  state->options, state->blocks, sim::executor());
   };
   return {run, {}};
 }

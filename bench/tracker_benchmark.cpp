@@ -48,7 +48,7 @@ Work library_work(const Task& task) {
     const TrackerFrame& frame = frame_of(frames, call);
     if (task.builds) frame.build(state->blocks);
     if (!task.selects) return;
-    state->options.seed = call;
+    state->options.stochastic.seed = call;
     state->options.excluded = frame.is_excluded.empty() ? nullptr : frame.is_excluded.data();
     state->selection = state->selector.select(state->blocks, state->options);
   };
@@ -178,7 +178,7 @@ class Cases {
     library("blocks_and_select", task, more);
   }
   void eigen(EigenMethod method, const Which& which, std::size_t k = 100) {
-    const double epsilon = Options().epsilon;
+    const double epsilon = Options().stochastic.epsilon;
     group_.add(name_of(to_string(method), which, k, "native"), [=] { return eigen_work(method, which, k, epsilon); });
   }
   void active(const Which& which, const std::string& isa, std::size_t batch, const std::string& share) {

@@ -22,7 +22,7 @@ constexpr double triangulation_sigma = 0.5;  // px
 TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
     : frame(make_scene(sim::Scene::kitti_like, which.slots, seed)) {
   options.weighting = which.kind.weighting;
-  options.third = which.kind.third;
+  options.depth_cue = which.kind.depth_cue;
   if (which.kind.weighting == Weighting::measurement_and_map) {
     frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
   }
@@ -35,7 +35,7 @@ TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
   std::sort(order.begin(), order.end());
   arrays = std::make_unique<sim::MatchArrays>(frame, order);
   matches = arrays->view();
-  matches.has_third = nullptr;  // null: all matches have one
+  matches.has_depth_cue = nullptr;  // null: all matches have one
   if (which.rest == Rest::unusable) matches.usable = is_usable.data();
   if (which.rest == Rest::excluded) {
     for (const unsigned char usable : is_usable) is_excluded.push_back(usable == 0 ? 1 : 0);
@@ -46,7 +46,7 @@ TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
 
 void TrackerFrame::build(BlockStore& blocks) const {
   blocks.clear();
-  append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, blocks);
+  append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
 }
 
 const TrackerFrames& frames_of(const Which& which) {

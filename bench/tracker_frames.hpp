@@ -17,11 +17,11 @@ namespace maxlogdet::bench {
 struct Kind {
   const char* name;
   Weighting weighting;
-  ThirdMeasurement third;
+  DepthCue third;
 };
-constexpr Kind monocular{"2_rows_measurement", Weighting::measurement, ThirdMeasurement::none};
-constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, ThirdMeasurement::stereo};
-constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, ThirdMeasurement::stereo};
+constexpr Kind monocular{"2_rows_measurement", Weighting::measurement, DepthCue::none};
+constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, DepthCue::stereo};
+constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, DepthCue::stereo};
 constexpr Kind kinds[] = {monocular, stereo, stereo_map};
 
 /// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out, not

@@ -22,7 +22,8 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
   command.add_option("--strategy", arguments.strategy, "How to search")
       ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
-  command.add_option("--epsilon", arguments.options.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
+  command
+      .add_option("--epsilon", arguments.options.stochastic.epsilon, "stochastic_greedy: decay factor, 0 < epsilon < 1")
       ->capture_default_str();
   command.add_option("--seed", arguments.seed, "stochastic_greedy: same seed, same answer")->capture_default_str();
   command.add_option("--threads", arguments.threads, "Threads; 0: as many as are worthwhile")
@@ -55,20 +56,20 @@ void add_block_options(CLI::App& command, SelectArguments& arguments) {
 
 void add_target_options(CLI::App& command, SelectArguments& arguments) {
   Options& options = arguments.options;
-  command.add_flag("--certify", options.certify, "Prove how far from optimal the answer can be");
+  command.add_flag("--certify", options.certificate.compute, "Prove how far from optimal the answer can be");
   command.add_option("--certificate-passes", arguments.certificate_passes, "Frank-Wolfe passes that tighten the proof")
       ->check(CLI::Range(std::int64_t{0}, max_count))
       ->capture_default_str();
   command
-      .add_option("--target-efficiency", options.target_efficiency,
+      .add_option("--target-efficiency", options.target.efficiency,
                   "Stops at this D-efficiency against all candidates, at most 1; 0: none")
       ->capture_default_str();
   command
-      .add_option("--target-translation-sigma", options.target_translation_sigma,
+      .add_option("--target-translation-sigma", options.target.translation_sigma,
                   "Stops at this expected deviation of the translation, m; 0: none")
       ->capture_default_str();
   command
-      .add_option("--target-rotation-sigma", options.target_rotation_sigma,
+      .add_option("--target-rotation-sigma", options.target.rotation_sigma,
                   "Stops at this expected deviation of the rotation, rad; 0: none")
       ->capture_default_str();
 }
@@ -91,7 +92,7 @@ void check_used(const CLI::App& command, const SelectArguments& arguments) {
   sim::refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
-  sim::refuse_idle(command, "--certificate-passes", arguments.options.certify, "--certify");
+  sim::refuse_idle(command, "--certificate-passes", arguments.options.certificate.compute, "--certify");
   sim::refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
 }
 
@@ -115,15 +116,15 @@ void SelectArguments::add_to(CLI::App& command) {
 
 void SelectArguments::complete(const CLI::App& command) {
   check_used(command, *this);
-  options.seed = sim::seed_of(seed);
+  options.stochastic.seed = sim::seed_of(seed);
   options.strategy = sim::find_named(sim::strategies, strategy).value();
   options.threads = static_cast<int>(threads);
   options.time_limit = time_limit_ms / 1e3;
-  options.certificate_passes = static_cast<std::size_t>(certificate_passes);
-  options.exchange_sweeps = static_cast<std::size_t>(exchange_sweeps);
-  options.max_per_group = static_cast<std::size_t>(max_per_cell);
+  options.certificate.passes = static_cast<std::size_t>(certificate_passes);
+  options.exchange.sweeps = static_cast<std::size_t>(exchange_sweeps);
+  options.groups.maximum = static_cast<std::size_t>(max_per_cell);
   block_options.weighting = sim::find_named(sim::weightings, weighting).value();
-  if (stereo) block_options.third = ThirdMeasurement::stereo;
+  if (stereo) block_options.depth_cue = DepthCue::stereo;
   check_plot_data(plot_data);
 }
 

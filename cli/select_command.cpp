@@ -33,9 +33,9 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   for (const std::string& column : frame.unknown_columns) {
     std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is ignored\n";
   }
-  const bool has_third =
-      std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.has_third(); });
-  if (arguments.stereo && !has_third) {
+  const bool has_depth_cue =
+      std::any_of(frame.matches.begin(), frame.matches.end(), [](const sim::Match& m) { return m.has_depth_cue(); });
+  if (arguments.stereo && !has_depth_cue) {
     std::cerr << "maxlogdet: frame " << frame.name
               << ": --stereo, but no match has a right-image column (u_right) or a depth of known depth_sigma\n";
   }
@@ -43,11 +43,11 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
 
 // Throws if the frame is unusable; warns if only some matches are.
 void check(const sim::Frame& frame, const BlockReport& report) {
-  if (report.status == BlockStatus::singular_rays) {
+  if (report.error == Error::singular_rays) {
     std::cerr << "maxlogdet: frame " << frame.name << ": " << report.singular_rays
               << " matches have no world-frame block (viewing ray orthogonal to the world's z axis) and are never "
                  "selected; map_bias has no such rays\n";
-  } else if (report.status != BlockStatus::ok) {
+  } else if (report.error != Error::none) {
     fail(frame, explained(report.status));
   }
 }
@@ -61,7 +61,7 @@ std::vector<sim::Frame> frames_of(const std::string& input) {
 BlockOptions block_options_of(const sim::Frame& frame, const SelectArguments& arguments) {
   BlockOptions options = arguments.block_options;
   if (!arguments.stereo || !(frame.camera.depth_sigma > 0)) return options;
-  options.third = ThirdMeasurement::depth;
+  options.depth_cue = DepthCue::depth;
   options.depth_sigma = frame.camera.depth_sigma;
   return options;
 }
@@ -85,7 +85,7 @@ class SelectCommand {
     for (sim::Frame& frame : frames_) fill_unknown_covariances(frame, arguments.block_options.map_sigma);
     // A budget above every frame's size selects everything.
     options_.budget = std::min(static_cast<std::size_t>(arguments.budget), selector_.capacity());
-    options_.group_count = grid_ ? grid_->cells() : 0;
+    options_.groups.count = grid_ ? grid_->cells() : 0;
   }
 
   // Prints nothing unless every frame is usable.
@@ -104,7 +104,7 @@ class SelectCommand {
     if (!grid_) return;
     cells_.clear();
     for (const sim::Match& match : frame.matches) cells_.push_back(grid_->cell_of(frame, match));
-    options_.groups = cells_.data();
+    options_.groups.ids = cells_.data();
   }
 
   // Each frame of a folder has its file: selection.json becomes selection_frame_001.json and so on.

@@ -16,9 +16,9 @@ namespace maxlogdet::cli {
 namespace {
 
 // Whether a target is given.
-bool has_efficiency(const Options& options) { return options.target_efficiency > 0; }
-bool has_translation(const Options& options) { return options.target_translation_sigma > 0; }
-bool has_rotation(const Options& options) { return options.target_rotation_sigma > 0; }
+bool has_efficiency(const Options& options) { return options.target.efficiency > 0; }
+bool has_translation(const Options& options) { return options.target.translation_sigma > 0; }
+bool has_rotation(const Options& options) { return options.target.rotation_sigma > 0; }
 
 template <class... Values>
 void print(const char* format, Values... values) {
@@ -38,8 +38,8 @@ void add_arguments(const SelectArguments& arguments, const Selection& selection,
   line["strategy"] = to_string(options.strategy);
   if (options.strategy == Strategy::automatic) line["strategy_chosen"] = to_string(selection.strategy);
   if (options.strategy == Strategy::stochastic_greedy) {
-    line["epsilon"] = options.epsilon;
-    line["seed"] = options.seed;
+    line["epsilon"] = options.stochastic.epsilon;
+    line["seed"] = options.stochastic.seed;
   }
   line["weighting"] = to_string(arguments.block_options.weighting);
 }
@@ -52,7 +52,7 @@ void add_answer(const sim::Frame& frame, const Options& options, const Selection
   for (const std::uint32_t index : selection) line["ids"].push_back(frame.matches[index].map_point_id);
   line["gains"] = std::vector<double>(selection.gains, selection.gains + selection.size);
   line["log_det"] = selection.log_det;
-  if (options.certify) {
+  if (options.certificate.compute) {
     line["upper_bound"] = selection.upper_bound;
     line["efficiency"] = selection.efficiency();
   }
@@ -137,29 +137,29 @@ std::string strategies_with_groups_and_targets() {
 
 std::string explained(Status status, const Options& options) {
   switch (status) {
-    case Status::invalid_epsilon:
-      return "epsilon " + std::to_string(options.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
-    case Status::unsupported_isa: return sim::unsupported_isa_message();
-    case Status::unsupported_groups:
+    case Error::invalid_epsilon:
+      return "epsilon " + std::to_string(options.stochastic.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
+    case Error::unsupported_isa: return sim::unsupported_isa_message();
+    case Error::unsupported_groups:
       return std::string(to_string(options.strategy)) + " does not support --grid; expected --strategy " +
              strategies_with_groups_and_targets();
-    case Status::invalid_time_limit:
+    case Error::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
-    case Status::invalid_target:
+    case Error::invalid_target:
       return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or more for --target-translation-sigma and "
              "--target-rotation-sigma";
-    case Status::unsupported_target:
+    case Error::unsupported_target:
       return std::string(to_string(options.strategy)) +
-             (options.exchange_sweeps == 0 ? "" : " with --exchange-sweeps") +
+             (options.exchange.sweeps == 0 ? "" : " with --exchange-sweeps") +
              " does not stop at targets; expected --strategy " + strategies_with_groups_and_targets() +
              ", without --exchange-sweeps";
     default: return std::string("selection failed: ") + to_string(status);
   }
 }
 
-std::string explained(BlockStatus status) {
-  if (status == BlockStatus::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
-  if (status == BlockStatus::invalid_options) return "expected a finite --map-sigma of 0 or more";
+std::string explained(Error status) {
+  if (status == Error::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
+  if (status == Error::invalid_options) return "expected a finite --map-sigma of 0 or more";
   return std::string("blocks cannot be built: ") + to_string(status);
 }
 

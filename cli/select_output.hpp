@@ -28,6 +28,6 @@ void print_selected(const sim::Frame& frame, const Selection& selection);
 
 /// Explain what was expected where a selection has no answer, or blocks cannot be built.
 std::string explained(Status status, const Options& options);
-std::string explained(BlockStatus status);
+std::string explained(Error status);
 
 }  // namespace maxlogdet::cli

@@ -89,7 +89,7 @@ EpsilonOutcome outcome_of(std::size_t n, std::size_t k, double epsilon, const Ti
 
 nlohmann::ordered_json to_json(const EpsilonOptions& options) {
   return {{"experiment", "epsilon"},
-          {"seed", options.seed},
+          {"seed", options.stochastic.seed},
           {"sizes", options.sizes},
           {"shares", options.shares},
           {"epsilons", options.epsilons},
@@ -98,7 +98,7 @@ nlohmann::ordered_json to_json(const EpsilonOptions& options) {
 }
 
 std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size_t n, std::uint64_t run) {
-  Draws seeds(options.seed, run);
+  Draws seeds(options.stochastic.seed, run);
   const Frame frame = make_scene(options.scene, n, seeds.bits());
   BlockOptions block_options;
   block_options.weighting = options.weighting;
@@ -127,7 +127,7 @@ nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes) {
   for (const EpsilonOutcome& o : outcomes) {
     result.push_back({{"n", o.n},
                       {"k", o.k},
-                      {"epsilon", o.epsilon},
+                      {"epsilon", o.stochastic.epsilon},
                       {"us", o.us},
                       {"us_greedy", o.us_greedy},
                       {"us_lazy", o.us_lazy},

@@ -18,7 +18,7 @@ constexpr double RobustnessOutcome::*members[] = {&RobustnessOutcome::translatio
 BlockOptions block_options() {
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
-  options.third = ThirdMeasurement::stereo;
+  options.depth_cue = DepthCue::stereo;
   options.threads = 1;
   return options;
 }

@@ -22,7 +22,7 @@ namespace {
 // The state from one start() to the next.
 struct Proposals {
   Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, std::uint32_t* best) noexcept
-      : search(blocks, options, memory), status(search.start(blocks, options)), rounds(search), lanes(best) {
+      : search(blocks, options, memory), error(search.start(blocks, options)), rounds(search), lanes(best) {
     search.screening.use_store(search.constraints.free(), search.candidates.size());
     search.screening.expect_withdrawals();
   }
@@ -100,33 +100,34 @@ struct Proposals {
     listed = count;
   }
 
-  Status accept(std::size_t position) noexcept {
-    if (position >= count) return Status::nothing_proposed;
+  Error accept(std::size_t position) noexcept {
+    if (position >= count) return Error::nothing_proposed;
     double rows[max_block_rows][state_dimension];
     read_rows(search.candidates, search.screening.candidate(lanes[position]), rows);
     accept(position, rows, search.candidates.rows());
-    return Status::ok;
+    return Error::none;
   }
 
-  Status accept(std::size_t position, const double* block, int row_count) noexcept {
-    if (position >= count) return Status::nothing_proposed;
+  Error accept(std::size_t position, const double* block, int row_count) noexcept {
+    if (position >= count) return Error::nothing_proposed;
     float stored[max_block_rows][state_dimension] = {};  // rounded as in a store
-    if (!round_block(block, row_count, stored)) return Status::invalid_block;
+    if (!round_block(block, row_count, stored)) return Error::invalid_block;
     double rows[max_block_rows][state_dimension];
     for (int row = 0; row < row_count; ++row) std::copy_n(stored[row], state_dimension, rows[row]);
     accept(position, rows, row_count);
-    return Status::ok;
+    return Error::none;
   }
 
-  Status reject(std::size_t position) noexcept {
-    if (position >= count) return Status::nothing_proposed;
+  Error reject(std::size_t position) noexcept {
+    if (position >= count) return Error::nothing_proposed;
     search.reject(lanes[position], rounds.is_open());
     withdraw(position);
-    return Status::ok;
+    return Error::none;
   }
 
   Search search;
-  Status status;
+  Error error;
+  Status status = Status::ok;
   LazyRounds rounds;
   std::uint32_t* lanes;    // the best candidates known, in descending order
   std::size_t count = 0;   // unanswered proposals: the first of `lanes`
@@ -134,12 +135,12 @@ struct Proposals {
 };
 static_assert(std::is_trivially_destructible<Proposals>::value, "start() constructs them in the same storage again");
 
-Status check_active(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
-  const Status status = check(candidates, options, memory);
-  if (status != Status::ok) return status;
+Error check_active(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
+  const Error error = check(candidates, options, memory);
+  if (error != Error::none) return error;
   const bool is_greedy = options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy ||
                          options.strategy == Strategy::automatic;
-  return is_greedy ? Status::ok : Status::invalid_strategy;
+  return is_greedy ? Error::none : Error::invalid_strategy;
 }
 
 }  // namespace
@@ -150,14 +151,14 @@ struct ActiveSelection::State {
   SearchMemory memory;
   std::vector<std::uint32_t> best;  // lanes of the best candidates, in order
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type storage;
-  Proposals* proposals = nullptr;           // in `storage`; nullptr before start() or after an error
-  Status error = Status::nothing_proposed;  // why there are none
+  Proposals* proposals = nullptr;         // in `storage`; nullptr before start() or after an error
+  Error error = Error::nothing_proposed;  // why there are none
   std::size_t invalid_candidates = 0;
 
   // Returns the result of `answer` for the proposals; nothing_proposed if there are none.
   template <class Answer>
-  static Status answered(State* state, const Answer& answer) noexcept {
-    if (state == nullptr || state->proposals == nullptr) return Status::nothing_proposed;
+  static Error answered(State* state, const Answer& answer) noexcept {
+    if (state == nullptr || state->proposals == nullptr) return Error::nothing_proposed;
     return answer(*state->proposals);
   }
 };
@@ -169,16 +170,16 @@ ActiveSelection& ActiveSelection::operator=(ActiveSelection&&) noexcept = defaul
 
 std::size_t ActiveSelection::capacity() const noexcept { return state_ ? state_->memory.capacity : 0; }
 
-Status ActiveSelection::start(const BlockStore& candidates, const Options& options) noexcept {
-  if (!state_) return Status::capacity_exceeded;  // moved from
+Error ActiveSelection::start(const BlockStore& candidates, const Options& options) noexcept {
+  if (!state_) return Error::capacity_exceeded;  // moved from
   State& state = *state_;
   state.proposals = nullptr;
   state.invalid_candidates = candidates.invalid_count();
   state.error = check_active(candidates, options, state.memory);
-  if (state.error != Status::ok) return state.error;
+  if (state.error != Error::none) return state.error;
   auto* const proposals = new (&state.storage) Proposals(candidates, options, state.memory, state.best.data());
-  state.error = proposals->status;
-  if (state.error == Status::ok) state.proposals = proposals;
+  state.error = proposals->error;
+  if (state.error == Error::none) state.proposals = proposals;
   return state.error;
 }
 
@@ -198,42 +199,41 @@ std::size_t ActiveSelection::next(std::uint32_t* indices, std::size_t count) noe
   return given;
 }
 
-Status ActiveSelection::accept() noexcept {
+Error ActiveSelection::accept() noexcept {
   return State::answered(state_.get(), [](Proposals& now) { return now.accept(0); });
 }
 
-Status ActiveSelection::accept(const double* block, int rows) noexcept {
+Error ActiveSelection::accept(const double* block, int rows) noexcept {
   return State::answered(state_.get(), [=](Proposals& now) { return now.accept(0, block, rows); });
 }
 
-Status ActiveSelection::reject() noexcept {
+Error ActiveSelection::reject() noexcept {
   return State::answered(state_.get(), [](Proposals& now) { return now.reject(0); });
 }
 
-Status ActiveSelection::accept(std::uint32_t index) noexcept {
+Error ActiveSelection::accept(std::uint32_t index) noexcept {
   return State::answered(state_.get(), [=](Proposals& now) { return now.accept(now.position_of(index)); });
 }
 
-Status ActiveSelection::accept(std::uint32_t index, const double* block, int rows) noexcept {
+Error ActiveSelection::accept(std::uint32_t index, const double* block, int rows) noexcept {
   return State::answered(state_.get(), [=](Proposals& now) { return now.accept(now.position_of(index), block, rows); });
 }
 
-Status ActiveSelection::reject(std::uint32_t index) noexcept {
+Error ActiveSelection::reject(std::uint32_t index) noexcept {
   return State::answered(state_.get(), [=](Proposals& now) { return now.reject(now.position_of(index)); });
 }
 
-Status ActiveSelection::answer(const unsigned char* matched, std::size_t count) noexcept {
+Error ActiveSelection::answer(const unsigned char* matched, std::size_t count) noexcept {
   return State::answered(state_.get(), [=](Proposals& now) {
-    if (now.count == 0 || now.count != count || matched == nullptr) return Status::nothing_proposed;
+    if (now.count == 0 || now.count != count || matched == nullptr) return Error::nothing_proposed;
     for (std::size_t j = 0; j < count; ++j) matched[j] != 0 ? now.accept(std::size_t{0}) : now.reject(std::size_t{0});
-    return Status::ok;
+    return Error::none;
   });
 }
 
 Selection ActiveSelection::selection() const& noexcept {
-  Selection selection = empty_selection(Status::capacity_exceeded);
+  Selection selection = empty_selection(state_ ? state_->error : Error::capacity_exceeded);
   if (!state_) return selection;
-  selection.status = state_->error;
   selection.invalid_candidates = state_->invalid_candidates;
   selection.strategy = Strategy::lazy_greedy;
   if (state_->proposals == nullptr) return selection;

@@ -67,11 +67,14 @@ bool are_finite(const double* values, std::size_t count) noexcept {
 
 double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma * match.sigma); }
 
+// -1, as in a file, for what is not measured.
+double measured_or_none(double cue) noexcept { return cue >= 0 && std::isfinite(cue) ? cue : -1; }
+
 // Whether the reader takes the camera, too, of which cx and cy enter no block.
-bool is_recordable(const RigCamera& camera, ThirdMeasurement third) noexcept {
+bool is_recordable(const RigCamera& camera, DepthCue third) noexcept {
   const PinholeCamera& pinhole = camera.camera.pinhole;
-  return check(camera.camera, false, third) == BlockStatus::ok && std::isfinite(pinhole.cx) &&
-         std::isfinite(pinhole.cy) && is_rigid(camera.T_cb);
+  return check(camera.camera, false, third) == Error::none && std::isfinite(pinhole.cx) && std::isfinite(pinhole.cy) &&
+         is_rigid(camera.T_cb);
 }
 
 bool is_frame_file(std::string_view name) noexcept {
@@ -148,7 +151,7 @@ bool FrameRecorder::start(const Camera& camera, const RigidTransform& T_cw, cons
 bool FrameRecorder::start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details) noexcept {
   details_ = details;
   is_rig_ = true;
-  if (is_open_ && details.third == ThirdMeasurement::stereo) {
+  if (is_open_ && details.depth_cue == DepthCue::stereo) {
     return fail("a rig with right columns cannot be written into frame files");
   }
   const bool is_rig = rig.cameras != nullptr && rig.size > 0 && rig.size <= max_cameras;
@@ -159,11 +162,11 @@ bool FrameRecorder::start_frame(const RigCamera* cameras, std::size_t count, con
   is_started_ = false;
   camera_count_ = count;
   BlockOptions options;
-  options.third = details_.third;
+  options.depth_cue = details_.depth_cue;
   options.depth_sigma = details_.depth_sigma;
-  if (!is_open_ || count == 0 || !is_rigid(pose) || check(options) != BlockStatus::ok) return false;
+  if (!is_open_ || count == 0 || !is_rigid(pose) || check(options) != Error::none) return false;
   for (std::size_t c = 0; c < count; ++c) {
-    if (!maxlogdet::is_recordable(cameras[c], details_.third)) return false;
+    if (!maxlogdet::is_recordable(cameras[c], details_.depth_cue)) return false;
   }
   text_.clear();
   put_cameras(cameras, count);
@@ -201,7 +204,7 @@ void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
     text_ += '\n';
     if (is_rig_) put_transform(text_, ("T_cb" + place).c_str(), cameras[c].T_cb);
   }
-  if (details_.third == ThirdMeasurement::depth) {
+  if (details_.depth_cue == DepthCue::depth) {
     put(text_ += "# depth_sigma: ", details_.depth_sigma);
     text_ += '\n';
   }
@@ -210,8 +213,8 @@ void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
 void FrameRecorder::put_names_of_columns() {
   text_ += "mp_id,X,Y,Z,u,v,kp";
   if (is_rig_) text_ += ",camera";
-  if (details_.third == ThirdMeasurement::stereo) text_ += ",u_right";
-  if (details_.third == ThirdMeasurement::depth) text_ += ",depth";
+  if (details_.depth_cue == DepthCue::stereo) text_ += ",u_right";
+  if (details_.depth_cue == DepthCue::depth) text_ += ",depth";
   text_ += ",inv_sigma2";
   if (details_.has_covariances) text_ += ",cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz";
   if (details_.has_keyframes) text_ += ",keyframe";
@@ -221,8 +224,9 @@ void FrameRecorder::put_names_of_columns() {
 
 bool FrameRecorder::is_recordable(const FeatureMatch& match, double descriptor_distance) const noexcept {
   const double weight = weight_of(match);
-  const bool is_measured = are_finite(match.point, 3) && are_finite(match.measured, 2) && !std::isinf(match.third) &&
-                           std::isfinite(weight) && weight > 0 && std::isfinite(descriptor_distance);
+  const bool is_measured = are_finite(match.point, 3) && are_finite(match.measured, 2) &&
+                           match.measured[0] != unmeasured && std::isfinite(weight) && weight > 0 &&
+                           std::isfinite(descriptor_distance);
   const double* const covariance = details_.has_covariances ? match.covariance : nullptr;
   const bool is_covariance = covariance == nullptr || (are_finite(covariance, 9) && covariance[0] >= 0);
   return is_measured && is_covariance && (!is_rig_ || match.camera_id < camera_count_);
@@ -245,7 +249,8 @@ void FrameRecorder::put_match(const FeatureMatch& match, bool is_selected, doubl
   for (const double column_or_row : match.measured) next(column_or_row);
   next(match.id);
   if (is_rig_) next(static_cast<unsigned>(match.camera_id));
-  if (details_.third != ThirdMeasurement::none) next(std::isnan(match.third) ? -1 : match.third);
+  if (details_.depth_cue == DepthCue::stereo) next(measured_or_none(match.u_right));
+  if (details_.depth_cue == DepthCue::depth) next(match.depth == 0 ? -1 : measured_or_none(match.depth));
   next(weight_of(match));
   if (details_.has_covariances) {
     for (const std::size_t entry : {0U, 1U, 2U, 4U, 5U, 8U})

@@ -114,10 +114,10 @@ const std::uint32_t* ImageCells::groups() const noexcept { return state_->groups
 std::size_t ImageCells::count() const noexcept { return state_->count; }
 
 void ImageCells::limit(Options& options) const noexcept {
-  options.groups = groups();
-  options.group_count = count();
-  options.max_per_group = 1;
-  options.group_maxima = nullptr;
+  options.groups.ids = groups();
+  options.groups.count = count();
+  options.groups.maximum = 1;
+  options.groups.maxima = nullptr;
 }
 
 }  // namespace maxlogdet

@@ -58,15 +58,15 @@ double reconciled(const Selection& selection, double relative_error) noexcept {
 }  // namespace
 
 Selection Selector::select(const BlockStore& candidates, const Options& options) & noexcept {
-  Selection selection = empty_selection(Status::capacity_exceeded);
+  Selection selection = empty_selection(Error::capacity_exceeded);
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: a capacity of 0
-  selection.status = check(candidates, options, memory_->search);
-  if (selection.status != Status::ok) return selection;
+  selection.error = check(candidates, options, memory_->search);
+  if (selection.error != Error::none) return selection;
   Search search(candidates, options, memory_->search);
-  selection.status = search.start(candidates, options);
-  if (selection.status != Status::ok) return selection;
+  selection.error = search.start(candidates, options);
+  if (selection.error != Error::none) return selection;
 
   Status status = Status::ok;
   if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
@@ -74,12 +74,13 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining, method.crossover);
   memory_->search.team.run(executor_, selection.threads, [&] {
     status = method.run(search, options, memory_->strategies.of(selection.strategy));
-    if (status == Status::ok && options.exchange_sweeps > 0)
-      status = exchange(search, options.exchange_sweeps, memory_->exchange);
-    if (options.certify) selection.upper_bound = upper_bound(search, options.certificate_passes, memory_->certificate);
+    if (status == Status::ok && options.exchange.sweeps > 0)
+      status = exchange(search, options.exchange.sweeps, memory_->exchange);
+    if (options.certificate.compute)
+      selection.upper_bound = upper_bound(search, options.certificate.passes, memory_->certificate);
   });
   search.report(status, selection);
-  if (options.certify) selection.upper_bound = reconciled(selection, search.factor.relative_error());
+  if (options.certificate.compute) selection.upper_bound = reconciled(selection, search.factor.relative_error());
   return selection;
 }
 

@@ -6,25 +6,25 @@
 
 namespace maxlogdet {
 
-Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
-  if (memory.kernel == nullptr) return Status::unsupported_isa;
-  if (candidates.size() > memory.capacity) return Status::capacity_exceeded;
-  if (options.budget > memory.capacity) return Status::invalid_budget;
-  if (!(options.time_limit >= 0)) return Status::invalid_time_limit;
-  if (options.threads < 0) return Status::invalid_threads;
-  const Status of_target = Target::check(options);
-  if (of_target != Status::ok) return of_target;
+Error check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
+  if (memory.kernel == nullptr) return Error::unsupported_isa;
+  if (candidates.size() > memory.capacity) return Error::capacity_exceeded;
+  if (!(options.time_limit >= 0)) return Error::invalid_time_limit;
+  if (options.threads < 0) return Error::invalid_threads;
+  const Error of_target = Target::check(options);
+  if (of_target != Error::none) return of_target;
   const Method* const method = method_of(options.strategy);
-  return method == nullptr ? Status::invalid_strategy : method->check(options);
+  return method == nullptr ? Error::invalid_strategy : method->check(options);
 }
 
-Selection empty_selection(Status status) noexcept {
+Selection empty_selection(Error error) noexcept {
   Selection selection{};
-  selection.status = status;
+  selection.status = error == Error::none ? Status::ok : Status::error;
+  selection.error = error;
   selection.log_det = not_a_number;
   selection.upper_bound = not_a_number;
   selection.threads = 1;
-  selection.efficiency_of_all = not_a_number;
+  selection.efficiency = not_a_number;
   selection.translation_sigma = not_a_number;
   selection.rotation_sigma = not_a_number;
   return selection;

@@ -10,9 +10,9 @@
 namespace maxlogdet {
 
 /// Returns the first error of the caller's arguments, or ok.
-Status check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept;
+Error check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept;
 
 /// An empty selection, as after an error.
-Selection empty_selection(Status status) noexcept;
+Selection empty_selection(Error error) noexcept;
 
 }  // namespace maxlogdet

@@ -36,7 +36,7 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
 
   BlockOptions options;
   options.weighting = Weighting::map_bias;
-  if (rows == 3) options.third = ThirdMeasurement::stereo;
+  if (rows == 3) options.depth_cue = DepthCue::stereo;
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {

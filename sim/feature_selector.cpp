@@ -183,9 +183,9 @@ void FeatureSelector::search_with_groups(Options options, std::vector<std::uint3
 
 void FeatureSelector::search_with_maxima(std::vector<std::uint32_t>& selected) {
   Options options = settings_.search;
-  options.groups = groups_.of_matches().data();
-  options.group_count = groups_.count();
-  options.max_per_group =
+  options.groups.ids = groups_.of_matches().data();
+  options.groups.count = groups_.count();
+  options.groups.maximum =
       groups_.maximum_for(settings_.budget, settings_.slack, [this](std::size_t i) { return blocks_.is_valid(i); });
   search_with_groups(options, selected);
 }
@@ -246,7 +246,7 @@ void FeatureSelector::select_with_shared_errors(const Frame& frame, const Matche
                                                 std::vector<std::uint32_t>& selected) {
   const BlockOptions& blocks = settings_.blocks;
   if (blocks.weighting == Weighting::map_bias || blocks.weighting == Weighting::map_bias_world ||
-      blocks.third == ThirdMeasurement::depth || !(settings_.tau >= 0)) {
+      blocks.depth_cue == DepthCue::depth || !(settings_.tau >= 0)) {
     throw std::invalid_argument(
         "shared errors: expected blocks whitened by pixel noise, no row of depth, and a tau of at least 0 px");
   }

@@ -5,9 +5,9 @@
 
 namespace maxlogdet::sim {
 
-ThirdMeasurement FrameCamera::third() const noexcept {
-  if (depth_sigma > 0) return ThirdMeasurement::depth;
-  return rig.empty() && bf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+DepthCue FrameCamera::third() const noexcept {
+  if (depth_sigma > 0) return DepthCue::depth;
+  return rig.empty() && bf > 0 ? DepthCue::stereo : DepthCue::none;
 }
 
 void fill_unknown_covariances(Frame& frame, double map_sigma) {
@@ -19,7 +19,7 @@ void fill_unknown_covariances(Frame& frame, double map_sigma) {
 
 std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   std::array<double, 3> p{};
-  RigidTransform(frame.T_cw_prior.data()).transform(match.point, p.data());
+  RigidTransform(RigidTransform::row_major(frame.T_cw_prior.data())).transform(match.point, p.data());
   if (frame.camera.rig.empty()) return p;
   std::array<double, 3> of_camera{};
   frame.camera.rig[match.camera_id].T_cb.transform(p.data(), of_camera.data());
@@ -39,7 +39,7 @@ void MatchArrays::clear() {
   points_.clear();
   sigmas_.clear();
   map_covariances_.clear();
-  has_third_.clear();
+  has_depth_cue_.clear();
   camera_ids_.clear();
 }
 
@@ -51,7 +51,7 @@ void MatchArrays::add(const Frame& frame, std::size_t i) {
 void MatchArrays::add(const Match& match, const double* map_covariance) {
   points_.insert(points_.end(), match.point, match.point + 3);
   sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
-  has_third_.push_back(match.has_third() ? 1 : 0);
+  has_depth_cue_.push_back(match.has_depth_cue() ? 1 : 0);
   if (map_covariance != nullptr) map_covariances_.insert(map_covariances_.end(), map_covariance, map_covariance + 9);
 }
 
@@ -60,7 +60,7 @@ Matches MatchArrays::view() const noexcept {
   matches.size = sigmas_.size();
   matches.points = points_.data();
   matches.sigmas = sigmas_.data();
-  matches.has_third = has_third_.data();
+  matches.has_depth_cue = has_depth_cue_.data();
   if (!camera_ids_.empty()) matches.camera_ids = camera_ids_.data();
   matches.map_covariances = map_covariances_.empty() ? nullptr : map_covariances_.data();
   return matches;
@@ -69,10 +69,11 @@ Matches MatchArrays::view() const noexcept {
 BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
   const FrameCamera& camera = frame.camera;
   if (camera.rig.empty()) {
-    return maxlogdet::append_blocks(Camera(camera), frame.T_cw_prior.data(), matches, options, blocks);
+    return maxlogdet::append_blocks(Camera(camera), RigidTransform::row_major(frame.T_cw_prior.data()), matches,
+                                    options, blocks);
   }
-  return maxlogdet::append_blocks(Rig(camera.rig.data(), camera.rig.size()), frame.T_cw_prior.data(), matches, options,
-                                  blocks);
+  return maxlogdet::append_blocks(Rig(camera.rig.data(), camera.rig.size()),
+                                  RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
 }
 
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,

@@ -28,7 +28,7 @@ struct Match {
   bool is_selected = false;    ///< whether the recorded tracker selected it (Frame::has_selection)
 
   bool is_stereo() const noexcept { return u_right >= 0; }
-  bool has_third() const noexcept { return is_stereo() || depth > 0; }
+  bool has_depth_cue() const noexcept { return is_stereo() || depth > 0; }
 };
 
 /// What took a frame: a rectified pinhole, or a rig of one or more cameras of any model, about whose body the pose is.
@@ -44,7 +44,7 @@ struct FrameCamera : PinholeCamera {
   /// Returns whether matches have u, v and at most a right-image column, by the pinhole.
   bool is_pinhole() const noexcept { return rig.empty() && !(depth_sigma > 0); }
   /// Returns the third measurement that matches may have.
-  ThirdMeasurement third() const noexcept;
+  DepthCue third() const noexcept;
 };
 
 /// The matches of one image and the pose to linearise at; docs/frame_format.md describes the file it is read from.
@@ -94,7 +94,7 @@ class MatchArrays {
   std::vector<double> points_;
   std::vector<double> sigmas_;
   std::vector<double> map_covariances_;
-  std::vector<unsigned char> has_third_;
+  std::vector<unsigned char> has_depth_cue_;
   std::vector<std::uint8_t> camera_ids_;  // empty without a rig
 };
 

@@ -30,14 +30,14 @@ Eigen::Matrix3d point_jacobian_of_any(const FrameCamera& camera, const Pose& T_c
 }
 
 // L^-1 of S = L L^T, of which only the lower triangle is read.
-Whitening inverse_root(const Eigen::Matrix3d& S, bool has_third) {
+Whitening inverse_root(const Eigen::Matrix3d& S, bool has_depth_cue) {
   Whitening W;
   const double l00 = std::sqrt(S(0, 0)), l10 = S(1, 0) / l00, l11 = std::sqrt(S(1, 1) - l10 * l10);
   W.w00 = 1 / l00;
   W.w11 = 1 / l11;
   W.w10 = -l10 * W.w00 * W.w11;
   W.w22 = 0;
-  if (!has_third) return W;
+  if (!has_depth_cue) return W;
   const double l20 = S(2, 0) / l00, l21 = (S(2, 1) - l20 * l10) / l11;
   W.w22 = 1 / std::sqrt(S(2, 2) - l20 * l20 - l21 * l21);
   W.w21 = -l21 * W.w11 * W.w22;

@@ -21,7 +21,7 @@ PoseOptions options_of_round(const RejectionOptions& options, bool is_last) {
 
 bool agrees(const FrameCamera& camera, const Match& match, const Pose& T_cw, const RejectionOptions& options,
             const Whitening* whitening) {
-  const double limit = options.stereo && match.has_third() ? options.chi2_stereo : options.chi2_monocular;
+  const double limit = options.stereo && match.has_depth_cue() ? options.chi2_stereo : options.chi2_monocular;
   return chi2(camera, T_cw, match, options.stereo, whitening) <= limit;
 }
 

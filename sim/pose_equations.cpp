@@ -219,10 +219,10 @@ PoseSums add_up_any(const PoseProblem& problem, const Pose& T_cw) {
   return sums;
 }
 
-SquaredError whitened_square(const Whitening* whitening, double inv_sigma2, double (&e)[3], bool has_third) {
-  if (whitening == nullptr) return {inv_sigma2 * squared_norm(e), has_third};
+SquaredError whitened_square(const Whitening* whitening, double inv_sigma2, double (&e)[3], bool has_depth_cue) {
+  if (whitening == nullptr) return {inv_sigma2 * squared_norm(e), has_depth_cue};
   whitening->apply(e[0], e[1], e[2]);
-  return {squared_norm(e), has_third};
+  return {squared_norm(e), has_depth_cue};
 }
 
 SquaredError squared_error_of_any(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
@@ -268,7 +268,7 @@ double rho_after_step(const PoseProblem& problem, const Pose& from, const Pose& 
     if (!(error_at(from).value < infinity)) continue;
     const SquaredError after = error_at(to);
     if (after.value == infinity) return infinity;
-    sum += huber(after.value, problem.threshold(after.has_third)).rho;
+    sum += huber(after.value, problem.threshold(after.has_depth_cue)).rho;
   }
   return sum;
 }

@@ -22,8 +22,8 @@ struct PoseProblem {
   const std::vector<Whitening>& whitenings;
 
   /// Huber's threshold, infinite of squared errors.
-  double threshold(bool has_third) const {
-    const double given = has_third ? options.huber_stereo : options.huber_monocular;
+  double threshold(bool has_depth_cue) const {
+    const double given = has_depth_cue ? options.huber_stereo : options.huber_monocular;
     return given > 0 ? given : std::numeric_limits<double>::infinity();
   }
   /// nullptr: the measurement's noise alone whitens.
@@ -47,7 +47,7 @@ Matrix6 to_matrix(const PoseSums& sums);
 /// Squared error of a match in deviations: infinite where the camera has no image, NaN where a number is not finite.
 struct SquaredError {
   double value;
-  bool has_third;
+  bool has_depth_cue;
 };
 
 /// `whitening`: nullptr: the measurement's noise alone.

@@ -51,7 +51,7 @@ double determinant(const Eigen::Matrix3d& A) {
 WhitenedMatch whiten(const Frame& frame, std::size_t i, const BlockOptions& options, const double* map_covariance) {
   WhitenedMatch result;
   const Match& match = frame.matches[i];
-  const bool stereo = options.third == ThirdMeasurement::stereo;
+  const bool stereo = options.depth_cue == DepthCue::stereo;
   const Pose T_cw = pose_of(frame.T_cw_prior);
   LinearizedMatch at;
   if (!(in_camera(frame, match)[2] >= options.min_depth) || !linearize(frame.camera, T_cw, match, stereo, at)) {

@@ -72,7 +72,7 @@ struct BlockOutput {
   std::size_t behind_camera;
   std::size_t too_near;
   std::size_t singular_rays;
-  std::size_t unsound_covariances;
+  std::size_t invalid_covariances;
   std::size_t invalid_jacobians;
   double column_max[6];  ///< largest |entry| written, by column
 

@@ -141,7 +141,7 @@ template <BlockWeighting weighting, ThirdRow third>
   std::size_t kept = 0;
   for (std::size_t lane = 0; lane < used; ++lane) {
     output.singular_rays += singular_lanes >> lane & 1U;
-    output.unsound_covariances += unsound_lanes >> lane & 1U;
+    output.invalid_covariances += unsound_lanes >> lane & 1U;
     if ((valid_lanes >> lane & 1U) == 0) continue;
     for (std::size_t e = 0; e < entries; ++e) planes[e * output.stride + kept] = copy[e * double_lanes + lane];
     for (std::size_t d = 0; pack.is_factored && d < 3; ++d) {
@@ -156,7 +156,7 @@ template <BlockWeighting weighting, ThirdRow third>
 
 inline void clear(BlockOutput& output, std::size_t size) {
   output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
-  output.unsound_covariances = output.invalid_jacobians = 0;
+  output.invalid_covariances = output.invalid_jacobians = 0;
   std::memset(output.validity, 0, size);
 }
 

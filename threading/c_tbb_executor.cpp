@@ -18,7 +18,7 @@ maxlogdet_status maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_
   if (status != MAXLOGDET_STATUS_OK) return status;
   if (struct_size < offsetof(maxlogdet_executor, run) + sizeof executor->run) {
     executor->struct_size = 0;
-    return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+    return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   }
   executor->concurrency = concurrency;
   executor->run = run;

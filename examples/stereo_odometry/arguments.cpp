@@ -196,8 +196,8 @@ TrackerOptions common_options(const Arguments& arguments) {
   options.keeps_residuals = arguments.writes_residuals;
   options.selection.blocks.weighting = *sim::find_named(sim::weightings, arguments.weighting);
   options.selection.weights = *sim::find_named(sim::weightings, arguments.weights);
-  options.selection.blocks.third =
-      options.optimization.stereo ? maxlogdet::ThirdMeasurement::stereo : maxlogdet::ThirdMeasurement::none;
+  options.selection.blocks.depth_cue =
+      options.optimization.stereo ? maxlogdet::DepthCue::stereo : maxlogdet::DepthCue::none;
   options.selection.blocks.threads = 1;
   return options;
 }

@@ -24,7 +24,7 @@ maxlogdet::Matches MapPoints::arrays() const {
   matches.points = positions.front().data();
   matches.map_covariances = covariances.front().data();
   matches.weights = chances.data();
-  matches.has_third = is_stereo.data();
+  matches.has_depth_cue = is_stereo.data();
   return matches;
 }
 

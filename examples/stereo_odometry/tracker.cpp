@@ -292,7 +292,8 @@ void StereoTracker::measure_selection() {
   maxlogdet::Matches matches = arrays_.view();
   matches.usable = is_inlier.data();
   blocks_.clear();
-  append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options_.selection.blocks, blocks_);
+  append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options_.selection.blocks,
+                blocks_);
   if (certifier_.capacity() < blocks_.size()) certifier_ = maxlogdet::Selector(2 * blocks_.size());
   Options options;
   options.budget = 0;
@@ -304,8 +305,8 @@ void StereoTracker::measure_selection() {
   result_.log_det = certifier_.select(blocks_, options).log_det;
   if (options_.active) return;  // the other candidates were not matched
   options.required = nullptr;
-  options.certify = true;
-  options.certificate_passes = 8;
+  options.certificate.compute = true;
+  options.certificate.passes = 8;
   result_.efficiency =
       std::exp((result_.log_det - certifier_.select(blocks_, options).upper_bound) / maxlogdet::state_dimension);
 }

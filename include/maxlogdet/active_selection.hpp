@@ -49,7 +49,7 @@ class ActiveSelection {
   /// here. There is neither certificate nor exchange; exchange_sweeps with a target is an error, as in
   /// Selector::select. target_efficiency compares with all blocks as offered, including those rejected later; measured
   /// blocks may thus reach more than 1. The statuses are those of Selector::select; after an error nothing is proposed.
-  Status start(const BlockStore& candidates, const Options& options) noexcept;
+  Error start(const BlockStore& candidates, const Options& options) noexcept;
 
   /// Returns the candidate of maximum gain that is neither accepted nor rejected; while proposals are unanswered, the
   /// first of these again, also after the time limit. Returns `none` when the budget is reached, nothing is left, or
@@ -65,31 +65,31 @@ class ActiveSelection {
   std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
 
   /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.
-  Status accept() noexcept;
+  Error accept() noexcept;
   /// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (with a stereo row, for example).
   /// Returns ok, nothing_proposed, or invalid_block (null, rows not in {1, 2, 3}, not finite), after which it is still
   /// proposed.
-  Status accept(const double* block, int rows) noexcept;
+  Error accept(const double* block, int rows) noexcept;
   /// Rejects it: it is not proposed again. Returns ok or nothing_proposed.
-  Status reject() noexcept;
+  Error reject() noexcept;
 
   /// The same for any unanswered proposal, in any order; nothing_proposed if this candidate is not one.
-  Status accept(std::uint32_t index) noexcept;
+  Error accept(std::uint32_t index) noexcept;
   /// The same with the block as measured.
-  Status accept(std::uint32_t index, const double* block, int rows) noexcept;
+  Error accept(std::uint32_t index, const double* block, int rows) noexcept;
   /// Rejects any unanswered proposal.
-  Status reject(std::uint32_t index) noexcept;
+  Error reject(std::uint32_t index) noexcept;
   /// A bool is not an index.
   template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
-  Status accept(Bool) = delete;
+  Error accept(Bool) = delete;
   /// A bool is not an index.
   template <class Bool, class = typename std::enable_if<std::is_same<Bool, bool>::value>::type>
-  Status reject(Bool) = delete;
+  Error reject(Bool) = delete;
 
   /// Answers all unanswered proposals in their order: `matched` has `count` bytes, where nonzero accepts, and `count`
   /// is the number of unanswered proposals. Returns nothing_proposed, without effect, if there are none or not as many,
   /// or for a null pointer; else ok.
-  Status answer(const unsigned char* matched, std::size_t count) noexcept;
+  Error answer(const unsigned char* matched, std::size_t count) noexcept;
 
   /// Returns what has been accepted, in that order; valid until the next call of any other function. The status is
   /// nothing_proposed before start(), `ok` also while there is more to propose, and target_reached once the targets are

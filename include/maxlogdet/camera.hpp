@@ -42,7 +42,7 @@ struct Camera {
                                   double k3 = 0) noexcept;
   /// Takes parameters in the order of OpenCV's fisheye model.
   static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
-  /// Requires -1 < xi (rarely above 1), 0 <= alpha <= 1; else the blocks' status is BlockStatus::invalid_camera.
+  /// Requires -1 < xi (rarely above 1), 0 <= alpha <= 1; else the blocks' status is Error::invalid_camera.
   static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
 };
 

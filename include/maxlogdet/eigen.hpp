@@ -8,11 +8,19 @@
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace maxlogdet {
+
+/// Whether a pointer is one to an Eigen matrix or expression.
+template <class Derived>
+std::true_type is_eigen_matrix(const Eigen::MatrixBase<Derived>*);
+/// Anything else.
+std::false_type is_eigen_matrix(const void*);
 
 /// Appends an r x 6 block, r in {1, 2, 3}, of any scalar type and storage order; returns its index. Another number of
 /// rows is kept as an invalid candidate; another number of columns does not compile, or, if known only at run time, is
@@ -52,16 +60,26 @@ class EigenPrior {
   double entries_[state_dimension * state_dimension];
 };
 
-/// Converts a 3 x 4 or 4 x 4 matrix or expression of any scalar type and storage order; for an Isometry3d or Sophus'
-/// SE3d pass its matrix(). Any other size is refused as BlockStatus::invalid_pose.
+/// Poses as matrices or expressions, 3 x 4 or 4 x 4, of any scalar type and storage order. Another size is refused as
+/// Error::invalid_pose.
 template <class Derived>
-RigidTransform rigid_transform(const Eigen::MatrixBase<Derived>& T) {
-  if (T.cols() != 4 || T.rows() < 3 || T.rows() > 4) return nullptr;
-  double entries[12];
-  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(entries);
-  rows = T.template topRows<3>().template cast<double>();
-  return entries;
-}
+struct PoseTraits<Derived, typename std::enable_if<decltype(is_eigen_matrix(std::declval<Derived*>()))::value>::type> {
+  /// Copies the first three rows.
+  static RigidTransform convert(const Derived& T) {
+    if (T.cols() != 4 || T.rows() < 3 || T.rows() > 4) return nullptr;
+    double entries[12];
+    Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(entries);
+    rows = T.template topRows<3>().template cast<double>();
+    return RigidTransform::row_major(entries);
+  }
+};
+
+/// Poses as Eigen::Isometry3d, Affine3f, ...
+template <class Scalar, int Mode, int Options>
+struct PoseTraits<Eigen::Transform<Scalar, 3, Mode, Options>> {
+  /// Copies its matrix.
+  static RigidTransform convert(const Eigen::Transform<Scalar, 3, Mode, Options>& T) { return T.matrix(); }
+};
 
 /// Returns a view of the columns of a 3 x n matrix of float or double.
 template <class Scalar, int Options, int MaxRows, int MaxColumns>
@@ -101,20 +119,18 @@ Matches with_points(Matches matches, const EigenPoints& points) noexcept {
   return matches;
 }
 
-/// As append_blocks in jacobian.hpp, with T_cw as for rigid_transform(), and points as for points_of(), which replace
-/// matches.points and matches.size.
-template <class PoseDerived, class EigenPoints>
-BlockReport append_blocks(const Camera& camera, const Eigen::MatrixBase<PoseDerived>& T_cw, const EigenPoints& points,
+/// As append_blocks in jacobian.hpp, with points as for points_of(), which replace matches.points and matches.size.
+template <class EigenPoints>
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const EigenPoints& points,
                           const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                           Executor* executor = nullptr) {
-  return append_blocks(camera, rigid_transform(T_cw), with_points(matches, points), options, blocks, executor);
+  return append_blocks(camera, T_cw, with_points(matches, points), options, blocks, executor);
 }
 /// The same for a rig, with T_bw.
-template <class PoseDerived, class EigenPoints>
-BlockReport append_blocks(const Rig& rig, const Eigen::MatrixBase<PoseDerived>& T_bw, const EigenPoints& points,
-                          const Matches& matches, const BlockOptions& options, BlockStore& blocks,
-                          Executor* executor = nullptr) {
-  return append_blocks(rig, rigid_transform(T_bw), with_points(matches, points), options, blocks, executor);
+template <class EigenPoints>
+BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const EigenPoints& points, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr) {
+  return append_blocks(rig, T_bw, with_points(matches, points), options, blocks, executor);
 }
 
 }  // namespace maxlogdet

@@ -10,31 +10,45 @@
 extern "C" {
 #endif
 
-/// How a call ended. A selection that is ok, all_selected, deadline_reached or target_reached carries an answer; with
-/// any other status it is empty, and its log_det is NaN.
+/// What is wrong; maxlogdet_error_explanation says it in words.
+typedef int32_t maxlogdet_error;
+enum {
+  MAXLOGDET_ERROR_OUT_OF_MEMORY = -2,    ///< no memory; the call had no effect
+  MAXLOGDET_ERROR_INVALID_ARGUMENT = -1,  ///< a null pointer, no struct_size, no functions
+  MAXLOGDET_ERROR_NONE = 0,  ///< nothing is wrong
+  MAXLOGDET_ERROR_CAPACITY_EXCEEDED = 1,  ///< more candidates than the selector's capacity
+  MAXLOGDET_ERROR_INVALID_STRATEGY = 2,  ///< the strategy is not one of the enumerators, or not one that active matching has
+  MAXLOGDET_ERROR_INVALID_EPSILON = 3,  ///< stochastic.epsilon is not in (0, 1)
+  MAXLOGDET_ERROR_INVALID_PRIOR = 4,  ///< the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)
+  MAXLOGDET_ERROR_INVALID_TIME_LIMIT = 5,  ///< time_limit is negative or NaN
+  MAXLOGDET_ERROR_INVALID_THREADS = 6,  ///< threads is negative
+  MAXLOGDET_ERROR_INVALID_GROUPS = 7,  ///< a group is not below groups.count, or the spread is negative or not finite
+  MAXLOGDET_ERROR_UNSUPPORTED_GROUPS = 8,  ///< the strategy does not support groups
+  MAXLOGDET_ERROR_INVALID_TARGET = 9,  ///< a target is negative, NaN or infinite, or target.efficiency is above 1
+  MAXLOGDET_ERROR_UNSUPPORTED_TARGET = 10,  ///< relaxed, backward_greedy and exchanges have no order in which a target could end them
+  MAXLOGDET_ERROR_INFEASIBLE = 11,  ///< a required candidate is excluded or has no block, or more are required than may be selected
+  MAXLOGDET_ERROR_UNSUPPORTED_ISA = 12,  ///< MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine
+  MAXLOGDET_ERROR_INVALID_CAMERA = 13,  ///< fx or fy is not positive, a parameter is out of its range, or a right column needs bf > 0
+  MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL = 14,  ///< Camera::model is not an enumerator
+  MAXLOGDET_ERROR_INVALID_CAMERA_ID = 15,  ///< a camera_id is not below the size of the rig, which has 1 to 256 cameras
+  MAXLOGDET_ERROR_INVALID_POSE = 16,  ///< a pose is missing, not finite, or not a rotation and a translation
+  MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS = 17,  ///< a deviation, min_depth or threads is out of its range, or an enumerator is unknown
+  MAXLOGDET_ERROR_MISSING_POINTS = 18,  ///< there are matches, but no points
+  MAXLOGDET_ERROR_INVALID_STRIDE = 19,  ///< the stride is not a whole number of coordinates, three at least, side by side
+  MAXLOGDET_ERROR_MIXED_DEPTH_CUES = 20,  ///< some matches of the frame have a right column, and some a depth
+  MAXLOGDET_ERROR_NOTHING_PROPOSED = 21,  ///< this candidate is not proposed
+  MAXLOGDET_ERROR_INVALID_BLOCK = 22  ///< the measured block is missing, has not 1 to 3 rows, or is not finite
+};
+
+/// How a selection ended.
 typedef int32_t maxlogdet_status;
 enum {
-  MAXLOGDET_STATUS_OUT_OF_MEMORY = -2,       ///< no memory; the call had no effect
-  MAXLOGDET_STATUS_INVALID_ARGUMENT = -1,    ///< a null pointer, no struct_size, no functions
-  MAXLOGDET_STATUS_OK = 0,                   ///< done; of a selection: as many as the budget asks for
-  MAXLOGDET_STATUS_ALL_SELECTED = 1,         ///< no more may be selected
-  MAXLOGDET_STATUS_DEADLINE_REACHED = 2,     ///< time_limit passed: the answer so far
-  MAXLOGDET_STATUS_INVALID_BUDGET = 3,       ///< budget above the capacity
-  MAXLOGDET_STATUS_INVALID_EPSILON = 4,      ///< stochastic_greedy with epsilon not in (0, 1)
-  MAXLOGDET_STATUS_INVALID_PRIOR = 5,        ///< prior not finite, not symmetric, or not safely positive definite
-  MAXLOGDET_STATUS_CAPACITY_EXCEEDED = 6,    ///< more candidates than the capacity
-  MAXLOGDET_STATUS_INVALID_STRATEGY = 7,     ///< not an enumerator, or not one that an active selection has
-  MAXLOGDET_STATUS_INVALID_TIME_LIMIT = 8,   ///< negative or NaN
-  MAXLOGDET_STATUS_INVALID_THREADS = 9,      ///< negative
-  MAXLOGDET_STATUS_INVALID_GROUPS = 10,      ///< a group not below group_count
-  MAXLOGDET_STATUS_INFEASIBLE = 11,          ///< what is required is excluded, invalid, or more than is allowed
-  MAXLOGDET_STATUS_UNSUPPORTED_GROUPS = 12,  ///< the strategy does not support groups
-  MAXLOGDET_STATUS_NOTHING_PROPOSED = 13,    ///< an answer without a proposal
-  MAXLOGDET_STATUS_INVALID_BLOCK = 14,       ///< the measured block is null, not finite, or has not 1 to 3 rows
-  MAXLOGDET_STATUS_UNSUPPORTED_ISA = 15,     ///< MAXLOGDET_ISA names an unavailable instruction set
-  MAXLOGDET_STATUS_TARGET_REACHED = 16,      ///< every target given is met: an answer
-  MAXLOGDET_STATUS_INVALID_TARGET = 17,      ///< negative, NaN or infinite, or target_efficiency above 1
-  MAXLOGDET_STATUS_UNSUPPORTED_TARGET = 18   ///< with relaxed, backward_greedy or exchange_sweeps
+  MAXLOGDET_STATUS_OK = 0,  ///< as many as the budget asks for were selected
+  MAXLOGDET_STATUS_ALL_SELECTED = 1,  ///< no more may be selected
+  MAXLOGDET_STATUS_TARGET_REACHED = 2,  ///< every target given is met
+  MAXLOGDET_STATUS_DEADLINE_REACHED = 3,  ///< the time limit passed: the answer is filled up by the highest gains last known
+  MAXLOGDET_STATUS_FEW_CANDIDATES = 4,  ///< good features: fewer matches than the budget have blocks; others fill it
+  MAXLOGDET_STATUS_ERROR = 5  ///< see `error`
 };
 
 /// How the candidates are searched.
@@ -59,11 +73,11 @@ enum {
 };
 
 /// What a third row measures, for the matches that have one.
-typedef int32_t maxlogdet_third_measurement;
+typedef int32_t maxlogdet_depth_cue;
 enum {
-  MAXLOGDET_THIRD_MEASUREMENT_NONE = 0,    ///< the default: all are monocular
-  MAXLOGDET_THIRD_MEASUREMENT_STEREO = 1,  ///< u_right, px; needs the camera's bf > 0
-  MAXLOGDET_THIRD_MEASUREMENT_DEPTH = 2    ///< depth, m
+  MAXLOGDET_DEPTH_CUE_NONE = 0,    ///< the default: all are monocular
+  MAXLOGDET_DEPTH_CUE_STEREO = 1,  ///< u_right, px; needs the camera's bf > 0
+  MAXLOGDET_DEPTH_CUE_DEPTH = 2    ///< depth, m
 };
 
 /// How a camera projects a point (maxlogdet/camera.hpp has the equations).
@@ -82,26 +96,11 @@ enum {
   MAXLOGDET_POINT_TYPE_FLOAT32 = 1   ///< float
 };
 
-/// How append_blocks ended. Nothing is appended unless it is ok, singular_rays or invalid_jacobians.
-typedef int32_t maxlogdet_block_status;
-enum {
-  MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY = -2,
-  MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT = -1,  ///< as MAXLOGDET_STATUS_INVALID_ARGUMENT
-  MAXLOGDET_BLOCK_STATUS_OK = 0,                 ///< n blocks; those without a Jacobian as invalid candidates
-  MAXLOGDET_BLOCK_STATUS_SINGULAR_RAYS = 1,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z
-                                               ///< axis: their blocks are invalid
-  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA = 2,   ///< a parameter out of its range, or stereo rows without bf > 0
-  MAXLOGDET_BLOCK_STATUS_INVALID_POSE = 3,     ///< T_cw or T_bw null; these or T_cb not finite or not a rotation
-  MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS = 4,  ///< a sigma, min_depth, threads or an enumerator out of its range
-  MAXLOGDET_BLOCK_STATUS_MISSING_POINTS = 5,   ///< size > 0 without points
-  MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE = 6,   ///< less than three coordinates, or not a whole number of them
-  MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL = 7,  ///< not an enumerator
-  MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID = 8,     ///< no such camera, ids without a rig, no camera or more than 256
-  MAXLOGDET_BLOCK_STATUS_INVALID_JACOBIANS = 9  ///< as ok, but some of the caller's are not finite: their blocks are
-                                                ///< invalid
-};
-
-/// Name of the enumerator in lower case ("all_selected"); "unknown" for any other value. A constant.
+/// Name of the enumerator in lower case ("invalid_prior"); "unknown" for any other value. A constant.
+const char* maxlogdet_error_name(maxlogdet_error error);
+/// What is wrong, in words.
+const char* maxlogdet_error_explanation(maxlogdet_error error);
+/// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_status_name(maxlogdet_status status);
 /// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
@@ -109,8 +108,6 @@ const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
 const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
 /// Name of the enumerator; "unknown" for any other value.
 const char* maxlogdet_camera_model_name(maxlogdet_camera_model model);
-/// Name of the enumerator; "unknown" for any other value.
-const char* maxlogdet_block_status_name(maxlogdet_block_status status);
 
 #ifdef __cplusplus
 }

@@ -9,8 +9,8 @@ namespace maxlogdet {
 
 /// What a recorded frame has besides camera, pose and matches.
 struct FrameDetails {
-  ThirdMeasurement third = ThirdMeasurement::none;  ///< what FeatureMatch::third is
-  double depth_sigma = 1;                           ///< standard deviation of a measured depth, m
+  DepthCue depth_cue = DepthCue::none;    ///< what matches may have: u_right or a depth
+  double depth_sigma = 1;                 ///< standard deviation of a measured depth, m
   bool has_covariances = false;           ///< whether to write FeatureMatch::covariance, or -1 where it is unknown
   bool has_keyframes = false;             ///< whether to write FeatureMatch::keyframe
   bool has_descriptor_distances = false;  ///< whether to write the descriptor distances given to add()
@@ -49,7 +49,7 @@ class FrameRecorder {
   /// recorded, if append_blocks would refuse camera, pose or details.
   bool start(const Camera& camera, const RigidTransform& T_cw, const FrameDetails& details = FrameDetails()) noexcept;
   /// The same on a rig; T_bw: world to body. The file has no place for right columns of a rig: with
-  /// ThirdMeasurement::stereo the recording ends.
+  /// DepthCue::stereo the recording ends.
   bool start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details = FrameDetails()) noexcept;
   /// Adds a match, also one behind the camera. Returns false, and leaves the match out, if a number of it is not finite
   /// (point, u, v, 1 / sigma^2, covariance), or has a value that the file uses for "unknown" (a negative variance), and

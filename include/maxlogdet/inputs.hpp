@@ -6,10 +6,86 @@
 #include <type_traits>
 #include <utility>
 
-// Points and poses as trackers have them: of float or double, with a stride, row- or column-major. Eigen's are in
-// maxlogdet/eigen.hpp.
+// Points and poses of the tracker's own types. A point is anything with members x, y, z, or with [0], [1], [2]:
+// cv::Point3f, Eigen::Vector3d, std::array, a pointer. A pose is whatever PoseTraits knows: maxlogdet/eigen.hpp,
+// maxlogdet/sophus.hpp and maxlogdet/opencv.hpp teach it theirs, and a tracker its own in five lines.
 
 namespace maxlogdet {
+
+/// Where the coordinates of a foreign type are; undefined for what is no point. Specialise it for a type that has
+/// neither members x, y, z nor [0], [1], [2].
+template <class Vector, class = void>
+struct PointTraits;
+
+/// Whether a type has a member y.
+template <class Vector, class = void>
+struct HasMemberY : std::false_type {};
+/// It has.
+template <class Vector>
+struct HasMemberY<Vector, decltype(static_cast<void>(static_cast<double>(std::declval<const Vector&>().y)))>
+    : std::true_type {};
+
+/// Members x, y and, of a point in space, z.
+template <class Vector>
+struct PointTraits<Vector, typename std::enable_if<HasMemberY<Vector>::value>::type> {
+  /// Copies x, y to `to`.
+  static void read_two(const Vector& v, double* to) noexcept {
+    to[0] = static_cast<double>(v.x);
+    to[1] = static_cast<double>(v.y);
+  }
+  /// Copies x, y, z to `to`.
+  static void read_three(const Vector& v, double* to) noexcept {
+    read_two(v, to);
+    to[2] = static_cast<double>(v.z);
+  }
+};
+
+/// [0], [1] and, of a point in space, [2].
+template <class Vector>
+struct PointTraits<
+    Vector,
+    typename std::enable_if<
+        !HasMemberY<Vector>::value &&
+        std::is_arithmetic<typename std::decay<decltype(std::declval<const Vector&>()[0])>::type>::value>::type> {
+  /// Copies [0], [1] to `to`.
+  static void read_two(const Vector& v, double* to) {
+    to[0] = static_cast<double>(v[0]);
+    to[1] = static_cast<double>(v[1]);
+  }
+  /// Copies [0], [1], [2] to `to`.
+  static void read_three(const Vector& v, double* to) {
+    read_two(v, to);
+    to[2] = static_cast<double>(v[2]);
+  }
+};
+
+/// A map point, world frame, m: copied from any type with PointTraits.
+struct WorldPoint {
+  double xyz[3];  ///< coordinates
+
+  /// Copies a point.
+  template <class Vector, class Traits = PointTraits<Vector>, class = decltype(&Traits::read_three)>
+  WorldPoint(const Vector& p_w) {  // NOLINT(google-explicit-constructor): taken for a point
+    Traits::read_three(p_w, xyz);
+  }
+};
+
+/// A measurement in the image, u, v, px: copied from any type with PointTraits.
+struct Pixel {
+  double uv[2];  ///< coordinates
+
+  /// Copies a pixel.
+  template <class Vector, class Traits = PointTraits<Vector>, class = decltype(&Traits::read_two)>
+  Pixel(const Vector& measured) {  // NOLINT(google-explicit-constructor): taken for a pixel
+    Traits::read_two(measured, uv);
+  }
+};
+
+/// How a foreign pose becomes a RigidTransform; undefined for what is no pose. A specialisation has
+///
+///   static RigidTransform convert(const Pose& T);
+template <class Pose, class = void>
+struct PoseTraits;
 
 /// A view of n points, which are not copied: x, y, z of float or double one after the other, `stride` bytes from one
 /// point to the next.
@@ -29,9 +105,14 @@ class Points {
   template <class Point, class Scalar = typename std::decay<decltype(std::declval<const Point&>().z)>::type,
             class = typename std::enable_if<std::is_floating_point<Scalar>::value>::type>
   Points(const Point* points) noexcept {  // NOLINT(google-explicit-constructor)
-    if (points == nullptr) return;
-    const bool is_triple = &points->y == &points->x + 1 && &points->z == &points->x + 2;
-    *this = Points(&points->x, is_triple ? sizeof(Point) : 0);  // 0: BlockStatus::invalid_stride
+    if (points != nullptr) take(&points->x, &points->y, &points->z, sizeof(Point));
+  }
+  /// Takes vectors whose [0], [1], [2] are next to each other, such as Eigen::Vector3d.
+  template <class Vector, class Scalar = typename std::decay<decltype(std::declval<const Vector&>()[0])>::type,
+            class = typename std::enable_if<std::is_floating_point<Scalar>::value && !HasMemberY<Vector>::value>::type,
+            class = void>
+  Points(const Vector* vectors) {  // NOLINT(google-explicit-constructor)
+    if (vectors != nullptr) take(&(*vectors)[0], &(*vectors)[1], &(*vectors)[2], sizeof(Vector));
   }
 
   /// The first x; nullptr without points.
@@ -42,6 +123,11 @@ class Points {
   bool are_float() const noexcept { return are_float_; }
 
  private:
+  template <class Scalar>
+  void take(const Scalar* x, const Scalar* y, const Scalar* z, std::size_t stride) noexcept {
+    *this = Points(x, y == x + 1 && z == x + 2 ? stride : 0);  // 0: Error::invalid_stride
+  }
+
   const void* data_ = nullptr;
   std::size_t stride_ = 0;
   bool are_float_ = false;
@@ -50,17 +136,19 @@ class Points {
 /// A rigid transform [R | t], 3 x 4, stored as double. T_ab takes points of frame b to frame a: T_cw, world to camera.
 class RigidTransform {
  public:
-  /// Reads 12 entries of 3 x 4 or 4 x 4 row-major; a null pointer makes a transform that is refused as
-  /// BlockStatus::invalid_pose.
-  RigidTransform(const double* row_major) noexcept { read(row_major, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// The same of float.
-  RigidTransform(const float* row_major) noexcept { read(row_major, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// Makes a transform that is refused.
+  /// Converts a pose of a foreign type, whose order the compiler knows (PoseTraits).
+  template <class Pose, class Traits = PoseTraits<Pose>, class = decltype(Traits::convert(std::declval<const Pose&>()))>
+  RigidTransform(const Pose& T) : RigidTransform(Traits::convert(T)) {}  // NOLINT(google-explicit-constructor)
+  /// Makes a transform that is refused: Error::invalid_pose.
   RigidTransform(std::nullptr_t) noexcept { read<double>(nullptr, 4, 1); }  // NOLINT(google-explicit-constructor)
-  /// A rotation alone is not a transform.
-  RigidTransform(const double (&)[9]) = delete;
-  /// A rotation alone is not a transform.
-  RigidTransform(const float (&)[9]) = delete;
+  /// Reads the first 12 entries of a row-major matrix, 3 x 4 or 4 x 4, of float or double; a null pointer makes a
+  /// transform that is refused.
+  template <class Scalar>
+  static RigidTransform row_major(const Scalar* entries) noexcept {
+    RigidTransform transform;
+    transform.read(entries, 4, 1);
+    return transform;
+  }
   /// Reads column-major entries: `rows` is 4 for a 4 x 4 matrix (OpenGL's order, Eigen's default), 3 for a 3 x 4 one.
   /// Read as row-major, a 4 x 4 one would be the transposed rotation, which no check could detect.
   template <class Scalar>

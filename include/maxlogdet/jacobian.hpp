@@ -5,6 +5,7 @@
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/inputs.hpp>
+#include <maxlogdet/status.hpp>
 
 #include <cstddef>
 
@@ -62,8 +63,8 @@ constexpr Weighting with_covariances(Weighting weighting) noexcept {
 }
 
 /// What a third row measures, for the matches that have one.
-enum class ThirdMeasurement {
-  none,    ///< all matches are monocular, whatever has_third says
+enum class DepthCue {
+  none,    ///< all matches are monocular, whatever has_depth_cue says
   stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with the caller's Jacobians; its standard deviation is
            ///< the match's sigma
   depth,   ///< depth, m; its standard deviation is BlockOptions::depth_sigma
@@ -74,9 +75,10 @@ struct Matches {
   std::size_t size = 0;            ///< n
   Points points;                   ///< n: p_w, m, float or double, with any stride
   const double* sigmas = nullptr;  ///< n: sigma, px: scale_factor^octave times the base standard deviation; default 1
-  const unsigned char* has_third = nullptr;  ///< n: nonzero where the third measurement exists; default: all have it
-  const unsigned char* usable = nullptr;     ///< n: zero keeps a match as an invalid candidate (an empty slot, an
-                                             ///< outlier); default: all are usable
+  const unsigned char* has_depth_cue =
+      nullptr;                              ///< n: nonzero where the third measurement exists; default: all have it
+  const unsigned char* usable = nullptr;    ///< n: zero keeps a match as an invalid candidate (an empty slot, an
+                                            ///< outlier); default: all are usable
   const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
   const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
                                             ///< (the upper triangle is read, row-major); default
@@ -89,61 +91,31 @@ struct Matches {
 
 /// How blocks are made of matches.
 struct BlockOptions {
-  Weighting weighting = Weighting::measurement;     ///< which block
-  ThirdMeasurement third = ThirdMeasurement::none;  ///< which third row
-  double map_sigma = 0.05;                          ///< m, standard deviation of a map point (measurement_and_map)
-  double depth_sigma = 0.05;                        ///< m, standard deviation of a depth measurement
+  Weighting weighting = Weighting::measurement;  ///< which block
+  DepthCue depth_cue = DepthCue::none;           ///< which third row
+  double map_sigma = 0.05;                       ///< m, standard deviation of a map point (measurement_and_map)
+  double depth_sigma = 0.05;                     ///< m, standard deviation of a depth measurement
   double min_depth = 0.01;  ///< m: a nearer match is no candidate. Z for models that end in front of the camera
                             ///< (pinhole, radial_tangential, the caller's Jacobians), else |p_c|; at least 0
   int threads = 0;          ///< as Options::threads; the blocks do not depend on it
 };
 
-/// How append_blocks ended.
-enum class BlockStatus {
-  ok,               ///< n blocks appended; matches without a Jacobian are invalid candidates
-  singular_rays,    ///< map_bias_world: as ok, but some rays are orthogonal to the world's z axis: their blocks are
-                    ///< invalid
-  invalid_camera,   ///< of any camera, fx, fy not positive and finite, distortion not finite or out of its range
-                    ///< (neither is read with the caller's Jacobians), or stereo rows without a pinhole's bf > 0;
-                    ///< nothing appended
-  invalid_pose,     ///< T_cw, T_bw or a T_cb null, not finite or not a rotation (R R^T = I within 1e-3, det R > 0);
-                    ///< nothing appended
-  invalid_options,  ///< map_sigma or min_depth negative, depth_sigma not positive, any not finite, threads negative, or
-                    ///< an unknown enumerator; nothing appended
-  missing_points,   ///< size > 0 without points; nothing appended
-  invalid_stride,   ///< of points: less than 3 entries, not a whole number of them, or x, y, z not adjacent; nothing
-                    ///< appended
-  unknown_camera_model,  ///< Camera::model is not an enumerator; nothing appended
-  invalid_camera_id,  ///< of a usable match not below the size of the rig; ids with a single camera; or a rig without
-                      ///< cameras or of more than 256; nothing appended
-  invalid_jacobians,  ///< as ok, but some of the caller's Jacobians are not finite: their blocks are invalid
-};
-
 /// The result of append_blocks.
 struct BlockReport {
-  BlockStatus status = BlockStatus::ok;  ///< ok, singular_rays or (if there are none of these) invalid_jacobians: done;
-                                         ///< else why not
-  std::size_t appended = 0;              ///< n, or 0 after an error
-  std::size_t invalid = 0;               ///< of these, the invalid candidates, for whatever reason
-  std::size_t unusable = 0;              ///< matches with Matches::usable 0
-  std::size_t behind_camera = 0;         ///< Z <= 0, or where the camera's model has no image
-  std::size_t too_near = 0;              ///< in front of the camera, nearer than min_depth
-  std::size_t singular_rays = 0;         ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
-  std::size_t unsound_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
+  Error error = Error::none;            ///< none, or why nothing was appended
+  std::size_t appended = 0;             ///< n, or 0 after an error
+  std::size_t invalid = 0;              ///< of these, the invalid candidates, for whatever reason
+  std::size_t unusable = 0;             ///< matches with Matches::usable 0
+  std::size_t behind_camera = 0;        ///< Z <= 0, or where the camera's model has no image
+  std::size_t too_near = 0;             ///< in front of the camera, nearer than min_depth
+  std::size_t singular_rays = 0;        ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
+  std::size_t invalid_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
                                         ///< keeps no digits across it (docs/numerics.md)
   std::size_t invalid_jacobians = 0;    ///< the caller's Jacobians that are not finite
-
-  /// Returns whether blocks were appended, even if some are invalid.
-  bool is_done() const noexcept {
-    return status == BlockStatus::ok || status == BlockStatus::singular_rays ||
-           status == BlockStatus::invalid_jacobians;
-  }
 };
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Weighting weighting) noexcept;
-/// Name of the enumerator; "unknown" for any other value.
-const char* to_string(BlockStatus status) noexcept;
 
 /// Appends one block per match, in their order: candidate first + i is match i, where first = blocks.size() before. A
 /// match becomes an invalid candidate if it is behind the camera, nearer than min_depth or not usable, has a value that
@@ -154,7 +126,7 @@ BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, cons
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
 /// The same for a rig; the blocks are about the pose of its body, T_bw. Matches::camera_ids says which camera has seen
-/// each match, and Options::groups can give each camera its share.
+/// each match, and Options::groups.ids can give each camera its share.
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 

@@ -24,34 +24,34 @@
 //   maxlogdet::MatchNoise noise;
 //   noise.sigma = sigma_of_octave;
 //   noise.covariance = covariance;  // of PointCovariance, say
-//   noise.third = has_right ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+//   noise.depth_cue = has_right ? DepthCue::stereo : DepthCue::none;
 //   if (match_information(camera, T_cw, p_w, noise, omega)) edge->setInformation(Eigen::Map<...>(omega));
 
 namespace maxlogdet {
 
 /// The noise of a match's residual.
 struct MatchNoise {
-  double sigma = 1;                                 ///< standard deviation of u, v and u_right, px
-  const double* covariance = nullptr;               ///< Sigma_p, 3 x 3, world frame, m^2, symmetric positive
-                                                    ///< semidefinite (the upper triangle is read, row-major)
-  double map_sigma = 0;                             ///< m: without a covariance Sigma_p is map_sigma^2 I; 0: none
-  ThirdMeasurement third = ThirdMeasurement::none;  ///< what this match has measured besides u and v
-  double depth_sigma = 0.05;                        ///< standard deviation of a depth, m
-  const double* jacobian = nullptr;                 ///< d (u, v) / d p_c, 2 x 3 row-major, px per m; nullptr: the
-                                                    ///< camera's
+  double sigma = 1;                     ///< standard deviation of u, v and u_right, px
+  const double* covariance = nullptr;   ///< Sigma_p, 3 x 3, world frame, m^2, symmetric positive
+                                        ///< semidefinite (the upper triangle is read, row-major)
+  double map_sigma = 0;                 ///< m: without a covariance Sigma_p is map_sigma^2 I; 0: none
+  DepthCue depth_cue = DepthCue::none;  ///< what this match has measured besides u and v
+  double depth_sigma = 0.05;            ///< standard deviation of a depth, m
+  const double* jacobian = nullptr;     ///< d (u, v) / d p_c, 2 x 3 row-major, px per m; nullptr: the
+                                        ///< camera's
 };
 
 /// The number of rows of a residual: 2, or 3 with a third measurement.
-constexpr std::size_t residual_rows(ThirdMeasurement third) noexcept { return third == ThirdMeasurement::none ? 2 : 3; }
+constexpr std::size_t residual_rows(DepthCue third) noexcept { return third == DepthCue::none ? 2 : 3; }
 
 /// The noise of match i as append_blocks assumes it: Sigma_p counts only with Weighting::measurement_and_map. It points
 /// into the arrays of the matches.
 MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept;
 
-/// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.third), in the order
-/// u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
+/// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.depth_cue), in the
+/// order u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
 /// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
-/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::unsound_covariances). An optimiser then
+/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::invalid_covariances). An optimiser then
 /// uses I / sigma^2, as without this function.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;

@@ -63,22 +63,22 @@ typedef struct maxlogdet_executor {
 
 /// Sets struct_size, and no functions. Returns invalid_argument for a null pointer or another size, and marks a struct
 /// of 8 bytes or more so that every function refuses it. All init functions do so.
-maxlogdet_status maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size);
+maxlogdet_error maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size);
 
 /// Candidate blocks H_i, one per match. Fill it once a frame; clear keeps its memory.
 typedef struct maxlogdet_block_store maxlogdet_block_store;
 
-/// Makes a store with room for `capacity` candidates; it grows beyond, up to 2^32 - 1. Returns ok, out_of_memory (also
+/// Makes a store with room for `capacity` candidates; it grows beyond, up to 2^32 - 1. Returns none, out_of_memory (also
 /// above 2^32 - 1) or invalid_argument.
-maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks);
+maxlogdet_error maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks);
 /// Destroys the store; null is a no-op.
 void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks);
 
-/// Makes room for `capacity` candidates, and keeps those stored. Returns ok, out_of_memory (without effect; also above
+/// Makes room for `capacity` candidates, and keeps those stored. Returns none, out_of_memory (without effect; also above
 /// 2^32 - 1) or invalid_argument.
-maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity);
+maxlogdet_error maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity);
 /// Removes all candidates; keeps the memory.
-maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks);
+maxlogdet_error maxlogdet_block_store_clear(maxlogdet_block_store* blocks);
 
 /// The number of candidates, including invalid ones.
 size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks);
@@ -93,11 +93,11 @@ size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks);
 
 /// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32; its
 /// index is the previous size. A null block, other rows, or entries that float32 cannot hold are no error but make an
-/// invalid candidate, which is never selected. Returns ok, out_of_memory (only when the capacity does not suffice) or
+/// invalid candidate, which is never selected. Returns none, out_of_memory (only when the capacity does not suffice) or
 /// invalid_argument.
-maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows);
+maxlogdet_error maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows);
 /// Appends an invalid candidate, a match without a block.
-maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
+maxlogdet_error maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
 
 /// A camera: x right, y down, z forward. Without a model it is a rectified pinhole.
 typedef struct maxlogdet_camera {
@@ -112,7 +112,7 @@ typedef struct maxlogdet_camera {
   double parameters[5];          ///< of the model, in its order; default 0
 } maxlogdet_camera;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
-maxlogdet_status maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size);
+maxlogdet_error maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size);
 
 /// n matches as arrays of the caller, which are not kept. A null optional array means its default for all matches.
 typedef struct maxlogdet_matches {
@@ -123,7 +123,7 @@ typedef struct maxlogdet_matches {
   maxlogdet_point_type point_type;  ///< default float64
   int32_t reserved;                 ///< 0, else invalid_argument
   const double* sigmas;             ///< n: standard deviation of u, v, u_right, px; default 1
-  const uint8_t* has_third;         ///< n: nonzero where the third measurement exists; default: all have it
+  const uint8_t* has_depth_cue;         ///< n: nonzero where the third measurement exists; default: all have it
   const uint8_t* usable;            ///< n: zero keeps a match as an invalid candidate; default: all are usable
   const double* weights;            ///< n: w >= 0 multiplies H^T H; default 1
   const double* map_covariances;    ///< n x 3 x 3: of the points, world frame, m^2, the upper triangle is read;
@@ -133,13 +133,13 @@ typedef struct maxlogdet_matches {
   const uint8_t* camera_ids;        ///< n: index of the match's camera in the rig; default 0
 } maxlogdet_matches;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
-maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
+maxlogdet_error maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size);
 
 /// How blocks are made of matches.
 typedef struct maxlogdet_block_options {
   size_t struct_size;                 ///< set by init
   maxlogdet_weighting weighting;      ///< default measurement
-  maxlogdet_third_measurement third;  ///< default none
+  maxlogdet_depth_cue depth_cue;  ///< default none
   double map_sigma;                   ///< m, standard deviation of a map point (measurement_and_map); default 0.05
   double depth_sigma;                 ///< m, standard deviation of a depth measurement; default 0.05
   double min_depth;                   ///< m: a nearer match is no candidate; default 0.01
@@ -147,18 +147,18 @@ typedef struct maxlogdet_block_options {
   int32_t reserved;                   ///< 0, else invalid_argument
 } maxlogdet_block_options;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
-maxlogdet_status maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size);
+maxlogdet_error maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size);
 
 /// The result of append_blocks.
 typedef struct maxlogdet_block_report {
-  maxlogdet_block_status status;  ///< ok, singular_rays or invalid_jacobians: done; else why not
+  maxlogdet_error error;          ///< none, or why nothing was appended
   size_t appended;                ///< n, or 0 after an error
   size_t invalid;                 ///< of these, the invalid candidates, for whatever reason
   size_t unusable;                ///< matches with `usable` 0
   size_t behind_camera;           ///< depth <= 0, or where the camera's model has no image
   size_t too_near;                ///< in front of the camera, nearer than min_depth
   size_t singular_rays;           ///< rays orthogonal to the world's z axis (map_bias_world)
-  size_t unsound_covariances;     ///< not positive definite, or so large that no digits are left (docs/numerics.md)
+  size_t invalid_covariances;     ///< not positive definite, or so large that no digits are left (docs/numerics.md)
   size_t invalid_jacobians;       ///< the caller's Jacobians that are not finite
 } maxlogdet_block_report;
 
@@ -204,7 +204,7 @@ typedef struct maxlogdet_options {
   const double* prior;  ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the units of
                         ///< the blocks; null, the default: 1e-5 I
   double time_limit;    ///< s, read between rounds; 0, the default: none
-  int32_t certify;      ///< nonzero: fill upper_bound; default 0
+  int32_t certificate;      ///< nonzero: fill upper_bound; default 0
   int32_t reserved;     ///< 0, else invalid_argument
   size_t certificate_passes;  ///< maximum Frank-Wolfe passes that tighten upper_bound, if time allows; default 0
   size_t exchange_sweeps;     ///< maximum sweeps that swap a selected candidate for a better one; default 0
@@ -223,12 +223,14 @@ typedef struct maxlogdet_options {
                                  ///< all must be met
 } maxlogdet_options;
 /// Sets struct_size and the defaults, as maxlogdet_executor_init.
-maxlogdet_status maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
+maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
 
 /// The answer.
 typedef struct maxlogdet_selection {
   maxlogdet_status status;      ///< how the selection ended
+  maxlogdet_error error;        ///< what is wrong; none if status is not error
   maxlogdet_strategy strategy;  ///< the requested one, or what `automatic` chose
+  int32_t threads;              ///< how many threads the work was offered to, including the calling one
   size_t size;                  ///< number selected
   const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp)
   const double* gains;          ///< `size` gains: the increase of log det by each after those before it, nats
@@ -238,9 +240,7 @@ typedef struct maxlogdet_selection {
   size_t evaluations;  ///< gains computed; may differ between machines
   size_t float64_decisions;   ///< of these, computed again in float64; may differ, too
   size_t invalid_candidates;  ///< candidates without a block: never selected
-  int32_t threads;            ///< how many threads the work was offered to, including the calling one
-  int32_t reserved;           ///< 0
-  double efficiency_of_all;   ///< value for target_efficiency; NaN without that target
+  double efficiency;   ///< value for target_efficiency; NaN without that target
   double translation_sigma;   ///< m, value for target_translation_sigma; NaN without that target
   double rotation_sigma;      ///< rad, value for target_rotation_sigma; NaN without that target
 } maxlogdet_selection;
@@ -249,14 +249,14 @@ typedef struct maxlogdet_selection {
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection);
 /// Returns (det of the information / det of the bound)^(1/6), a lower bound of the share of the best selection's
 /// information. NaN without upper_bound, and for a null pointer.
-double maxlogdet_selection_efficiency(const maxlogdet_selection* selection);
+double maxlogdet_selection_certified_efficiency(const maxlogdet_selection* selection);
 
 /// Selects candidates; owns all the memory for this. Use one per thread, kept for the life of the tracker.
 typedef struct maxlogdet_selector maxlogdet_selector;
 
 /// Makes a selector for stores of up to `capacity` candidates. `executor` may be null: only the calling thread works.
-/// Returns ok, out_of_memory (also above 2^32 - 1) or invalid_argument.
-maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
+/// Returns none, out_of_memory (also above 2^32 - 1) or invalid_argument.
+maxlogdet_error maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
                                            maxlogdet_selector** selector);
 /// Destroys the selector; null is a no-op.
 void maxlogdet_selector_destroy(maxlogdet_selector* selector);
@@ -276,7 +276,7 @@ typedef struct maxlogdet_active_selection maxlogdet_active_selection;
 #define MAXLOGDET_NONE UINT32_C(0xFFFFFFFF)
 
 /// As maxlogdet_selector_create.
-maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active);
+maxlogdet_error maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active);
 /// Destroys the active selection; null is a no-op.
 void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 /// The maximum number of candidates, and the maximum budget, of start.
@@ -286,7 +286,7 @@ size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* act
 /// change until the last call of any other function. The options in use are budget, prior, time_limit, the targets and
 /// the constraints; strategy must be greedy, lazy_greedy or automatic. The statuses are those of a selection; after an
 /// error nothing is proposed.
-maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
+maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                   const maxlogdet_block_store* candidates,
                                                   const maxlogdet_options* options);
 
@@ -300,25 +300,25 @@ uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
 /// at most `count`. 0 where next is MAXLOGDET_NONE, and for a `count` of 0 or a null pointer, which change nothing.
 size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count);
 
-/// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.
-maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active);
-/// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3}. Returns ok, nothing_proposed, or
+/// Adds the first unanswered proposal to the selection, with its block as proposed. Returns none or nothing_proposed.
+maxlogdet_error maxlogdet_active_selection_accept(maxlogdet_active_selection* active);
+/// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3}. Returns none, nothing_proposed, or
 /// invalid_block (null, other rows, not finite), after which it is still proposed.
-maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
+maxlogdet_error maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
                                                          int32_t rows);
-/// Rejects it: it is not proposed again. Returns ok or nothing_proposed.
-maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active);
+/// Rejects it: it is not proposed again. Returns none or nothing_proposed.
+maxlogdet_error maxlogdet_active_selection_reject(maxlogdet_active_selection* active);
 
 /// The same for any unanswered proposal, in any order; nothing_proposed if this candidate is not one.
-maxlogdet_status maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index);
+maxlogdet_error maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index);
 /// As accept_block.
-maxlogdet_status maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
+maxlogdet_error maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
                                                                const double* block, int32_t rows);
 /// As reject.
-maxlogdet_status maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index);
-/// Answers all unanswered proposals in their order: `matched` has `count` bytes, where nonzero accepts. Returns ok, or
+maxlogdet_error maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index);
+/// Answers all unanswered proposals in their order: `matched` has `count` bytes, where nonzero accepts. Returns none, or
 /// nothing_proposed, without effect, if there are none or not as many, or for a null pointer.
-maxlogdet_status maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
+maxlogdet_error maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
                                                    size_t count);
 
 /// Returns what has been accepted, in that order; valid until the next call with this handle; never null.

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace maxlogdet {
 
@@ -28,51 +29,77 @@ enum class Strategy {
 constexpr Strategy strategies[] = {MAXLOGDET_STRATEGIES(MAXLOGDET_ENUMERATOR)};
 #undef MAXLOGDET_ENUMERATOR
 
-/// What to select and how. Every default suits a tracker in production. Arrays belong to the caller.
+/// An accuracy at which the selection ends before the budget is reached; 0: none. If several are given, all must be
+/// met. Required candidates come first, then as many as the targets need: a prefix of the answer without targets. For
+/// strategies that support them, without exchanges; automatic then means lazy_greedy.
+struct TargetOptions {
+  double efficiency = 0;         ///< in (0, 1]: the D-efficiency of the selected against all candidates, (det M / det
+                                 ///< M_all)^(1/6), where M_all has the prior and all that are valid and not excluded
+  double translation_sigma = 0;  ///< m: the expected standard deviation of the translation, the root of the trace of
+                                 ///< its 3 x 3 block of M^-1
+  double rotation_sigma = 0;     ///< rad: the same for the rotation
+};
+
+/// At most so many of a group. Arrays belong to the caller. ImageCells makes groups of parts of the image.
+struct GroupOptions {
+  const std::uint32_t* ids = nullptr;     ///< n: the group of each candidate, < count, also of invalid and excluded
+                                          ///< ones; nullptr: no groups
+  std::size_t count = 0;                  ///< any number: groups without a candidate cost nothing
+  std::size_t maximum = 1;                ///< how many to select of a group at most
+  const std::uint32_t* maxima = nullptr;  ///< count: how many of each instead; nullptr: `maximum`
+};
+
+/// A proved upper bound on what any selection could reach: Selection::upper_bound.
+struct CertificateOptions {
+  bool compute = false;    ///< whether to compute it
+  std::size_t passes = 0;  ///< maximum number of Frank-Wolfe passes that tighten it, some microseconds each
+                           ///< (docs/performance.md), while they gain anything and the time limit allows
+};
+
+/// stochastic_greedy only.
+struct StochasticOptions {
+  double epsilon = 0.1;    ///< in (0, 1): a round evaluates ceil(n / k ln(1 / epsilon)) candidates
+  std::uint64_t seed = 0;  ///< same seed, same answer, on every machine
+};
+
+/// After the search: swapping a selected candidate for a better one. Pays for budgets of 20 or less.
+struct ExchangeOptions {
+  std::size_t sweeps = 0;  ///< maximum number of sweeps over the selected (docs/performance.md)
+};
+
+/// What to select and how: a budget alone suffices, as in select(blocks, 100). Arrays belong to the caller.
 struct Options {
-  std::size_t budget = 200;                   ///< k, how many to select; 0: none; at most the selector's capacity
-  Strategy strategy = Strategy::lazy_greedy;  ///< how to search
-  double epsilon = 0.1;                       ///< stochastic_greedy only: 0 < epsilon < 1, s = ceil(n/k ln(1/epsilon))
-  std::uint64_t seed = 0;                     ///< stochastic_greedy only: same seed, same answer, on every machine
+  std::size_t budget = 200;       ///< k, how many to select; all, if there are fewer
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the frame of
                                   ///< the blocks; nullptr: 1e-5 * I
-  double time_limit = 0;  ///< s, checked between rounds: exceeded by at most one of them, and by the certificate's
-                          ///< pass over all candidates; backward_greedy starts with a pass over all. The answer so far
-                          ///< is returned, perhaps empty. 0: none
+  double time_limit = 0;  ///< s, after which the budget is filled by the highest gains last known; it is read between
+                          ///< rounds, and exceeded by one of them and a pass over all. 0: none
+  Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   int threads = 0;  ///< 1: only the calling one; 0: as many of the selector's executor as pay off; n: at most n, and at
                     ///< most 16; always 1 without an executor. The answer does not depend on it
 
-  bool certify = false;                ///< fills Selection::upper_bound
-  std::size_t certificate_passes = 0;  ///< maximum number of Frank-Wolfe passes that tighten it, some microseconds each
-                                       ///< (docs/performance.md), while they gain anything and the time limit allows
-  std::size_t exchange_sweeps = 0;  ///< maximum number of sweeps, after the search, that swap a selected candidate for
-                                    ///< a better one; pays for budgets of 20 or less (docs/performance.md)
-
-  double target_efficiency = 0;  ///< in (0, 1]: stop when the D-efficiency of the selected against all candidates, (det
-                                 ///< M / det M_all)^(1/6), is that high. M_all: the prior and all candidates that are
-                                 ///< valid and not excluded, regardless of groups. 0: none
-  double target_translation_sigma = 0;  ///< m: stop when the expected standard deviation of the translation, the root
-                                        ///< of the trace of its 3 x 3 block of M^-1, is at most that. 0: none
-  double target_rotation_sigma = 0;     ///< rad: the same for the rotation. 0: none. If several targets are given, all
-                                     ///< must be met. Required candidates come first, then as many as the targets need,
-                                     ///< at most the budget: a prefix of the answer without targets. For strategies
-                                     ///< that support them, without exchange_sweeps; automatic then means lazy_greedy
-
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts towards the
-                                            ///< budget; must be valid (BlockStore::is_valid), or nothing is selected
+                                            ///< budget; must be valid (BlockStore::is_valid)
   const unsigned char* excluded = nullptr;  ///< n: nonzero is not selected
-  const std::uint32_t* groups = nullptr;    ///< n: group of each candidate, < group_count, also of invalid and excluded
-                                            ///< ones; nullptr: no groups, whatever the three below
-  std::size_t group_count = 0;              ///< any number: groups without a candidate cost nothing
-  std::size_t max_per_group = 1;            ///< maximum to select of a group
-  const std::uint32_t* group_maxima = nullptr;  ///< group_count: maximum to select of each; nullptr: max_per_group
+
+  TargetOptions target;            ///< an accuracy that ends the selection earlier
+  GroupOptions groups;             ///< at most so many of a group
+  CertificateOptions certificate;  ///< a proved bound on the maximum
+  StochasticOptions stochastic;    ///< of stochastic_greedy
+  ExchangeOptions exchange;        ///< swaps after the search
+
+  Options() = default;
+  /// A budget; a negative one is 0.
+  template <class Integer, class = typename std::enable_if<std::is_integral<Integer>::value &&
+                                                           !std::is_same<Integer, bool>::value>::type>
+  Options(Integer k) noexcept : budget(k > 0 ? static_cast<std::size_t>(k) : 0) {}  // NOLINT: as in select(100)
 };
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Strategy strategy) noexcept;
 
-/// Whether the strategy takes Options::groups, and targets: it then selects one candidate after the other. False for
-/// any other value.
+/// Whether the strategy takes Options::groups.ids, and targets: it then selects one candidate after the other. False
+/// for any other value.
 bool supports_groups_and_targets(Strategy strategy) noexcept;
 
 }  // namespace maxlogdet

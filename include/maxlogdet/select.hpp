@@ -1,69 +1,57 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
+#include <maxlogdet/good_features.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
-#include <maxlogdet/selector.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <vector>
 
-// Selection by one call, for scripts and tests. It allocates: a tracker keeps a GoodFeatures, or a BlockStore and a
-// Selector.
-
 namespace maxlogdet {
 
-/// A selection that owns its indices.
+/// A Selection that owns its numbers.
 struct SelectedMatches {
-  Status status = Status::invalid_block;       ///< how the selection ended; invalid_block if block_status is an error
-  BlockStatus block_status = BlockStatus::ok;  ///< how append_blocks ended; nothing is selected after an error
-  std::vector<std::uint32_t> indices;          ///< of the matches, in order of selection; none after an error
-  double log_det = std::numeric_limits<double>::quiet_NaN();  ///< log det(prior + sum of selected H^T H), nats; NaN
-                                                              ///< after an error
-  std::size_t invalid = 0;                                    ///< matches that were not candidates
-  double efficiency_of_all = std::numeric_limits<double>::quiet_NaN();  ///< this and the following as in Selection: NaN
-                                                                        ///< without their target
-  double translation_sigma = std::numeric_limits<double>::quiet_NaN();  ///< m
-  double rotation_sigma = std::numeric_limits<double>::quiet_NaN();     ///< rad
-  bool has_answer = false;                                              ///< whether there is an answer, not an error
+  Status status = Status::all_selected;  ///< how the selection ended
+  Error error = Error::none;             ///< what is wrong; none if status is not error
+  std::vector<std::uint32_t> indices;    ///< of the matches, in order of selection; all usable ones after an error
+  std::vector<double> gains;             ///< of each, nats; NaN where it is unknown
+  double log_det = std::numeric_limits<double>::quiet_NaN();      ///< see Selection
+  double upper_bound = std::numeric_limits<double>::quiet_NaN();  ///< see Selection
+
+  /// The name of the error, or if there is none, of the status.
+  const char* reason() const noexcept { return status == Status::error ? to_string(error) : to_string(status); }
+  /// How many are selected.
+  std::size_t size() const noexcept { return indices.size(); }
+  /// The first.
+  std::vector<std::uint32_t>::const_iterator begin() const noexcept { return indices.begin(); }
+  /// One past the last.
+  std::vector<std::uint32_t>::const_iterator end() const noexcept { return indices.end(); }
 };
 
-/// Selects options.budget of the blocks, or the first of them that meet the targets. Throws std::bad_alloc.
-inline SelectedMatches select(const BlockStore& blocks, const Options& options = Options()) {
-  Options limited = options;
-  limited.budget = std::min(options.budget, blocks.size());
-  Selector selector(blocks.size());
-  const Selection selection = selector.select(blocks, limited);
+/// GoodFeatures in one call, for scripts and tests: `matches` is a container of FeatureMatch, or of points. `camera` is
+/// a Camera or, with T_bw, a Rig. It allocates: a tracker keeps a GoodFeatures. Throws std::bad_alloc.
+template <class CameraOrRig, class Container>
+SelectedMatches select(const CameraOrRig& camera, const RigidTransform& T_cw, const Container& matches,
+                       const Options& options = Options(), const BlockOptions& block_options = BlockOptions()) {
+  GoodFeatures good(static_cast<std::size_t>(std::distance(std::begin(matches), std::end(matches))));
+  good.block_options = block_options;
+  good.start(camera, T_cw);
+  for (const auto& match : matches) good.add(match);
+  const Selection selection = good.select(options);
   SelectedMatches selected;
   selected.status = selection.status;
+  selected.error = selection.error;
   selected.indices.assign(selection.begin(), selection.end());
+  selected.gains.assign(selection.gains, selection.gains + selection.size);
   selected.log_det = selection.log_det;
-  selected.invalid = selection.invalid_candidates;
-  selected.efficiency_of_all = selection.efficiency_of_all;
-  selected.translation_sigma = selection.translation_sigma;
-  selected.rotation_sigma = selection.rotation_sigma;
-  selected.has_answer = selection.has_answer();
-  return selected;
-}
-
-/// The same from matches and a pose; `camera` is a Camera or, with T_bw, a Rig. With covariances of the points
-/// `measurement` becomes `measurement_and_map`. Throws std::bad_alloc.
-template <class CameraOrRig>
-SelectedMatches select(const CameraOrRig& camera, const RigidTransform& T_cw, const Matches& matches,
-                       const Options& options = Options(), BlockOptions block_options = BlockOptions()) {
-  if (matches.map_covariances != nullptr) block_options.weighting = with_covariances(block_options.weighting);
-  BlockStore blocks(matches.size);
-  const BlockReport report = append_blocks(camera, T_cw, matches, block_options, blocks);
-  SelectedMatches selected;
-  if (report.is_done()) selected = select(blocks, options);
-  selected.block_status = report.status;
+  selected.upper_bound = selection.upper_bound;
   return selected;
 }
 

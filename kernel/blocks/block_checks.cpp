@@ -35,29 +35,29 @@ bool is_rigid(const RigidTransform& transform) noexcept {
   return determinant > 0;
 }
 
-BlockStatus check(const Points& points, std::size_t size) noexcept {
-  if (size == 0) return BlockStatus::ok;
-  if (points.data() == nullptr) return BlockStatus::missing_points;
+Error check(const Points& points, std::size_t size) noexcept {
+  if (size == 0) return Error::none;
+  if (points.data() == nullptr) return Error::missing_points;
   const std::size_t entry = points.are_float() ? sizeof(float) : sizeof(double);
   const bool is_stride = points.stride() >= 3 * entry && points.stride() % entry == 0;
-  return is_stride ? BlockStatus::ok : BlockStatus::invalid_stride;
+  return is_stride ? Error::none : Error::invalid_stride;
 }
 
-BlockStatus check(const BlockOptions& options) noexcept {
+Error check(const BlockOptions& options) noexcept {
   const bool are_in_range = options.threads >= 0 && is_positive(options.depth_sigma) && options.map_sigma >= 0 &&
                             std::isfinite(options.map_sigma) && options.min_depth >= 0 &&
                             std::isfinite(options.min_depth);
   const bool are_known = options.weighting >= Weighting::map_bias &&
-                         options.weighting <= Weighting::measurement_and_map &&
-                         options.third >= ThirdMeasurement::none && options.third <= ThirdMeasurement::depth;
-  return are_in_range && are_known ? BlockStatus::ok : BlockStatus::invalid_options;
+                         options.weighting <= Weighting::measurement_and_map && options.depth_cue >= DepthCue::none &&
+                         options.depth_cue <= DepthCue::depth;
+  return are_in_range && are_known ? Error::none : Error::invalid_block_options;
 }
 
-BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept {
-  if (!is_known(camera.model)) return BlockStatus::unknown_camera_model;
+Error check(const Camera& camera, bool has_jacobians, DepthCue third) noexcept {
+  if (!is_known(camera.model)) return Error::unknown_camera_model;
   const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
-  if (third == ThirdMeasurement::stereo && !has_stereo) return BlockStatus::invalid_camera;
-  return has_jacobians || has_valid_parameters(camera) ? BlockStatus::ok : BlockStatus::invalid_camera;
+  if (third == DepthCue::stereo && !has_stereo) return Error::invalid_camera;
+  return has_jacobians || has_valid_parameters(camera) ? Error::none : Error::invalid_camera;
 }
 
 }  // namespace maxlogdet

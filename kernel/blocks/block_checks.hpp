@@ -14,9 +14,9 @@ namespace maxlogdet {
 bool is_rigid(const RigidTransform& transform) noexcept;
 
 /// Returns the first error, or ok.
-BlockStatus check(const Points& points, std::size_t size) noexcept;
-BlockStatus check(const BlockOptions& options) noexcept;
+Error check(const Points& points, std::size_t size) noexcept;
+Error check(const BlockOptions& options) noexcept;
 /// With the caller's Jacobians, only the parameters of a stereo row are checked.
-BlockStatus check(const Camera& camera, bool has_jacobians, ThirdMeasurement third) noexcept;
+Error check(const Camera& camera, bool has_jacobians, DepthCue third) noexcept;
 
 }  // namespace maxlogdet

@@ -39,7 +39,7 @@ void add_report(const simd::BlockOutput& part, simd::BlockOutput& all) noexcept 
   all.behind_camera += part.behind_camera;
   all.too_near += part.too_near;
   all.singular_rays += part.singular_rays;
-  all.unsound_covariances += part.unsound_covariances;
+  all.invalid_covariances += part.invalid_covariances;
   all.invalid_jacobians += part.invalid_jacobians;
   for (int column = 0; column < state_dimension; ++column) {
     all.column_max[column] = std::max(all.column_max[column], part.column_max[column]);

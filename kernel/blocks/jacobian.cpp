@@ -24,9 +24,8 @@ static_assert(is_same(simd::BlockWeighting::map_bias, Weighting::map_bias) &&
                   is_same(simd::BlockWeighting::measurement, Weighting::measurement) &&
                   is_same(simd::BlockWeighting::measurement_and_map, Weighting::measurement_and_map),
               "simd/blocks.hpp lists the weightings in this order");
-static_assert(is_same(simd::ThirdRow::none, ThirdMeasurement::none) &&
-                  is_same(simd::ThirdRow::stereo, ThirdMeasurement::stereo) &&
-                  is_same(simd::ThirdRow::depth, ThirdMeasurement::depth),
+static_assert(is_same(simd::ThirdRow::none, DepthCue::none) && is_same(simd::ThirdRow::stereo, DepthCue::stereo) &&
+                  is_same(simd::ThirdRow::depth, DepthCue::depth),
               "simd/blocks.hpp lists the third measurements in this order");
 
 // The cameras that see the matches: one alone, or a rig's.
@@ -36,44 +35,42 @@ struct Cameras {
   bool is_rig;
 };
 
-BlockStatus first_error(BlockStatus first, BlockStatus second) noexcept {
-  return first == BlockStatus::ok ? second : first;
-}
+Error first_error(Error first, Error second) noexcept { return first == Error::none ? second : first; }
 
 // Ids of matches that are not usable are not read.
-BlockStatus check_ids(const Cameras& cameras, const Matches& matches) noexcept {
+Error check_ids(const Cameras& cameras, const Matches& matches) noexcept {
   const unsigned char* const ids = matches.camera_ids;
   if (cameras.is_rig && (cameras.all == nullptr || cameras.size == 0 || cameras.size > max_cameras)) {
-    return BlockStatus::invalid_camera_id;
+    return Error::invalid_camera_id;
   }
-  if (ids == nullptr) return BlockStatus::ok;
-  if (!cameras.is_rig) return BlockStatus::invalid_camera_id;
+  if (ids == nullptr) return Error::none;
+  if (!cameras.is_rig) return Error::invalid_camera_id;
   for (std::size_t i = 0; i < matches.size; ++i) {
     if (ids[i] >= cameras.size && (matches.usable == nullptr || matches.usable[i] != 0)) {
-      return BlockStatus::invalid_camera_id;
+      return Error::invalid_camera_id;
     }
   }
-  return BlockStatus::ok;
+  return Error::none;
 }
 
-BlockStatus check(const Cameras& cameras, const RigidTransform& T, const Matches& matches,
-                  const BlockOptions& options) noexcept {
-  BlockStatus status = first_error(check(matches.points, matches.size), check_ids(cameras, matches));
-  if (status != BlockStatus::ok) return status;
+Error check(const Cameras& cameras, const RigidTransform& T, const Matches& matches,
+            const BlockOptions& options) noexcept {
+  Error error = first_error(check(matches.points, matches.size), check_ids(cameras, matches));
+  if (error != Error::none) return error;
   for (std::size_t i = 0; i < cameras.size; ++i) {
-    status = first_error(status, check(cameras.all[i].camera, matches.jacobians != nullptr, options.third));
+    error = first_error(error, check(cameras.all[i].camera, matches.jacobians != nullptr, options.depth_cue));
   }
-  status = first_error(status, check(options));
+  error = first_error(error, check(options));
   bool are_rigid = is_rigid(T);
   for (std::size_t i = 0; cameras.is_rig && i < cameras.size; ++i) are_rigid &= is_rigid(cameras.all[i].T_cb);
-  return first_error(status, are_rigid ? BlockStatus::ok : BlockStatus::invalid_pose);
+  return first_error(error, are_rigid ? Error::none : Error::invalid_pose);
 }
 
 simd::BlockInput block_input(const simd::CameraInput* cameras, const RigidTransform& T, const Matches& matches,
                              const BlockOptions& options) noexcept {
   simd::BlockInput input{};
   input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
-  input.third = static_cast<simd::ThirdRow>(options.third);
+  input.third = static_cast<simd::ThirdRow>(options.depth_cue);
   input.cameras = cameras;
   input.fx = cameras->fx;
   input.fy = cameras->fy;
@@ -88,7 +85,7 @@ simd::BlockInput block_input(const simd::CameraInput* cameras, const RigidTransf
   input.are_points_float = matches.points.are_float();
   input.sigmas = matches.sigmas;
   input.weights = matches.weights;
-  input.has_third = matches.has_third;
+  input.has_third = matches.has_depth_cue;
   input.usable = matches.usable;
   input.map_covariances = matches.map_covariances;
   input.jacobians = matches.jacobians;
@@ -104,10 +101,8 @@ BlockReport report_of(const simd::BlockInput& input, const simd::BlockOutput& ou
   report.behind_camera = output.behind_camera;
   report.too_near = output.too_near;
   report.singular_rays = output.singular_rays;
-  report.unsound_covariances = output.unsound_covariances;
+  report.invalid_covariances = output.invalid_covariances;
   report.invalid_jacobians = output.invalid_jacobians;
-  if (report.invalid_jacobians > 0) report.status = BlockStatus::invalid_jacobians;
-  if (report.singular_rays > 0) report.status = BlockStatus::singular_rays;
   return report;
 }
 
@@ -128,8 +123,8 @@ BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, cons
   RigCamera only;
   only.camera = camera;
   BlockReport report;
-  report.status = check({&only, 1, false}, T_cw, matches, options);
-  if (report.status != BlockStatus::ok) return report;
+  report.error = check({&only, 1, false}, T_cw, matches, options);
+  if (report.error != Error::none) return report;
   const simd::CameraInput camera_of_kernel = camera_input(only);
   simd::BlockInput input = block_input(&camera_of_kernel, T_cw, matches, options);
   const bool is_seen_by_model =
@@ -141,8 +136,8 @@ BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, cons
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor) {
   BlockReport report;
-  report.status = check({rig.cameras, rig.size, true}, T_bw, matches, options);
-  if (report.status != BlockStatus::ok) return report;
+  report.error = check({rig.cameras, rig.size, true}, T_bw, matches, options);
+  if (report.error != Error::none) return report;
   simd::CameraInput cameras[max_cameras];
   for (std::size_t i = 0; i < rig.size; ++i) cameras[i] = camera_input(rig.cameras[i]);
   simd::BlockInput input = block_input(cameras, T_bw, matches, options);
@@ -156,22 +151,6 @@ const char* to_string(Weighting weighting) noexcept {
     case Weighting::map_bias_world: return "map_bias_world";
     case Weighting::measurement: return "measurement";
     case Weighting::measurement_and_map: return "measurement_and_map";
-  }
-  return "unknown";
-}
-
-const char* to_string(BlockStatus status) noexcept {
-  switch (status) {
-    case BlockStatus::ok: return "ok";
-    case BlockStatus::singular_rays: return "singular_rays";
-    case BlockStatus::invalid_camera: return "invalid_camera";
-    case BlockStatus::invalid_pose: return "invalid_pose";
-    case BlockStatus::invalid_options: return "invalid_options";
-    case BlockStatus::missing_points: return "missing_points";
-    case BlockStatus::invalid_stride: return "invalid_stride";
-    case BlockStatus::unknown_camera_model: return "unknown_camera_model";
-    case BlockStatus::invalid_camera_id: return "invalid_camera_id";
-    case BlockStatus::invalid_jacobians: return "invalid_jacobians";
   }
   return "unknown";
 }

@@ -18,15 +18,15 @@ bool are_finite(const double* values, std::size_t count) noexcept {
 }
 
 // The third row of d (u, v, third) / d p_c, given that of u.
-bool add_third(const Camera& camera, ThirdMeasurement third, double depth, Matrix& rows) noexcept {
-  if (third == ThirdMeasurement::none) return true;
+bool add_third(const Camera& camera, DepthCue third, double depth, Matrix& rows) noexcept {
+  if (third == DepthCue::none) return true;
   std::fill_n(rows[2], 3, 0.0);
   rows[2][2] = 1;
-  if (third == ThirdMeasurement::depth) return true;
+  if (third == DepthCue::depth) return true;
   const double bf = camera.pinhole.bf;
   std::copy_n(rows[0], 3, rows[2]);
   rows[2][2] += bf / (depth * depth);
-  return third == ThirdMeasurement::stereo && camera.model == CameraModel::pinhole && bf > 0 && std::isfinite(bf);
+  return third == DepthCue::stereo && camera.model == CameraModel::pinhole && bf > 0 && std::isfinite(bf);
 }
 
 // d (u, v, third) / d p_c; false if the point has no image.
@@ -41,7 +41,7 @@ bool linearise(const Camera& camera, const double* p_c, const MatchNoise& noise,
   }
   std::copy_n(jacobian, 3, rows[0]);
   std::copy_n(jacobian + 3, 3, rows[1]);
-  return add_third(camera, noise.third, p_c[2], rows);
+  return add_third(camera, noise.depth_cue, p_c[2], rows);
 }
 
 void rotate_to_world(const RigidTransform& T_cw, std::size_t count, Matrix& rows) noexcept {
@@ -112,23 +112,23 @@ bool keeps_digits(const Matrix& rows, const Matrix& covariance, std::size_t coun
 }
 
 bool are_known(const MatchNoise& noise) noexcept {
-  return noise.sigma > 0 && noise.depth_sigma > 0 && noise.map_sigma >= 0 && noise.third >= ThirdMeasurement::none &&
-         noise.third <= ThirdMeasurement::depth;
+  return noise.sigma > 0 && noise.depth_sigma > 0 && noise.map_sigma >= 0 && noise.depth_cue >= DepthCue::none &&
+         noise.depth_cue <= DepthCue::depth;
 }
 
 bool whiten(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
             Matrix& W) noexcept {
-  const std::size_t count = residual_rows(noise.third);
+  const std::size_t count = residual_rows(noise.depth_cue);
   double p_c[3];
   T_cw.transform(p_w, p_c);
   Matrix rows, covariance, S;
-  if (!are_known(noise) || check(camera, noise.jacobian != nullptr, noise.third) != BlockStatus::ok) return false;
+  if (!are_known(noise) || check(camera, noise.jacobian != nullptr, noise.depth_cue) != Error::none) return false;
   if (!is_rigid(T_cw) || !linearise(camera, p_c, noise, rows)) return false;
   rotate_to_world(T_cw, count, rows);
   read_covariance(noise, covariance);
   map_rows(rows, count, covariance, S);
   for (std::size_t a = 0; a < count; ++a) {
-    const double deviation = a == 2 && noise.third == ThirdMeasurement::depth ? noise.depth_sigma : noise.sigma;
+    const double deviation = a == 2 && noise.depth_cue == DepthCue::depth ? noise.depth_sigma : noise.sigma;
     if (!(deviation * deviation > 0)) return false;
     S[a][a] += deviation * deviation;
   }
@@ -160,7 +160,7 @@ MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions
   MatchNoise noise;
   if (matches.sigmas != nullptr) noise.sigma = matches.sigmas[i];
   if (matches.jacobians != nullptr) noise.jacobian = matches.jacobians + 6 * i;
-  if (matches.has_third == nullptr || matches.has_third[i] != 0) noise.third = options.third;
+  if (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0) noise.depth_cue = options.depth_cue;
   noise.depth_sigma = options.depth_sigma;
   if (options.weighting != Weighting::measurement_and_map) return noise;
   noise.map_sigma = options.map_sigma;
@@ -172,7 +172,7 @@ bool match_information(const Camera& camera, const RigidTransform& T_cw, const d
                        double* omega) noexcept {
   Matrix W;
   if (!whiten(camera, T_cw, p_w, noise, W)) return false;
-  const std::size_t count = residual_rows(noise.third);
+  const std::size_t count = residual_rows(noise.depth_cue);
   double entries[9];
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) {
@@ -188,7 +188,7 @@ bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const dou
                      double* W) noexcept {
   Matrix rows;
   if (!whiten(camera, T_cw, p_w, noise, rows)) return false;
-  const std::size_t count = residual_rows(noise.third);
+  const std::size_t count = residual_rows(noise.depth_cue);
   double entries[9];
   for (std::size_t i = 0; i < count; ++i) std::copy_n(rows[i], count, entries + count * i);
   return write(entries, count, W);

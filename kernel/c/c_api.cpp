@@ -35,33 +35,33 @@ class CallbackExecutor final : public maxlogdet::Executor {
 
 // Reports any exception as out of memory: `work` throws no other.
 template <class Work>
-maxlogdet_status with_memory(const Work& work) noexcept {
+maxlogdet_error with_memory(const Work& work) noexcept {
   try {
     work();
   } catch (...) {
-    return MAXLOGDET_STATUS_OUT_OF_MEMORY;
+    return MAXLOGDET_ERROR_OUT_OF_MEMORY;
   }
-  return MAXLOGDET_STATUS_OK;
+  return MAXLOGDET_ERROR_NONE;
 }
 
 // Returned where there is no handle, or where an argument is invalid.
-constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_INVALID_ARGUMENT,
+constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_ERROR,
+                                                   MAXLOGDET_ERROR_INVALID_ARGUMENT,
                                                    MAXLOGDET_STRATEGY_LAZY_GREEDY,
-                                                   0,
-                                                   nullptr,
-                                                   nullptr,
-                                                   not_a_number,
-                                                   not_a_number,
-                                                   0,
-                                                   0,
-                                                   0,
                                                    1,
+                                                   0,
+                                                   nullptr,
+                                                   nullptr,
+                                                   not_a_number,
+                                                   not_a_number,
+                                                   0,
+                                                   0,
                                                    0,
                                                    not_a_number,
                                                    not_a_number,
                                                    not_a_number};
-constexpr maxlogdet_block_report refused_report = {MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
-constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
+constexpr maxlogdet_block_report refused_report = {MAXLOGDET_ERROR_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
+constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_ERROR_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
 
 }  // namespace
 
@@ -98,9 +98,9 @@ namespace {
 using maxlogdet::ActiveSelection;
 
 template <class Answer>
-maxlogdet_status answered(maxlogdet_active_selection* active, const Answer& answer) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
-  if (active->is_refused) return MAXLOGDET_STATUS_NOTHING_PROPOSED;
+maxlogdet_error answered(maxlogdet_active_selection* active, const Answer& answer) {
+  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_ERROR_NOTHING_PROPOSED;
   return static_cast<maxlogdet_status>(answer(active->active));
 }
 
@@ -117,11 +117,11 @@ const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cam
     return &refused_report;
   }
   CallbackExecutor helpers(callbacks);
-  const maxlogdet_status status = with_memory([&] {
-    blocks->report = to_c(
-        append_blocks(cameras, T, cpp_matches, cpp_options, blocks->blocks, executor == nullptr ? nullptr : &helpers));
+  const maxlogdet_error error = with_memory([&] {
+    blocks->report = to_c(append_blocks(cameras, maxlogdet::RigidTransform::row_major(T), cpp_matches, cpp_options,
+                                        blocks->blocks, executor == nullptr ? nullptr : &helpers));
   });
-  return status == MAXLOGDET_STATUS_OK ? &blocks->report : &no_memory_report;
+  return error == MAXLOGDET_ERROR_NONE ? &blocks->report : &no_memory_report;
 }
 
 template <class Scalar>
@@ -142,32 +142,35 @@ int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogde
     return 0;
   const maxlogdet::Points& points = cpp_matches.points;
   const bool is_readable =
-      check(points, cpp_matches.size) == maxlogdet::BlockStatus::ok && check(cpp_options) == maxlogdet::BlockStatus::ok;
+      check(points, cpp_matches.size) == maxlogdet::Error::none && check(cpp_options) == maxlogdet::Error::none;
   if (i >= cpp_matches.size || !is_readable) return 0;
   double p_w[3];
   points.are_float() ? read_point<float>(points, i, p_w) : read_point<double>(points, i, p_w);
-  return write(cpp_camera, T_cw, p_w, match_noise(cpp_matches, i, cpp_options), to) ? 1 : 0;
+  return write(cpp_camera, maxlogdet::RigidTransform::row_major(T_cw), p_w, match_noise(cpp_matches, i, cpp_options),
+               to)
+             ? 1
+             : 0;
 }
 
 }  // namespace
 
-maxlogdet_status maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
-  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
+  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   *blocks = nullptr;
   return with_memory([&] { *blocks = new maxlogdet_block_store(capacity); });
 }
 
 void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks) { delete blocks; }
 
-maxlogdet_status maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity) {
-  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity) {
+  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   return with_memory([&] { blocks->blocks.reserve(capacity); });
 }
 
-maxlogdet_status maxlogdet_block_store_clear(maxlogdet_block_store* blocks) {
-  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_block_store_clear(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   blocks->blocks.clear();
-  return MAXLOGDET_STATUS_OK;
+  return MAXLOGDET_ERROR_NONE;
 }
 
 size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks) {
@@ -190,13 +193,13 @@ size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks) 
   return blocks == nullptr ? 0 : blocks->blocks.invalid_count();
 }
 
-maxlogdet_status maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows) {
-  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows) {
+  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   return with_memory([&] { blocks->blocks.push_back(block, rows); });
 }
 
-maxlogdet_status maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks) {
-  if (blocks == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks) {
+  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   return with_memory([&] { blocks->blocks.push_back_invalid(); });
 }
 
@@ -218,10 +221,10 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              const maxlogdet_executor* executor) {
   if (blocks == nullptr || (camera_count > 0 && (cameras == nullptr || T_cb == nullptr))) return &refused_report;
   const size_t count = camera_count <= maxlogdet::max_cameras ? camera_count : 0;
-  if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_STATUS_OK) return &no_memory_report;
+  if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_ERROR_NONE) return &no_memory_report;
   for (size_t i = 0; i < count; ++i) {
     if (!read(cameras[i], blocks->cameras[i].camera)) return &refused_report;
-    blocks->cameras[i].T_cb = T_cb + 12 * i;
+    blocks->cameras[i].T_cb = maxlogdet::RigidTransform::row_major(T_cb + 12 * i);
   }
   maxlogdet::Rig rig;
   rig.cameras = blocks->cameras.data();
@@ -251,20 +254,20 @@ int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
   return cpp_selection.has_answer() ? 1 : 0;
 }
 
-double maxlogdet_selection_efficiency(const maxlogdet_selection* selection) {
+double maxlogdet_selection_certified_efficiency(const maxlogdet_selection* selection) {
   if (selection == nullptr) return not_a_number;
   maxlogdet::Selection cpp_selection{};
   cpp_selection.log_det = selection->log_det;
   cpp_selection.upper_bound = selection->upper_bound;
-  return cpp_selection.efficiency();
+  return cpp_selection.certified_efficiency();
 }
 
-maxlogdet_status maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
-                                           maxlogdet_selector** selector) {
-  if (selector == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
+                                          maxlogdet_selector** selector) {
+  if (selector == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   *selector = nullptr;
   maxlogdet_executor callbacks{};
-  if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks, executor != nullptr); });
 }
 
@@ -282,8 +285,8 @@ const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selecto
   return &selector->selection;
 }
 
-maxlogdet_status maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active) {
+  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   *active = nullptr;
   return with_memory([&] { *active = new maxlogdet_active_selection(capacity); });
 }
@@ -294,13 +297,13 @@ size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* act
   return active == nullptr ? 0 : active->active.capacity();
 }
 
-maxlogdet_status maxlogdet_active_selection_start(maxlogdet_active_selection* active,
-                                                  const maxlogdet_block_store* candidates,
-                                                  const maxlogdet_options* options) {
-  if (active == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* active,
+                                                 const maxlogdet_block_store* candidates,
+                                                 const maxlogdet_options* options) {
+  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   maxlogdet::Options cpp_options;
   active->is_refused = candidates == nullptr || !read(options, cpp_options);
-  if (active->is_refused) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+  if (active->is_refused) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   return static_cast<maxlogdet_status>(active->active.start(candidates->blocks, cpp_options));
 }
 
@@ -312,34 +315,34 @@ size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active,
   return active == nullptr || active->is_refused ? 0 : active->active.next(indices, count);
 }
 
-maxlogdet_status maxlogdet_active_selection_accept(maxlogdet_active_selection* active) {
+maxlogdet_error maxlogdet_active_selection_accept(maxlogdet_active_selection* active) {
   return answered(active, [](ActiveSelection& to) { return to.accept(); });
 }
 
-maxlogdet_status maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
-                                                         int32_t rows) {
+maxlogdet_error maxlogdet_active_selection_accept_block(maxlogdet_active_selection* active, const double* block,
+                                                        int32_t rows) {
   return answered(active, [=](ActiveSelection& to) { return to.accept(block, rows); });
 }
 
-maxlogdet_status maxlogdet_active_selection_reject(maxlogdet_active_selection* active) {
+maxlogdet_error maxlogdet_active_selection_reject(maxlogdet_active_selection* active) {
   return answered(active, [](ActiveSelection& to) { return to.reject(); });
 }
 
-maxlogdet_status maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index) {
+maxlogdet_error maxlogdet_active_selection_accept_index(maxlogdet_active_selection* active, uint32_t index) {
   return answered(active, [=](ActiveSelection& to) { return to.accept(index); });
 }
 
-maxlogdet_status maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
-                                                               const double* block, int32_t rows) {
+maxlogdet_error maxlogdet_active_selection_accept_block_index(maxlogdet_active_selection* active, uint32_t index,
+                                                              const double* block, int32_t rows) {
   return answered(active, [=](ActiveSelection& to) { return to.accept(index, block, rows); });
 }
 
-maxlogdet_status maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index) {
+maxlogdet_error maxlogdet_active_selection_reject_index(maxlogdet_active_selection* active, uint32_t index) {
   return answered(active, [=](ActiveSelection& to) { return to.reject(index); });
 }
 
-maxlogdet_status maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
-                                                   size_t count) {
+maxlogdet_error maxlogdet_active_selection_answer(maxlogdet_active_selection* active, const uint8_t* matched,
+                                                  size_t count) {
   return answered(active, [=](ActiveSelection& to) { return to.answer(matched, count); });
 }
 

@@ -43,7 +43,7 @@ maxlogdet_matches default_matches() noexcept {
   to.points = from.points.data();
   to.point_type = MAXLOGDET_POINT_TYPE_FLOAT64;
   to.sigmas = from.sigmas;
-  to.has_third = from.has_third;
+  to.has_depth_cue = from.has_depth_cue;
   to.usable = from.usable;
   to.weights = from.weights;
   to.map_covariances = from.map_covariances;
@@ -57,7 +57,7 @@ maxlogdet_block_options default_block_options() noexcept {
   maxlogdet_block_options to{};
   to.struct_size = sizeof to;
   to.weighting = static_cast<maxlogdet_weighting>(from.weighting);
-  to.third = static_cast<maxlogdet_third_measurement>(from.third);
+  to.depth_cue = static_cast<maxlogdet_depth_cue>(from.depth_cue);
   to.map_sigma = from.map_sigma;
   to.depth_sigma = from.depth_sigma;
   to.min_depth = from.min_depth;
@@ -72,37 +72,37 @@ maxlogdet_options default_options() noexcept {
   to.budget = from.budget;
   to.strategy = static_cast<maxlogdet_strategy>(from.strategy);
   to.threads = from.threads;
-  to.epsilon = from.epsilon;
-  to.seed = from.seed;
+  to.epsilon = from.stochastic.epsilon;
+  to.seed = from.stochastic.seed;
   to.prior = from.prior;
   to.time_limit = from.time_limit;
-  to.certify = from.certify ? 1 : 0;
-  to.certificate_passes = from.certificate_passes;
-  to.exchange_sweeps = from.exchange_sweeps;
+  to.certificate = from.certificate.compute ? 1 : 0;
+  to.certificate_passes = from.certificate.passes;
+  to.exchange_sweeps = from.exchange.sweeps;
   to.required = from.required;
   to.excluded = from.excluded;
-  to.groups = from.groups;
-  to.group_count = from.group_count;
-  to.max_per_group = from.max_per_group;
-  to.group_maxima = from.group_maxima;
-  to.target_efficiency = from.target_efficiency;
-  to.target_translation_sigma = from.target_translation_sigma;
-  to.target_rotation_sigma = from.target_rotation_sigma;
+  to.groups = from.groups.ids;
+  to.group_count = from.groups.count;
+  to.max_per_group = from.groups.maximum;
+  to.group_maxima = from.groups.maxima;
+  to.target_efficiency = from.target.efficiency;
+  to.target_translation_sigma = from.target.translation_sigma;
+  to.target_rotation_sigma = from.target.rotation_sigma;
   return to;
 }
 
 maxlogdet_executor default_executor() noexcept { return {sizeof(maxlogdet_executor), nullptr, nullptr, nullptr}; }
 
 template <class Struct>
-maxlogdet_status init(Struct* given, std::size_t size, const Struct& defaults) noexcept {
-  if (given == nullptr) return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+maxlogdet_error init(Struct* given, std::size_t size, const Struct& defaults) noexcept {
+  if (given == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   if (!is_size_of<Struct>(size)) {
     if (size >= sizeof given->struct_size) given->struct_size = 0;  // refused wherever it is read
-    return MAXLOGDET_STATUS_INVALID_ARGUMENT;
+    return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   }
   std::memcpy(given, &defaults, size);
   given->struct_size = size;
-  return MAXLOGDET_STATUS_OK;
+  return MAXLOGDET_ERROR_NONE;
 }
 
 // Overwrites the defaults in `full` with the fields that `given` has.
@@ -143,7 +143,7 @@ bool read(const maxlogdet_matches* given, Matches& matches) noexcept {
   if (!complete(given, from) || from.reserved != 0 || !read_points(from, matches.points)) return false;
   matches.size = from.size;
   matches.sigmas = from.sigmas;
-  matches.has_third = from.has_third;
+  matches.has_depth_cue = from.has_depth_cue;
   matches.usable = from.usable;
   matches.weights = from.weights;
   matches.map_covariances = from.map_covariances;
@@ -156,7 +156,7 @@ bool read(const maxlogdet_block_options* given, BlockOptions& options) noexcept 
   maxlogdet_block_options from = default_block_options();
   if (!complete(given, from) || from.reserved != 0) return false;
   options.weighting = static_cast<Weighting>(from.weighting);
-  options.third = static_cast<ThirdMeasurement>(from.third);
+  options.depth_cue = static_cast<DepthCue>(from.depth_cue);
   options.map_sigma = from.map_sigma;
   options.depth_sigma = from.depth_sigma;
   options.min_depth = from.min_depth;
@@ -170,22 +170,22 @@ bool read(const maxlogdet_options* given, Options& options) noexcept {
   options.budget = from.budget;
   options.strategy = static_cast<Strategy>(from.strategy);
   options.threads = from.threads;
-  options.epsilon = from.epsilon;
-  options.seed = from.seed;
+  options.stochastic.epsilon = from.epsilon;
+  options.stochastic.seed = from.seed;
   options.prior = from.prior;
   options.time_limit = from.time_limit;
-  options.certify = from.certify != 0;
-  options.certificate_passes = from.certificate_passes;
-  options.exchange_sweeps = from.exchange_sweeps;
+  options.certificate.compute = from.certificate != 0;
+  options.certificate.passes = from.certificate_passes;
+  options.exchange.sweeps = from.exchange_sweeps;
   options.required = from.required;
   options.excluded = from.excluded;
-  options.groups = from.groups;
-  options.group_count = from.group_count;
-  options.max_per_group = from.max_per_group;
-  options.group_maxima = from.group_maxima;
-  options.target_efficiency = from.target_efficiency;
-  options.target_translation_sigma = from.target_translation_sigma;
-  options.target_rotation_sigma = from.target_rotation_sigma;
+  options.groups.ids = from.groups;
+  options.groups.count = from.group_count;
+  options.groups.maximum = from.max_per_group;
+  options.groups.maxima = from.group_maxima;
+  options.target.efficiency = from.target_efficiency;
+  options.target.translation_sigma = from.target_translation_sigma;
+  options.target.rotation_sigma = from.target_rotation_sigma;
   return true;
 }
 
@@ -198,14 +198,14 @@ bool read(const maxlogdet_executor* given, maxlogdet_executor& executor) noexcep
 
 maxlogdet_block_report to_c(const BlockReport& report) noexcept {
   maxlogdet_block_report to{};
-  to.status = static_cast<maxlogdet_block_status>(report.status);
+  to.error = static_cast<maxlogdet_error>(report.error);
   to.appended = report.appended;
   to.invalid = report.invalid;
   to.unusable = report.unusable;
   to.behind_camera = report.behind_camera;
   to.too_near = report.too_near;
   to.singular_rays = report.singular_rays;
-  to.unsound_covariances = report.unsound_covariances;
+  to.invalid_covariances = report.invalid_covariances;
   to.invalid_jacobians = report.invalid_jacobians;
   return to;
 }
@@ -213,6 +213,7 @@ maxlogdet_block_report to_c(const BlockReport& report) noexcept {
 maxlogdet_selection to_c(const Selection& selection) noexcept {
   maxlogdet_selection to{};
   to.status = static_cast<maxlogdet_status>(selection.status);
+  to.error = static_cast<maxlogdet_error>(selection.error);
   to.strategy = static_cast<maxlogdet_strategy>(selection.strategy);
   to.size = selection.size;
   to.indices = selection.indices;
@@ -223,7 +224,7 @@ maxlogdet_selection to_c(const Selection& selection) noexcept {
   to.float64_decisions = selection.float64_decisions;
   to.invalid_candidates = selection.invalid_candidates;
   to.threads = selection.threads;
-  to.efficiency_of_all = selection.efficiency_of_all;
+  to.efficiency = selection.efficiency;
   to.translation_sigma = selection.translation_sigma;
   to.rotation_sigma = selection.rotation_sigma;
   return to;
@@ -234,22 +235,22 @@ maxlogdet_selection to_c(const Selection& selection) noexcept {
 
 using maxlogdet::c_api::init;
 
-maxlogdet_status maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size) {
+maxlogdet_error maxlogdet_camera_init(maxlogdet_camera* camera, size_t struct_size) {
   return init(camera, struct_size, maxlogdet::c_api::default_camera());
 }
 
-maxlogdet_status maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size) {
+maxlogdet_error maxlogdet_matches_init(maxlogdet_matches* matches, size_t struct_size) {
   return init(matches, struct_size, maxlogdet::c_api::default_matches());
 }
 
-maxlogdet_status maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size) {
+maxlogdet_error maxlogdet_block_options_init(maxlogdet_block_options* options, size_t struct_size) {
   return init(options, struct_size, maxlogdet::c_api::default_block_options());
 }
 
-maxlogdet_status maxlogdet_options_init(maxlogdet_options* options, size_t struct_size) {
+maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct_size) {
   return init(options, struct_size, maxlogdet::c_api::default_options());
 }
 
-maxlogdet_status maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size) {
+maxlogdet_error maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size) {
   return init(executor, struct_size, maxlogdet::c_api::default_executor());
 }

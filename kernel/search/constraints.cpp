@@ -15,15 +15,15 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 // caller's numbers. If there are more groups (objects, cells of a fine grid) than the memory holds, only those with a
 // candidate are numbered, in their order; these always fit.
 std::size_t Constraints::number_groups(const Options& options) noexcept {
-  const auto named_by = [&](std::uint32_t i) { return options.groups[candidates_.indices[i]]; };
+  const auto named_by = [&](std::uint32_t i) { return options.groups.ids[candidates_.indices[i]]; };
   const auto room_in = [&](std::size_t group) -> std::size_t {
-    return options.group_maxima != nullptr ? options.group_maxima[group] : options.max_per_group;
+    return options.groups.maxima != nullptr ? options.groups.maxima[group] : options.groups.maximum;
   };
   const auto count = static_cast<std::uint32_t>(candidates_.count);
-  if (options.group_count <= memory_.room.size()) {
+  if (options.groups.count <= memory_.room.size()) {
     for (std::uint32_t i = 0; i < count; ++i) memory_.group[i] = named_by(i);
-    for (std::size_t group = 0; group < options.group_count; ++group) memory_.room[group] = room_in(group);
-    return options.group_count;
+    for (std::size_t group = 0; group < options.groups.count; ++group) memory_.room[group] = room_in(group);
+    return options.groups.count;
   }
   std::uint32_t* const order = memory_.members.data();
   std::iota(order, order + count, 0U);
@@ -40,7 +40,7 @@ std::size_t Constraints::number_groups(const Options& options) noexcept {
 // A counting sort by groups; false if any group, also of an invalid candidate, is not below group_count.
 bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   bool exist = true;
-  for (std::size_t i = 0; i < n; ++i) exist = exist && options.groups[i] < options.group_count;
+  for (std::size_t i = 0; i < n; ++i) exist = exist && options.groups.ids[i] < options.groups.count;
   if (!exist) return false;
   const std::size_t groups = number_groups(options);
   std::uint32_t* const first = memory_.first_member.data();
@@ -57,26 +57,26 @@ bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   return true;
 }
 
-Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept {
+Error Constraints::reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept {
   candidates_ = candidates;
-  groups_ = blocks.size() > 0 ? options.groups : nullptr;
+  groups_ = blocks.size() > 0 ? options.groups.ids : nullptr;
   free_count_ = candidates.count;
   required_count_ = 0;
   std::fill_n(memory_.free.data(), candidates.count, static_cast<unsigned char>(1));
-  if (options.required == nullptr && options.excluded == nullptr && options.groups == nullptr) return Status::ok;
-  if (groups_ != nullptr && !list_members(options, blocks.size())) return Status::invalid_groups;
+  if (options.required == nullptr && options.excluded == nullptr && options.groups.ids == nullptr) return Error::none;
+  if (groups_ != nullptr && !list_members(options, blocks.size())) return Error::invalid_groups;
 
   for (std::size_t i = 0; i < blocks.size() && options.required != nullptr; ++i) {
-    if (options.required[i] != 0 && (is_set(options.excluded, i) || !blocks.is_valid(i))) return Status::infeasible;
+    if (options.required[i] != 0 && (is_set(options.excluded, i) || !blocks.is_valid(i))) return Error::infeasible;
   }
   for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
     if (options.required[candidates.indices[i]] == 0) continue;
     const auto candidate = static_cast<std::uint32_t>(i);
-    if (!has_room(candidate)) return Status::infeasible;
+    if (!has_room(candidate)) return Error::infeasible;
     take_room(candidate);
     memory_.required[required_count_++] = candidate;
   }
-  if (required_count_ > options.budget) return Status::infeasible;
+  if (required_count_ > options.budget) return Error::infeasible;
 
   free_count_ = 0;
   for (std::size_t i = 0; i < candidates.count; ++i) {
@@ -86,7 +86,7 @@ Status Constraints::reset(const BlockStore& blocks, const Candidates& candidates
     memory_.free[i] = is_free ? 1 : 0;
     free_count_ += is_free ? 1 : 0;
   }
-  return Status::ok;
+  return Error::none;
 }
 
 }  // namespace maxlogdet

@@ -39,7 +39,7 @@ class Constraints {
 
   /// Reads the constraints of Options, for at most `capacity` candidates. `candidates`: those of the store, at least
   /// all that are not excluded. Returns ok, invalid_groups or infeasible.
-  Status reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
+  Error reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
 
   /// Per candidate: nonzero if a search may select it; 0 for required ones, which are selected before it.
   const unsigned char* free() const noexcept { return memory_.free.data(); }

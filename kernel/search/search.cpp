@@ -52,16 +52,16 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       indices(memory_.selected.data()),
       gains(memory_.gains.data()) {}
 
-Status Search::start(const BlockStore& blocks, const Options& options) noexcept {
-  const Status status = constraints.reset(blocks, candidates, options);
-  if (status != Status::ok) return status;
-  if (!prior.reset(options.prior)) return Status::invalid_prior;
+Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
+  const Error error = constraints.reset(blocks, candidates, options);
+  if (error != Error::none) return error;
+  if (!prior.reset(options.prior)) return Error::invalid_prior;
   prior_matrix = options.prior;
   factor = prior;
   remaining = constraints.free_count();
   if (target.is_asked()) set_target(options);
   for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
-  return Status::ok;
+  return Error::none;
 }
 
 void Search::set_target(const Options& options) noexcept {
@@ -212,7 +212,7 @@ void Search::report(Status status, Selection& selection) const noexcept {
                                                          : status;
   selection.indices = reported;
   selection.gains = gains;
-  selection.size = selected;
+  selection.size = selection.searched = selected;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
   target.report(factor, selection);
   selection.evaluations = screening.evaluations() + unscreened;

@@ -54,8 +54,8 @@ struct Search {
   /// `memory` must have a kernel, and room for the candidates.
   Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept;
 
-  /// Reads constraints, prior and targets, and selects the required candidates. Returns the first error, or ok.
-  Status start(const BlockStore& blocks, const Options& options) noexcept;
+  /// Reads constraints, prior and targets, and selects the required candidates. Returns the first error.
+  Error start(const BlockStore& blocks, const Options& options) noexcept;
 
   SearchMemory& memory;
   Candidates candidates;

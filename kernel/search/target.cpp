@@ -35,21 +35,21 @@ bool is_deviation(double sigma) noexcept { return sigma >= 0 && sigma < infinity
 
 Target::Target(const Options& options) noexcept
     : is_asked_(is_asked(options)),
-      share_(options.target_efficiency),
-      has_translation_(options.target_translation_sigma > 0),
-      has_rotation_(options.target_rotation_sigma > 0) {
+      share_(options.target.efficiency),
+      has_translation_(options.target.translation_sigma > 0),
+      has_rotation_(options.target.rotation_sigma > 0) {
   for (int d = 0; d < n; ++d) {
-    const double sigma = d < first_of_rotation ? options.target_translation_sigma : options.target_rotation_sigma;
+    const double sigma = d < first_of_rotation ? options.target.translation_sigma : options.target.rotation_sigma;
     per_sigma_[d] = sigma > 0 ? 1 / sigma : 0;
   }
 }
 
-Status Target::check(const Options& options) noexcept {
-  if (!is_asked(options)) return Status::ok;
-  const bool is_share = options.target_efficiency >= 0 && options.target_efficiency <= 1;
-  if (!is_share || !is_deviation(options.target_translation_sigma) || !is_deviation(options.target_rotation_sigma))
-    return Status::invalid_target;
-  return options.exchange_sweeps > 0 ? Status::unsupported_target : Status::ok;
+Error Target::check(const Options& options) noexcept {
+  if (!is_asked(options)) return Error::none;
+  const bool is_share = options.target.efficiency >= 0 && options.target.efficiency <= 1;
+  if (!is_share || !is_deviation(options.target.translation_sigma) || !is_deviation(options.target.rotation_sigma))
+    return Error::invalid_target;
+  return options.exchange.sweeps > 0 ? Error::unsupported_target : Error::none;
 }
 
 void Target::compare_with(const InformationFactor& all) noexcept {
@@ -77,7 +77,7 @@ bool Target::is_met(const InformationFactor& factor) const noexcept {
 }
 
 void Target::report(const InformationFactor& factor, Selection& selection) const noexcept {
-  selection.efficiency_of_all = selection.translation_sigma = selection.rotation_sigma = not_a_number;
+  selection.efficiency = selection.translation_sigma = selection.rotation_sigma = not_a_number;
   if (!is_asked_) return;
   double root = 1;
   for (int c = 0; c < n; ++c) {
@@ -85,7 +85,7 @@ void Target::report(const InformationFactor& factor, Selection& selection) const
   }
   constexpr double unscaled[simd::padded_dimension] = {1, 1, 1, 1, 1, 1, 1, 1};
   const Variances variances = scaled_variances(factor, unscaled);
-  if (share_ > 0) selection.efficiency_of_all = 1 / root;
+  if (share_ > 0) selection.efficiency = 1 / root;
   if (has_translation_) selection.translation_sigma = std::sqrt(variances.translation);
   if (has_rotation_) selection.rotation_sigma = std::sqrt(variances.rotation);
 }

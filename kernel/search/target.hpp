@@ -16,12 +16,12 @@ class Target {
   explicit Target(const Options& options) noexcept;
 
   /// Returns the first error of the targets, or ok.
-  static Status check(const Options& options) noexcept;
+  static Error check(const Options& options) noexcept;
 
   /// Whether any target is given.
   static bool is_asked(const Options& options) noexcept {
-    return options.target_efficiency != 0 || options.target_translation_sigma != 0 ||
-           options.target_rotation_sigma != 0;
+    return options.target.efficiency != 0 || options.target.translation_sigma != 0 ||
+           options.target.rotation_sigma != 0;
   }
   bool is_asked() const noexcept { return is_asked_; }
 

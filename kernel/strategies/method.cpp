@@ -16,8 +16,8 @@ bool supports_groups_and_targets(Strategy strategy) noexcept {
   const Method* const method = method_of(strategy);
   const std::uint32_t group = 0;
   Options options;
-  options.groups = &group;
-  return method != nullptr && method->check(options) == Status::ok;
+  options.groups.ids = &group;
+  return method != nullptr && method->check(options) == Error::none;
 }
 
 Workspaces::Workspaces(std::size_t capacity) {

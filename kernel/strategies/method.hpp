@@ -27,7 +27,7 @@ struct Method {
   Status (*run)(Search& search, const Options& options, Workspace* workspace) noexcept;
 
   /// Returns the first error of the options that only this strategy uses, or ok.
-  Status (*check)(const Options& options) noexcept;
+  Error (*check)(const Options& options) noexcept;
 
   /// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a
   /// cache or not (docs/threading.md).
@@ -46,10 +46,10 @@ std::unique_ptr<Workspace> make_workspace(std::size_t capacity) {
 constexpr std::size_t one_thread_only = std::numeric_limits<std::size_t>::max();
 
 /// Checks of strategies that accept any options, or any but groups and targets.
-inline Status any_options(const Options& /*options*/) noexcept { return Status::ok; }
-inline Status no_groups_or_targets(const Options& options) noexcept {
-  if (options.groups != nullptr) return Status::unsupported_groups;
-  return Target::is_asked(options) ? Status::unsupported_target : Status::ok;
+inline Error any_options(const Options& /*options*/) noexcept { return Error::none; }
+inline Error no_groups_or_targets(const Options& options) noexcept {
+  if (options.groups.ids != nullptr) return Error::unsupported_groups;
+  return Target::is_asked(options) ? Error::unsupported_target : Error::none;
 }
 
 #define MAXLOGDET_DECLARE(name) extern const Method name##_method;

@@ -31,8 +31,9 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   for (std::size_t i = 0; i < search.candidates.size(); ++i) {
     if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
   }
-  const double full_sample = sample_size(filled, std::min(filled, search.budget - search.selected), options.epsilon);
-  const std::uint64_t key = CounterRandom(options.seed).key();
+  const double full_sample =
+      sample_size(filled, std::min(filled, search.budget - search.selected), options.stochastic.epsilon);
+  const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
   search.screening.make_records(search.candidates.size());
 
@@ -58,8 +59,8 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   return Status::ok;
 }
 
-Status check_epsilon(const Options& options) noexcept {
-  return options.epsilon > 0 && options.epsilon < 1 ? Status::ok : Status::invalid_epsilon;
+Error check_epsilon(const Options& options) noexcept {
+  return options.stochastic.epsilon > 0 && options.stochastic.epsilon < 1 ? Error::none : Error::invalid_epsilon;
 }
 
 }  // namespace

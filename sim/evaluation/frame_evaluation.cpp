@@ -29,7 +29,7 @@ class FrameEvaluator {
     pose_.huber_monocular = std::sqrt(usual.chi2_monocular);
     pose_.huber_stereo = std::sqrt(usual.chi2_stereo);
     pose_.max_iterations = 20;
-    pose_.stereo = frame.camera.third() != ThirdMeasurement::none;
+    pose_.stereo = frame.camera.depth_cue() != DepthCue::none;
     whiten_matches();
   }
 
@@ -87,11 +87,12 @@ class FrameEvaluator {
     settings.kind = contestant.kind;
     settings.budget = budget;
     Hash seed;
-    for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}}) seed.add(word);
+    for (const std::uint64_t word : {options_.stochastic.seed, std::uint64_t{number_}, std::uint64_t{repetition}})
+      seed.add(word);
     settings.seed = seed.value();
     settings.blocks.weighting = options_.weighting;
     settings.blocks.map_sigma = options_.map_sigma;
-    settings.blocks.third = frame_.camera.third();
+    settings.blocks.depth_cue = frame_.camera.depth_cue();
     if (frame_.camera.depth_sigma > 0) settings.blocks.depth_sigma = frame_.camera.depth_sigma;
     return FeatureSelector(settings).select(frame_, inliers_);
   }

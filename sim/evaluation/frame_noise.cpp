@@ -22,7 +22,7 @@ std::vector<WhitenedResidual> residuals_of(const Frame& frame, const PoseEstimat
                                            const std::vector<std::uint32_t>& which,
                                            const std::vector<Whitening>& whitenings) {
   std::vector<WhitenedResidual> residuals;
-  const bool uses_third = frame.camera.third() != ThirdMeasurement::none;
+  const bool uses_third = frame.camera.depth_cue() != DepthCue::none;
   for (const std::uint32_t i : which) {
     const Match& match = frame.matches[i];
     LinearizedMatch at;

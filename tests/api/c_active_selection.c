@@ -35,17 +35,17 @@ static void check_measured_and_rejected(maxlogdet_active_selection* active, cons
   const double not_finite[6] = {1, 2, 3, 4, 5, (double)INFINITY};
   CHECK(maxlogdet_active_selection_start(active, blocks, options) == MAXLOGDET_STATUS_OK);
   const uint32_t first = maxlogdet_active_selection_next(active);
-  CHECK(maxlogdet_active_selection_accept_block(active, NULL, 2) == MAXLOGDET_STATUS_INVALID_BLOCK);
-  CHECK(maxlogdet_active_selection_accept_block(active, block, 0) == MAXLOGDET_STATUS_INVALID_BLOCK);
-  CHECK(maxlogdet_active_selection_accept_block(active, block, 4) == MAXLOGDET_STATUS_INVALID_BLOCK);
-  CHECK(maxlogdet_active_selection_accept_block(active, not_finite, 1) == MAXLOGDET_STATUS_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_accept_block(active, NULL, 2) == MAXLOGDET_ERROR_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_accept_block(active, block, 0) == MAXLOGDET_ERROR_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_accept_block(active, block, 4) == MAXLOGDET_ERROR_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_accept_block(active, not_finite, 1) == MAXLOGDET_ERROR_INVALID_BLOCK);
   CHECK(maxlogdet_active_selection_next(active) == first);
   CHECK(maxlogdet_active_selection_accept_block(active, block, 2) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_active_selection_accept_block(active, block, 2) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_block(active, block, 2) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   const uint32_t second = maxlogdet_active_selection_next(active);
   CHECK(second != first && second < candidates);
   CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   CHECK(maxlogdet_active_selection_next(active) != second);
   const maxlogdet_selection* const selection = maxlogdet_active_selection_selection(active);
   CHECK(selection->size == 1 && selection->indices[0] == first && selection->status == MAXLOGDET_STATUS_OK);
@@ -55,15 +55,15 @@ void active_selection_proposes_and_takes_answers(void) {
   maxlogdet_block_store* const blocks = random_blocks(candidates);
   maxlogdet_active_selection* const active = new_active_selection();
   CHECK(maxlogdet_active_selection_next(active) == MAXLOGDET_NONE);
-  CHECK(maxlogdet_active_selection_accept(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_selection(active)->status == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept(active) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_selection(active)->status == MAXLOGDET_ERROR_NOTHING_PROPOSED);
 
   maxlogdet_options options = default_options();
   options.budget = 30;
   check_accepting_all(active, blocks, &options);
   check_measured_and_rejected(active, blocks, &options);
   options.strategy = MAXLOGDET_STRATEGY_RELAXED;
-  CHECK(maxlogdet_active_selection_start(active, blocks, &options) == MAXLOGDET_STATUS_INVALID_STRATEGY);
+  CHECK(maxlogdet_active_selection_start(active, blocks, &options) == MAXLOGDET_ERROR_INVALID_STRATEGY);
   maxlogdet_active_selection_destroy(active);
   maxlogdet_block_store_destroy(blocks);
 }
@@ -85,16 +85,16 @@ void active_selection_proposes_batches(void) {
         memcmp(again, batch, 6 * sizeof *batch) == 0);
   CHECK(maxlogdet_active_selection_next(active) == batch[0]);
   CHECK(maxlogdet_active_selection_accept_index(active, batch[4]) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_active_selection_accept_index(active, batch[4]) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_index(active, batch[4]) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   CHECK(maxlogdet_active_selection_reject_index(active, batch[0]) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_active_selection_reject_index(active, candidates) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_accept_block_index(active, batch[2], NULL, 2) == MAXLOGDET_STATUS_INVALID_BLOCK);
+  CHECK(maxlogdet_active_selection_reject_index(active, candidates) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_block_index(active, batch[2], NULL, 2) == MAXLOGDET_ERROR_INVALID_BLOCK);
   CHECK(maxlogdet_active_selection_accept_block_index(active, batch[2], block, 2) == MAXLOGDET_STATUS_OK);
   const uint8_t matched[3] = {0, 1, 1};  // of 1, 3, 5
-  CHECK(maxlogdet_active_selection_answer(active, matched, 2) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_answer(active, NULL, 3) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, matched, 2) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, NULL, 3) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   CHECK(maxlogdet_active_selection_answer(active, matched, 3) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_active_selection_answer(active, matched, 3) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, matched, 3) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   const maxlogdet_selection* const selection = maxlogdet_active_selection_selection(active);
   CHECK(selection->size == 4 && selection->indices[0] == batch[4] && selection->indices[1] == batch[2]);
   CHECK(selection->indices[2] == batch[3] && selection->indices[3] == batch[5]);
@@ -107,15 +107,15 @@ void active_selection_proposes_batches(void) {
 static void check_nothing_to_answer(maxlogdet_active_selection* active, uint32_t index) {
   const uint8_t matched[1] = {1};
   CHECK(maxlogdet_active_selection_next(active) == MAXLOGDET_NONE);
-  CHECK(maxlogdet_active_selection_accept(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_accept_block(active, NULL, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept(active) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_block(active, NULL, 1) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_reject(active) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
   CHECK(maxlogdet_active_selection_next_batch(active, &index, 1) == 0);
-  CHECK(maxlogdet_active_selection_accept_index(active, index) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_accept_block_index(active, index, NULL, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_reject_index(active, index) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_answer(active, matched, 1) == MAXLOGDET_STATUS_NOTHING_PROPOSED);
-  CHECK(maxlogdet_active_selection_selection(active)->status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_active_selection_accept_index(active, index) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_accept_block_index(active, index, NULL, 1) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_reject_index(active, index) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_answer(active, matched, 1) == MAXLOGDET_ERROR_NOTHING_PROPOSED);
+  CHECK(maxlogdet_active_selection_selection(active)->status == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   CHECK(maxlogdet_active_selection_selection(active)->size == 0);
 }
 
@@ -136,7 +136,7 @@ void a_start_that_is_refused_ends_what_was_under_way(void) {
                                                                      way == 1   ? NULL
                                                                      : way == 2 ? &broken
                                                                                 : &options);
-    CHECK(status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+    CHECK(status == MAXLOGDET_ERROR_INVALID_ARGUMENT);
     maxlogdet_block_store_destroy(blocks);
     check_nothing_to_answer(active, index);
     blocks = random_blocks(20);

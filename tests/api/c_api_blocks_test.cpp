@@ -19,7 +19,7 @@ maxlogdet_matches in_c(const Matches& matches) {
   made.point_stride = matches.points.stride();
   made.point_type = matches.points.are_float() ? MAXLOGDET_POINT_TYPE_FLOAT32 : MAXLOGDET_POINT_TYPE_FLOAT64;
   made.sigmas = matches.sigmas;
-  made.has_third = matches.has_third;
+  made.has_depth_cue = matches.has_depth_cue;
   made.usable = matches.usable;
   made.weights = matches.weights;
   made.map_covariances = matches.map_covariances;
@@ -103,7 +103,7 @@ struct Arrays {
     for (std::size_t i = 0; i < n; ++i) {
       sigmas.push_back(random.uniform(-0.01, 3));
       weights.push_back(random.uniform(-0.01, 2));
-      has_third.push_back(random.chance(0.5) ? 1 : 0);
+      has_depth_cue.push_back(random.chance(0.5) ? 1 : 0);
       usable.push_back(random.chance(0.9) ? 1 : 0);
       const Eigen::Matrix3d root = Eigen::Matrix3d::NullaryExpr([&] { return random.uniform(-0.2, 0.2); });
       const Eigen::Matrix3d covariance = root * root.transpose();
@@ -118,7 +118,7 @@ struct Arrays {
   void give(Random& random, Matches& matches) const {
     matches.sigmas = sigmas.data();
     matches.weights = weights.data();
-    matches.has_third = has_third.data();
+    matches.has_depth_cue = has_depth_cue.data();
     matches.usable = usable.data();
     if (random.chance(0.5)) matches.map_covariances = covariances.data();
     if (random.chance(0.3)) matches.jacobians = jacobians.data();
@@ -127,7 +127,7 @@ struct Arrays {
 
   std::vector<double> sigmas, weights, covariances, jacobians;
   std::vector<float> points;
-  std::vector<unsigned char> has_third, usable, camera_ids;
+  std::vector<unsigned char> has_depth_cue, usable, camera_ids;
 };
 
 BlockOptions random_options(Random& random, Weighting weighting, ThirdMeasurement third) {
@@ -144,7 +144,7 @@ maxlogdet_block_options in_c(const BlockOptions& options) {
   maxlogdet_block_options made;
   EXPECT_EQ(maxlogdet_block_options_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
   made.weighting = static_cast<maxlogdet_weighting>(options.weighting);
-  made.third = static_cast<maxlogdet_third_measurement>(options.third);
+  made.third = static_cast<maxlogdet_depth_cue>(options.third);
   made.map_sigma = options.map_sigma;
   made.depth_sigma = options.depth_sigma;
   made.min_depth = options.min_depth;
@@ -153,14 +153,14 @@ maxlogdet_block_options in_c(const BlockOptions& options) {
 
 void expect_same_report(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
   EXPECT_EQ(in_c.status, static_cast<int>(in_cpp.status));
-  EXPECT_STREQ(maxlogdet_block_status_name(in_c.status), to_string(in_cpp.status));
+  EXPECT_STREQ(maxlogdet_error_name(in_c.status), to_string(in_cpp.status));
   EXPECT_EQ(in_c.appended, in_cpp.appended);
   EXPECT_EQ(in_c.invalid, in_cpp.invalid);
   EXPECT_EQ(in_c.behind_camera, in_cpp.behind_camera);
   EXPECT_EQ(in_c.unusable, in_cpp.unusable);
   EXPECT_EQ(in_c.too_near, in_cpp.too_near);
   EXPECT_EQ(in_c.singular_rays, in_cpp.singular_rays);
-  EXPECT_EQ(in_c.unsound_covariances, in_cpp.unsound_covariances);
+  EXPECT_EQ(in_c.invalid_covariances, in_cpp.invalid_covariances);
   EXPECT_EQ(in_c.invalid_jacobians, in_cpp.invalid_jacobians);
 }
 
@@ -194,7 +194,7 @@ TEST(CApi, blocks_equal_those_of_cpp) {
 
         BlockStore expected(n);
         const CBlocks blocks = c_blocks(n);
-        const double* const T_cw = frame.T_cw_prior.data();
+        const double* const T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
         const BlockReport in_cpp = append_in_cpp(cameras, T_cw, matches, cpp_options, expected);
         expect_same_report(append_in_c(cameras, T_cw, in_c(matches), options, blocks.get()), in_cpp);
         expect_same_weights(cameras, T_cw, matches, cpp_options, options);

@@ -3,7 +3,7 @@
 #include "tests/api/c_api_tests.h"
 #include "tests/api/c_check.h"
 
-static const maxlogdet_block_status refused = MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT;
+static const maxlogdet_error refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
 
 // What a caller gives, and where blocks go.
 typedef struct given {
@@ -36,7 +36,7 @@ static void check_refused_blocks(given* it) {
   CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, NULL, it->blocks, NULL)->status == refused);
   CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, NULL, NULL)->status == refused);
   CHECK(maxlogdet_append_blocks(&it->camera, NULL, &it->matches, &it->options, it->blocks, NULL)->status ==
-        MAXLOGDET_BLOCK_STATUS_INVALID_POSE);
+        MAXLOGDET_ERROR_INVALID_POSE);
   maxlogdet_executor executor;
   maxlogdet_executor_init(&executor, sizeof executor);
   CHECK(
@@ -85,18 +85,18 @@ static void check_weights(given* it) {
 static void check_errors_of_cpp(given it) {
   const given right = it;
   it.matches.points = NULL;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_MISSING_POINTS);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_MISSING_POINTS);
   it = right;
   it.options.weighting = 77;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_INVALID_OPTIONS);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS);
   it = right;
-  it.options.third = MAXLOGDET_THIRD_MEASUREMENT_STEREO;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA);
+  it.options.third = MAXLOGDET_DEPTH_CUE_STEREO;
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_CAMERA);
   it = right;
   it.matches.size = SIZE_MAX;  // more than there can be, whatever is stored already
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   it.matches.size = SIZE_MAX - 3;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_OUT_OF_MEMORY);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_size(it.blocks) == 4);
 }
 
@@ -107,7 +107,7 @@ void blocks_are_made_of_matches(void) {
   it.camera.fx = it.camera.fy = 450;
   it.matches.usable = usable;
   const maxlogdet_block_report* report = append(&it);
-  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 4 && report->invalid == 2);
+  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 2);
   CHECK(report->behind_camera == 1 && report->unusable == 1 && report->too_near == 0 && report->singular_rays == 0);
   CHECK(maxlogdet_block_store_size(it.blocks) == 4 && maxlogdet_block_store_rows(it.blocks) == 2);
   CHECK(maxlogdet_block_store_is_valid(it.blocks, 0) == 1 && maxlogdet_block_store_is_valid(it.blocks, 1) == 0);
@@ -120,7 +120,7 @@ void blocks_are_made_of_matches(void) {
   it.matches.struct_size = offsetof(maxlogdet_matches, point_stride);
   it.options.struct_size = offsetof(maxlogdet_block_options, map_sigma);
   report = append(&it);
-  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 4 && report->invalid == 1);
+  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 1);
   maxlogdet_block_store_destroy(it.blocks);
 }
 
@@ -137,15 +137,15 @@ static void check_blocks_of_rigs(given* it, const maxlogdet_camera* pinhole) {
   const double jacobians[18] = {90, 0, 0, 0, 90, 0, 10, 0, 5, 0, 0, 5, 90, 0, 1, 0, 90, 1};
   const maxlogdet_camera* cameras[2] = {pinhole, &it->camera};
   const maxlogdet_block_report* report = append_of_rig(it, cameras, 2);
-  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 3 && report->invalid == 0);
+  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
   cameras[1] = pinhole;
   report = append_of_rig(it, cameras, 2);
   CHECK(report->invalid == 1 && report->behind_camera == 1);
   it->matches.jacobians = jacobians;
   report = append_of_rig(it, cameras, 2);
-  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->invalid == 1 && report->invalid_jacobians == 0);
+  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->invalid == 1 && report->invalid_jacobians == 0);
 
-  const maxlogdet_block_status invalid_id = MAXLOGDET_BLOCK_STATUS_INVALID_CAMERA_ID;
+  const maxlogdet_error invalid_id = MAXLOGDET_ERROR_INVALID_CAMERA_ID;
   CHECK(maxlogdet_append_blocks(pinhole, identity_pose, &it->matches, &it->options, it->blocks, NULL)->status ==
         invalid_id);
   CHECK(append_of_rig(it, cameras, 1)->status == invalid_id);
@@ -177,7 +177,7 @@ void blocks_are_made_for_any_camera(void) {
   it.matches.point_type = MAXLOGDET_POINT_TYPE_FLOAT32;
   it.matches.point_stride = sizeof *points;
   const maxlogdet_block_report* report = append(&it);
-  CHECK(report->status == MAXLOGDET_BLOCK_STATUS_OK && report->appended == 3 && report->invalid == 0);
+  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
   it.options.min_depth = 5.1;  // |p_c| of a fisheye
   report = append(&it);
   CHECK(report->too_near == 3 && report->invalid == 3);
@@ -191,10 +191,10 @@ void blocks_are_made_for_any_camera(void) {
 
   it.matches.camera_ids = NULL;
   it.camera.model = 1000;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_UNKNOWN_CAMERA_MODEL);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL);
   it.camera = pinhole;
   it.matches.point_stride = 10;
-  CHECK(append(&it)->status == MAXLOGDET_BLOCK_STATUS_INVALID_STRIDE);
+  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_STRIDE);
   it.matches.point_type = 2;
   CHECK(append(&it)->status == refused);
   CHECK(maxlogdet_block_store_size(it.blocks) == 15);

@@ -167,7 +167,7 @@ static void check_blocks(const maxlogdet_executor* executor) {
     REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_STATUS_OK);
     const maxlogdet_block_report* const made =
         maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
-    CHECK(made->status == MAXLOGDET_BLOCK_STATUS_OK && made->appended == n);
+    CHECK(made->status == MAXLOGDET_ERROR_NONE && made->appended == n);
     answers[i] = maxlogdet_selector_select(selectors[i], blocks[i], &select_options);
     CHECK(answers[i]->status == MAXLOGDET_STATUS_OK);
   }
@@ -190,7 +190,7 @@ static void an_executor_that_is_none_is_refused(void) {
   wrong[3].struct_size = offsetof(maxlogdet_executor, run);
   wrong[4].struct_size = sizeof right + 8;
   for (int i = 0; i < 5; ++i) {
-    CHECK(maxlogdet_selector_create(10, &wrong[i], &selector) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+    CHECK(maxlogdet_selector_create(10, &wrong[i], &selector) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
     CHECK(selector == NULL);
   }
   CHECK(calls == 0);
@@ -222,10 +222,10 @@ int main(void) {
   end_pool(&pool);
 
 #if defined(MAXLOGDET_WITH_TBB)
-  CHECK(maxlogdet_tbb_executor_init(NULL, sizeof executor) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
-  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor + 8) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_tbb_executor_init(NULL, sizeof executor) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
+  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor + 8) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   CHECK(executor.struct_size == 0);
-  CHECK(maxlogdet_tbb_executor_init(&executor, offsetof(maxlogdet_executor, run)) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_tbb_executor_init(&executor, offsetof(maxlogdet_executor, run)) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   CHECK(executor.struct_size == 0);
   CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor) == MAXLOGDET_STATUS_OK);
   const int32_t slots = executor.concurrency(executor.user_data);

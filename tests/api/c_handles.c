@@ -34,8 +34,8 @@ void a_store_counts_what_it_holds(void) {
 
   CHECK(maxlogdet_block_store_reserve(blocks, 1000) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_size(blocks) == 9);
-  CHECK(maxlogdet_block_store_reserve(blocks, SIZE_MAX) == MAXLOGDET_STATUS_OUT_OF_MEMORY);
-  CHECK(maxlogdet_block_store_reserve(blocks, (size_t)UINT32_MAX + 1) == MAXLOGDET_STATUS_OUT_OF_MEMORY);
+  CHECK(maxlogdet_block_store_reserve(blocks, SIZE_MAX) == MAXLOGDET_ERROR_OUT_OF_MEMORY);
+  CHECK(maxlogdet_block_store_reserve(blocks, (size_t)UINT32_MAX + 1) == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_is_valid(blocks, 1) == 1);
   CHECK(maxlogdet_block_store_clear(blocks) == MAXLOGDET_STATUS_OK);
   CHECK(maxlogdet_block_store_size(blocks) == 0 && maxlogdet_block_store_capacity(blocks) == 1000);
@@ -46,14 +46,14 @@ void a_store_counts_what_it_holds(void) {
 void what_cannot_be_created_is_told_and_null(void) {
   int something = 0;  // what may not stay in the pointers
   maxlogdet_block_store* blocks = (maxlogdet_block_store*)&something;
-  CHECK(maxlogdet_block_store_create(SIZE_MAX, &blocks) == MAXLOGDET_STATUS_OUT_OF_MEMORY && blocks == NULL);
+  CHECK(maxlogdet_block_store_create(SIZE_MAX, &blocks) == MAXLOGDET_ERROR_OUT_OF_MEMORY && blocks == NULL);
   maxlogdet_selector* selector = (maxlogdet_selector*)&something;
-  CHECK(maxlogdet_selector_create(SIZE_MAX, NULL, &selector) == MAXLOGDET_STATUS_OUT_OF_MEMORY && selector == NULL);
+  CHECK(maxlogdet_selector_create(SIZE_MAX, NULL, &selector) == MAXLOGDET_ERROR_OUT_OF_MEMORY && selector == NULL);
   maxlogdet_active_selection* active = (maxlogdet_active_selection*)&something;
-  CHECK(maxlogdet_active_selection_create(SIZE_MAX, &active) == MAXLOGDET_STATUS_OUT_OF_MEMORY && active == NULL);
+  CHECK(maxlogdet_active_selection_create(SIZE_MAX, &active) == MAXLOGDET_ERROR_OUT_OF_MEMORY && active == NULL);
 }
 
-static const maxlogdet_status refused = MAXLOGDET_STATUS_INVALID_ARGUMENT;
+static const maxlogdet_status refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
 static const double block_of_one_row[6] = {1, 2, 3, 4, 5, 6};
 
 static void check_null_stores(void) {
@@ -71,7 +71,7 @@ static void check_null_stores(void) {
 static void check_refusal(const maxlogdet_selection* selection) {
   CHECK(selection->status == refused && selection->size == 0 && selection->indices == NULL);
   CHECK(isnan(selection->log_det) && isnan(selection->upper_bound));
-  CHECK(isnan(selection->efficiency_of_all) && isnan(selection->translation_sigma));
+  CHECK(isnan(selection->efficiency) && isnan(selection->translation_sigma));
   CHECK(isnan(selection->rotation_sigma) && selection->reserved == 0);
   CHECK(maxlogdet_selection_has_answer(selection) == 0 && isnan(maxlogdet_selection_efficiency(selection)));
 }

@@ -26,9 +26,9 @@ void names_of_all_enumerators_and_of_no_other_value(void) {
   check_names(maxlogdet_status_name, -2, statuses, COUNT(statuses));
   CHECK(strcmp(maxlogdet_status_name(19), "unknown") == 0);
   CHECK(strcmp(maxlogdet_status_name(INT32_MIN), "unknown") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_UNSUPPORTED_ISA), "unsupported_isa") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_UNSUPPORTED_TARGET), "unsupported_target") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_INVALID_TIME_LIMIT), "invalid_time_limit") == 0);
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_UNSUPPORTED_ISA), "unsupported_isa") == 0);
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_UNSUPPORTED_TARGET), "unsupported_target") == 0);
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_INVALID_TIME_LIMIT), "invalid_time_limit") == 0);
 
   static const char* const strategies[] = {"greedy",  "lazy_greedy",     "stochastic_greedy",
                                            "relaxed", "backward_greedy", "automatic"};
@@ -45,8 +45,8 @@ void names_of_all_enumerators_and_of_no_other_value(void) {
                                                "singular_rays",        "invalid_camera",    "invalid_pose",
                                                "invalid_options",      "missing_points",    "invalid_stride",
                                                "unknown_camera_model", "invalid_camera_id", "invalid_jacobians"};
-  check_names(maxlogdet_block_status_name, -2, block_statuses, COUNT(block_statuses));
-  CHECK(strcmp(maxlogdet_block_status_name(10), "unknown") == 0);
+  check_names(maxlogdet_error_name, -2, block_statuses, COUNT(block_statuses));
+  CHECK(strcmp(maxlogdet_error_name(10), "unknown") == 0);
 }
 
 void the_library_tells_what_it_is(void) {
@@ -81,7 +81,7 @@ static void check_layout_of_inputs(void) {
   CHECK(offsetof(maxlogdet_matches, size) == 8 && offsetof(maxlogdet_matches, points) == 16);
   CHECK(offsetof(maxlogdet_matches, point_stride) == 24 && offsetof(maxlogdet_matches, point_type) == 32);
   CHECK(offsetof(maxlogdet_matches, reserved) == 36 && offsetof(maxlogdet_matches, sigmas) == 40);
-  CHECK(offsetof(maxlogdet_matches, has_third) == 48 && offsetof(maxlogdet_matches, usable) == 56);
+  CHECK(offsetof(maxlogdet_matches, has_depth_cue) == 48 && offsetof(maxlogdet_matches, usable) == 56);
   CHECK(offsetof(maxlogdet_matches, weights) == 64 && offsetof(maxlogdet_matches, map_covariances) == 72);
   CHECK(offsetof(maxlogdet_matches, jacobians) == 80 && offsetof(maxlogdet_matches, camera_ids) == 88);
   CHECK(sizeof(maxlogdet_matches) >= 96);
@@ -97,7 +97,7 @@ static void check_layout_of_requests_and_answers(void) {
   CHECK(offsetof(maxlogdet_block_report, invalid) == 16 && offsetof(maxlogdet_block_report, unusable) == 24);
   CHECK(offsetof(maxlogdet_block_report, behind_camera) == 32 && offsetof(maxlogdet_block_report, too_near) == 40);
   CHECK(offsetof(maxlogdet_block_report, singular_rays) == 48);
-  CHECK(offsetof(maxlogdet_block_report, unsound_covariances) == 56);
+  CHECK(offsetof(maxlogdet_block_report, invalid_covariances) == 56);
   CHECK(offsetof(maxlogdet_block_report, invalid_jacobians) == 64);
 
   CHECK(offsetof(maxlogdet_options, budget) == 8 && offsetof(maxlogdet_options, strategy) == 16);

@@ -39,16 +39,16 @@ static void check_targets(maxlogdet_selector* selector, const maxlogdet_block_st
   options.target_efficiency = 0.1;
   const maxlogdet_selection* answer = maxlogdet_selector_select(selector, blocks, &options);
   CHECK(answer->status == MAXLOGDET_STATUS_TARGET_REACHED && maxlogdet_selection_has_answer(answer) == 1);
-  CHECK(answer->size > 0 && answer->size < 50 && answer->efficiency_of_all >= 0.1 - 1e-12);
+  CHECK(answer->size > 0 && answer->size < 50 && answer->efficiency >= 0.1 - 1e-12);
   CHECK(isnan(answer->translation_sigma) && isnan(answer->rotation_sigma));
   options.target_efficiency = 1.5;
   answer = maxlogdet_selector_select(selector, blocks, &options);
-  CHECK(answer->status == MAXLOGDET_STATUS_INVALID_TARGET && maxlogdet_selection_has_answer(answer) == 0);
+  CHECK(answer->status == MAXLOGDET_ERROR_INVALID_TARGET && maxlogdet_selection_has_answer(answer) == 0);
   options.target_efficiency = 0;
   options.target_translation_sigma = options.target_rotation_sigma = 100;
   answer = maxlogdet_selector_select(selector, blocks, &options);
   CHECK(answer->status == MAXLOGDET_STATUS_TARGET_REACHED && answer->translation_sigma <= 100);
-  CHECK(answer->rotation_sigma <= 100 && isnan(answer->efficiency_of_all));
+  CHECK(answer->rotation_sigma <= 100 && isnan(answer->efficiency));
 }
 
 static void check_time_limits(maxlogdet_selector* selector, const maxlogdet_block_store* blocks) {
@@ -58,7 +58,7 @@ static void check_time_limits(maxlogdet_selector* selector, const maxlogdet_bloc
   CHECK(answer->status == MAXLOGDET_STATUS_DEADLINE_REACHED && maxlogdet_selection_has_answer(answer) == 1);
   options.time_limit = (double)NAN;
   answer = maxlogdet_selector_select(selector, blocks, &options);
-  CHECK(answer->status == MAXLOGDET_STATUS_INVALID_TIME_LIMIT && maxlogdet_selection_has_answer(answer) == 0);
+  CHECK(answer->status == MAXLOGDET_ERROR_INVALID_TIME_LIMIT && maxlogdet_selection_has_answer(answer) == 0);
   CHECK(answer->size == 0 && isnan(answer->log_det));
 }
 
@@ -68,17 +68,17 @@ static void check_errors(maxlogdet_selector* selector, const maxlogdet_block_sto
   CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_BUDGET);
   options = default_options();
   options.strategy = 1000;
-  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_STRATEGY);
+  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_ERROR_INVALID_STRATEGY);
   options.strategy = MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY;
   options.epsilon = 1;
-  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_EPSILON);
+  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_ERROR_INVALID_EPSILON);
   options = default_options();
   options.threads = -1;
-  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_THREADS);
+  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_ERROR_INVALID_THREADS);
   const double zeros[36] = {0};
   options = default_options();
   options.prior = zeros;
-  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_INVALID_PRIOR);
+  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_ERROR_INVALID_PRIOR);
 }
 
 void selections_answer_and_name_errors(void) {
@@ -94,7 +94,7 @@ void selections_answer_and_name_errors(void) {
 
   REQUIRE(maxlogdet_selector_create(n - 1, NULL, &selector) == MAXLOGDET_STATUS_OK);
   const maxlogdet_options options = default_options();
-  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_STATUS_CAPACITY_EXCEEDED);
+  CHECK(maxlogdet_selector_select(selector, blocks, &options)->status == MAXLOGDET_ERROR_CAPACITY_EXCEEDED);
   maxlogdet_selector_destroy(selector);
   maxlogdet_block_store_destroy(blocks);
 }

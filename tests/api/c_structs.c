@@ -23,7 +23,7 @@ static void check_defaults_of_block_options(void) {
   CHECK(maxlogdet_block_options_init(&block_options, sizeof block_options) == MAXLOGDET_STATUS_OK);
   CHECK(block_options.struct_size == sizeof block_options);
   CHECK(block_options.weighting == MAXLOGDET_WEIGHTING_MEASUREMENT);
-  CHECK(block_options.third == MAXLOGDET_THIRD_MEASUREMENT_NONE && block_options.threads == 0);
+  CHECK(block_options.third == MAXLOGDET_DEPTH_CUE_NONE && block_options.threads == 0);
   CHECK(block_options.min_depth == 0.01);
   CHECK(block_options.map_sigma == 0.05 && block_options.depth_sigma == 0.05 && block_options.reserved == 0);
 }
@@ -43,7 +43,7 @@ static void check_defaults_of_matches(void) {
   memset(&matches, 0xA5, sizeof matches);
   CHECK(maxlogdet_matches_init(&matches, sizeof matches) == MAXLOGDET_STATUS_OK);
   CHECK(matches.struct_size == sizeof matches && matches.size == 0 && matches.points == NULL);
-  CHECK(matches.sigmas == NULL && matches.has_third == NULL && matches.usable == NULL && matches.weights == NULL);
+  CHECK(matches.sigmas == NULL && matches.has_depth_cue == NULL && matches.usable == NULL && matches.weights == NULL);
   CHECK(matches.map_covariances == NULL && matches.jacobians == NULL && matches.camera_ids == NULL);
   CHECK(matches.point_stride == 0 && matches.point_type == MAXLOGDET_POINT_TYPE_FLOAT64 && matches.reserved == 0);
 }
@@ -85,14 +85,14 @@ void init_takes_older_sizes_and_marks_what_it_refuses(void) {
   static const size_t sizes[] = {sizeof(maxlogdet_options), sizeof(maxlogdet_block_options), sizeof(maxlogdet_camera),
                                  sizeof(maxlogdet_matches), sizeof(maxlogdet_executor)};
   for (size_t kind = 0; kind < sizeof sizes / sizeof *sizes; ++kind) {
-    CHECK(inits[kind](NULL, sizes[kind]) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+    CHECK(inits[kind](NULL, sizes[kind]) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
     unsigned char full[256];
     CHECK(inits[kind](full, sizes[kind]) == MAXLOGDET_STATUS_OK);
     for (size_t size = 1; size <= sizes[kind] + 16; ++size) {
       unsigned char* const given = exactly(size, NULL);
       memset(given, 0xA5, size);
       const int is_known = size >= 16 && size % 8 == 0 && size <= sizes[kind];
-      CHECK(inits[kind](given, size) == (is_known ? MAXLOGDET_STATUS_OK : MAXLOGDET_STATUS_INVALID_ARGUMENT));
+      CHECK(inits[kind](given, size) == (is_known ? MAXLOGDET_STATUS_OK : MAXLOGDET_ERROR_INVALID_ARGUMENT));
       size_t struct_size = 1;
       if (size >= sizeof struct_size) memcpy(&struct_size, given, sizeof struct_size);
       if (is_known) {
@@ -103,7 +103,7 @@ void init_takes_older_sizes_and_marks_what_it_refuses(void) {
       free(given);
     }
     unsigned char untouched[8] = {1, 2, 3, 4, 5, 6, 7, 8};
-    CHECK(inits[kind](untouched, 0) == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+    CHECK(inits[kind](untouched, 0) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
     CHECK(untouched[0] == 1 && untouched[7] == 8);
   }
 }
@@ -141,9 +141,9 @@ static maxlogdet_options unusual_options(void) {
 
 // What an answer to these options has to be if the caller's declaration of them ends after `size` bytes.
 static maxlogdet_status status_of_older(size_t size) {
-  if (size == offsetof(maxlogdet_options, group_count)) return MAXLOGDET_STATUS_INVALID_GROUPS;
+  if (size == offsetof(maxlogdet_options, group_count)) return MAXLOGDET_ERROR_INVALID_GROUPS;
   if (size == offsetof(maxlogdet_options, max_per_group)) return MAXLOGDET_STATUS_ALL_SELECTED;           // one of each
-  if (size > offsetof(maxlogdet_options, target_efficiency)) return MAXLOGDET_STATUS_UNSUPPORTED_TARGET;  // sweeps
+  if (size > offsetof(maxlogdet_options, target_efficiency)) return MAXLOGDET_ERROR_UNSUPPORTED_TARGET;  // sweeps
   return MAXLOGDET_STATUS_OK;
 }
 
@@ -155,7 +155,7 @@ static void check_size(maxlogdet_selector* const selectors[2], const maxlogdet_b
   maxlogdet_options* const given = exactly(size, content);
   const maxlogdet_selection* const answer = maxlogdet_selector_select(selectors[0], blocks, given);
   if (size < 16 || size % 8 != 0 || size > sizeof *all) {
-    CHECK(answer->status == MAXLOGDET_STATUS_INVALID_ARGUMENT && answer->size == 0);
+    CHECK(answer->status == MAXLOGDET_ERROR_INVALID_ARGUMENT && answer->size == 0);
   } else {
     maxlogdet_options expected = default_options();
     memcpy((unsigned char*)&expected + 8, content + 8, size - 8);
@@ -172,12 +172,12 @@ void select_takes_older_options_and_refuses_sizes_that_are_none(void) {
   maxlogdet_options all = unusual_options();
   for (size_t size = 8; size <= sizeof all + 8; ++size) check_size(selectors, blocks, &all, size);
   all.struct_size = SIZE_MAX;
-  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   all.struct_size = (size_t)0xA5A5A5A5A5A5A5A8;
-  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   all = default_options();
   all.reserved = 1;
-  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_STATUS_INVALID_ARGUMENT);
+  CHECK(maxlogdet_selector_select(selectors[0], blocks, &all)->status == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   for (int i = 0; i < 2; ++i) maxlogdet_selector_destroy(selectors[i]);
   maxlogdet_block_store_destroy(blocks);
 }

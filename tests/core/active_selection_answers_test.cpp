@@ -110,7 +110,7 @@ TEST(ActiveSelection, can_be_started_again_within_a_batch) {
                   Status::ok);
       }
       ASSERT_EQ(active.start(*blocks, with_budget(20)), Status::ok);
-      EXPECT_EQ(active.accept(batch[0]), Status::nothing_proposed) << "it was, before";
+      EXPECT_EQ(active.accept(batch[0]), Error::nothing_proposed) << "it was, before";
       EXPECT_EQ(active.selection().size, 0U);
       while (active.next() != none) active.accept();
       EXPECT_EQ(indices_of(active.selection()), select_indices(*blocks, with_budget(20)));
@@ -126,12 +126,12 @@ void expect_nothing_to_answer(ActiveSelection& active) {
   EXPECT_EQ(active.next(), none);
   EXPECT_EQ(active.next(&index, 1), 0U);
   EXPECT_EQ(index, 7U);
-  EXPECT_EQ(active.accept(0), Status::nothing_proposed);
-  EXPECT_EQ(active.accept(0, block, 1), Status::nothing_proposed);
-  EXPECT_EQ(active.reject(0), Status::nothing_proposed);
-  EXPECT_EQ(active.answer(matched, 1), Status::nothing_proposed);
-  EXPECT_EQ(active.answer(matched, 0), Status::nothing_proposed);
-  EXPECT_EQ(active.answer(nullptr, 0), Status::nothing_proposed);
+  EXPECT_EQ(active.accept(0), Error::nothing_proposed);
+  EXPECT_EQ(active.accept(0, block, 1), Error::nothing_proposed);
+  EXPECT_EQ(active.reject(0), Error::nothing_proposed);
+  EXPECT_EQ(active.answer(matched, 1), Error::nothing_proposed);
+  EXPECT_EQ(active.answer(matched, 0), Error::nothing_proposed);
+  EXPECT_EQ(active.answer(nullptr, 0), Error::nothing_proposed);
   EXPECT_EQ(active.selection().size, 0U);
 }
 
@@ -141,10 +141,10 @@ TEST(ActiveSelection, answers_by_index_need_a_proposal) {
   ActiveSelection active(20);
   expect_nothing_to_answer(active);
   ASSERT_EQ(active.start(blocks, with_budget(5)), Status::ok);
-  EXPECT_EQ(active.accept(0), Status::nothing_proposed) << "no proposal was requested";
+  EXPECT_EQ(active.accept(0), Error::nothing_proposed) << "no proposal was requested";
   std::uint32_t batch[5];
   ASSERT_EQ(active.next(batch, 5), 5U);
-  ASSERT_EQ(active.start(blocks, with_budget(21)), Status::invalid_budget);
+  ASSERT_EQ(active.start(blocks, with_budget(21)), Error::invalid_budget);
   expect_nothing_to_answer(active);
   ASSERT_EQ(active.start(blocks, with_budget(5)), Status::ok);
   ASSERT_EQ(active.next(batch, 5), 5U);

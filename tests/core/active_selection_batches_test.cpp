@@ -66,24 +66,24 @@ class Batches {
     const auto any = static_cast<std::uint32_t>(random_.integer(0, static_cast<int>(model_.size()) + 3));
     const Block block = random_block(random_, 2);
     if (std::find(unanswered_.begin(), unanswered_.end(), any) == unanswered_.end()) {
-      EXPECT_EQ(active_.accept(any), Status::nothing_proposed);
-      EXPECT_EQ(active_.accept(any, block.data(), 2), Status::nothing_proposed);
-      EXPECT_EQ(active_.accept(any, nullptr, 2), Status::nothing_proposed);
-      EXPECT_EQ(active_.reject(any), Status::nothing_proposed);
+      EXPECT_EQ(active_.accept(any), Error::nothing_proposed);
+      EXPECT_EQ(active_.accept(any, block.data(), 2), Error::nothing_proposed);
+      EXPECT_EQ(active_.accept(any, nullptr, 2), Error::nothing_proposed);
+      EXPECT_EQ(active_.reject(any), Error::nothing_proposed);
     }
-    EXPECT_EQ(active_.accept(none), Status::nothing_proposed);
+    EXPECT_EQ(active_.accept(none), Error::nothing_proposed);
     const std::vector<unsigned char> matched(unanswered_.size() + 1, 1);
-    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() + 1), Status::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() - 1), Status::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), 0), Status::nothing_proposed);
-    EXPECT_EQ(active_.answer(nullptr, unanswered_.size()), Status::nothing_proposed);
+    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() + 1), Error::nothing_proposed);
+    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() - 1), Error::nothing_proposed);
+    EXPECT_EQ(active_.answer(matched.data(), 0), Error::nothing_proposed);
+    EXPECT_EQ(active_.answer(nullptr, unanswered_.size()), Error::nothing_proposed);
     std::uint32_t untouched = 123;
     EXPECT_EQ(active_.next(nullptr, 5), 0U);
     EXPECT_EQ(active_.next(&untouched, 0), 0U);
     EXPECT_EQ(untouched, 123U);
-    EXPECT_EQ(active_.accept(unanswered_.back(), nullptr, 2), Status::invalid_block);
-    EXPECT_EQ(active_.accept(unanswered_.front(), block.data(), 4), Status::invalid_block);
-    EXPECT_EQ(active_.accept(block.data(), 0), Status::invalid_block);
+    EXPECT_EQ(active_.accept(unanswered_.back(), nullptr, 2), Error::invalid_block);
+    EXPECT_EQ(active_.accept(unanswered_.front(), block.data(), 4), Error::invalid_block);
+    EXPECT_EQ(active_.accept(block.data(), 0), Error::invalid_block);
     expect_accepted();
   }
 
@@ -128,7 +128,7 @@ class Batches {
       ASSERT_EQ(active_.accept(i), Status::ok);
       note(i, true);
     }
-    ASSERT_EQ(active_.reject(i), Status::nothing_proposed) << "answered already";
+    ASSERT_EQ(active_.reject(i), Error::nothing_proposed) << "answered already";
   }
 
   bool is_matched() { return !random_.chance(rejected_share_); }
@@ -145,8 +145,8 @@ class Batches {
     EXPECT_TRUE(model_.left() == 0 || model_.open_count() == 0) << "ended early";
     EXPECT_EQ(active_.next(), none);
     const std::vector<unsigned char> matched(1, 1);
-    EXPECT_EQ(active_.answer(matched.data(), 0), Status::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), 1), Status::nothing_proposed);
+    EXPECT_EQ(active_.answer(matched.data(), 0), Error::nothing_proposed);
+    EXPECT_EQ(active_.answer(matched.data(), 1), Error::nothing_proposed);
     const Selection selection = active_.selection();
     EXPECT_EQ(selection.status, model_.open_count() == 0 ? Status::all_selected : Status::ok);
     EXPECT_NEAR(selection.log_det, model_.log_det(), 1e-7);

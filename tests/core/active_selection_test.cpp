@@ -178,9 +178,9 @@ TEST(ActiveSelection, keeps_to_constraints) {
   required[7] = required[8] = 1;
   excluded[0] = excluded[1] = 1;
   Options options = with_budget(50);
-  options.groups = groups.data();
-  options.group_count = 5;
-  options.max_per_group = 3;
+  options.groups.ids = groups.data();
+  options.groups.count = 5;
+  options.groups.maximum = 3;
   options.required = required.data();
   options.excluded = excluded.data();
   ActiveSelection active(90);
@@ -205,28 +205,28 @@ TEST(ActiveSelection, answers_without_a_proposal_and_bad_blocks_are_named) {
   const Block block = random_block(random, 3);
   ActiveSelection active(20);
   EXPECT_EQ(active.next(), none);
-  EXPECT_EQ(active.accept(), Status::nothing_proposed);
-  EXPECT_EQ(active.reject(), Status::nothing_proposed);
-  EXPECT_EQ(active.accept(block.data(), 3), Status::nothing_proposed);
+  EXPECT_EQ(active.accept(), Error::nothing_proposed);
+  EXPECT_EQ(active.reject(), Error::nothing_proposed);
+  EXPECT_EQ(active.accept(block.data(), 3), Error::nothing_proposed);
   EXPECT_EQ(active.selection().size, 0U);
   EXPECT_EQ(active.selection().invalid_candidates, 0U);
-  EXPECT_EQ(active.selection().status, Status::nothing_proposed);
+  EXPECT_EQ(active.selection().error, Error::nothing_proposed);
   EXPECT_FALSE(active.selection().has_answer());
 
   ASSERT_EQ(active.start(blocks, with_budget(5)), Status::ok);
-  EXPECT_EQ(active.accept(), Status::nothing_proposed);
+  EXPECT_EQ(active.accept(), Error::nothing_proposed);
   const std::uint32_t proposed = active.next();
   Block bad = block;
   bad(2, 5) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(active.accept(bad.data(), 3), Status::invalid_block);
+  EXPECT_EQ(active.accept(bad.data(), 3), Error::invalid_block);
   bad(2, 5) = 1e39;  // beyond float32, as in a store
-  EXPECT_EQ(active.accept(bad.data(), 3), Status::invalid_block);
-  EXPECT_EQ(active.accept(nullptr, 2), Status::invalid_block);
-  EXPECT_EQ(active.accept(block.data(), 0), Status::invalid_block);
-  EXPECT_EQ(active.accept(block.data(), 4), Status::invalid_block);
+  EXPECT_EQ(active.accept(bad.data(), 3), Error::invalid_block);
+  EXPECT_EQ(active.accept(nullptr, 2), Error::invalid_block);
+  EXPECT_EQ(active.accept(block.data(), 0), Error::invalid_block);
+  EXPECT_EQ(active.accept(block.data(), 4), Error::invalid_block);
   EXPECT_EQ(active.next(), proposed);
   EXPECT_EQ(active.accept(block.data(), 3), Status::ok);
-  EXPECT_EQ(active.accept(), Status::nothing_proposed) << "answered already";
+  EXPECT_EQ(active.accept(), Error::nothing_proposed) << "answered already";
   EXPECT_EQ(active.selection().size, 1U);
 }
 
@@ -234,24 +234,24 @@ TEST(ActiveSelection, bad_requests_are_named) {
   Random random;
   const BlockStore blocks = awkward_blocks(random, 20);
   ActiveSelection active(10);
-  EXPECT_EQ(active.start(blocks, with_budget(5)), Status::capacity_exceeded);
+  EXPECT_EQ(active.start(blocks, with_budget(5)), Error::capacity_exceeded);
   EXPECT_EQ(active.next(), none);
-  EXPECT_EQ(active.selection().status, Status::capacity_exceeded);
+  EXPECT_EQ(active.selection().error, Error::capacity_exceeded);
   EXPECT_TRUE(std::isnan(active.selection().log_det));
   active = ActiveSelection(20);
   Options options = with_budget(21);
-  EXPECT_EQ(active.start(blocks, options), Status::invalid_budget);
+  EXPECT_EQ(active.start(blocks, options), Error::invalid_budget);
   options = with_budget(5);
   for (const Strategy strategy : sim::strategies) {
     options.strategy = strategy;
     const bool is_greedy =
         strategy == Strategy::greedy || strategy == Strategy::lazy_greedy || strategy == Strategy::automatic;
-    EXPECT_EQ(active.start(blocks, options), is_greedy ? Status::ok : Status::invalid_strategy) << to_string(strategy);
+    EXPECT_EQ(active.start(blocks, options), is_greedy ? Status::ok : Error::invalid_strategy) << to_string(strategy);
   }
   options = with_budget(5);
   const double zeros[36] = {};
   options.prior = zeros;
-  EXPECT_EQ(active.start(blocks, options), Status::invalid_prior);
+  EXPECT_EQ(active.start(blocks, options), Error::invalid_prior);
   EXPECT_EQ(active.next(), none);
   EXPECT_THROW(ActiveSelection{std::size_t{1} << 32U}, std::bad_alloc);
 }
@@ -290,9 +290,9 @@ TEST(ActiveSelection, reports_that_it_was_moved_from) {
   // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
   EXPECT_EQ(first.capacity(), 0U);
   EXPECT_EQ(first.next(), none);
-  EXPECT_EQ(first.accept(), Status::nothing_proposed);
-  EXPECT_EQ(first.start(blocks, with_budget(3)), Status::capacity_exceeded);
-  EXPECT_EQ(first.selection().status, Status::capacity_exceeded);
+  EXPECT_EQ(first.accept(), Error::nothing_proposed);
+  EXPECT_EQ(first.start(blocks, with_budget(3)), Error::capacity_exceeded);
+  EXPECT_EQ(first.selection().error, Error::capacity_exceeded);
   // NOLINTEND(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
 }
 

@@ -35,9 +35,9 @@ TEST(Automatic, counts_what_constraints_leave) {
   options.excluded = excluded.data();
   EXPECT_EQ(strategy_for(blocks, options), Strategy::backward_greedy) << "100 of 150";
   const std::vector<std::uint32_t> groups(300);
-  options.groups = groups.data();
-  options.group_count = 1;
-  options.max_per_group = 300;
+  options.groups.ids = groups.data();
+  options.groups.count = 1;
+  options.groups.maximum = 300;
   EXPECT_EQ(strategy_for(blocks, options), Strategy::lazy_greedy) << "that one keeps to groups";
 }
 

@@ -134,10 +134,10 @@ TEST(BackwardGreedy, does_not_support_groups) {
   const BlockStore blocks = awkward_blocks(random, 20);
   const std::vector<std::uint32_t> groups(20, 0U);
   Options options = keeping(5);
-  options.groups = groups.data();
-  options.group_count = 1;
+  options.groups.ids = groups.data();
+  options.groups.count = 1;
   Selector selector(20);
-  EXPECT_EQ(selector.select(blocks, options).status, Status::unsupported_groups);
+  EXPECT_EQ(selector.select(blocks, options).error, Error::unsupported_groups);
 }
 
 TEST(BackwardGreedy, never_beats_the_optimum) {

@@ -72,19 +72,19 @@ void expect_built(const BlockStore& before, const PinholeBatch& batch, const Blo
   expect_column_max(blocks);
   EXPECT_EQ(blocks.rows(), rows);
   EXPECT_EQ(blocks.invalid_count(), before.invalid_count() + invalid);
-  EXPECT_EQ(report.status, singular > 0 ? BlockStatus::singular_rays : BlockStatus::ok);
+  EXPECT_EQ(report.error, singular > 0 ? Error::singular_rays : Error::none);
   EXPECT_EQ(report.appended, n);
   EXPECT_EQ(report.invalid, invalid);
   EXPECT_EQ(report.behind_camera, behind);
   EXPECT_EQ(report.too_near, near);
   EXPECT_EQ(report.singular_rays, singular);
-  EXPECT_EQ(report.unsound_covariances, unsound);
+  EXPECT_EQ(report.invalid_covariances, unsound);
   EXPECT_EQ(report.invalid_jacobians, 0U);
 }
 
 TEST(BlockBuilding, is_the_plain_computation_bit_by_bit_on_every_instruction_set) {
   for (const Weighting weighting : weightings) {
-    for (const ThirdMeasurement third : thirds) {
+    for (const DepthCue third : thirds) {
       for (std::size_t n = 0; n <= 70; ++n) {
         Random random(n);
         SCOPED_TRACE(std::to_string(n) + " matches, " + to_string(weighting) + ", third " +
@@ -114,13 +114,13 @@ TEST(BlockBuilding, is_the_plain_computation_bit_by_bit_on_every_instruction_set
 
 TEST(BlockBuilding, stays_at_two_rows_where_no_valid_match_has_a_third) {
   const double points[9] = {0.1, 0.2, 3, 0.3, -0.1, -4, 0.2, 0.1, 5};
-  const unsigned char has_third[3] = {0, 1, 0};  // the one that has is behind the camera
+  const unsigned char has_depth_cue[3] = {0, 1, 0};  // the one that has is behind the camera
   Matches matches;
   matches.size = 3;
   matches.points = points;
-  matches.has_third = has_third;
+  matches.has_depth_cue = has_depth_cue;
   BlockOptions options;
-  options.third = ThirdMeasurement::stereo;
+  options.depth_cue = DepthCue::stereo;
   BlockStore blocks;
   append_blocks({400, 400, 320, 240, 40}, identity_pose, matches, options, blocks);
   EXPECT_EQ(blocks.rows(), 2);
@@ -147,7 +147,7 @@ TEST(BlockBuilding, a_variance_of_zero_is_not_positive_definite) {
 // entry (1, 0) is zero, and of its third row (2, 0), (2, 1) and (2, 5).
 TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
   for (const Weighting weighting : {Weighting::map_bias, Weighting::measurement, Weighting::measurement_and_map}) {
-    for (const ThirdMeasurement third : thirds) {
+    for (const DepthCue third : thirds) {
       Random random(static_cast<std::uint64_t>(third));
       SCOPED_TRACE(random.name() + ", " + to_string(weighting));
       const PinholeBatch batch = random_batch(random, 100, weighting, third);
@@ -164,7 +164,7 @@ TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
 }
 
 TEST(BlockBuilding, reads_the_upper_triangle_of_a_covariance_alone) {
-  for (const ThirdMeasurement third : thirds) {
+  for (const DepthCue third : thirds) {
     Random random(static_cast<std::uint64_t>(third));
     SCOPED_TRACE(random.name());
     PinholeBatch batch = random_batch(random, 100, Weighting::measurement_and_map, third);
@@ -190,7 +190,7 @@ TEST(BlockBuilding, does_not_need_a_valid_instruction_set) {
   const ForcedIsa forced("none of these");
   BlockStore blocks;
   EXPECT_EQ(append_blocks({400, 400, 320, 240, 40}, identity_pose, matches, BlockOptions(), blocks).status,
-            BlockStatus::ok);
+            Error::none);
   EXPECT_EQ(bytes_of(blocks), bytes_of(expected));
 }
 

@@ -46,8 +46,8 @@ Problem random_problem(Random& random, double scale) {
   }
   problem.plain.budget =
       std::min<std::size_t>(problem.blocks.size(), required + static_cast<std::size_t>(random.integer(0, 5)));
-  problem.plain.certify = true;
-  problem.plain.group_count = problem.plain.max_per_group = 3;
+  problem.plain.certificate.compute = true;
+  problem.plain.groups.count = problem.plain.groups.maximum = 3;
   if (required <= 3 && random.chance(0.3)) {
     for (int i = 0; i < n; ++i) problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, 2)));
   }
@@ -99,8 +99,8 @@ TEST(Certificate, an_unlimited_number_of_passes_terminates) {
     Selector selector(1000);
     Options options;
     options.budget = 3;
-    options.certify = true;
-    options.certificate_passes = std::numeric_limits<std::size_t>::max();
+    options.certificate.compute = true;
+    options.certificate.passes = std::numeric_limits<std::size_t>::max();
     const Selection selection = selector.select(blocks, options);
     EXPECT_GE(selection.upper_bound, selection.log_det);
   }
@@ -111,13 +111,13 @@ void expect_bound(const Problem& problem, double& tightest, std::size_t& answers
   Selector selector(std::max<std::size_t>(3, problem.blocks.size()));  // no fewer than groups
   // Where groups leave no more, no selection is longer than the answer.
   const Selection first = selector.select(problem.blocks, options);
-  if (first.status == Status::infeasible) return;
+  if (first.error == Error::infeasible) return;
   const bool is_full = first.status == Status::all_selected;
   const long double best = optimum(problem, is_full ? first.size : problem.plain.budget);
   const long double enumeration_error = 1e-16L * (1 + std::abs(best));
   double previous = infinity;
   for (const std::size_t passes : {0U, 1U, 2U, 20U}) {
-    options.certificate_passes = passes;
+    options.certificate.passes = passes;
     const Selection selection = selector.select(problem.blocks, options);
     ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
     ASSERT_GE(selection.upper_bound, best - enumeration_error) << passes << " passes";
@@ -167,8 +167,8 @@ TEST(Certificate, is_above_the_answer_at_extreme_scales) {
     }
     Options options;
     options.budget = static_cast<std::size_t>(random.integer(1, 60));
-    options.certify = true;
-    options.certificate_passes = static_cast<std::size_t>(random.integer(0, 5));
+    options.certificate.compute = true;
+    options.certificate.passes = static_cast<std::size_t>(random.integer(0, 5));
     Selector selector(blocks.size());
     const Selection selection = selector.select(blocks, options);
     EXPECT_GE(selection.upper_bound, selection.log_det);
@@ -182,7 +182,7 @@ TEST(Certificate, is_tight_where_everything_is_selected) {
       Selector selector(80);
       Options options;
       options.budget = budget;
-      options.certify = true;
+      options.certificate.compute = true;
       const Selection selection = selector.select(blocks, options);
       EXPECT_EQ(selection.status, Status::all_selected);
       EXPECT_NEAR(selection.upper_bound, selection.log_det, 1e-6);
@@ -194,12 +194,12 @@ TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
   for_every_family(1000, [](const BlockStore& blocks) {
     Selector selector(blocks.size());
     Options options;
-    options.certify = true;
+    options.certificate.compute = true;
     for (const std::size_t budget : {std::size_t{20}, std::size_t{100}}) {
       options.budget = budget;
-      options.certificate_passes = 0;
+      options.certificate.passes = 0;
       const double first = selector.select(blocks, options).efficiency();
-      options.certificate_passes = 8;
+      options.certificate.passes = 8;
       const double later = selector.select(blocks, options).efficiency();
       EXPECT_GE(first, budget == 20 ? 0.9 : 0.99);
       EXPECT_GE(later, budget == 20 ? 0.95 : 0.995);
@@ -218,8 +218,8 @@ TEST(Certificate, proves_as_much_where_candidates_are_required) {
     for (std::size_t j = 0; j < 50; ++j) required[by_trace[j].second] = 1;
     Options options = with_budget(100);
     options.required = required.data();
-    options.certify = true;
-    options.certificate_passes = 8;
+    options.certificate.compute = true;
+    options.certificate.passes = 8;
     Selector selector(blocks.size());
     EXPECT_GE(selector.select(blocks, options).efficiency(), 0.995);
   });
@@ -235,8 +235,8 @@ TEST(Certificate, has_the_same_bits_on_every_isa_and_number_of_threads) {
         Selector selector(blocks.size(), &executor);
         Options options = with_budget(100);
         options.threads = threads;
-        options.certify = true;
-        options.certificate_passes = 3;
+        options.certificate.compute = true;
+        options.certificate.passes = 3;
         bounds.push_back(selector.select(blocks, options).upper_bound);
         EXPECT_EQ(bounds.back(), bounds.front()) << kernel->isa << ", " << threads << " threads";
       }
@@ -253,7 +253,7 @@ TEST(Certificate, is_there_only_when_asked_for_and_only_with_an_answer) {
   options.budget = 10;
   EXPECT_TRUE(std::isnan(selector.select(blocks, options).upper_bound));
   EXPECT_TRUE(std::isnan(selector.select(blocks, options).efficiency()));
-  options.certify = true;
+  options.certificate.compute = true;
   EXPECT_TRUE(std::isfinite(selector.select(blocks, options).upper_bound));
   options.budget = blocks.size() + 1;
   EXPECT_TRUE(std::isnan(selector.select(blocks, options).upper_bound));
@@ -266,8 +266,8 @@ TEST(Certificate, of_nothing_is_the_prior) {
   Selector selector(20);
   Options options;
   options.prior = prior.data();
-  options.certify = true;
-  options.certificate_passes = 2;
+  options.certificate.compute = true;
+  options.certificate.passes = 2;
   options.budget = 0;
   const Selection nothing_wanted = selector.select(awkward_blocks(random, 20), options);
   EXPECT_NEAR(nothing_wanted.upper_bound, nothing_wanted.log_det, 1e-10);
@@ -287,7 +287,7 @@ TEST(Certificate, holds_for_the_whole_budget_when_the_deadline_cuts_an_answer_sh
   Selector selector(blocks.size());
   Options options = with_budget(100);
   const double whole = selector.select(blocks, options).log_det;
-  options.certify = true;
+  options.certificate.compute = true;
   options.time_limit = 1e-9;
   const Selection cut = selector.select(blocks, options);
   EXPECT_EQ(cut.status, Status::deadline_reached);
@@ -300,8 +300,8 @@ TEST(Certificate, only_gets_looser_when_the_deadline_cuts_its_passes_short) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]);
   Selector selector(blocks.size());
   Options options = with_budget(100);
-  options.certify = true;
-  options.certificate_passes = 300;
+  options.certificate.compute = true;
+  options.certificate.passes = 300;
   const Selection full = selector.select(blocks, options);
   const std::vector<std::uint32_t> indices(full.begin(), full.end());
   const double log_det = full.log_det;
@@ -322,8 +322,8 @@ TEST(Certificate, terminates_when_nothing_is_left_to_prove_or_time_is_up) {
   Selector selector(blocks.size());
   Options options;
   options.budget = 20;
-  options.certify = true;
-  options.certificate_passes = std::numeric_limits<std::size_t>::max();
+  options.certificate.compute = true;
+  options.certificate.passes = std::numeric_limits<std::size_t>::max();
   options.time_limit = 0.2;
   EXPECT_TRUE(selector.select(blocks, options).has_answer());
 }
@@ -337,8 +337,8 @@ TEST(Certificate, gives_the_recorded_bounds) {
     Selector selector(blocks.size());
     for (const std::size_t passes : {0U, 8U, 1000U}) {
       Options options = with_budget(40);
-      options.certify = true;
-      options.certificate_passes = passes;
+      options.certificate.compute = true;
+      options.certificate.passes = passes;
       const Selection selection = selector.select(blocks, options);
       ASSERT_EQ(selection.status, Status::ok);
       hash.add(static_cast<std::uint64_t>(std::llround(1e8 * selection.upper_bound)));

@@ -40,15 +40,15 @@ TEST_F(NamedConstraints, required_ones_that_cannot_be_met) {
   options_.required = required_.data();
   EXPECT_EQ(status(), Status::ok) << "nothing is required";
   required_[10] = 1;
-  EXPECT_EQ(status(), Status::infeasible) << "required and invalid";
+  EXPECT_EQ(status(), Error::infeasible) << "required and invalid";
   required_[10] = 0;
   required_[4] = 1;
   excluded_[4] = 1;
   options_.excluded = excluded_.data();
-  EXPECT_EQ(status(), Status::infeasible) << "required and excluded";
+  EXPECT_EQ(status(), Error::infeasible) << "required and excluded";
   excluded_[4] = 0;
   required_[5] = required_[6] = required_[7] = 1;
-  EXPECT_EQ(status(), Status::infeasible) << "more required than the budget";
+  EXPECT_EQ(status(), Error::infeasible) << "more required than the budget";
   options_.budget = 4;
   EXPECT_EQ(status(), Status::ok);
 }
@@ -57,17 +57,17 @@ TEST_F(NamedConstraints, groups_that_cannot_be_met) {
   options_.budget = 4;
   options_.required = required_.data();
   for (const std::size_t i : {4U, 5U, 6U, 7U}) required_[i] = 1;
-  options_.groups = groups_.data();
-  EXPECT_EQ(status(), Status::invalid_groups) << "group 0 of 0";
-  options_.group_count = 1;
-  options_.max_per_group = 3;
-  EXPECT_EQ(status(), Status::infeasible) << "more required than a group allows";
-  options_.max_per_group = 4;
+  options_.groups.ids = groups_.data();
+  EXPECT_EQ(status(), Error::invalid_groups) << "group 0 of 0";
+  options_.groups.count = 1;
+  options_.groups.maximum = 3;
+  EXPECT_EQ(status(), Error::infeasible) << "more required than a group allows";
+  options_.groups.maximum = 4;
   EXPECT_EQ(status(), Status::all_selected) << "no more may be selected";
   groups_[9] = 1;
-  EXPECT_EQ(status(), Status::invalid_groups) << "group 1 of 1";
+  EXPECT_EQ(status(), Error::invalid_groups) << "group 1 of 1";
   for (const std::size_t many : {std::size_t{20}, std::size_t{21}, std::size_t{1} << 40U}) {
-    options_.group_count = many;
+    options_.groups.count = many;
     EXPECT_EQ(status(), Status::ok) << many << ", also more groups than the capacity";
   }
   options_.budget = 6;
@@ -85,14 +85,14 @@ TEST(Constraints, and_targets_are_refused_by_strategies_that_do_not_support_them
     const bool are_supported = strategy != Strategy::relaxed && strategy != Strategy::backward_greedy;
     EXPECT_EQ(supports_groups_and_targets(strategy), are_supported);
     Options options = with_budget(5, strategy);
-    options.target_efficiency = 1e-6;
+    options.target.efficiency = 1e-6;
     EXPECT_EQ(selector.select(blocks, options).status,
-              are_supported ? Status::target_reached : Status::unsupported_target);
+              are_supported ? Status::target_reached : Error::unsupported_target);
     options = with_budget(5, strategy);
-    options.groups = groups.data();
-    options.group_count = 1;
-    options.max_per_group = 6;
-    EXPECT_EQ(selector.select(blocks, options).status, are_supported ? Status::ok : Status::unsupported_groups);
+    options.groups.ids = groups.data();
+    options.groups.count = 1;
+    options.groups.maximum = 6;
+    EXPECT_EQ(selector.select(blocks, options).status, are_supported ? Status::ok : Error::unsupported_groups);
   }
   EXPECT_FALSE(supports_groups_and_targets(static_cast<Strategy>(-1)));
 }

@@ -157,18 +157,18 @@ TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
     for (const Strategy strategy : sim::strategies) {
       SCOPED_TRACE(to_string(strategy));
       Options options = problem.options(strategy);
-      options.seed = variation;
-      options.certify = random.chance(0.5);
-      options.exchange_sweeps = random.chance(0.5) ? 2 : 0;
+      options.stochastic.seed = variation;
+      options.certificate.compute = random.chance(0.5);
+      options.exchange.sweeps = random.chance(0.5) ? 2 : 0;
       const Selection selection = selector.select(problem.blocks, options);
-      if (selection.status == Status::unsupported_groups) {
-        EXPECT_NE(options.groups, nullptr);
+      if (selection.error == Error::unsupported_groups) {
+        EXPECT_NE(options.groups.ids, nullptr);
         EXPECT_FALSE(strategy == Strategy::greedy || strategy == Strategy::lazy_greedy ||
                      strategy == Strategy::stochastic_greedy || strategy == Strategy::automatic);
         continue;
       }
       expect_kept(problem, selection);
-      if (options.certify) {
+      if (options.certificate.compute) {
         EXPECT_GE(selection.upper_bound, selection.log_det);
       }
     }
@@ -204,7 +204,7 @@ Problem small_problem_of_groups(Random& random) {
     problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
   problem.plain.budget = static_cast<std::size_t>(random.integer(1, static_cast<int>(n)));
-  problem.plain.certify = true;
+  problem.plain.certificate.compute = true;
   problem.set_prior(Matrix6::Identity());
   return problem;
 }
@@ -260,10 +260,10 @@ TEST(Constraints, one_maximum_for_all_groups) {
   for (std::uint32_t i = 0; i < 60; ++i) groups[i] = i % 6;
   Options options;
   options.budget = 60;
-  options.groups = groups.data();
-  options.group_count = 6;
+  options.groups.ids = groups.data();
+  options.groups.count = 6;
   for (const std::size_t maximum : {0U, 1U, 4U, 1000U}) {
-    options.max_per_group = maximum;
+    options.groups.maximum = maximum;
     std::map<std::uint32_t, std::size_t> taken;
     const auto indices = select_indices(blocks, options);
     for (const std::uint32_t i : indices) ++taken[groups[i]];

@@ -36,7 +36,7 @@ Ray random_ray(Random& random, double depth, double deviation) {
   return ray;
 }
 
-WideMatrix textbook_information(const Ray& ray, ThirdMeasurement third) {
+WideMatrix textbook_information(const Ray& ray, DepthCue third) {
   const WideMatrix R_cb = ray.T_cb.linear();
   const WideVector3 p_b = ray.T_bw * ray.p_w.cast<long double>();
   const WideVector3 p = ray.T_cb * p_b;
@@ -44,11 +44,11 @@ WideMatrix textbook_information(const Ray& ray, ThirdMeasurement third) {
   const long double z = p.z();
   j.row(0) << ray.camera.fx / z, 0, -ray.camera.fx * p.x() / (z * z);
   j.row(1) << 0, ray.camera.fy / z, -ray.camera.fy * p.y() / (z * z);
-  if (third == ThirdMeasurement::stereo) j.row(2) << j(0, 0), 0, j(0, 2) + ray.camera.bf / (z * z);
-  if (third == ThirdMeasurement::depth) j.row(2) << 0, 0, 1;
-  const int rows = third == ThirdMeasurement::none ? 2 : 3;
+  if (third == DepthCue::stereo) j.row(2) << j(0, 0), 0, j(0, 2) + ray.camera.bf / (z * z);
+  if (third == DepthCue::depth) j.row(2) << 0, 0, 1;
+  const int rows = third == DepthCue::none ? 2 : 3;
   WideMatrix noise = WideMatrix::Identity(rows, rows) * (static_cast<long double>(ray.sigma) * ray.sigma);
-  if (third == ThirdMeasurement::depth) noise(2, 2) = 0.05 * 0.05;
+  if (third == DepthCue::depth) noise(2, 2) = 0.05 * 0.05;
   const WideMatrix j_b = wide_product(j, R_cb).topRows(rows);
   const WideMatrix j_w = wide_product(j_b, WideMatrix(ray.T_bw.linear()));
   noise += wide_product(wide_product(j_w, ray.covariance.cast<long double>()), j_w.transpose());
@@ -59,7 +59,7 @@ WideMatrix textbook_information(const Ray& ray, ThirdMeasurement third) {
 }
 
 // On a rig the blocks are about the body's pose; alone, about the camera's own, T_cb being a part of it.
-BlockReport append(const Ray& ray, ThirdMeasurement third, bool is_rig, BlockStore& blocks) {
+BlockReport append(const Ray& ray, DepthCue third, bool is_rig, BlockStore& blocks) {
   Matches matches;
   matches.size = 1;
   matches.points = ray.p_w.data();
@@ -67,11 +67,11 @@ BlockReport append(const Ray& ray, ThirdMeasurement third, bool is_rig, BlockSto
   matches.map_covariances = ray.covariance.data();
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
-  options.third = third;
+  options.depth_cue = third;
   if (!is_rig)
-    return append_blocks(ray.camera, rigid_transform((ray.T_cb * ray.T_bw).matrix()), matches, options, blocks);
-  const RigCamera camera{ray.camera, rigid_transform(ray.T_cb.matrix())};
-  return append_blocks(Rig{&camera, 1}, rigid_transform(ray.T_bw.matrix()), matches, options, blocks);
+    return append_blocks(ray.camera, RigidTransform((ray.T_cb * ray.T_bw).matrix()), matches, options, blocks);
+  const RigCamera camera{ray.camera, RigidTransform(ray.T_cb.matrix())};
+  return append_blocks(Rig{&camera, 1}, RigidTransform(ray.T_bw.matrix()), matches, options, blocks);
 }
 
 WideIsometry rounded_to_double(const WideIsometry& T) {
@@ -87,11 +87,11 @@ struct Tally {
   long double largest_error = 0;
 };
 
-void check_block(const Ray& ray, ThirdMeasurement third, bool is_rig, double depth, double deviation, Tally& tally) {
+void check_block(const Ray& ray, DepthCue third, bool is_rig, double depth, double deviation, Tally& tally) {
   BlockStore blocks;
   const BlockReport report = append(ray, third, is_rig, blocks);
-  ASSERT_EQ(report.status, BlockStatus::ok);
-  ASSERT_EQ(report.unsound_covariances, report.invalid);
+  ASSERT_EQ(report.error, Error::none);
+  ASSERT_EQ(report.invalid_covariances, report.invalid);
   if (!blocks.is_valid(0)) {
     const double pixel = depth / 800 * ray.sigma;
     EXPECT_GT(deviation, 1e4 * pixel) << "there are digits at " << depth << " m, known to " << deviation;
@@ -112,7 +112,7 @@ void check_block(const Ray& ray, ThirdMeasurement third, bool is_rig, double dep
 TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance) {
   const std::size_t variations = std::max<std::size_t>(100, trials(2000));
   Tally tally;
-  for (const ThirdMeasurement third : thirds) {
+  for (const DepthCue third : thirds) {
     for (const bool is_rig : {false, true}) {
       for (std::uint64_t variation = 0; variation < variations; ++variation) {
         Random random(variation);
@@ -148,9 +148,9 @@ TEST(Camera, a_monocular_point_newly_triangulated_is_accepted) {
           ((ray.T_cb * ray.T_bw).inverse().translation() - ray.p_w.cast<long double>()).normalized().cast<double>();
       const Eigen::Matrix3d along = direction * direction.transpose();
       ray.covariance = 1e6 * along + 1e-4 * Eigen::Matrix3d::Identity();
-      EXPECT_EQ(append(ray, ThirdMeasurement::none, is_rig, blocks).invalid, 0U);
+      EXPECT_EQ(append(ray, DepthCue::none, is_rig, blocks).invalid, 0U);
       ray.covariance = 1e14 * along + 1e-4 * Eigen::Matrix3d::Identity();
-      EXPECT_EQ(append(ray, ThirdMeasurement::none, is_rig, blocks).unsound_covariances, 1U);
+      EXPECT_EQ(append(ray, DepthCue::none, is_rig, blocks).invalid_covariances, 1U);
     }
   }
 }

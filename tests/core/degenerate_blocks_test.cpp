@@ -105,7 +105,7 @@ TEST_P(Degenerate, gains_far_below_one_keep_their_digits) {
     for (int i = 0; i < 5; ++i) push_back(blocks, size * Block::Identity(1, 6));
   }
   Options options = asking_for(5);
-  options.epsilon = 1e-9;  // stochastic_greedy: samples of all that remain
+  options.stochastic.epsilon = 1e-9;  // stochastic_greedy: samples of all that remain
   const Selection selection = selector_.select(blocks, options);
   expect_valid(blocks, selection, 5);
   if (looks_at_all(GetParam()) || GetParam() == Strategy::stochastic_greedy) {

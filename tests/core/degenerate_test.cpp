@@ -22,7 +22,7 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
     Options options = asking_for(5);
     options.prior = prior.data();
     const Selection selection = selector_.select(blocks, options);
-    if (selection.status != Status::ok) expect_error(selection, Status::invalid_prior);
+    if (selection.status != Status::ok) expect_error(selection, Error::invalid_prior);
     return selection.status;
   };
   const Matrix6 good = random_prior(random);
@@ -30,23 +30,23 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
 
   Matrix6 bad = good;
   bad(1, 4) += 1e-3;
-  EXPECT_EQ(status_with(bad), Status::invalid_prior) << "not symmetric";
-  EXPECT_EQ(status_with(-good), Status::invalid_prior) << "negative definite";
-  EXPECT_EQ(status_with(Matrix6::Zero()), Status::invalid_prior) << "zero";
+  EXPECT_EQ(status_with(bad), Error::invalid_prior) << "not symmetric";
+  EXPECT_EQ(status_with(-good), Error::invalid_prior) << "negative definite";
+  EXPECT_EQ(status_with(Matrix6::Zero()), Error::invalid_prior) << "zero";
   bad = good;
   bad(3, 3) = 0;
-  EXPECT_EQ(status_with(bad), Status::invalid_prior) << "indefinite";
+  EXPECT_EQ(status_with(bad), Error::invalid_prior) << "indefinite";
   const Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::LinSpaced(1, 6);
-  EXPECT_EQ(status_with(direction * direction.transpose()), Status::invalid_prior) << "rank 1";
+  EXPECT_EQ(status_with(direction * direction.transpose()), Error::invalid_prior) << "rank 1";
   const Block five = random_block(random, 5);
-  EXPECT_EQ(status_with(gram(five)), Status::invalid_prior) << "rank 5";
-  EXPECT_EQ(status_with(1e-30 * Matrix6::Identity()), Status::invalid_prior) << "too small to divide by";
+  EXPECT_EQ(status_with(gram(five)), Error::invalid_prior) << "rank 5";
+  EXPECT_EQ(status_with(1e-30 * Matrix6::Identity()), Error::invalid_prior) << "too small to divide by";
   for (const double value : {nan, infinity, -infinity}) {
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {
         bad = good;
         bad(i, j) = value;
-        EXPECT_EQ(status_with(bad), Status::invalid_prior) << i << ' ' << j << ' ' << value;
+        EXPECT_EQ(status_with(bad), Error::invalid_prior) << i << ' ' << j << ' ' << value;
       }
     }
   }
@@ -66,16 +66,16 @@ TEST_P(Degenerate, priors_on_both_sides_of_each_limit) {
     information(4, 2) = 0.5e-8 * size;
     EXPECT_EQ(status_with(information), Status::ok) << "asymmetry";
     information(4, 2) = 2e-8 * size;
-    EXPECT_EQ(status_with(information), Status::invalid_prior) << "asymmetry";
+    EXPECT_EQ(status_with(information), Error::invalid_prior) << "asymmetry";
 
     information = size * Matrix6::Identity();
     information(3, 1) = information(1, 3) = size * (1 - 1e-13);  // pivot 2e-13
     EXPECT_EQ(status_with(information), Status::ok) << "pivot";
     information(3, 1) = information(1, 3) = size * (1 - 1e-15);  // pivot 2e-15
-    EXPECT_EQ(status_with(information), Status::invalid_prior) << "pivot";
+    EXPECT_EQ(status_with(information), Error::invalid_prior) << "pivot";
   }
   EXPECT_EQ(status_with(1.01e-20 * Matrix6::Identity()), Status::ok);
-  EXPECT_EQ(status_with(0.99e-20 * Matrix6::Identity()), Status::invalid_prior);
+  EXPECT_EQ(status_with(0.99e-20 * Matrix6::Identity()), Error::invalid_prior);
 }
 
 TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
@@ -102,9 +102,9 @@ TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
 TEST_P(Degenerate, more_candidates_than_capacity) {
   Random random;
   const BlockStore blocks = random_store(random, 65);
-  expect_error(selector_.select(blocks, asking_for(10)), Status::capacity_exceeded);
+  expect_error(selector_.select(blocks, asking_for(10)), Error::capacity_exceeded);
   Selector none(0);
-  expect_error(none.select(blocks, asking_for(0)), Status::capacity_exceeded);
+  expect_error(none.select(blocks, asking_for(0)), Error::capacity_exceeded);
 }
 
 TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
@@ -115,8 +115,8 @@ TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
 TEST_P(Degenerate, budget_above_capacity) {
   Random random;
   const BlockStore blocks = random_store(random, 10);
-  expect_error(selector_.select(blocks, asking_for(65)), Status::invalid_budget);
-  expect_error(selector_.select(blocks, asking_for(static_cast<std::size_t>(-1))), Status::invalid_budget);
+  expect_error(selector_.select(blocks, asking_for(65)), Error::invalid_budget);
+  expect_error(selector_.select(blocks, asking_for(static_cast<std::size_t>(-1))), Error::invalid_budget);
 }
 
 TEST_P(Degenerate, epsilon_at_and_beyond_its_ends) {
@@ -124,16 +124,16 @@ TEST_P(Degenerate, epsilon_at_and_beyond_its_ends) {
   const BlockStore blocks = random_store(random, 40);
   Options options = asking_for(10);
   for (const double epsilon : {0.0, 1.0, -0.1, 1.1, nan, infinity, -infinity}) {
-    options.epsilon = epsilon;
+    options.stochastic.epsilon = epsilon;
     const Selection selection = selector_.select(blocks, options);
     if (GetParam() == Strategy::stochastic_greedy) {
-      expect_error(selection, Status::invalid_epsilon);
+      expect_error(selection, Error::invalid_epsilon);
     } else {
       expect_valid(blocks, selection, 10);
     }
   }
   for (const double epsilon : {std::numeric_limits<double>::denorm_min(), 1e-300, 0.5, std::nextafter(1.0, 0.0)}) {
-    options.epsilon = epsilon;
+    options.stochastic.epsilon = epsilon;
     expect_valid(blocks, selector_.select(blocks, options), 10);
   }
 }
@@ -144,12 +144,12 @@ TEST_P(Degenerate, unknown_strategy_and_time_limit) {
   Options options = asking_for(5);
   for (const double limit : {-1.0, nan, -infinity}) {
     options.time_limit = limit;
-    expect_error(selector_.select(blocks, options), Status::invalid_time_limit);
+    expect_error(selector_.select(blocks, options), Error::invalid_time_limit);
   }
   options.time_limit = infinity;
   expect_valid(blocks, selector_.select(blocks, options), 5);
   options.strategy = static_cast<Strategy>(1234);
-  expect_error(selector_.select(blocks, options), Status::invalid_strategy);
+  expect_error(selector_.select(blocks, options), Error::invalid_strategy);
 }
 
 // Strategies that select one candidate after the other give a prefix of the full answer, the others the best so far.
@@ -162,7 +162,7 @@ TEST_P(Degenerate, deadline_gives_what_was_found_by_then) {
   const BlockStore blocks = random_store(random, n);
   Selector selector(n);
   Options options = asking_for(1000);
-  options.epsilon = 0.001;
+  options.stochastic.epsilon = 0.001;
   const auto full = indices_of(selector.select(blocks, options));
   ASSERT_EQ(full.size(), 1000U);
   bool was_cut = false;
@@ -190,13 +190,13 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
   EXPECT_EQ(indices_of(second.select(blocks, asking_for(5))), before);
   EXPECT_EQ(second.capacity(), 20U);
   first = Selector(1);
-  expect_error(first.select(blocks, asking_for(1)), Status::capacity_exceeded);
+  expect_error(first.select(blocks, asking_for(1)), Error::capacity_exceeded);
   EXPECT_EQ(first.capacity(), 1U);
   Selector third = std::move(first);
   // NOLINTNEXTLINE(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
-  expect_error(first.select(BlockStore(), asking_for(0)), Status::capacity_exceeded);
+  expect_error(first.select(BlockStore(), asking_for(0)), Error::capacity_exceeded);
   // NOLINTNEXTLINE(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
-  expect_error(first.select(blocks, asking_for(1)), Status::capacity_exceeded);
+  expect_error(first.select(blocks, asking_for(1)), Error::capacity_exceeded);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Degenerate, ::testing::ValuesIn(strategies),

@@ -57,10 +57,11 @@ void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
   const BlockKind& kind = block_kinds[random.index(std::size(block_kinds))];
   BlockOptions options;
   options.weighting = kind.weighting;
-  options.third = kind.third;
+  options.depth_cue = kind.depth_cue;
   BlockStore alone;
-  append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, alone);
-  const BlockReport report = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, blocks);
+  append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, alone);
+  const BlockReport report =
+      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
   EXPECT_EQ(report.invalid, alone.invalid_count());
   const std::vector<std::uint32_t> listed(alone.indices(), alone.indices() + alone.stored());
   for (std::uint32_t i = 0; i < n; ++i) {

@@ -36,9 +36,9 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
       matches.usable = usable.data();
       BlockOptions options;
       options.weighting = kind.weighting;
-      options.third = kind.third;
+      options.depth_cue = kind.depth_cue;
       BlockStore holed;
-      append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, holed);
+      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, holed);
       const std::vector<std::uint32_t> kept(holed.indices(), holed.indices() + holed.stored());
       ASSERT_GT(kept.size(), 200U);
       ASSERT_LT(kept.size(), 1500U);
@@ -63,12 +63,13 @@ TEST(EmptySlots, samples_do_not_depend_on_them) {
   options.strategy = Strategy::stochastic_greedy;
   options.budget = 30;
   Selector selector(4000);
-  for (options.seed = 0; options.seed < 20; ++options.seed) {
+  for (options.stochastic.seed = 0; options.stochastic.seed < 20; ++options.stochastic.seed) {
     const std::vector<std::uint32_t> expected = indices_of(selector.select(dense, options));
     for (const double share : {0.01, 0.5, 0.9}) {
       const Slots slots = with_empty_slots(random, blocks, share);
       const BlockStore holed = store_of(random, slots);
-      EXPECT_EQ(indices_of(selector.select(holed, options)), gathered(present(slots), expected)) << options.seed;
+      EXPECT_EQ(indices_of(selector.select(holed, options)), gathered(present(slots), expected))
+          << options.stochastic.seed;
     }
   }
 }
@@ -96,9 +97,9 @@ TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
     EXPECT_EQ(blocks.stored(), 0U);
     EXPECT_EQ(blocks.rows(), 0);
     Request request = random_request(random, blocks, 0.5);
-    request.groups.clear();
+    request.groups.ids.clear();
     request.plain.budget = 1;
-    request.plain.certify = true;
+    request.plain.certificate.compute = true;
     expect_same_answers(blocks, request, BlockStore(), {});
     ActiveSelection active(n);
     ASSERT_EQ(active.start(blocks, request.options(Strategy::greedy)), Status::ok);
@@ -108,7 +109,7 @@ TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
     required[n / 2] = 1;
     request.required = required;
     Selector selector = selector_for(blocks, request);
-    EXPECT_EQ(selector.select(blocks, request.options(Strategy::greedy)).status, Status::infeasible);
+    EXPECT_EQ(selector.select(blocks, request.options(Strategy::greedy)).error, Error::infeasible);
   }
 }
 

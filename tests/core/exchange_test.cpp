@@ -18,7 +18,7 @@ constexpr std::size_t until_done = 100;  // sweeps; a handful is enough
 
 Options with_sweeps(Strategy strategy, std::size_t budget, std::size_t sweeps) {
   Options options = with_budget(budget, strategy);
-  options.exchange_sweeps = sweeps;
+  options.exchange.sweeps = sweeps;
   return options;
 }
 
@@ -95,7 +95,7 @@ TEST(Exchange, never_lowers_log_det) {
       options.prior = eigen_prior.data();
       Selector selector(100);
       const auto before = indices_of(selector.select(blocks, options));
-      options.exchange_sweeps = static_cast<std::size_t>(random.integer(1, 5));
+      options.exchange.sweeps = static_cast<std::size_t>(random.integer(1, 5));
       const Selection selection = selector.select(blocks, options);
       const auto after = indices_of(selection);
       ASSERT_EQ(after.size(), before.size());
@@ -191,7 +191,7 @@ TEST(Exchange, keeps_what_is_required_leaves_out_what_is_excluded_and_keeps_to_g
     const Selection first = selector.select(problem.blocks, options);
     if (!first.has_answer()) continue;  // more are required than 20
     const auto before = indices_of(first);
-    options.exchange_sweeps = until_done;
+    options.exchange.sweeps = until_done;
     const Selection selection = selector.select(problem.blocks, options);
     const auto after = indices_of(selection);
     changed += after != before ? 1U : 0U;
@@ -228,9 +228,9 @@ TEST(Exchange, stops_at_the_deadline_with_a_valid_answer_that_is_not_worse) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[3]);
   Selector selector(2000);
   Options options = with_sweeps(Strategy::stochastic_greedy, 60, 0);
-  options.epsilon = 0.9;
+  options.stochastic.epsilon = 0.9;
   const double before = selector.select(blocks, options).log_det;
-  options.exchange_sweeps = until_done;
+  options.exchange.sweeps = until_done;
   bool was_cut = false;
   for (const double limit : {1e-4, 2e-4, 4e-4, 8e-4}) {
     options.time_limit = limit;

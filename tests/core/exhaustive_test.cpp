@@ -69,7 +69,7 @@ BlockStore far_blocks(Random& random, int n) {
   matches.points = points.data();
   BlockOptions options;
   options.weighting = Weighting::measurement;
-  options.third = random.chance(0.5) ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+  options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::none;
   BlockStore blocks;
   EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).invalid, 0U);
   return blocks;
@@ -278,7 +278,7 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
     for (const Strategy strategy : strategies) {
       SCOPED_TRACE(to_string(strategy));
       Options options = instance.asking(budget, strategy);
-      options.seed = variation;
+      options.stochastic.seed = variation;
       const long double reached = checked_log_det(instance, all, options);
       record(instance, all, budget, to_string(strategy), reached);
       if (strategy == Strategy::greedy) {
@@ -304,7 +304,7 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
 
   void check_exchange(const Instance& instance, const AllSubsets& all, std::size_t budget) {
     Options options = instance.asking(budget, Strategy::lazy_greedy);
-    options.exchange_sweeps = 4;
+    options.exchange.sweeps = 4;
     const long double exchanged = checked_log_det(instance, all, options);
     EXPECT_GE(exchanged, of_greedy_ - enumeration_error) << "an exchange lost";
     record(instance, all, budget, "lazy_greedy and exchange", exchanged);
@@ -312,9 +312,9 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
 
   void check_bounds(const Instance& instance, const AllSubsets& all, std::size_t budget) {
     Options options = instance.asking(budget, Strategy::lazy_greedy);
-    options.certify = true;
+    options.certificate.compute = true;
     for (const std::size_t passes : {0U, 8U}) {
-      options.certificate_passes = passes;
+      options.certificate.passes = passes;
       checked_log_det(instance, all, options);
       EXPECT_GE(upper_bound_, all.optimum(budget) - enumeration_error) << "a false bound, " << passes << " passes";
       if (!is_choice(all, budget)) continue;
@@ -360,10 +360,10 @@ TEST_P(Exhaustive, mean_of_stochastic_greedy_keeps_its_guarantee) {
       for (std::size_t budget = all.min_budget() + 1; budget < all.max_budget(); ++budget) {
         SCOPED_TRACE(random.name() + ", epsilon " + std::to_string(epsilon) + ", budget " + std::to_string(budget));
         Options options = instance.asking(budget, Strategy::stochastic_greedy);
-        options.epsilon = epsilon;
+        options.stochastic.epsilon = epsilon;
         long double mean = 0;
         for (int seed = 0; seed < seeds; ++seed) {
-          options.seed = static_cast<std::uint64_t>(seed);
+          options.stochastic.seed = static_cast<std::uint64_t>(seed);
           const Selection selection = selector_.select(instance.blocks, options);
           ASSERT_EQ(selection.size, budget);
           mean += (selection.log_det - all.base()) / seeds;

@@ -13,7 +13,7 @@ constexpr double bf = 50;
 
 }  // namespace
 
-RigidTransform rows_of(const Isometry& T) { return rigid_transform(T.matrix()); }
+RigidTransform rows_of(const Isometry& T) { return RigidTransform(T.matrix()); }
 
 Camera typical_camera(CameraModel model) {
   const PinholeCamera pinhole = {458, 457, 367, 248, bf};
@@ -29,19 +29,19 @@ Camera typical_camera(CameraModel model) {
 FeatureKind random_kind(Random& random) {
   FeatureKind kind;
   kind.model = random_model(random);
-  kind.third = kind.model == CameraModel::pinhole ? ThirdMeasurement(random.integer(0, 2)) : ThirdMeasurement::none;
+  kind.depth_cue = kind.model == CameraModel::pinhole ? DepthCue(random.integer(0, 2)) : DepthCue::none;
   kind.has_rig = random.chance(0.3);
-  kind.has_jacobians = !kind.has_rig && kind.third == ThirdMeasurement::none && random.chance(0.3);
+  kind.has_jacobians = !kind.has_rig && kind.depth_cue == DepthCue::none && random.chance(0.3);
   kind.covariances = FeatureKind::Covariances(random.integer(0, 2));
   return kind;
 }
 
 FeatureFrame::FeatureFrame(Random& random, std::size_t n, const FeatureKind& what)
     : kind(what), T_cw(random_isometry(random, 2, 1)) {
-  options.third = kind.third;
+  options.depth_cue = kind.depth_cue;
   options.map_sigma = 0.11;
   options.depth_sigma = 0.07;
-  const bool is_stereo = kind.third == ThirdMeasurement::stereo;
+  const bool is_stereo = kind.depth_cue == DepthCue::stereo;
   rig_cameras[0].camera = typical_camera(kind.model);
   rig_cameras[1].camera = typical_camera(is_stereo ? kind.model : CameraModel::double_sphere);
   for (Isometry& T : T_cb) T = random_isometry(random, 0.2, 0.2);
@@ -58,7 +58,7 @@ void FeatureFrame::add(Random& random, std::size_t i) {
   points.insert(points.end(), p_w.data(), p_w.data() + 3);
   sigmas.push_back(random.uniform(0.5, 3));
   camera_ids.push_back(static_cast<unsigned char>(c));
-  has_third.push_back(kind.third != ThirdMeasurement::none && random.chance(0.6) ? 1 : 0);
+  has_depth_cue.push_back(kind.depth_cue != DepthCue::none && random.chance(0.6) ? 1 : 0);
   add_covariance(random);
   for (int e = 0; e < 6; ++e) jacobians.push_back(random.uniform(-300, 300));
 
@@ -88,10 +88,10 @@ void FeatureFrame::measure(Random& random, const Eigen::Vector3d& p_c, FeatureMa
   for (int axis = 0; axis < 2; ++axis) {
     match.measured[axis] = static_cast<double>(uv(axis)) + random.uniform(-5, 5) * match.sigma;
   }
-  if (has_third.back() == 0) return;
-  const bool is_depth = kind.third == ThirdMeasurement::depth;
-  match.third = is_depth ? p_c.z() + random.uniform(-5, 5) * options.depth_sigma
-                         : static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
+  if (has_depth_cue.back() == 0) return;
+  const bool is_depth = kind.depth_cue == DepthCue::depth;
+  match.depth_cue = is_depth ? p_c.z() + random.uniform(-5, 5) * options.depth_sigma
+                             : static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
 }
 
 Eigen::Vector3d FeatureFrame::point(std::size_t i) const {
@@ -106,11 +106,11 @@ WideVector3 FeatureFrame::in_camera(std::size_t i, const Isometry& pose) const {
 
 void FeatureFrame::start(GoodFeatures& good) const {
   good.block_options = options;
-  good.block_options.third = ThirdMeasurement::none;  // start() says which
+  good.block_options.depth_cue = DepthCue::none;  // start() says which
   if (kind.has_rig) {
-    good.start(Rig{rig_cameras, 2}, rows_of(T_cw), kind.third);
+    good.start(Rig{rig_cameras, 2}, rows_of(T_cw), kind.depth_cue);
   } else {
-    good.start(rig_cameras[0].camera, rows_of(T_cw), kind.third);
+    good.start(rig_cameras[0].camera, rows_of(T_cw), kind.depth_cue);
   }
 }
 
@@ -134,7 +134,7 @@ Matches FeatureFrame::arrays() const {
   arrays.size = matches.size();
   arrays.points = points.data();
   arrays.sigmas = sigmas.data();
-  arrays.has_third = has_third.data();
+  arrays.has_depth_cue = has_depth_cue.data();
   if (kind.has_rig) arrays.camera_ids = camera_ids.data();
   const bool is_any_known = std::count(knows_covariance.begin(), knows_covariance.end(), 1) > 0;
   if (is_any_known) arrays.map_covariances = covariances.data();
@@ -150,24 +150,24 @@ BlockStore FeatureFrame::blocks() const {
   const BlockReport report = kind.has_rig
                                  ? append_blocks(Rig{rig_cameras, 2}, rows_of(T_cw), given, block_options, store)
                                  : append_blocks(rig_cameras[0].camera, rows_of(T_cw), given, block_options, store);
-  EXPECT_TRUE(report.is_done());
+  EXPECT_TRUE(report.error == Error::none);
   return store;
 }
 
 WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
   const WideVector3 p = in_camera(i, pose);
   const WideVector2 uv = image_of(rig_cameras[camera_of_match(i)].camera, p);
-  const long double third = kind.third == ThirdMeasurement::depth ? p.z() : uv.x() - bf / p.z();
+  const long double third = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
   const FeatureMatch& match = matches[i];
-  return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), match.third - third};
+  return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), match.depth_cue - third};
 }
 
 long double FeatureFrame::chi2(std::size_t i, const Isometry& pose) const {
   if (!(in_camera(i, pose).z() > 0)) return infinity;
-  const double sigma_of_third = kind.third == ThirdMeasurement::depth ? options.depth_sigma : sigmas[i];
+  const double sigma_of_third = kind.depth_cue == DepthCue::depth ? options.depth_sigma : sigmas[i];
   const WideVector3 e = residuals(i, pose);
   const long double of_image = std::pow(e.x() / sigmas[i], 2) + std::pow(e.y() / sigmas[i], 2);
-  return has_third[i] == 0 ? of_image : of_image + std::pow(e.z() / sigma_of_third, 2);
+  return has_depth_cue[i] == 0 ? of_image : of_image + std::pow(e.z() / sigma_of_third, 2);
 }
 
 std::vector<std::uint32_t> selected_of(const GoodFeatures& good) {

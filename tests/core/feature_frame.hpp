@@ -21,7 +21,7 @@ Camera typical_camera(CameraModel model);
 /// What the matches of a frame have.
 struct FeatureKind {
   CameraModel model = CameraModel::pinhole;
-  ThirdMeasurement third = ThirdMeasurement::none;
+  DepthCue third = DepthCue::none;
   bool has_rig = false;
   bool has_jacobians = false;
   enum class Covariances { none, some, all } covariances = Covariances::none;
@@ -58,7 +58,7 @@ struct FeatureFrame {
   BlockOptions options;
   std::vector<FeatureMatch> matches;
   std::vector<double> points, sigmas, covariances, jacobians;
-  std::vector<unsigned char> camera_ids, has_third, knows_covariance;
+  std::vector<unsigned char> camera_ids, has_depth_cue, knows_covariance;
 
  private:
   void add(Random& random, std::size_t i);

@@ -34,7 +34,7 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
       }
       const auto expected = static_cast<double>(frame.chi2(i, optimised));
       if (std::isinf(expected) && kind.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
-      const double quantile = frame.has_third[i] != 0 ? chi2_of_three : chi2_of_two;
+      const double quantile = frame.has_depth_cue[i] != 0 ? chi2_of_three : chi2_of_two;
       if (std::isinf(expected)) {
         EXPECT_EQ(good.chi2(i), infinity) << i;
       } else {
@@ -67,7 +67,7 @@ TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
 // d h / d p_c by differences of image_of, or the caller's.
 WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVector3& p) {
   const Camera& camera = frame.rig_cameras[frame.camera_of_match(i)].camera;
-  const bool is_depth = frame.kind.third == ThirdMeasurement::depth;
+  const bool is_depth = frame.kind.depth_cue == DepthCue::depth;
   const long double step = 1e-7L * p.norm();
   WideMatrix J(3, 3);
   for (int d = 0; d < 3; ++d) {
@@ -79,7 +79,7 @@ WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVecto
     const long double of_depth = d == 2 ? 1 : 0;
     J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
   }
-  return J.topRows(frame.has_third[i] != 0 ? 3 : 2);
+  return J.topRows(frame.has_depth_cue[i] != 0 ? 3 : 2);
 }
 
 // J^T Omega J of a match, J by the pose.
@@ -112,7 +112,7 @@ TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
       double omega[9] = {}, W[9] = {};
       ASSERT_TRUE(good.information(i, omega)) << i;
       ASSERT_TRUE(good.whitening(i, W)) << i;
-      const std::size_t rows = frame.has_third[i] != 0 ? 3 : 2;
+      const std::size_t rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
       for (std::size_t e = 0; e < rows * rows; ++e) EXPECT_EQ(omega[e], before[i][e]) << "before select()";
       double sum = 0;
       for (std::size_t k = 0; k < rows; ++k) sum += W[rows * k] * W[rows * k];
@@ -147,7 +147,7 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
     EXPECT_EQ(good.whitening(i, omega), !is_behind && i < 100) << i;
   }
   EXPECT_GT(behind, 0U);
-  good.start(Rig(), rows_of(frame.T_cw), ThirdMeasurement::none);
+  good.start(Rig(), rows_of(frame.T_cw), DepthCue::none);
   good.add(frame.matches[0]);
   double omega[4];
   EXPECT_FALSE(good.information(0, omega)) << "a rig without cameras";
@@ -171,7 +171,7 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
       const bool is_in_front = frame.in_camera(i, optimised).z() > 0;
       if (good.is_selected(i) || !is_in_front || !good.information(i, omega)) continue;
       const WideVector3 e = frame.residuals(i, optimised);
-      const int rows = frame.has_third[i] != 0 ? 3 : 2;
+      const int rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
       long double expected = 0;
       for (int a = 0; a < rows * rows; ++a) expected += e(a / rows) * omega[a] * e(a % rows);
       EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;

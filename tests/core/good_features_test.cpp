@@ -107,7 +107,7 @@ TEST(GoodFeatures, a_match_without_a_jacobian_beside_others_with_one_is_no_candi
     }
     good.select(with_budget(10));
     EXPECT_FALSE(good.blocks().is_valid(without));
-    EXPECT_EQ(good.block_report().status, BlockStatus::invalid_jacobians);
+    EXPECT_EQ(good.block_report().error, Error::invalid_jacobians);
     EXPECT_EQ(good.block_report().invalid_jacobians, 1U);
     EXPECT_EQ(good.status(), Status::ok);
   }
@@ -142,7 +142,7 @@ void expect_all_started(const Start& start, GoodFeatures& good, const FeatureFra
   frame.gather(good);
   start();
   for (const FeatureMatch& match : frame.matches) good.add(match);
-  expect_all(good, frame, with_budget(50), Status::invalid_block, reason);
+  expect_all(good, frame, with_budget(50), Error::invalid_block, reason);
 }
 
 TEST(GoodFeatures, whatever_goes_wrong_all_matches_are_selected) {
@@ -152,22 +152,22 @@ TEST(GoodFeatures, whatever_goes_wrong_all_matches_are_selected) {
   GoodFeatures good(300);
   const auto with = [&](void (*change)(Options&), Status status) { expect_all_with(change, good, frame, status); };
   with([](Options& o) { o.budget = 200; }, Status::all_selected);
-  with([](Options& o) { o.budget = 301; }, Status::invalid_budget);
+  with([](Options& o) { o.budget = 301; }, Error::invalid_budget);
   with([](Options& o) { o.time_limit = 1e-9; }, Status::deadline_reached);
-  with([](Options& o) { o.time_limit = -1; }, Status::invalid_time_limit);
-  with([](Options& o) { o.strategy = Strategy(99); }, Status::invalid_strategy);
-  with([](Options& o) { o.threads = -1; }, Status::invalid_threads);
+  with([](Options& o) { o.time_limit = -1; }, Error::invalid_time_limit);
+  with([](Options& o) { o.strategy = Strategy(99); }, Error::invalid_strategy);
+  with([](Options& o) { o.threads = -1; }, Error::invalid_threads);
   static const double no_prior[36] = {};
-  with([](Options& o) { o.prior = no_prior; }, Status::invalid_prior);
+  with([](Options& o) { o.prior = no_prior; }, Error::invalid_prior);
   static const std::vector<unsigned char> everything(200, 1);
-  with([](Options& o) { o.required = everything.data(); }, Status::infeasible);
+  with([](Options& o) { o.required = everything.data(); }, Error::infeasible);
 
   frame.gather(good);
   good.block_options.min_depth = -1;
-  expect_all(good, frame, with_budget(50), Status::invalid_block, "invalid_options");
+  expect_all(good, frame, with_budget(50), Error::invalid_block, "invalid_options");
   const RigidTransform T_cw = rows_of(frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
-  const auto none = ThirdMeasurement::none;
+  const auto none = DepthCue::none;
   expect_all_started([&] { good.start(Camera(), T_cw, none); }, good, frame, "invalid_camera");
   expect_all_started([&] { good.start(pinhole, RigidTransform(nullptr), none); }, good, frame, "invalid_pose");
   // A rig without cameras is an error, not the camera of the frame before.
@@ -179,7 +179,7 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   const FeatureFrame& frame = gathered.frame;
   GoodFeatures& good = gathered.good;
   Options options = with_budget(150);
-  options.target_efficiency = 0.4;
+  options.target.efficiency = 0.4;
   EXPECT_FALSE(good.is_target_reached());
   EXPECT_EQ(good.select(options), Status::ok) << "there are matches that are not selected";
   EXPECT_STREQ(good.reason(), "ok");
@@ -193,7 +193,7 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   good.judge(rows_of(frame.T_cw));
   const auto with = [&](double share, std::size_t budget, Status status, bool is_reached) {
     SCOPED_TRACE(share);
-    options.target_efficiency = share;
+    options.target.efficiency = share;
     options.budget = budget;
     frame.gather(good);
     EXPECT_FALSE(good.is_target_reached()) << "of the frame before";
@@ -206,7 +206,7 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   with(1 - 1e-9, 200, Status::all_selected, true);
   expect_all_selected(good, 200);
   with(0.4, 150, Status::ok, true);
-  with(2, 150, Status::invalid_target, false);
+  with(2, 150, Error::invalid_target, false);
   expect_all_selected(good, 200);
   EXPECT_STREQ(good.reason(), "invalid_target");
 }
@@ -218,7 +218,7 @@ TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
   GoodFeatures good(100);
   frame.gather(good);
   EXPECT_FALSE(good.build());
-  EXPECT_EQ(good.select(with_budget(10)), Status::capacity_exceeded);
+  EXPECT_EQ(good.select(with_budget(10)), Error::capacity_exceeded);
   EXPECT_STREQ(good.reason(), "capacity_exceeded");
   expect_all_selected(good, 101);
   EXPECT_EQ(good.id(100), GoodFeatures::no_id);
@@ -229,9 +229,9 @@ TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
   for (std::size_t i = 0; i < 100; ++i) good.add(frame.matches[i]);
   EXPECT_EQ(good.select(with_budget(10)), Status::ok) << "the next frame has room";
   GoodFeatures none(0);
-  none.start(typical_camera(CameraModel::pinhole), rows_of(frame.T_cw), ThirdMeasurement::none);
+  none.start(typical_camera(CameraModel::pinhole), rows_of(frame.T_cw), DepthCue::none);
   none.add(FeatureMatch());
-  EXPECT_EQ(none.select(with_budget(0)), Status::capacity_exceeded);
+  EXPECT_EQ(none.select(with_budget(0)), Error::capacity_exceeded);
   expect_all_selected(none, 1);
 }
 
@@ -283,8 +283,8 @@ TEST(GoodFeatures, excluded_matches_and_groups_go_by_the_numbers_of_matches) {
   }
   Options options = with_budget(20);
   options.excluded = excluded.data();
-  options.groups = groups.data();
-  options.group_count = 30;
+  options.groups.ids = groups.data();
+  options.groups.count = 30;
   GoodFeatures good(200);
   frame.gather(good);
   ASSERT_EQ(good.select(options), Status::ok);

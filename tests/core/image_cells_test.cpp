@@ -186,7 +186,7 @@ TEST(GoodFeatures, spread_that_is_no_number_selects_all_and_says_so) {
     GoodFeatures good(200);
     good.spread = spread;
     frame.gather(good);
-    EXPECT_EQ(good.select(with_budget(50)), Status::invalid_groups);
+    EXPECT_EQ(good.select(with_budget(50)), Error::invalid_groups);
     EXPECT_EQ(good.selected_count(), 200U);
   }
 }
@@ -199,9 +199,9 @@ TEST(GoodFeatures, groups_of_the_caller_replace_spread) {
   std::vector<std::uint32_t> halves(200);
   for (std::size_t i = 0; i < 200; ++i) halves[i] = i % 2;
   Options options = with_budget(50);
-  options.groups = halves.data();
-  options.group_count = 2;
-  options.max_per_group = 25;
+  options.groups.ids = halves.data();
+  options.groups.count = 2;
+  options.groups.maximum = 25;
   frame.gather(good);
   frame.gather(other);
   ASSERT_EQ(good.select(options), Status::ok);

@@ -63,7 +63,7 @@ TEST(Inputs, points_are_read_as_they_are) {
       matches.size = Layouts::n;
       matches.points = points;
       BlockStore blocks(Layouts::n);
-      EXPECT_EQ(append_blocks(camera, identity_pose, matches, BlockOptions(), blocks).status, BlockStatus::ok);
+      EXPECT_EQ(append_blocks(camera, identity_pose, matches, BlockOptions(), blocks).error, Error::none);
       EXPECT_EQ(blocks.stored(), Layouts::n);
       return bytes_of(blocks);
     };
@@ -92,7 +92,7 @@ TEST(Inputs, a_stride_is_at_least_three_entries_and_a_whole_number_of_them) {
     matches.points = points;
     BlockStore blocks;
     const BlockReport report = append_blocks(Camera(400, 400, 0, 0), identity_pose, matches, BlockOptions(), blocks);
-    EXPECT_EQ(report.status, BlockStatus::invalid_stride);
+    EXPECT_EQ(report.error, Error::invalid_stride);
     EXPECT_EQ(blocks.size(), 0U);
   }
 }
@@ -114,8 +114,8 @@ TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
   expect(RigidTransform::column_major(T.data(), 4));
   expect(RigidTransform::column_major(top.data(), 3));
   expect(RigidTransform::from(R.data(), t.data()));
-  expect(rigid_transform(T));
-  expect(rigid_transform(top));
+  expect(RigidTransform(T));
+  expect(RigidTransform(top));
   const float of_float[12] = {0, 0, 1, 2, 0, 1, 0, 3, -1, 0, 0, 4};
   for (int i = 0; i < 12; ++i) EXPECT_EQ(RigidTransform(of_float).data()[i], double{of_float[i]});
   EXPECT_TRUE(std::isnan(RigidTransform(nullptr).data()[0]));
@@ -147,7 +147,7 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
         options.min_depth = min_depth;
         BlockStore blocks;
         const BlockReport report = append_blocks(c.camera, identity_pose, matches, options, blocks);
-        EXPECT_EQ(report.status, BlockStatus::ok);
+        EXPECT_EQ(report.error, Error::none);
         EXPECT_EQ(report.invalid, report.too_near);
         return report.too_near;
       };
@@ -179,18 +179,18 @@ struct TwoMatches {
   TwoMatches(const TwoMatches&) = delete;
   TwoMatches& operator=(const TwoMatches&) = delete;
 
-  BlockStatus status_of(const Camera& camera) const {
+  Error status_of(const Camera& camera) const {
     BlockStore blocks;
     return status_of(append_blocks(camera, identity_pose, matches, options, blocks), blocks);
   }
-  BlockStatus status_of_rig(std::size_t size) const {
+  Error status_of_rig(std::size_t size) const {
     BlockStore blocks;
     return status_of(append_blocks(Rig{cameras.data(), size}, identity_pose, matches, options, blocks), blocks);
   }
 
  private:
-  static BlockStatus status_of(const BlockReport& report, const BlockStore& blocks) {
-    EXPECT_EQ(blocks.size(), report.is_done() ? 2U : 0U);
+  static Error status_of(const BlockReport& report, const BlockStore& blocks) {
+    EXPECT_EQ(blocks.size(), report.error == Error::none ? 2U : 0U);
     EXPECT_STRNE(to_string(report.status), "unknown");
     return report.status;
   }
@@ -198,11 +198,11 @@ struct TwoMatches {
 
 TEST(Camera, an_unknown_model_is_refused) {
   const TwoMatches two;
-  EXPECT_EQ(two.status_of(two.pinhole), BlockStatus::ok);
+  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
   for (const int unknown : {-1, static_cast<int>(std::size(camera_models)), 1000}) {
     Camera camera = two.pinhole;
     camera.model = static_cast<CameraModel>(unknown);
-    EXPECT_EQ(two.status_of(camera), BlockStatus::unknown_camera_model);
+    EXPECT_EQ(two.status_of(camera), Error::unknown_camera_model);
     EXPECT_STREQ(to_string(camera.model), "unknown");
     EXPECT_EQ(parameter_count(camera.model), 0U);
     double uv[2];
@@ -218,41 +218,41 @@ TEST(Camera, parameters_out_of_their_range_are_refused) {
       Camera::kannala_brandt(pinhole, 0, 0, 0, nan),    Camera::double_sphere(pinhole, nan, 0.5),
       Camera::double_sphere(pinhole, -1, 0.5),          Camera::double_sphere(pinhole, 0, 1.1),
       Camera::double_sphere(pinhole, 0, -0.1),          Camera::kannala_brandt({0, 400, 0, 0, 0}, 0, 0, 0, 0)};
-  for (const Camera& camera : bad) EXPECT_EQ(two.status_of(camera), BlockStatus::invalid_camera);
-  two.options.third = ThirdMeasurement::stereo;
-  EXPECT_EQ(two.status_of(Camera::kannala_brandt(pinhole, 0, 0, 0, 0)), BlockStatus::invalid_camera);
+  for (const Camera& camera : bad) EXPECT_EQ(two.status_of(camera), Error::invalid_camera);
+  two.options.depth_cue = DepthCue::stereo;
+  EXPECT_EQ(two.status_of(Camera::kannala_brandt(pinhole, 0, 0, 0, 0)), Error::invalid_camera);
   two.cameras[1].camera.pinhole.bf = 0;
-  EXPECT_EQ(two.status_of_rig(2), BlockStatus::invalid_camera);
+  EXPECT_EQ(two.status_of_rig(2), Error::invalid_camera);
 }
 
 TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {
   TwoMatches two;
-  EXPECT_EQ(two.status_of_rig(2), BlockStatus::ok);
-  EXPECT_EQ(two.status_of_rig(256), BlockStatus::ok);
-  EXPECT_EQ(two.status_of_rig(257), BlockStatus::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(0), BlockStatus::invalid_camera_id);
+  EXPECT_EQ(two.status_of_rig(2), Error::none);
+  EXPECT_EQ(two.status_of_rig(256), Error::none);
+  EXPECT_EQ(two.status_of_rig(257), Error::invalid_camera_id);
+  EXPECT_EQ(two.status_of_rig(0), Error::invalid_camera_id);
   BlockStore none;
   EXPECT_EQ(append_blocks(Rig{nullptr, 1}, identity_pose, two.matches, two.options, none).status,
-            BlockStatus::invalid_camera_id);
+            Error::invalid_camera_id);
   two.matches.camera_ids = two.ids;
-  EXPECT_EQ(two.status_of(two.pinhole), BlockStatus::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(2), BlockStatus::ok);
-  EXPECT_EQ(two.status_of_rig(1), BlockStatus::invalid_camera_id);
+  EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_camera_id);
+  EXPECT_EQ(two.status_of_rig(2), Error::none);
+  EXPECT_EQ(two.status_of_rig(1), Error::invalid_camera_id);
   two.usable[1] = 0;
   two.matches.usable = two.usable;
-  EXPECT_EQ(two.status_of_rig(1), BlockStatus::ok) << "an id of a match that is not usable is not read";
+  EXPECT_EQ(two.status_of_rig(1), Error::none) << "an id of a match that is not usable is not read";
   two.matches.usable = nullptr;
   two.cameras[1].T_cb = RigidTransform(nullptr);
-  EXPECT_EQ(two.status_of_rig(2), BlockStatus::invalid_pose);
+  EXPECT_EQ(two.status_of_rig(2), Error::invalid_pose);
 }
 
 TEST(Camera, jacobians_of_the_caller_that_are_not_finite_are_invalid_candidates) {
   TwoMatches two;
   two.matches.jacobians = two.jacobians;
-  EXPECT_EQ(two.status_of(two.pinhole), BlockStatus::ok);
-  EXPECT_EQ(two.status_of(Camera()), BlockStatus::ok) << "with Jacobians, the camera's are not needed";
+  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
+  EXPECT_EQ(two.status_of(Camera()), Error::none) << "with Jacobians, the camera's are not needed";
   two.jacobians[3] = nan;
-  EXPECT_EQ(two.status_of(two.pinhole), BlockStatus::invalid_jacobians);
+  EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_jacobians);
   BlockStore blocks;
   const BlockReport report = append_blocks(two.pinhole, identity_pose, two.matches, two.options, blocks);
   EXPECT_EQ(report.invalid_jacobians, 1U);
@@ -260,7 +260,7 @@ TEST(Camera, jacobians_of_the_caller_that_are_not_finite_are_invalid_candidates)
   EXPECT_FALSE(blocks.is_valid(0));
   EXPECT_TRUE(blocks.is_valid(1));
   two.options.weighting = Weighting::map_bias;
-  EXPECT_EQ(two.status_of(two.pinhole), BlockStatus::ok) << "map_bias needs none";
+  EXPECT_EQ(two.status_of(two.pinhole), Error::none) << "map_bias needs none";
 }
 
 }  // namespace

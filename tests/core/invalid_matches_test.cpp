@@ -12,12 +12,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 TEST(Jacobian, missing_third_measurements_give_two_rows) {
   Random random;
-  const PinholeCase c = random_case(random, ThirdMeasurement::stereo);
+  const PinholeCase c = random_case(random, DepthCue::stereo);
   Eigen::Matrix3Xd points(3, 2);
   points.colwise() = c.p_w.cast<double>();
-  const unsigned char has_third[2] = {0, 1};
+  const unsigned char has_depth_cue[2] = {0, 1};
   Matches matches;
-  matches.has_third = has_third;
+  matches.has_depth_cue = has_depth_cue;
   BlockStore blocks;
   append_blocks(c.camera, c.T_cw.matrix(), points, matches, options_of(Weighting::measurement, c), blocks);
   EXPECT_EQ(blocks.rows(), 3);
@@ -27,7 +27,7 @@ TEST(Jacobian, missing_third_measurements_give_two_rows) {
 
 TEST(Jacobian, matches_that_are_not_usable_keep_their_index_as_invalid_candidates) {
   Random random;
-  const PinholeCase c = random_case(random, ThirdMeasurement::none);
+  const PinholeCase c = random_case(random, DepthCue::none);
   Eigen::Matrix3Xd points(3, 3);
   points.colwise() = c.p_w.cast<double>();
   const unsigned char usable[3] = {1, 0, 7};
@@ -35,7 +35,7 @@ TEST(Jacobian, matches_that_are_not_usable_keep_their_index_as_invalid_candidate
   matches.usable = usable;
   BlockStore blocks;
   const BlockReport report = append_blocks(c.camera, c.T_cw.matrix(), points, matches, BlockOptions(), blocks);
-  EXPECT_EQ(report.status, BlockStatus::ok);
+  EXPECT_EQ(report.error, Error::none);
   EXPECT_EQ(report.invalid, 1U);
   EXPECT_TRUE(blocks.is_valid(0));
   EXPECT_FALSE(blocks.is_valid(1));
@@ -65,7 +65,7 @@ TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidate
         append_blocks(camera, Eigen::Matrix<double, 3, 4>::Identity(), points, matches, options, blocks);
     // World z is the optical axis here, so only the ray of the match at Z = 1e-300 is orthogonal to it.
     const bool has_singular_rays = weighting == Weighting::map_bias_world;
-    EXPECT_EQ(report.status, has_singular_rays ? BlockStatus::singular_rays : BlockStatus::ok);
+    EXPECT_EQ(report.error, has_singular_rays ? Error::singular_rays : Error::none);
     EXPECT_EQ(report.singular_rays, has_singular_rays ? 1U : 0U);
     EXPECT_EQ(report.appended, 12U);
     EXPECT_EQ(report.behind_camera, 2U);
@@ -85,7 +85,7 @@ TEST(Jacobian, singular_rays_of_the_world_frame_are_reported) {
   options.weighting = Weighting::map_bias_world;
   BlockStore blocks;
   BlockReport report = append_blocks({400, 400, 320, 240, 40}, T_cw, points, Matches(), options, blocks);
-  EXPECT_EQ(report.status, BlockStatus::singular_rays);
+  EXPECT_EQ(report.error, Error::singular_rays);
   EXPECT_EQ(report.singular_rays, 2U);
   EXPECT_EQ(report.invalid, 2U);
   EXPECT_FALSE(blocks.is_valid(0));
@@ -93,19 +93,19 @@ TEST(Jacobian, singular_rays_of_the_world_frame_are_reported) {
   EXPECT_TRUE(blocks.is_valid(2));
   options.weighting = Weighting::map_bias;
   report = append_blocks({400, 400, 320, 240, 40}, T_cw, points, Matches(), options, blocks);
-  EXPECT_EQ(report.status, BlockStatus::ok);
+  EXPECT_EQ(report.error, Error::none);
   EXPECT_EQ(blocks.size(), 6U) << "appends";
 }
 
 using Pose = Eigen::Matrix<double, 3, 4>;
 
-void expect_status(BlockStatus status, const PinholeCamera& camera, const Pose& T_cw, const BlockOptions& options) {
+void expect_status(Error status, const PinholeCamera& camera, const Pose& T_cw, const BlockOptions& options) {
   Eigen::Matrix3Xd points(3, 1);
   points << 0, 0, 1;
   BlockStore blocks;
   const BlockReport report = append_blocks(camera, T_cw, points, Matches(), options, blocks);
   EXPECT_EQ(report.status, status) << to_string(report.status);
-  EXPECT_EQ(report.appended, status == BlockStatus::ok ? 1U : 0U);
+  EXPECT_EQ(report.appended, status == Error::none ? 1U : 0U);
   EXPECT_EQ(blocks.size(), report.appended);
 }
 
@@ -113,28 +113,28 @@ TEST(Jacobian, invalid_cameras_poses_and_options_append_nothing) {
   const PinholeCamera camera{400, 400, 320, 240, 40};
   const Pose identity = Pose::Identity();
   BlockOptions options;
-  expect_status(BlockStatus::ok, camera, identity, options);
-  expect_status(BlockStatus::invalid_camera, {0, 400, 0, 0, 0}, identity, options);
-  expect_status(BlockStatus::invalid_camera, {400, -1, 0, 0, 0}, identity, options);
-  expect_status(BlockStatus::invalid_camera, {nan, 400, 0, 0, 0}, identity, options);
-  options.third = ThirdMeasurement::stereo;
-  expect_status(BlockStatus::invalid_camera, {400, 400, 0, 0, 0}, identity, options);
-  expect_status(BlockStatus::invalid_pose, camera, 2 * identity, options);
-  expect_status(BlockStatus::invalid_pose, camera, -identity, options);
+  expect_status(Error::none, camera, identity, options);
+  expect_status(Error::invalid_camera, {0, 400, 0, 0, 0}, identity, options);
+  expect_status(Error::invalid_camera, {400, -1, 0, 0, 0}, identity, options);
+  expect_status(Error::invalid_camera, {nan, 400, 0, 0, 0}, identity, options);
+  options.depth_cue = DepthCue::stereo;
+  expect_status(Error::invalid_camera, {400, 400, 0, 0, 0}, identity, options);
+  expect_status(Error::invalid_pose, camera, 2 * identity, options);
+  expect_status(Error::invalid_pose, camera, -identity, options);
   Pose broken = identity;
   broken(1, 3) = nan;
-  expect_status(BlockStatus::invalid_pose, camera, broken, options);
+  expect_status(Error::invalid_pose, camera, broken, options);
   options.map_sigma = -1;
-  expect_status(BlockStatus::invalid_options, camera, identity, options);
+  expect_status(Error::invalid_options, camera, identity, options);
   options.map_sigma = 0.05;
   options.depth_sigma = 0;
-  expect_status(BlockStatus::invalid_options, camera, identity, options);
+  expect_status(Error::invalid_options, camera, identity, options);
   options.depth_sigma = 0.05;
   options.weighting = static_cast<Weighting>(99);
-  expect_status(BlockStatus::invalid_options, camera, identity, options);
+  expect_status(Error::invalid_options, camera, identity, options);
   options.weighting = Weighting::measurement;
-  options.third = static_cast<ThirdMeasurement>(-1);
-  expect_status(BlockStatus::invalid_options, camera, identity, options);
+  options.depth_cue = static_cast<DepthCue>(-1);
+  expect_status(Error::invalid_options, camera, identity, options);
 }
 
 TEST(Jacobian, missing_points_and_poses_of_other_sizes_append_nothing) {
@@ -144,11 +144,11 @@ TEST(Jacobian, missing_points_and_poses_of_other_sizes_append_nothing) {
   BlockStore blocks;
   Matches matches;
   matches.size = 1;
-  EXPECT_EQ(append_blocks(camera, identity_pose, matches, BlockOptions(), blocks).status, BlockStatus::missing_points);
+  EXPECT_EQ(append_blocks(camera, identity_pose, matches, BlockOptions(), blocks).error, Error::missing_points);
   matches.points = points.data();
-  EXPECT_EQ(append_blocks(camera, nullptr, matches, BlockOptions(), blocks).status, BlockStatus::invalid_pose);
+  EXPECT_EQ(append_blocks(camera, nullptr, matches, BlockOptions(), blocks).error, Error::invalid_pose);
   for (const Eigen::MatrixXd& T_cw : {Eigen::MatrixXd(2, 4), Eigen::MatrixXd(5, 4), Eigen::MatrixXd(4, 3)}) {
-    EXPECT_EQ(append_blocks(camera, T_cw, points, Matches(), BlockOptions(), blocks).status, BlockStatus::invalid_pose);
+    EXPECT_EQ(append_blocks(camera, T_cw, points, Matches(), BlockOptions(), blocks).error, Error::invalid_pose);
   }
   EXPECT_EQ(blocks.size(), 0U);
 }

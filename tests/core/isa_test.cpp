@@ -44,7 +44,7 @@ TEST(Isa, an_unknown_name_is_an_error_and_never_a_fallback) {
     Options options;
     options.budget = 1;
     const Selection selection = selector.select(blocks, options);
-    EXPECT_EQ(selection.status, Status::unsupported_isa);
+    EXPECT_EQ(selection.error, Error::unsupported_isa);
     EXPECT_EQ(selection.size, 0U);
   }
 }

@@ -18,12 +18,12 @@ struct Far {
   BlockOptions options;
   std::vector<Eigen::Vector3d> points;
   std::vector<double> sigmas, weights, covariances;  // the last 3 x 3 each
-  std::vector<unsigned char> has_third;
+  std::vector<unsigned char> has_depth_cue;
   Matches matches;
 
   std::size_t size() const { return sigmas.size(); }
-  bool has_third_at(std::size_t i) const {
-    return options.third != ThirdMeasurement::none && (matches.has_third == nullptr || has_third[i] != 0);
+  bool has_depth_cue_at(std::size_t i) const {
+    return options.depth_cue != DepthCue::none && (matches.has_depth_cue == nullptr || has_depth_cue[i] != 0);
   }
   WideMatrix covariance(std::size_t i) const {
     if (matches.map_covariances == nullptr) return WideMatrix::Identity(3, 3) * options.map_sigma * options.map_sigma;
@@ -55,13 +55,13 @@ void add_random_match(Random& random, const PinholeCase& c, Far& far) {
   far.points.emplace_back((c.T_cw.inverse() * p).cast<double>());
   far.sigmas.push_back(std::pow(10, random.uniform(-1, 1)));
   far.weights.push_back(random.chance(0.1) ? 0 : random.uniform(0, 2));
-  far.has_third.push_back(static_cast<unsigned char>(random.integer(0, 1)));
+  far.has_depth_cue.push_back(static_cast<unsigned char>(random.integer(0, 1)));
   const Eigen::Matrix3d covariance =
       random_covariance(random, (c.T_cw.inverse().linear() * p).normalized().cast<double>());
   far.covariances.insert(far.covariances.end(), covariance.data(), covariance.data() + 9);
 }
 
-Far random_far(Random& random, Weighting weighting, ThirdMeasurement third) {
+Far random_far(Random& random, Weighting weighting, DepthCue third) {
   const PinholeCase c = random_case(random, third);
   Far far;
   far.camera = c.camera;
@@ -71,7 +71,7 @@ Far random_far(Random& random, Weighting weighting, ThirdMeasurement third) {
   for (int i = random.integer(1, 40); i > 0; --i) add_random_match(random, c, far);
   if (random.chance(0.7)) far.matches.sigmas = far.sigmas.data();
   if (random.chance(0.5)) far.matches.weights = far.weights.data();
-  if (random.chance(0.5)) far.matches.has_third = far.has_third.data();
+  if (random.chance(0.5)) far.matches.has_depth_cue = far.has_depth_cue.data();
   if (random.chance(0.8)) far.matches.map_covariances = far.covariances.data();
   return far;
 }
@@ -95,7 +95,7 @@ WideMatrix upper_factor(const WideMatrix& s) {
 class TextbookMatch {
  public:
   TextbookMatch(const Far& far, std::size_t i)
-      : rows_(far.has_third_at(i) ? 3 : 2),
+      : rows_(far.has_depth_cue_at(i) ? 3 : 2),
         weight_(far.matches.weights == nullptr ? 1 : far.weights[i]),
         rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
     const WideVector3 world = far.points[i].cast<long double>();
@@ -107,7 +107,7 @@ class TextbookMatch {
     projection_.resize(3, 3);
     projection_ << far.camera.fx / z, 0, -far.camera.fx * p_.x() / (z * z), 0, far.camera.fy / z,
         -far.camera.fy * p_.y() / (z * z), 0, 0, 1;
-    const bool is_stereo = far.options.third == ThirdMeasurement::stereo;
+    const bool is_stereo = far.options.depth_cue == DepthCue::stereo;
     if (is_stereo) projection_.row(2) << projection_(0, 0), 0, projection_(0, 2) + far.camera.bf / (z * z);
     const long double sigma = far.matches.sigmas == nullptr ? 1 : far.sigmas[i];
     noise_ = WideMatrix::Identity(3, 3) * (sigma * sigma);
@@ -184,7 +184,7 @@ TEST(Jacobian, information_is_the_textbooks_at_all_distances_and_with_any_covari
   std::size_t compared = 0;
   std::size_t to_float32 = 0;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-    for (const ThirdMeasurement third : thirds) {
+    for (const DepthCue third : thirds) {
       for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
         Random random(variation);
         SCOPED_TRACE(random.name() + ", " + to_string(weighting) + ", " + name_of(third));

@@ -155,9 +155,9 @@ TEST(Limits, condition_of_priors) {
       options.prior = eigen_prior.data();
       Selector selector(blocks.size());
       const Selection selection = selector.select(blocks, options);
-      if (exponent <= 13 || selection.status != Status::invalid_prior) expect_well_formed(blocks, selection, 12);
+      if (exponent <= 13 || selection.error != Error::invalid_prior) expect_well_formed(blocks, selection, 12);
       if (exponent >= 16) {
-        EXPECT_EQ(selection.status, Status::invalid_prior);
+        EXPECT_EQ(selection.error, Error::invalid_prior);
       }
     }
   }
@@ -212,8 +212,8 @@ TEST(Limits, a_certificate_tells_where_float64_has_no_digits) {
         push_back(blocks, block);
       }
       Options options = with_budget(static_cast<std::size_t>(random.integer(1, 12)), Strategy::lazy_greedy);
-      options.certify = true;
-      options.certificate_passes = static_cast<std::size_t>(random.integer(0, 3));
+      options.certificate.compute = true;
+      options.certificate.passes = static_cast<std::size_t>(random.integer(0, 3));
       Selector selector(blocks.size());
       const Selection selection = selector.select(blocks, options);
       const double omega = longest_row(blocks) / std::sqrt(default_prior);

@@ -29,7 +29,7 @@ struct Seen {
   MatchNoise noise;
   RowMajor3 covariance;
 
-  std::size_t rows() const { return residual_rows(noise.third); }
+  std::size_t rows() const { return residual_rows(noise.depth_cue); }
 };
 
 void fill(Random& random, Seen& seen) {
@@ -38,7 +38,7 @@ void fill(Random& random, Seen& seen) {
   const double z = random.uniform(0.5, 60);
   seen.p_w = seen.T_cw.inverse() * Eigen::Vector3d(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
   seen.noise.sigma = random.uniform(0.3, 4);
-  seen.noise.third = thirds[random.integer(0, 2)];
+  seen.noise.depth_cue = thirds[random.integer(0, 2)];
   seen.noise.depth_sigma = random.uniform(0.01, 0.3);
   const Eigen::Matrix3d root = Eigen::Matrix3d::NullaryExpr([&] { return random.uniform(-1, 1); });
   seen.covariance = std::pow(0.05 * z, 2) * root * root.transpose();
@@ -52,22 +52,22 @@ void fill(Random& random, Seen& seen) {
 }
 
 // J by p_c; without a third measurement its first two rows.
-WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, ThirdMeasurement third) {
+WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, DepthCue third) {
   const long double x = p_c.x(), y = p_c.y(), z = p_c.z();
   WideMatrix J = WideMatrix::Zero(3, 3);
   J.row(0) << camera.fx / z, 0, -camera.fx * x / (z * z);
   J.row(1) << 0, camera.fy / z, -camera.fy * y / (z * z);
   J.row(2) << 0, 0, 1;
-  if (third == ThirdMeasurement::stereo) J.row(2) << camera.fx / z, 0, (camera.bf - camera.fx * x) / (z * z);
+  if (third == DepthCue::stereo) J.row(2) << camera.fx / z, 0, (camera.bf - camera.fx * x) / (z * z);
   return J.topRows(static_cast<Eigen::Index>(residual_rows(third)));
 }
 
 WideMatrix sigma_of(const Seen& seen) {
-  const WideMatrix J = wide_product(jacobian_of(seen.camera, seen.T_cw * seen.p_w, seen.noise.third),
+  const WideMatrix J = wide_product(jacobian_of(seen.camera, seen.T_cw * seen.p_w, seen.noise.depth_cue),
                                     seen.T_cw.linear().cast<long double>());
   WideMatrix S = wide_product(wide_product(J, seen.covariance.cast<long double>()), J.transpose());
   for (Eigen::Index a = 0; a < S.rows(); ++a) {
-    const bool is_depth = a == 2 && seen.noise.third == ThirdMeasurement::depth;
+    const bool is_depth = a == 2 && seen.noise.depth_cue == DepthCue::depth;
     S(a, a) += std::pow(static_cast<long double>(is_depth ? seen.noise.depth_sigma : seen.noise.sigma), 2);
   }
   return S;
@@ -85,7 +85,7 @@ TEST(MatchInformation, is_the_inverse_of_the_covariance_of_the_residual) {
     Seen seen;
     fill(random, seen);
     double omega[9], W[9];
-    const RigidTransform T_cw = rigid_transform(seen.T_cw.matrix());
+    const RigidTransform T_cw = RigidTransform(seen.T_cw.matrix());
     ASSERT_TRUE(match_information(seen.camera, T_cw, seen.p_w.data(), seen.noise, omega));
     ASSERT_TRUE(match_whitening(seen.camera, T_cw, seen.p_w.data(), seen.noise, W));
     const Eigen::MatrixXd information = matrix_of(omega, seen.rows());
@@ -117,9 +117,9 @@ TEST(MatchInformation, on_a_rig_is_that_of_the_camera_at_its_own_pose) {
     Seen seen;
     fill(random, seen);
     const Isometry T_cb = random_isometry(random, 3, 2);
-    const RigCamera camera(seen.camera, rigid_transform(T_cb.matrix()));
-    const RigidTransform T_bw = rigid_transform((T_cb.inverse() * seen.T_cw).matrix());
-    const RigidTransform T_cw = rigid_transform(seen.T_cw.matrix());
+    const RigCamera camera(seen.camera, RigidTransform(T_cb.matrix()));
+    const RigidTransform T_bw = RigidTransform((T_cb.inverse() * seen.T_cw).matrix());
+    const RigidTransform T_cw = RigidTransform(seen.T_cw.matrix());
     double expected[9], actual[9];
     for (const bool is_whitening : {false, true}) {
       const double* const p_w = seen.p_w.data();
@@ -140,7 +140,7 @@ TEST(MatchInformation, takes_the_upper_triangle_of_the_covariance) {
   seen.covariance = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
   seen.noise.covariance = seen.covariance.data();
   double expected[9], actual[9];
-  const RigidTransform T_cw = rigid_transform(seen.T_cw.matrix());
+  const RigidTransform T_cw = RigidTransform(seen.T_cw.matrix());
   ASSERT_TRUE(match_information(seen.camera, T_cw, seen.p_w.data(), seen.noise, expected));
   seen.covariance(1, 0) = seen.covariance(2, 0) = seen.covariance(2, 1) = nan;
   ASSERT_TRUE(match_information(seen.camera, T_cw, seen.p_w.data(), seen.noise, actual));
@@ -160,7 +160,7 @@ struct Case {
 void expect(bool is_there, const char* what, const std::function<void(Case&)>& change) {
   SCOPED_TRACE(what);
   Case c;
-  c.noise.third = ThirdMeasurement::stereo;
+  c.noise.depth_cue = DepthCue::stereo;
   c.noise.covariance = c.covariance;
   change(c);
   for (const bool is_whitening : {false, true}) {
@@ -183,7 +183,7 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   for (const double sigma : {0.0, -1.0, nan, infinity, 1e-200}) {
     expect(false, "sigma", [&](Case& c) { c.noise.sigma = sigma; });
     expect(false, "depth_sigma", [&](Case& c) {
-      c.noise.third = ThirdMeasurement::depth;
+      c.noise.depth_cue = DepthCue::depth;
       c.noise.depth_sigma = sigma;
     });
   }
@@ -199,7 +199,7 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
          [](Case& c) { c.camera = Camera::kannala_brandt(c.camera.pinhole, 0, 0, 0, 0); });
   expect(false, "no camera", [](Case& c) { c.camera = Camera(); });
   expect(false, "an unknown model", [](Case& c) { c.camera.model = CameraModel(9); });
-  expect(false, "an unknown third", [](Case& c) { c.noise.third = ThirdMeasurement(3); });
+  expect(false, "an unknown third", [](Case& c) { c.noise.depth_cue = DepthCue(3); });
   expect(true, "the caller's Jacobian", [](Case& c) { c.noise.jacobian = c.jacobian; });
   expect(false, "the caller's Jacobian, not finite", [](Case& c) {
     c.jacobian[4] = infinity;
@@ -214,22 +214,24 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
 
 // H_x^T Omega H_x, J by p_c as written down here.
 Matrix6 weighted_information(const PinholeCamera& camera, const Isometry& T_cw, const Eigen::Vector3d& p_w,
-                             ThirdMeasurement third, const Eigen::MatrixXd& omega) {
+                             DepthCue third, const Eigen::MatrixXd& omega) {
   const Eigen::Vector3d p = T_cw * p_w;
   const WideMatrix H = wide_product(jacobian_of(camera, p, third), pose_derivative(p.cast<long double>()));
   return wide_product(wide_product(H.transpose(), omega.cast<long double>()), H).cast<double>();
 }
 
 // Compares the information of all matches together, for each weighting that models noise.
-void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement third) {
+void expect_information_of_blocks(const sim::Frame& frame, DepthCue third) {
   const sim::MatchArrays arrays(frame);
   const Matches matches = arrays.view();
   Isometry T_cw;
-  T_cw.matrix() << Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(frame.T_cw_prior.data()), 0, 0, 0, 1;
+  T_cw.matrix() << Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
+      RigidTransform::row_major(frame.T_cw_prior.data())),
+      0, 0, 0, 1;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
     BlockOptions options;
     options.weighting = weighting;
-    options.third = third;
+    options.depth_cue = third;
     BlockStore blocks;
     ASSERT_TRUE(build_blocks(frame, arrays, options, blocks).is_done());
     Matrix6 expected = Matrix6::Zero(), actual = Matrix6::Zero();
@@ -239,9 +241,11 @@ void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement thir
       const MatchNoise noise = match_noise(matches, i, options);
       double omega[9];
       const Eigen::Vector3d p_w(frame.matches[i].point);
-      ASSERT_TRUE(match_information(frame.camera, frame.T_cw_prior.data(), p_w.data(), noise, omega)) << i;
-      actual +=
-          weighted_information(frame.camera, T_cw, p_w, noise.third, matrix_of(omega, residual_rows(noise.third)));
+      ASSERT_TRUE(
+          match_information(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), p_w.data(), noise, omega))
+          << i;
+      actual += weighted_information(frame.camera, T_cw, p_w, noise.depth_cue,
+                                     matrix_of(omega, residual_rows(noise.depth_cue)));
     }
     EXPECT_LT(relative_difference(actual, expected), 1e-6) << to_string(weighting);
   }
@@ -249,11 +253,11 @@ void expect_information_of_blocks(const sim::Frame& frame, ThirdMeasurement thir
 
 TEST(MatchInformation, weighs_the_jacobians_to_the_information_of_the_blocks) {
   for (const sim::Scene scene : sim::scenes) {
-    for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo}) {
+    for (const DepthCue third : {DepthCue::none, DepthCue::stereo}) {
       Random random;
       SCOPED_TRACE(random.name());
       sim::Frame frame = make_scene(scene, 500, random.seed());
-      if (third == ThirdMeasurement::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
+      if (third == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
       expect_information_of_blocks(frame, third);
     }
   }
@@ -264,8 +268,8 @@ TEST(RealFrames, weights_give_the_information_of_the_blocks) {
   const std::vector<sim::Frame> frames = real_frames();
   for (std::size_t i = 0; i < frames.size(); i += 10) {
     SCOPED_TRACE(frames[i].name);
-    expect_information_of_blocks(frames[i], ThirdMeasurement::none);
-    if (frames[i].camera.bf > 0) expect_information_of_blocks(frames[i], ThirdMeasurement::stereo);
+    expect_information_of_blocks(frames[i], DepthCue::none);
+    if (frames[i].camera.bf > 0) expect_information_of_blocks(frames[i], DepthCue::stereo);
   }
 }
 

@@ -57,7 +57,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
       const bool has_right = random.chance(0.8);
       PinholeCamera camera = stereo_camera;
       if (!has_right) camera.bf = 0;
-      point.observe(camera, rigid_transform(T_cw.matrix()), sigma, is_stereo);
+      point.observe(camera, RigidTransform(T_cw.matrix()), sigma, is_stereo);
       information += information_of(camera, T_cw, p_w, sigma, is_stereo && has_right);
     }
     information += 1e-8L * information.trace() * WideMatrix::Identity(3, 3);
@@ -117,7 +117,7 @@ TEST(PointCovariance, of_one_camera_alone_leaves_a_near_match_its_block) {
     BlockStore blocks(1);
     const RigidTransform moved = RigidTransform(std::array<double, 12>{1, 0, 0, 0.02, 0, 1, 0, 0, 0, 0, 1, 0}.data());
     for (const RigidTransform& T_cw : {RigidTransform::identity(), moved}) {
-      EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).unsound_covariances, 0U) << f << ' ' << z;
+      EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).invalid_covariances, 0U) << f << ' ' << z;
     }
   }
 }
@@ -180,7 +180,7 @@ TEST(PointCovariance, is_the_scatter_of_triangulated_points) {
     PointCovariance point(p_w.data());
     for (int k = 0; k < (is_stereo ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
       poses.push_back(random_isometry(random, 0.6, 0.1));
-      point.observe(stereo_camera, rigid_transform(poses.back().matrix()), sigma, is_stereo);
+      point.observe(stereo_camera, RigidTransform(poses.back().matrix()), sigma, is_stereo);
     }
     Eigen::Matrix3d covariance;
     ASSERT_TRUE(point.covariance(covariance.data()));

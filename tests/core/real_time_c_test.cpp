@@ -17,8 +17,8 @@ int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_bloc
   maxlogdet_options options;
   maxlogdet_options_init(&options, sizeof options);
   options.budget = 100;
-  options.certify = 1;
-  options.exchange_sweeps = 1;
+  options.certificate.compute = 1;
+  options.exchange.sweeps = 1;
   int answers = 0;
   for (const double limit : {0.0, 1e-5, -1.0}) {
     for (maxlogdet_strategy strategy = 0; strategy <= strategy_count; ++strategy) {  // the last is unknown
@@ -74,7 +74,7 @@ long failures_of(const Create& create) {
     const maxlogdet_status status = create();
     fail_malloc_after(-1);
     if (status == MAXLOGDET_STATUS_OK || memory > 1000) return memory;
-    EXPECT_EQ(status, MAXLOGDET_STATUS_OUT_OF_MEMORY);
+    EXPECT_EQ(status, MAXLOGDET_ERROR_OUT_OF_MEMORY);
   }
 }
 

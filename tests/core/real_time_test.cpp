@@ -47,14 +47,14 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks, Options op
   for (const double epsilon : {0.1, -1.0}) {
     for (const double limit : {0.0, 1e-5, -1.0}) {
       for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
-        options.epsilon = epsilon;
+        options.stochastic.epsilon = epsilon;
         options.time_limit = limit;
         options.prior = prior;
-        options.exchange_sweeps = limit == 0 ? 2 : 0;
-        options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
+        options.exchange.sweeps = limit == 0 ? 2 : 0;
+        options.target.efficiency = options.target.translation_sigma = options.target.rotation_sigma = 0;
         if (selector.select(blocks, options).has_answer()) ++answers;
-        options.exchange_sweeps = 0;
-        options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0.5;
+        options.exchange.sweeps = 0;
+        options.target.efficiency = options.target.translation_sigma = options.target.rotation_sigma = 0.5;
         if (selector.select(blocks, options).has_answer()) ++answers;
       }
     }
@@ -69,8 +69,8 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
     for (const std::size_t budget :
          {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
       Options options = with_budget(budget, strategy);
-      options.certify = true;
-      options.certificate_passes = 2;
+      options.certificate.compute = true;
+      options.certificate.passes = 2;
       answers += select_in_every_way(selector, blocks, options);
     }
   }
@@ -115,11 +115,11 @@ TEST(RealTime, constraints_allocate_nothing) {
                   Options options = with_budget(100, strategy);
                   options.required = required.data();
                   options.excluded = excluded.data();
-                  options.groups = has_groups ? groups.data() : nullptr;
-                  options.group_count = 20;
-                  options.max_per_group = 4;
-                  options.exchange_sweeps = 1;
-                  options.certify = true;
+                  options.groups.ids = has_groups ? groups.data() : nullptr;
+                  options.groups.count = 20;
+                  options.groups.maximum = 4;
+                  options.exchange.sweeps = 1;
+                  options.certificate.compute = true;
                   selector.select(blocks, options);
                 }
               }
@@ -154,8 +154,8 @@ TEST(RealTime, targets_of_active_selection_allocate_nothing) {
   ActiveSelection active(400);
   Options options;
   options.budget = 400;
-  options.target_efficiency = 0.5;
-  options.target_translation_sigma = options.target_rotation_sigma = 1;
+  options.target.efficiency = 0.5;
+  options.target.translation_sigma = options.target.rotation_sigma = 1;
   Status status = Status::ok;
   EXPECT_EQ(allocations_in([&] {
               active.start(blocks, options);
@@ -174,9 +174,9 @@ TEST(RealTime, batches_of_active_selection_allocate_nothing) {
   std::vector<std::uint32_t> groups(400);
   for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 7;
   Options options = with_budget(100);
-  options.groups = groups.data();
-  options.group_count = 7;
-  options.max_per_group = 15;
+  options.groups.ids = groups.data();
+  options.groups.count = 7;
+  options.groups.maximum = 15;
   ActiveSelection active(400);
   std::size_t selected = 0;
   EXPECT_EQ(allocations_in([&] {
@@ -218,7 +218,7 @@ class Tracked {
 
  private:
   void start(int kind) {
-    const ThirdMeasurement third = kind % 2 == 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+    const DepthCue third = kind % 2 == 0 ? DepthCue::stereo : DepthCue::none;
     if (kind == 3) {
       good_.start(Rig{rig_, 2}, T_cw_, third);
     } else {
@@ -231,7 +231,7 @@ class Tracked {
     std::copy_n(frame_.matches[i].point, 3, match.point);
     match.measured[0] = frame_.matches[i].u;
     match.measured[1] = frame_.matches[i].v;
-    if (frame_.matches[i].is_stereo()) match.third = frame_.matches[i].u_right;
+    if (frame_.matches[i].is_stereo()) match.depth_cue = frame_.matches[i].u_right;
     if (kind == 1 && i % 2 == 1) match.covariance = covariance_;
     if (kind == 4) match.jacobian = jacobian_;
     match.camera_id = kind == 3 ? i % 2 : 0;
@@ -242,7 +242,7 @@ class Tracked {
   sim::Frame frame_ = make_scene(sim::Scene::euroc_like, 500, 1);
   double covariance_[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
   double jacobian_[6] = {400, 0, 10, 0, 400, 10};
-  RigidTransform T_cw_ = frame_.T_cw_prior.data();
+  RigidTransform T_cw_ = RigidTransform::row_major(frame_.T_cw_prior.data());
   RigCamera rig_[2] = {{frame_.camera}, {Camera::double_sphere(frame_.camera, 0.1, 0.5)}};
   GoodFeatures good_{400};
 };
@@ -272,11 +272,12 @@ TEST(RealTime, several_threads_allocate_nothing) {
     BlockOptions block_options;
     block_options.threads = 3;
     blocks.clear();
-    append_blocks(frame.camera, frame.T_cw_prior.data(), matches.view(), block_options, blocks, &pool);
+    append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches.view(), block_options,
+                  blocks, &pool);
     for (const Strategy strategy : sim::strategies) {
       Options options = with_budget(100, strategy);
       options.threads = 3;
-      options.certify = true;
+      options.certificate.compute = true;
       selector.select(blocks, options);
     }
   };
@@ -295,9 +296,9 @@ void* select_with_all_strategies(void* given) {
   Work& to = *static_cast<Work*>(given);
   for (const Strategy strategy : sim::strategies) {
     Options options = with_budget(100, strategy);
-    options.certify = true;
-    options.certificate_passes = 2;
-    options.exchange_sweeps = 1;
+    options.certificate.compute = true;
+    options.certificate.passes = 2;
+    options.exchange.sweeps = 1;
     to.answers += to.selector.select(to.blocks, options).has_answer() ? 1 : 0;
   }
   return nullptr;
@@ -340,7 +341,7 @@ TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
   for (const BlockKind& kind : block_kinds) {
     BlockOptions options;
     options.weighting = kind.weighting;
-    options.third = kind.third;
+    options.depth_cue = kind.depth_cue;
     EXPECT_EQ(allocations_in([&] { build_blocks(frame, matches, options, blocks); }), 0) << kind.name;
     EXPECT_EQ(blocks.size(), 500U);
   }

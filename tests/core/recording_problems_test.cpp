@@ -139,17 +139,17 @@ TEST(Recording, frames_without_blocks_are_not_recorded) {
   Watched watched;
   EXPECT_EQ(watched.record(watched.folder.path(), true), "");
   GoodFeatures& good = watched.good;
-  good.start(Camera(458, 457, 367, 248), nullptr, ThirdMeasurement::none);
+  good.start(Camera(458, 457, 367, 248), nullptr, DepthCue::none);
   good.add(FeatureMatch());
-  EXPECT_EQ(good.select(Options()), Status::invalid_block);
-  good.start(Camera(0, 457, 367, 248), RigidTransform::identity(), ThirdMeasurement::none);
-  EXPECT_EQ(good.select(Options()), Status::invalid_block);
-  good.start(Camera(458, 457, nan, 248), RigidTransform::identity(), ThirdMeasurement::none);
+  EXPECT_EQ(good.select(Options()), Error::invalid_block);
+  good.start(Camera(0, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
+  EXPECT_EQ(good.select(Options()), Error::invalid_block);
+  good.start(Camera(458, 457, nan, 248), RigidTransform::identity(), DepthCue::none);
   EXPECT_EQ(good.select(with_budget(30)), Status::all_selected)
       << "no block depends on it, but the file needs a number";
-  good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), ThirdMeasurement::none);
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
   for (int i = 0; i < 101; ++i) good.add(FeatureMatch());
-  EXPECT_EQ(good.select(Options()), Status::capacity_exceeded);
+  EXPECT_EQ(good.select(Options()), Error::capacity_exceeded);
   EXPECT_EQ(watched.folder.files().size(), 0U);
   EXPECT_EQ(watched.select(), "");
   EXPECT_EQ(watched.folder.files(), std::vector<std::string>{first_frame});
@@ -160,7 +160,7 @@ TEST(Recording, what_a_file_has_no_place_for_ends_the_recording) {
     FeatureKind kind;
     kind.has_rig = has_rig;
     kind.has_jacobians = !has_rig;
-    kind.third = has_rig ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+    kind.depth_cue = has_rig ? DepthCue::stereo : DepthCue::none;
     Watched watched;
     EXPECT_EQ(watched.record(watched.folder.path(), true), "");
     const FeatureFrame plain = watched.frame;

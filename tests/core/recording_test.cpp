@@ -28,9 +28,9 @@ std::vector<double> entries_of(const RigidTransform& T) { return {T.data(), T.da
 std::vector<FeatureKind> recordable_kinds() {
   std::vector<FeatureKind> kinds;
   for (const CameraModel model : camera_models) {
-    for (const auto third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
+    for (const auto third : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
       for (const bool has_rig : {false, true}) {
-        if (third == ThirdMeasurement::stereo && (has_rig || model != CameraModel::pinhole)) continue;
+        if (third == DepthCue::stereo && (has_rig || model != CameraModel::pinhole)) continue;
         for (const auto covariances : {Covariances::none, Covariances::some, Covariances::all}) {
           kinds.push_back({model, third, has_rig, false, covariances});
         }
@@ -79,9 +79,9 @@ void expect_match(const RecordedFrame& recorded, std::size_t row, const FeatureF
   if (frame.kind.has_rig) {
     EXPECT_EQ(recorded.at(row, "camera"), match.camera_id);
   }
-  if (frame.kind.third != ThirdMeasurement::none) {
-    const std::string column = frame.kind.third == ThirdMeasurement::depth ? "depth" : "u_right";
-    EXPECT_EQ(recorded.at(row, column), frame.has_third[i] != 0 ? match.third : -1);
+  if (frame.kind.depth_cue != DepthCue::none) {
+    const std::string column = frame.kind.depth_cue == DepthCue::depth ? "depth" : "u_right";
+    EXPECT_EQ(recorded.at(row, column), frame.has_depth_cue[i] != 0 ? match.depth_cue : -1);
   }
   if (std::count(frame.knows_covariance.begin(), frame.knows_covariance.end(), 1) == 0) return;
   const char* const names[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
@@ -95,8 +95,8 @@ void expect_match(const RecordedFrame& recorded, std::size_t row, const FeatureF
 std::vector<std::string> columns_of(const FeatureFrame& frame) {
   std::string names = "mp_id,X,Y,Z,u,v,kp";
   if (frame.kind.has_rig) names += ",camera";
-  if (frame.kind.third == ThirdMeasurement::stereo) names += ",u_right";
-  if (frame.kind.third == ThirdMeasurement::depth) names += ",depth";
+  if (frame.kind.depth_cue == DepthCue::stereo) names += ",u_right";
+  if (frame.kind.depth_cue == DepthCue::depth) names += ",depth";
   names += ",inv_sigma2";
   if (frame.kind.covariances != Covariances::none) names += ",cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz";
   return RecordedFrame::fields_of(names + ",selected");
@@ -121,7 +121,7 @@ TEST(Recording, good_features_records_every_field_bit_for_bit) {
     const RecordedFrame recorded(folder / first_frame);
     EXPECT_EQ(recorded.columns, columns_of(frame));
     expect_cameras(recorded, frame);
-    const auto depth_sigma = kind.third == ThirdMeasurement::depth ? std::vector<double>{0.07} : std::vector<double>();
+    const auto depth_sigma = kind.depth_cue == DepthCue::depth ? std::vector<double>{0.07} : std::vector<double>();
     EXPECT_EQ(recorded.numbers("depth_sigma"), depth_sigma);
     std::size_t row = 0;
     for (std::size_t i = 0; i < 120; ++i) {  // those behind the camera, too
@@ -142,7 +142,7 @@ TEST(Recording, numbers_of_map_points_and_keyframes_are_written_and_frames_numbe
   GoodFeatures good(200);
   ASSERT_TRUE(good.record((folder.path() + "/run/").c_str())) << "a folder that is missing is created";
   for (std::int64_t frame = 0; frame < 3; ++frame) {
-    good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), ThirdMeasurement::none);
+    good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
     for (std::int64_t i = 0; i < 4; ++i) {
       FeatureMatch match;
       match.point[2] = 3;
@@ -220,7 +220,7 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
   FrameRecorder recorder;
   ASSERT_TRUE(recorder.open(folder.path().c_str()));
   FrameDetails details;
-  details.third = ThirdMeasurement::stereo;
+  details.depth_cue = DepthCue::stereo;
   details.has_covariances = details.has_descriptor_distances = true;
   ASSERT_TRUE(recorder.start(Camera(458, 457, 367, 248, 50), RigidTransform::identity(), details));
   const auto is_added = [&](auto change) {
@@ -234,7 +234,7 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[1] = bad; }));
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.point[2] = bad; }));
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.sigma = bad; }));
-    EXPECT_EQ(is_added([&](FeatureMatch& match) { match.third = bad; }), std::isnan(bad)) << "NaN: not measured";
+    EXPECT_EQ(is_added([&](FeatureMatch& match) { match.depth_cue = bad; }), std::isnan(bad)) << "NaN: not measured";
     EXPECT_FALSE(recorder.add(FeatureMatch(), false, bad)) << "descriptor distance";
     const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, bad};
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));

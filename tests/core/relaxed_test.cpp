@@ -143,7 +143,7 @@ TEST(Relaxed, finds_an_answer_among_awkward_blocks_of_all_scales) {
     SCOPED_TRACE(random.name());
     Problem problem = scaled_problem(random);
     constrain(random, problem);
-    problem.plain.certify = true;
+    problem.plain.certificate.compute = true;
     const Options options = problem.options(Strategy::relaxed);
     std::vector<std::uint32_t> indices;
     for (const simd::Kernel* const kernel : supported_kernels()) {
@@ -196,10 +196,10 @@ TEST(Relaxed, does_not_support_groups) {
   const BlockStore blocks = awkward_blocks(random, 20);
   const std::vector<std::uint32_t> groups(20);
   Options options = relaxed(5);
-  options.groups = groups.data();
-  options.group_count = 1;
+  options.groups.ids = groups.data();
+  options.groups.count = 1;
   Selector selector(20);
-  EXPECT_EQ(selector.select(blocks, options).status, Status::unsupported_groups);
+  EXPECT_EQ(selector.select(blocks, options).error, Error::unsupported_groups);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(Reuse, answers_do_not_depend_on_what_a_selector_selected_before) {
     Options options;
     options.strategy = sim::strategies[static_cast<std::size_t>(random.integer(0, 100)) % std::size(sim::strategies)];
     options.budget = static_cast<std::size_t>(random.integer(1, 20));
-    options.certify = true;
+    options.certificate.compute = true;
     Selector fresh(capacity);
     const Selection expected = fresh.select(blocks, options);
     const Selection selection = used.select(blocks, options);

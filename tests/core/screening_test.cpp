@@ -305,7 +305,7 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   matches.points = points.data();
   matches.weights = weights.data();
   BlockOptions options;
-  options.third = random.chance(0.5) ? ThirdMeasurement::stereo : ThirdMeasurement::depth;
+  options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::depth;
   options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::measurement;
   BlockStore blocks;
   append_blocks(camera, T_cw, matches, options, blocks);

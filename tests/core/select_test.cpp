@@ -32,7 +32,7 @@ TEST(Select, of_blocks_is_what_a_selector_gives) {
     Options wrong;
     wrong.time_limit = -1;
     const SelectedMatches selected = select(blocks, wrong);
-    EXPECT_EQ(selected.status, Status::invalid_time_limit);
+    EXPECT_EQ(selected.error, Error::invalid_time_limit);
     EXPECT_FALSE(selected.has_answer);
     EXPECT_TRUE(selected.indices.empty());
     EXPECT_TRUE(std::isnan(selected.log_det));
@@ -52,7 +52,7 @@ TEST(Select, of_matches_is_append_blocks_and_a_selector) {
         kind.has_rig ? select(Rig{frame.rig_cameras, 2}, T_cw, matches, with_budget(30), frame.options)
                      : select(frame.rig_cameras[0].camera, T_cw, matches, with_budget(30), frame.options);
     EXPECT_EQ(selected.indices, select_indices(frame.blocks(), with_budget(30)));
-    EXPECT_EQ(selected.block_status, BlockStatus::ok);
+    EXPECT_EQ(selected.block_status, Error::none);
     EXPECT_EQ(selected.status, Status::ok);
     EXPECT_TRUE(selected.has_answer);
   }
@@ -64,7 +64,7 @@ TEST(Select, of_matches_without_blocks_has_no_answer) {
   matches.size = 1;
   matches.points = points;
   const SelectedMatches selected = select(typical_camera(CameraModel::pinhole), RigidTransform(nullptr), matches);
-  EXPECT_EQ(selected.block_status, BlockStatus::invalid_pose);
+  EXPECT_EQ(selected.block_status, Error::invalid_pose);
   EXPECT_FALSE(selected.has_answer);
   EXPECT_TRUE(selected.indices.empty());
 }

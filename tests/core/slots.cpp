@@ -19,7 +19,7 @@ void set_groups(Random& random, std::size_t n, Request& request) {
   const int count = random.integer(1, 8);
   for (int g = 0; g < count; ++g) request.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 9)));
   for (std::size_t i = 0; i < n; ++i) {
-    request.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
+    request.groups.ids.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
 }
 
@@ -152,7 +152,7 @@ Request request_of(const Request& request, const std::vector<std::uint32_t>& ind
   Request result = request;
   result.required = gathered(request.required, indices);
   result.excluded = gathered(request.excluded, indices);
-  result.groups = gathered(request.groups, indices);
+  result.groups = gathered(request.groups.ids, indices);
   return result;
 }
 
@@ -169,20 +169,20 @@ Request random_request(Random& random, const BlockStore& blocks, double excluded
   if (random.chance(0.3)) set_groups(random, n, request);
   if (random.chance(0.5)) request.set_prior(random_prior(random));
   request.plain.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.stored() + 2)));
-  request.plain.seed = random.seed();
-  request.plain.epsilon = random.uniform(0.01, 0.9);
-  request.plain.certify = random.chance(0.5);
-  request.plain.certificate_passes = static_cast<std::size_t>(random.integer(0, 4));
-  request.plain.exchange_sweeps = static_cast<std::size_t>(random.integer(0, 2));
+  request.plain.stochastic.seed = random.seed();
+  request.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
+  request.plain.certificate.compute = random.chance(0.5);
+  request.plain.certificate.passes = static_cast<std::size_t>(random.integer(0, 4));
+  request.plain.exchange.sweeps = static_cast<std::size_t>(random.integer(0, 2));
   return request;
 }
 
 Request certified_request(std::size_t budget) {
   Request request;
   request.plain.budget = budget;
-  request.plain.certify = true;
-  request.plain.certificate_passes = 3;
-  request.plain.exchange_sweeps = 1;
+  request.plain.certificate.compute = true;
+  request.plain.certificate.passes = 3;
+  request.plain.exchange.sweeps = 1;
   return request;
 }
 
@@ -200,7 +200,7 @@ void expect_same_answers(const BlockStore& whole, const Request& request, const 
     const Selection expected = dense_selector.select(dense, of_dense.options(strategy));
     const Selection actual = selector.select(whole, request.options(strategy));
     // Without candidates there are no groups to refuse.
-    if (dense.size() == 0 && actual.status == Status::unsupported_groups) continue;
+    if (dense.size() == 0 && actual.error == Error::unsupported_groups) continue;
     expect_same_end(actual, expected, dense.size() > 0, request.plain.budget);
     is_alike ? expect_same(actual, expected, kept) : expect_same_answer(actual, expected, kept);
     EXPECT_EQ(actual.invalid_candidates, whole.invalid_count());

@@ -14,8 +14,8 @@ namespace {
 
 Options stochastic(std::size_t budget, double epsilon, std::uint64_t seed) {
   Options options = with_budget(budget, Strategy::stochastic_greedy);
-  options.epsilon = epsilon;
-  options.seed = seed;
+  options.stochastic.epsilon = epsilon;
+  options.stochastic.seed = seed;
   return options;
 }
 

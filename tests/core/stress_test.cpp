@@ -16,7 +16,7 @@ class Problem {
   Problem(std::size_t n, const BlockKind& kind, std::size_t budget)
       : frame_(make_scene(sim::Scene::euroc_like, n, n)), matches_(frame_), budget_(budget) {
     options_.weighting = kind.weighting;
-    options_.third = kind.third;
+    options_.depth_cue = kind.depth_cue;
     build_blocks(frame_, matches_, options_, blocks_);
     for (const Strategy strategy : sim::strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
   }
@@ -33,7 +33,7 @@ class Problem {
     const auto which = static_cast<std::size_t>(random.integer(0, static_cast<int>(expected_.size()) - 1));
     Options wanted = options(sim::strategies[which]);
     wanted.threads = random.integer(0, 5);
-    wanted.certify = random.chance(0.3);
+    wanted.certificate.compute = random.chance(0.3);
     const Selection selection = selector.select(blocks_, wanted);
     return std::equal(selection.begin(), selection.end(), expected_[which].begin(), expected_[which].end());
   }
@@ -43,7 +43,8 @@ class Problem {
     BlockOptions wanted = options_;
     wanted.threads = 3;
     blocks.clear();
-    append_blocks(frame_.camera, frame_.T_cw_prior.data(), matches_.view(), wanted, blocks, &executor);
+    append_blocks(frame_.camera, RigidTransform::row_major(frame_.T_cw_prior.data()), matches_.view(), wanted, blocks,
+                  &executor);
     const float* const plane = blocks.plane(1, 3);
     return blocks.size() == blocks_.size() && std::equal(plane, plane + blocks.stored(), blocks_.plane(1, 3));
   }

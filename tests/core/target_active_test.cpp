@@ -61,7 +61,7 @@ TEST(Target, met_within_a_batch_ends_proposals_and_takes_answers) {
   const Axes axes;
   ActiveSelection active(600);
   Options options = axes.options(100);
-  options.target_translation_sigma = std::sqrt(1 + 1 + 0.51);
+  options.target.translation_sigma = std::sqrt(1 + 1 + 0.51);
   ASSERT_EQ(active.start(axes.blocks, options), Status::ok);
   std::uint32_t batch[12];
   ASSERT_EQ(active.next(batch, 12), 12U);
@@ -89,7 +89,7 @@ TEST(Target, compares_what_is_measured_with_what_was_offered) {
   const Axes axes;
   ActiveSelection active(600);
   Options options = axes.options(600);
-  options.target_efficiency = 1;
+  options.target.efficiency = 1;
   ASSERT_EQ(active.start(axes.blocks, options), Status::ok);
   Block measured = 100 * Block::Identity(3, 6);
   ASSERT_EQ(active.next(), 0U);

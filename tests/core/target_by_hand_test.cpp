@@ -14,15 +14,15 @@ TEST(Target, agrees_with_computation_by_hand) {
   const Axes axes;
   Selector selector(600);
   Options options = axes.options(600);
-  options.target_efficiency = 0.1;  // 10.1 of 101 in the mean: 9 rounds of six have 10, the tenth begins
+  options.target.efficiency = 0.1;  // 10.1 of 101 in the mean: 9 rounds of six have 10, the tenth begins
   Selection selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_EQ(selection.size, 55U) << "10^5 11 = 1.1e6 is above 10.1^6 = 1.0615e6, 10^6 is not";
   EXPECT_NEAR(selection.efficiency_of_all, std::pow(1.1e6, 1.0 / 6) / 101, 1e-12);
   EXPECT_TRUE(std::isnan(selection.translation_sigma));
 
-  options.target_efficiency = 0;
-  options.target_translation_sigma = std::sqrt(3 / 20.5);
+  options.target.efficiency = 0;
+  options.target.translation_sigma = std::sqrt(3 / 20.5);
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_EQ(selection.size, 116U) << "19 rounds have 3 / 20, the twentieth needs the second of the three: "
@@ -30,10 +30,10 @@ TEST(Target, agrees_with_computation_by_hand) {
   EXPECT_NEAR(selection.translation_sigma, std::sqrt(1 / 20.0 + 2 / 21.0), 1e-12);
   EXPECT_TRUE(std::isnan(selection.efficiency_of_all));
 
-  options.target_rotation_sigma = std::sqrt(3 / 30.0) * 1.000001;
+  options.target.rotation_sigma = std::sqrt(3 / 30.0) * 1.000001;
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.size, 174U) << "of two the harder one counts";
-  options.target_rotation_sigma = 1.7;  // what the prior has is 1.732
+  options.target.rotation_sigma = 1.7;  // what the prior has is 1.732
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.size, 116U);
 }
@@ -43,18 +43,18 @@ TEST(Target, says_ok_where_the_budget_comes_first_and_target_reached_where_both_
   Selector selector(600);
   for (const std::size_t budget : {54U, 55U, 56U, 600U}) {
     Options options = axes.options(budget);
-    options.target_efficiency = 0.1;
+    options.target.efficiency = 0.1;
     const Selection selection = selector.select(axes.blocks, options);
     EXPECT_EQ(selection.size, std::min<std::size_t>(budget, 55));
     EXPECT_EQ(selection.status, budget < 55 ? Status::ok : Status::target_reached) << budget;
   }
   Options options = axes.options(600);
-  options.target_translation_sigma = 1e-3;
+  options.target.translation_sigma = 1e-3;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::all_selected) << "out of reach";
-  options.target_translation_sigma = std::sqrt(3 / 100.5);
+  options.target.translation_sigma = std::sqrt(3 / 100.5);
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached);
-  options.target_translation_sigma = 0;
-  options.target_efficiency = 1 - 1e-9;
+  options.target.translation_sigma = 0;
+  options.target.efficiency = 1 - 1e-9;
   const Selection all = selector.select(axes.blocks, options);
   EXPECT_EQ(all.status, Status::target_reached) << "also by the last one";
   EXPECT_EQ(all.size, 600U);
@@ -64,7 +64,7 @@ TEST(Target, that_is_met_before_the_search_selects_what_is_required_and_no_more)
   const Axes axes;
   Selector selector(600);
   Options options = axes.options(100);
-  options.target_rotation_sigma = 1.8;
+  options.target.rotation_sigma = 1.8;
   Selection selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_EQ(selection.size, 0U);
@@ -74,16 +74,16 @@ TEST(Target, that_is_met_before_the_search_selects_what_is_required_and_no_more)
   options.required = required.data();
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(indices_of(selection), (std::vector<std::uint32_t>{5, 17}));
-  options.target_rotation_sigma = 1.6;  // the two have 1 + 1 + 1 / 3, whose root is 1.53
+  options.target.rotation_sigma = 1.6;  // the two have 1 + 1 + 1 / 3, whose root is 1.53
   EXPECT_EQ(selector.select(axes.blocks, options).size, 2U);
-  options.target_rotation_sigma = 1.5;
+  options.target.rotation_sigma = 1.5;
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_GT(selection.size, 2U);
   options.budget = 0;
   options.required = nullptr;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::ok);
-  options.target_rotation_sigma = 1.8;
+  options.target.rotation_sigma = 1.8;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached);
 }
 
@@ -92,7 +92,7 @@ TEST(Target, of_all_leaves_out_invalid_and_excluded_candidates_and_ignores_group
   for (int i = 0; i < 50; ++i) axes.blocks.push_back_invalid();
   Selector selector(700);
   Options options = axes.options(650);
-  options.target_efficiency = 0.1;
+  options.target.efficiency = 0.1;
   EXPECT_EQ(selector.select(axes.blocks, options).size, 55U);
   std::vector<unsigned char> excluded(650, 0);
   for (std::size_t i = 300; i < 600; ++i) excluded[i] = 1;
@@ -103,13 +103,13 @@ TEST(Target, of_all_leaves_out_invalid_and_excluded_candidates_and_ignores_group
   EXPECT_EQ(selector.select(axes.blocks, options).size, 55U);
   options.excluded = nullptr;
   const std::vector<std::uint32_t> groups(650, 0);
-  options.groups = groups.data();
-  options.group_count = 1;
-  options.max_per_group = 54;
+  options.groups.ids = groups.data();
+  options.groups.count = 1;
+  options.groups.maximum = 54;
   Selection selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::all_selected);
   EXPECT_EQ(selection.size, 54U);
-  options.max_per_group = 55;
+  options.groups.maximum = 55;
   selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
 }
@@ -122,12 +122,12 @@ TEST(Target, of_an_empty_store_is_met_for_the_efficiency_alone) {
     Options options;
     options.budget = 5;
     options.prior = prior.data();
-    options.target_efficiency = 1;
+    options.target.efficiency = 1;
     const Selection selection = selector.select(BlockStore(), options);
     EXPECT_EQ(selection.status, Status::target_reached);
     EXPECT_EQ(selection.size, 0U);
     EXPECT_NEAR(selection.efficiency_of_all, 1, 1e-15);
-    options.target_rotation_sigma = 1e-9;
+    options.target.rotation_sigma = 1e-9;
     EXPECT_EQ(selector.select(BlockStore(), options).status, Status::ok);
   }
 }
@@ -137,7 +137,7 @@ TEST(Target, of_all_is_met_when_all_are_selected_or_rounding_is_all_that_is_miss
   for_every_family(100, [&](const BlockStore& blocks) {
     Options options;
     options.budget = blocks.size();
-    options.target_efficiency = 1;
+    options.target.efficiency = 1;
     const Selection selection = selector.select(blocks, options);
     EXPECT_TRUE(selection.status == Status::target_reached || selection.status == Status::all_selected);
     EXPECT_NEAR(selection.efficiency_of_all, 1, 1e-9);
@@ -148,39 +148,39 @@ TEST(Target, that_is_invalid_is_named) {
   const Axes axes;
   Selector selector(600);
   ActiveSelection active(600);
-  double Options::*const targets[] = {&Options::target_efficiency, &Options::target_translation_sigma,
-                                      &Options::target_rotation_sigma};
+  double Options::*const targets[] = {&Options::target.efficiency, &Options::target.translation_sigma,
+                                      &Options::target.rotation_sigma};
   for (double Options::*const target : targets) {
     for (const double bad : {-1e-300, -1.0, nan, infinity, -infinity}) {
       Options options = axes.options(10);
       options.*target = bad;
       const Selection selection = selector.select(axes.blocks, options);
-      EXPECT_EQ(selection.status, Status::invalid_target) << bad;
+      EXPECT_EQ(selection.error, Error::invalid_target) << bad;
       EXPECT_FALSE(selection.has_answer());
       EXPECT_EQ(selection.size, 0U);
       EXPECT_TRUE(std::isnan(selection.log_det));
       EXPECT_TRUE(std::isnan(selection.efficiency_of_all));
       EXPECT_TRUE(std::isnan(selection.translation_sigma));
       EXPECT_TRUE(std::isnan(selection.rotation_sigma));
-      EXPECT_EQ(active.start(axes.blocks, options), Status::invalid_target);
+      EXPECT_EQ(active.start(axes.blocks, options), Error::invalid_target);
       options.*target = -0.0;
       EXPECT_EQ(selector.select(axes.blocks, options).status, Status::ok) << "none";
     }
   }
   Options options = axes.options(10);
-  options.target_efficiency = std::nextafter(1.0, 2.0);
-  EXPECT_EQ(selector.select(axes.blocks, options).status, Status::invalid_target);
-  options.target_efficiency = 0.9;
+  options.target.efficiency = std::nextafter(1.0, 2.0);
+  EXPECT_EQ(selector.select(axes.blocks, options).error, Error::invalid_target);
+  options.target.efficiency = 0.9;
   for (const Strategy strategy : {Strategy::relaxed, Strategy::backward_greedy}) {
     options.strategy = strategy;
-    EXPECT_EQ(selector.select(axes.blocks, options).status, Status::unsupported_target) << to_string(strategy);
-    EXPECT_EQ(active.start(axes.blocks, options), Status::unsupported_target);
+    EXPECT_EQ(selector.select(axes.blocks, options).error, Error::unsupported_target) << to_string(strategy);
+    EXPECT_EQ(active.start(axes.blocks, options), Error::unsupported_target);
   }
   for (const Strategy strategy : greedy_strategies) {
     options.strategy = strategy;
-    options.exchange_sweeps = 1;
-    EXPECT_EQ(selector.select(axes.blocks, options).status, Status::unsupported_target) << to_string(strategy);
-    options.exchange_sweeps = 0;
+    options.exchange.sweeps = 1;
+    EXPECT_EQ(selector.select(axes.blocks, options).error, Error::unsupported_target) << to_string(strategy);
+    options.exchange.sweeps = 0;
     EXPECT_EQ(selector.select(axes.blocks, options).status, Status::ok);
   }
 }
@@ -191,7 +191,7 @@ TEST(Target, makes_automatic_lazy_greedy) {
   Options options = axes.options(500);
   options.strategy = Strategy::automatic;
   EXPECT_EQ(selector.select(axes.blocks, options).strategy, Strategy::backward_greedy);
-  options.target_efficiency = 0.1;
+  options.target.efficiency = 0.1;
   const Selection selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.strategy, Strategy::lazy_greedy);
   EXPECT_EQ(selection.status, Status::target_reached);
@@ -205,9 +205,9 @@ TEST(Target, leaves_the_upper_bound_that_of_the_budget) {
   Selector selector(300);
   Options options;
   options.budget = 60;
-  options.certify = true;
+  options.certificate.compute = true;
   const double log_det = selector.select(blocks, options).log_det;
-  options.target_efficiency = 0.2;
+  options.target.efficiency = 0.2;
   const Selection selection = selector.select(blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_LT(selection.size, 60U);
@@ -219,17 +219,17 @@ TEST(Target, is_looked_at_before_the_deadline) {
   Selector selector(600);
   Options options = axes.options(100);
   options.time_limit = 1e-9;
-  options.target_rotation_sigma = 1.8;
+  options.target.rotation_sigma = 1.8;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached) << "there is nothing to do";
-  options.target_rotation_sigma = 0.1;
+  options.target.rotation_sigma = 0.1;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::deadline_reached);
 }
 
 TEST(Target, passes_through_the_one_call) {
   const Axes axes;
   Options options = axes.options(600);
-  options.target_efficiency = 0.1;
-  options.target_rotation_sigma = 1;
+  options.target.efficiency = 0.1;
+  options.target.rotation_sigma = 1;
   const SelectedMatches selected = select(axes.blocks, options);
   EXPECT_TRUE(selected.has_answer);
   EXPECT_EQ(selected.status, Status::target_reached);

@@ -95,7 +95,7 @@ TEST(Target, needs_no_digits_of_a_sum) {
   const std::vector<Reached> reached = reached_by_prefixes(problem, full, all);
   Tally tally;
   for (const double share : {0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99}) {
-    problem.plain.target_efficiency = share;
+    problem.plain.target.efficiency = share;
     const Selection selection = selector.select(problem.blocks, problem.options());
     expect_shortest(problem, full, reached, 1e-7L, selection, tally);
     EXPECT_NEAR(selection.efficiency_of_all, static_cast<double>(reached[selection.size].efficiency), 1e-7);
@@ -121,25 +121,25 @@ void expect_deviations(const BlockStore& blocks, Options options, double scale) 
   Selector selector(60);
   const double sigma = std::sqrt(3 / scale);  // before the first one
   for (const double factor : {1e-3, 0.9999, 1.0001, 1e3}) {
-    options.target_translation_sigma = options.target_rotation_sigma = factor * sigma;
+    options.target.translation_sigma = options.target.rotation_sigma = factor * sigma;
     const Selection selection = selector.select(blocks, options);
     ASSERT_TRUE(selection.has_answer());
     EXPECT_NEAR(selection.translation_sigma / sigma, selection.size == 0 || is_strong(scale) ? 1 : 0.5, 0.5);
     EXPECT_EQ(selection.size == 0 && selection.status == Status::target_reached, factor > 1) << factor;
   }
-  options.target_rotation_sigma = 0;
+  options.target.rotation_sigma = 0;
   for (const double tiny : {5e-324, 1e-308, 1e-200}) {
-    options.target_translation_sigma = tiny;
+    options.target.translation_sigma = tiny;
     EXPECT_EQ(selector.select(blocks, options).status, Status::all_selected);
   }
-  options.target_translation_sigma = 1e300;
+  options.target.translation_sigma = 1e300;
   EXPECT_EQ(selector.select(blocks, options).size, 0U);
 }
 
 void expect_efficiencies(const BlockStore& blocks, Options options, double scale) {
   Selector selector(60);
   for (const double share : {1e-300, 1e-100, 1e-3, 0.0899, 0.0919, 0.5, 0.999999}) {
-    options.target_efficiency = share;
+    options.target.efficiency = share;
     const Selection selection = selector.select(blocks, options);
     ASSERT_TRUE(selection.has_answer());
     if (is_strong(scale)) {
@@ -182,7 +182,7 @@ TEST(Target, holds_over_all_that_blocks_and_priors_allow) {
   // With m of the six the efficiency is (1e-20 / 9e76)^(1 - m / 6).
   for (int m = 0; m < 6; ++m) {
     for (const double off : {0.99, 1.01}) {
-      options.target_efficiency = std::pow(1e-20 / 9e76, 1 - m / 6.0) * off;
+      options.target.efficiency = std::pow(1e-20 / 9e76, 1 - m / 6.0) * off;
       const Selection selection = selector.select(blocks, options);
       EXPECT_EQ(selection.status, Status::target_reached);
       EXPECT_EQ(selection.size, static_cast<std::size_t>(off < 1 ? m : m + 1)) << m;

@@ -35,10 +35,10 @@ void expect_targets_hold(Random& random, Problem& problem, long double tolerance
       const Selection selection = selector.select(problem.blocks, problem.options());
       ASSERT_NO_FATAL_FAILURE(expect_shortest(problem, full, reached, tolerance, selection, tally));
       const Reached& end = reached[selection.size];
-      expect_reported(selection.efficiency_of_all, problem.plain.target_efficiency, end.efficiency, 1e-9L);
-      expect_reported(selection.translation_sigma, problem.plain.target_translation_sigma, end.translation_sigma,
+      expect_reported(selection.efficiency_of_all, problem.plain.target.efficiency, end.efficiency, 1e-9L);
+      expect_reported(selection.translation_sigma, problem.plain.target.translation_sigma, end.translation_sigma,
                       1e-9L);
-      expect_reported(selection.rotation_sigma, problem.plain.target_rotation_sigma, end.rotation_sigma, 1e-9L);
+      expect_reported(selection.rotation_sigma, problem.plain.target.rotation_sigma, end.rotation_sigma, 1e-9L);
     }
   }
 }
@@ -53,7 +53,7 @@ TEST(Target, stops_at_the_shortest_prefix_that_meets_it) {
     Problem problem;
     problem.blocks = blocks;
     problem.plain.budget = static_cast<std::size_t>(random.integer(20, 100));
-    problem.plain.seed = random.seed();
+    problem.plain.stochastic.seed = random.seed();
     expect_targets_hold(random, problem, tie, tally);
   });
   expect_conclusive(tally);
@@ -91,7 +91,7 @@ TEST(Target, keeps_to_priors_and_constraints) {
     SCOPED_TRACE(random.name());
     Problem problem = constrained_problem(random);
     problem.set_prior(random.chance(0.5) ? random_prior(random) : default_information());
-    problem.plain.seed = variation;
+    problem.plain.stochastic.seed = variation;
     ASSERT_NO_FATAL_FAILURE(expect_targets_hold(random, problem, 1e-9L, tally, 2));
   }
   expect_conclusive(tally);
@@ -111,9 +111,9 @@ TEST(Target, gives_the_same_on_every_instruction_set_and_number_of_threads) {
     Options options;
     options.budget = 60;
     options.strategy = greedy_strategies[variation % 3];
-    options.target_efficiency = random.uniform(0.01, 0.6);
-    if (random.chance(0.5)) options.target_translation_sigma = std::pow(10.0, random.uniform(-4, 2));
-    if (random.chance(0.5)) options.target_rotation_sigma = std::pow(10.0, random.uniform(-4, 2));
+    options.target.efficiency = random.uniform(0.01, 0.6);
+    if (random.chance(0.5)) options.target.translation_sigma = std::pow(10.0, random.uniform(-4, 2));
+    if (random.chance(0.5)) options.target.rotation_sigma = std::pow(10.0, random.uniform(-4, 2));
     Selector alone(n);
     const Selection expected = alone.select(blocks, options);
     ASSERT_TRUE(expected.has_answer());
@@ -141,11 +141,11 @@ TEST(Target, stops_at_the_recorded_places) {
     for (const Strategy strategy : greedy_strategies) {
       for (const double share : {0.05, 0.1, 0.2, 0.4, 0.6}) {
         Options options = with_budget(200, strategy);
-        options.target_efficiency = share;
+        options.target.efficiency = share;
         hash.add(selector.select(blocks, options).size);
-        options.target_efficiency = 0;
-        options.target_translation_sigma = 0.01 / share;
-        options.target_rotation_sigma = 0.001 / share;
+        options.target.efficiency = 0;
+        options.target.translation_sigma = 0.01 / share;
+        options.target.rotation_sigma = 0.001 / share;
         hash.add(selector.select(blocks, options).size);
       }
     }

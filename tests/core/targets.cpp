@@ -26,7 +26,7 @@ void set_required(Random& random, Problem& problem, int n) {
     ++count;
   }
   problem.plain.budget = count + static_cast<std::size_t>(random.integer(0, n));
-  problem.plain.max_per_group = std::max<std::size_t>(count, 3);
+  problem.plain.groups.maximum = std::max<std::size_t>(count, 3);
 }
 
 }  // namespace
@@ -42,9 +42,9 @@ Problem constrained_problem(Random& random) {
   for (unsigned char& flag : problem.excluded) flag = random.chance(excluded) ? 1 : 0;
   set_required(random, problem, n);
   if (random.chance(0.4)) {
-    problem.plain.group_count = static_cast<std::size_t>(random.integer(1, 20));
+    problem.plain.groups.count = static_cast<std::size_t>(random.integer(1, 20));
     for (std::size_t i = 0; i < size; ++i) {
-      problem.groups.push_back(static_cast<std::uint32_t>(random.index(problem.plain.group_count)));
+      problem.groups.push_back(static_cast<std::uint32_t>(random.index(problem.plain.groups.count)));
     }
   }
   return problem;
@@ -52,17 +52,17 @@ Problem constrained_problem(Random& random) {
 
 Options full_of(const Request& request) {
   Options without = request.options();
-  without.target_efficiency = without.target_translation_sigma = without.target_rotation_sigma = 0;
+  without.target.efficiency = without.target.translation_sigma = without.target.rotation_sigma = 0;
   return without;
 }
 
 long double slack(const Reached& reached, const Options& options) {
   long double slack = infinity;
-  if (options.target_efficiency > 0) slack = std::min(slack, reached.efficiency / options.target_efficiency);
-  if (options.target_translation_sigma > 0)
-    slack = std::min(slack, options.target_translation_sigma / reached.translation_sigma);
-  if (options.target_rotation_sigma > 0)
-    slack = std::min(slack, options.target_rotation_sigma / reached.rotation_sigma);
+  if (options.target.efficiency > 0) slack = std::min(slack, reached.efficiency / options.target.efficiency);
+  if (options.target.translation_sigma > 0)
+    slack = std::min(slack, options.target.translation_sigma / reached.translation_sigma);
+  if (options.target.rotation_sigma > 0)
+    slack = std::min(slack, options.target.rotation_sigma / reached.rotation_sigma);
   return slack;
 }
 
@@ -97,9 +97,9 @@ void expect_shortest(const Problem& problem, const std::vector<std::uint32_t>& f
                      const std::vector<Reached>& reached, long double tolerance, const Selection& selection,
                      Tally& tally) {
   SCOPED_TRACE(std::string(to_string(problem.plain.strategy)) + ", budget " + std::to_string(problem.plain.budget) +
-               ", targets " + std::to_string(problem.plain.target_efficiency) + " " +
-               std::to_string(problem.plain.target_translation_sigma) + " " +
-               std::to_string(problem.plain.target_rotation_sigma));
+               ", targets " + std::to_string(problem.plain.target.efficiency) + " " +
+               std::to_string(problem.plain.target.translation_sigma) + " " +
+               std::to_string(problem.plain.target.rotation_sigma));
   ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
   const auto size = selection.size;
   ASSERT_LE(size, full.size());
@@ -135,9 +135,9 @@ void draw_targets(Random& random, const std::vector<Reached>& reached, Options& 
     const long double share = some.efficiency * off;
     return Reached{share < 1 ? share : below_one, some.translation_sigma * off, some.rotation_sigma * off};
   };
-  options.target_efficiency = (which & 1) != 0 ? static_cast<double>(one_of().efficiency) : 0;
-  options.target_translation_sigma = (which & 2) != 0 ? static_cast<double>(one_of().translation_sigma) : 0;
-  options.target_rotation_sigma = (which & 4) != 0 ? static_cast<double>(one_of().rotation_sigma) : 0;
+  options.target.efficiency = (which & 1) != 0 ? static_cast<double>(one_of().efficiency) : 0;
+  options.target.translation_sigma = (which & 2) != 0 ? static_cast<double>(one_of().translation_sigma) : 0;
+  options.target.rotation_sigma = (which & 4) != 0 ? static_cast<double>(one_of().rotation_sigma) : 0;
 }
 
 BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {

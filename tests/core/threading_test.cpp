@@ -181,8 +181,8 @@ void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget,
     Options options;
     options.strategy = strategy;
     options.budget = budget;
-    options.certify = true;
-    options.exchange_sweeps = 1;
+    options.certificate.compute = true;
+    options.exchange.sweeps = 1;
     expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
   }
 }
@@ -202,7 +202,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
       Options options;
       options.strategy = strategy;
       options.budget = 60;
-      options.certify = true;
+      options.certificate.compute = true;
       expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
     }
   }
@@ -245,7 +245,7 @@ TEST(Threads, a_negative_number_is_refused) {
   Options options;
   options.budget = 5;
   options.threads = -1;
-  EXPECT_EQ(selector.select(blocks, options).status, Status::invalid_threads);
+  EXPECT_EQ(selector.select(blocks, options).error, Error::invalid_threads);
 }
 
 TEST(Threads, a_deadline_still_gives_a_prefix) {
@@ -283,16 +283,17 @@ void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& 
                         Executor& executor) {
   BlockOptions options;
   options.weighting = kind.weighting;
-  options.third = kind.third;
+  options.depth_cue = kind.depth_cue;
   BlockStore before;
   for (int i = random.integer(0, 5); i > 0; --i) push_back(before, random_block(random, random.integer(0, 3)));
   BlockStore alone = before;
-  const BlockReport expected = append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, alone);
+  const BlockReport expected =
+      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, alone);
   for (const int threads : {0, 2, 4}) {
     options.threads = threads;
     BlockStore helped = before;
-    const BlockReport report =
-        append_blocks(frame.camera, frame.T_cw_prior.data(), matches, options, helped, &executor);
+    const BlockReport report = append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches,
+                                             options, helped, &executor);
     EXPECT_TRUE(bytes_of(helped) == bytes_of(alone)) << kind.name << ", " << threads << " threads";
     EXPECT_EQ(report.status, expected.status);
     EXPECT_EQ(report.invalid, expected.invalid);

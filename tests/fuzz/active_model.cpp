@@ -62,7 +62,7 @@ void ActiveModel::check_next(const std::vector<std::uint32_t>& proposed, std::si
 
 void ActiveModel::answer(Status status, std::uint32_t index, bool is_accepted, const test::Block* measured) {
   const auto place = place_of(index);
-  require(status == (place == pending_.end() ? Status::nothing_proposed : Status::ok), "an answer is about a proposal",
+  require(status == (place == pending_.end() ? Error::nothing_proposed : Status::ok), "an answer is about a proposal",
           to_string(status));
   if (place == pending_.end()) return;
   const std::uint32_t answered = *place;
@@ -78,13 +78,12 @@ void ActiveModel::answer(Status status, std::uint32_t index, bool is_accepted, c
 
 void ActiveModel::answer_all(Status status, const std::vector<unsigned char>& matched) {
   const bool is_answer = !pending_.empty() && matched.size() == pending_.size();
-  require(status == (is_answer ? Status::ok : Status::nothing_proposed), "all are answered, or none",
-          to_string(status));
+  require(status == (is_answer ? Status::ok : Error::nothing_proposed), "all are answered, or none", to_string(status));
   for (std::size_t j = 0; is_answer && j < matched.size(); ++j) answer(Status::ok, none, matched[j] != 0, nullptr);
 }
 
 void ActiveModel::refuse(Status status, std::uint32_t index) {
-  require(status == (place_of(index) == pending_.end() ? Status::nothing_proposed : Status::invalid_block),
+  require(status == (place_of(index) == pending_.end() ? Error::nothing_proposed : Error::invalid_block),
           "what is no block is refused", to_string(status));
 }
 

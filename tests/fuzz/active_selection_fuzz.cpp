@@ -27,7 +27,7 @@ bool has_strategy(const Options& options) {
 
 // True for an error.
 bool is_expected(const BlockStore& blocks, const Options& options, std::size_t capacity, Status status) {
-  if (status == Status::invalid_strategy && !has_strategy(options)) return true;
+  if (status == Error::invalid_strategy && !has_strategy(options)) return true;
   const bool is_error = is_expected_error(Rules(blocks, options), capacity, status);
   require(is_error || has_strategy(options), "active selection has the greedy strategies alone");
   require(is_error || status == Status::ok, "what has begun is ok", to_string(status));
@@ -83,7 +83,7 @@ class Machine {
     request_ = std::make_unique<Request>(bytes_, *blocks_);
     if (active_ == nullptr || active_->capacity() < request_->capacity || bytes_.chance(64)) {
       active_ = std::make_unique<ActiveSelection>(request_->capacity);
-      require(active_->selection().status == Status::nothing_proposed && active_->next() == none,
+      require(active_->selection().error == Error::nothing_proposed && active_->next() == none,
               "nothing is proposed before the start");
     }
     error_ = active_->start(*blocks_, request_->options);
@@ -96,12 +96,12 @@ class Machine {
     ActiveSelection other(std::move(*active_));
     // NOLINTBEGIN(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
     require(active_->capacity() == 0 && active_->next() == none, "what was moved from is empty");
-    require(active_->accept() == Status::nothing_proposed && active_->reject() == Status::nothing_proposed,
+    require(active_->accept() == Error::nothing_proposed && active_->reject() == Error::nothing_proposed,
             "what was moved from takes no answer");
-    require(active_->accept(0) == Status::nothing_proposed && active_->reject(0) == Status::nothing_proposed,
+    require(active_->accept(0) == Error::nothing_proposed && active_->reject(0) == Error::nothing_proposed,
             "by index neither");
-    require(active_->start(*blocks_, request_->options) == Status::capacity_exceeded &&
-                active_->selection().status == Status::capacity_exceeded,
+    require(active_->start(*blocks_, request_->options) == Error::capacity_exceeded &&
+                active_->selection().error == Error::capacity_exceeded,
             "what was moved from says so");
     // NOLINTEND(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
     *active_ = std::move(other);
@@ -135,7 +135,7 @@ class Machine {
     if (model_ != nullptr) {
       model_->answer(status, index, is_accepted, measured);
     } else {
-      require(status == Status::nothing_proposed, "after an error there is nothing to answer", to_string(status));
+      require(status == Error::nothing_proposed, "after an error there is nothing to answer", to_string(status));
     }
   }
 
@@ -143,12 +143,12 @@ class Machine {
   void answer_all() {
     std::vector<unsigned char> matched(model_ == nullptr ? 1 : model_->pending().size() + (bytes_.chance(16) ? 1 : 0));
     for (unsigned char& flag : matched) flag = bytes_.byte() % 4;
-    require(active_->answer(nullptr, matched.size()) == Status::nothing_proposed, "no flags are no answer");
+    require(active_->answer(nullptr, matched.size()) == Error::nothing_proposed, "no flags are no answer");
     const Status status = active_->answer(matched.data(), matched.size());
     if (model_ != nullptr) {
       model_->answer_all(status, matched);
     } else {
-      require(status == Status::nothing_proposed, "after an error there is nothing to answer", to_string(status));
+      require(status == Error::nothing_proposed, "after an error there is nothing to answer", to_string(status));
     }
   }
 
@@ -200,8 +200,8 @@ class Machine {
     if (model_ == nullptr || !model_->is_as_proposed()) return;
     Options options = request_->options;
     options.strategy = Strategy::lazy_greedy;
-    options.exchange_sweeps = 0;
-    options.certify = false;
+    options.exchange.sweeps = 0;
+    options.certificate.compute = false;
     options.time_limit = 0;
     Selector selector(active_->capacity());
     require_same(Answer(active_->selection()), Answer(selector.select(*blocks_, options)),

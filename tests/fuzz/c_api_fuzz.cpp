@@ -81,7 +81,7 @@ class Machine {
     store_changes();
     maxlogdet_block_store* made = nullptr;
     const maxlogdet_status status = maxlogdet_block_store_create(capacity, &made);
-    require_status(status, capacity == absurd ? MAXLOGDET_STATUS_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
+    require_status(status, capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
                    "a store is made where there is memory");
     require((made == nullptr) == (capacity == absurd), "without memory there is no store");
     if (made == nullptr) require_status(maxlogdet_block_store_create(0, &made), MAXLOGDET_STATUS_OK, "a store is made");
@@ -98,8 +98,8 @@ class Machine {
     const Given<maxlogdet_executor> given(bytes_, executor, defaults_of(maxlogdet_executor_init));
     const bool is_good = given.get() == nullptr ||
                          (given.is_good() && given.seen().concurrency != nullptr && given.seen().run != nullptr);
-    const int expected = !is_good                   ? MAXLOGDET_STATUS_INVALID_ARGUMENT
-                         : capacity > 0xFFFFFFFFULL ? MAXLOGDET_STATUS_OUT_OF_MEMORY
+    const int expected = !is_good                   ? MAXLOGDET_ERROR_INVALID_ARGUMENT
+                         : capacity > 0xFFFFFFFFULL ? MAXLOGDET_ERROR_OUT_OF_MEMORY
                                                     : MAXLOGDET_STATUS_OK;
     maxlogdet_selector* made = nullptr;
     require_status(maxlogdet_selector_create(capacity, given.get(), &made), expected,
@@ -115,7 +115,7 @@ class Machine {
     const std::size_t capacity = bytes_.chance(8) ? absurd : bytes_.below(400);
     maxlogdet_active_selection* made = nullptr;
     require_status(maxlogdet_active_selection_create(capacity, &made),
-                   capacity == absurd ? MAXLOGDET_STATUS_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
+                   capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
                    "an active selection is made where there is memory");
     require(maxlogdet_active_selection_capacity(made) == (made == nullptr ? 0 : capacity), "it has its capacity");
     active_.reset(made);
@@ -145,7 +145,7 @@ class Machine {
     store_changes();
     const std::size_t capacity = bytes_.chance(64) ? absurd : bytes_.below(500);
     require_status(maxlogdet_block_store_reserve(store_.get(), capacity),
-                   capacity == absurd ? MAXLOGDET_STATUS_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK, "a store grows");
+                   capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK, "a store grows");
     if (capacity != absurd) expected_store_.reserve(capacity);
   }
 
@@ -196,7 +196,7 @@ class Machine {
       check_same(*report, any.append_in_cpp(expected_store_));
       return;
     }
-    require_status(report->status, MAXLOGDET_BLOCK_STATUS_INVALID_ARGUMENT, "what is not understood is refused");
+    require_status(report->status, MAXLOGDET_ERROR_INVALID_ARGUMENT, "what is not understood is refused");
     require(report->appended == 0, "what is refused appends nothing");
   }
 
@@ -230,13 +230,13 @@ class Machine {
     const maxlogdet_status status =
         maxlogdet_active_selection_start(active_.get(), has_blocks ? store_.get() : nullptr, given->get());
     if (active_ == nullptr) {
-      require_status(status, MAXLOGDET_STATUS_INVALID_ARGUMENT, "without a handle nothing begins");
+      require_status(status, MAXLOGDET_ERROR_INVALID_ARGUMENT, "without a handle nothing begins");
       return;
     }
     is_active_ = true;
     is_refused_ = !has_blocks || !given->is_good() || given->seen().reserved != 0;
     const int expected = is_refused_
-                             ? MAXLOGDET_STATUS_INVALID_ARGUMENT
+                             ? MAXLOGDET_ERROR_INVALID_ARGUMENT
                              : static_cast<int>(expected_active_->start(expected_store_, in_cpp(given->seen())));
     require_status(status, expected, "active selections begin as in C++");
   }
@@ -250,7 +250,7 @@ class Machine {
 
   void accept() {
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Status::nothing_proposed : expected_active_->accept();
+    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept();
     require_status(maxlogdet_active_selection_accept(active_.get()), static_cast<int>(expected),
                    "accepting is as in C++");
   }
@@ -260,14 +260,14 @@ class Machine {
     const double* const entries = bytes_.chance(8) ? nullptr : block.entries;
     const int rows = bytes_.chance(16) ? std::min(0, static_cast<int>(bytes_.raw<std::int8_t>())) : block.rows;
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Status::nothing_proposed : expected_active_->accept(entries, rows);
+    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept(entries, rows);
     require_status(maxlogdet_active_selection_accept_block(active_.get(), entries, rows), static_cast<int>(expected),
                    "accepting what was measured is as in C++");
   }
 
   void reject() {
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Status::nothing_proposed : expected_active_->reject();
+    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->reject();
     require_status(maxlogdet_active_selection_reject(active_.get()), static_cast<int>(expected),
                    "rejecting is as in C++");
   }
@@ -289,7 +289,7 @@ class Machine {
   void answer_batch(int kind, std::uint32_t index, const std::uint8_t (&matched)[3]) {
     const double block[6] = {1, -2, 3, 0.5, 0, 1};
     maxlogdet_status status = MAXLOGDET_STATUS_OK;
-    Status expected = Status::nothing_proposed;
+    Status expected = Error::nothing_proposed;
     ActiveSelection& in_cpp = *expected_active_;
     switch (kind) {
       case 0:

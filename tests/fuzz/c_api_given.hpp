@@ -69,13 +69,13 @@ Struct defaults_of(maxlogdet_status (*init)(Struct*, std::size_t)) {
 template <class Struct>
 void check_init(Bytes& bytes, maxlogdet_status (*init)(Struct*, std::size_t)) {
   const std::size_t size = bytes.chance(64) ? bytes.raw<std::size_t>() : bytes.below(sizeof(Struct) + 20);
-  require_status(init(nullptr, size), MAXLOGDET_STATUS_INVALID_ARGUMENT, "init refuses a null pointer");
+  require_status(init(nullptr, size), MAXLOGDET_ERROR_INVALID_ARGUMENT, "init refuses a null pointer");
   constexpr int untouched = 0xA5;
   Struct made;
   std::memset(&made, untouched, sizeof made);
   const maxlogdet_status status = init(&made, size);
   const bool is_good = is_size_of<Struct>(size);
-  require_status(status, is_good ? MAXLOGDET_STATUS_OK : MAXLOGDET_STATUS_INVALID_ARGUMENT, "init knows its sizes");
+  require_status(status, is_good ? MAXLOGDET_STATUS_OK : MAXLOGDET_ERROR_INVALID_ARGUMENT, "init knows its sizes");
   const Struct defaults = defaults_of(init);
   std::array<unsigned char, sizeof(Struct)> expected;
   expected.fill(untouched);

@@ -23,7 +23,7 @@ Matches in_cpp(const maxlogdet_matches& matches) {
   made.size = matches.size;
   made.points = points_in_cpp(matches);
   made.sigmas = matches.sigmas;
-  made.has_third = matches.has_third;
+  made.has_depth_cue = matches.has_depth_cue;
   made.usable = matches.usable;
   made.weights = matches.weights;
   made.map_covariances = matches.map_covariances;
@@ -35,7 +35,7 @@ Matches in_cpp(const maxlogdet_matches& matches) {
 BlockOptions in_cpp(const maxlogdet_block_options& options) {
   BlockOptions made;
   made.weighting = static_cast<Weighting>(options.weighting);
-  made.third = static_cast<ThirdMeasurement>(options.third);
+  made.depth_cue = static_cast<DepthCue>(options.depth_cue);
   made.map_sigma = options.map_sigma;
   made.depth_sigma = options.depth_sigma;
   made.min_depth = options.min_depth;
@@ -61,7 +61,7 @@ AnyMatches::AnyMatches(Bytes& bytes, bool is_full)
       weights_(numbers(bytes, count_, 0.5)),
       covariances_(numbers(bytes, 9 * count_, 0)),
       jacobians_(numbers(bytes, 6 * count_, 3)),
-      has_third_(flags(bytes, count_)),
+      has_depth_cue_(flags(bytes, count_)),
       usable_(flags(bytes, count_)),
       matches_(any_matches(bytes)),
       options_(any_options(bytes)),
@@ -106,7 +106,7 @@ maxlogdet_matches AnyMatches::any_matches(Bytes& bytes) {
   if (!bytes.chance(8)) matches.points = points_.data();
   if (bytes.chance(64)) matches.sigmas = sigmas_.data();
   if (bytes.chance(64)) matches.weights = weights_.data();
-  if (bytes.chance(64)) matches.has_third = has_third_.data();
+  if (bytes.chance(64)) matches.has_depth_cue = has_depth_cue_.data();
   if (bytes.chance(64)) matches.usable = usable_.data();
   if (bytes.chance(64)) matches.map_covariances = covariances_.data();
   if (bytes.chance(64)) matches.jacobians = jacobians_.data();
@@ -123,7 +123,7 @@ maxlogdet_matches AnyMatches::any_matches(Bytes& bytes) {
 maxlogdet_block_options AnyMatches::any_options(Bytes& bytes) {
   auto options = defaults_of(maxlogdet_block_options_init);
   options.weighting = bytes.chance(8) ? bytes.raw<std::int32_t>() : static_cast<int>(bytes.below(4));
-  options.third = bytes.chance(8) ? bytes.raw<std::int32_t>() : static_cast<int>(bytes.below(3));
+  options.depth_cue = bytes.chance(8) ? bytes.raw<std::int32_t>() : static_cast<int>(bytes.below(3));
   options.map_sigma = bytes.chance(16) ? bytes.number() : 0.1;
   options.depth_sigma = bytes.chance(16) ? bytes.number() : 0.1;
   options.min_depth = bytes.chance(16) ? bytes.number() : 0.1;

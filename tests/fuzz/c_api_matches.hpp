@@ -39,7 +39,7 @@ class AnyMatches {
   std::vector<double> T_cw_;
   std::size_t count_;
   std::vector<double> points_, sigmas_, weights_, covariances_, jacobians_;
-  std::vector<std::uint8_t> has_third_, usable_, camera_ids_;
+  std::vector<std::uint8_t> has_depth_cue_, usable_, camera_ids_;
   maxlogdet_matches matches_;
   maxlogdet_block_options options_;
   Given<maxlogdet_camera> given_camera_;

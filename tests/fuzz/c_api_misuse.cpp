@@ -10,7 +10,7 @@
 namespace maxlogdet::fuzz {
 namespace {
 
-constexpr int refused = MAXLOGDET_STATUS_INVALID_ARGUMENT;
+constexpr int refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
 constexpr const char* property = "a null pointer is refused";
 
 void check_null_stores() {
@@ -50,15 +50,15 @@ void check_names(Bytes& bytes) {
   const int value = bytes.chance(32) ? bytes.raw<std::int32_t>() : bytes.raw<std::int8_t>() % 20;
   const std::string status = maxlogdet_status_name(value);
   if (value >= 0) require(status == to_string(static_cast<Status>(value)), "names are those of C++", value, status);
-  const bool is_of_c = value == MAXLOGDET_STATUS_OUT_OF_MEMORY || value == MAXLOGDET_STATUS_INVALID_ARGUMENT;
-  require((status == "unknown") == (value > MAXLOGDET_STATUS_UNSUPPORTED_TARGET || (value < 0 && !is_of_c)),
+  const bool is_of_c = value == MAXLOGDET_ERROR_OUT_OF_MEMORY || value == MAXLOGDET_ERROR_INVALID_ARGUMENT;
+  require((status == "unknown") == (value > MAXLOGDET_ERROR_UNSUPPORTED_TARGET || (value < 0 && !is_of_c)),
           "every status has a name", value, status);
   require(maxlogdet_strategy_name(value) == std::string(to_string(static_cast<Strategy>(value))),
           "names of strategies are those of C++", value);
   require(maxlogdet_weighting_name(value) == std::string(to_string(static_cast<Weighting>(value))),
           "names of weightings are those of C++", value);
-  const std::string block_status = maxlogdet_block_status_name(value);
-  require(is_of_c || block_status == to_string(static_cast<BlockStatus>(value)), "and of block statuses", value);
+  const std::string block_status = maxlogdet_error_name(value);
+  require(is_of_c || block_status == to_string(static_cast<Error>(value)), "and of block statuses", value);
   const char* const isa = maxlogdet_built_in_isa(value);
   require(isa == built_in_isa(value), "instruction sets are those of C++", value);
   require((maxlogdet_isa_is_supported(isa) != 0) == isa_is_supported(isa), "and so is what is supported", value);

@@ -16,22 +16,22 @@ Options in_cpp(const maxlogdet_options& options) {
   made.budget = options.budget;
   made.strategy = static_cast<Strategy>(options.strategy);
   made.threads = options.threads;
-  made.epsilon = options.epsilon;
-  made.seed = options.seed;
+  made.epsilon = options.stochastic.epsilon;
+  made.seed = options.stochastic.seed;
   made.prior = options.prior;
   made.time_limit = options.time_limit;
-  made.certify = options.certify != 0;
-  made.certificate_passes = options.certificate_passes;
-  made.exchange_sweeps = options.exchange_sweeps;
+  made.certify = options.certificate.compute != 0;
+  made.certificate_passes = options.certificate.passes;
+  made.exchange_sweeps = options.exchange.sweeps;
   made.required = options.required;
   made.excluded = options.excluded;
-  made.groups = options.groups;
-  made.group_count = options.group_count;
-  made.max_per_group = options.max_per_group;
-  made.group_maxima = options.group_maxima;
-  made.target_efficiency = options.target_efficiency;
-  made.target_translation_sigma = options.target_translation_sigma;
-  made.target_rotation_sigma = options.target_rotation_sigma;
+  made.groups = options.groups.ids;
+  made.group_count = options.groups.count;
+  made.max_per_group = options.groups.maximum;
+  made.group_maxima = options.groups.maxima;
+  made.target_efficiency = options.target.efficiency;
+  made.target_translation_sigma = options.target.translation_sigma;
+  made.target_rotation_sigma = options.target.rotation_sigma;
   return made;
 }
 
@@ -60,7 +60,7 @@ void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp) {
 
 void check_refused(const maxlogdet_selection* selection) {
   require(selection != nullptr, "a selection is never null");
-  require_status(selection->status, MAXLOGDET_STATUS_INVALID_ARGUMENT, "what is not understood is refused");
+  require_status(selection->status, MAXLOGDET_ERROR_INVALID_ARGUMENT, "what is not understood is refused");
   require(selection->size == 0 && std::isnan(selection->log_det) && maxlogdet_selection_has_answer(selection) == 0,
           "a refusal carries an empty answer");
 }
@@ -70,7 +70,7 @@ void check_same(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
           to_string(in_cpp.status));
   require(in_c.appended == in_cpp.appended && in_c.invalid == in_cpp.invalid && in_c.unusable == in_cpp.unusable &&
               in_c.behind_camera == in_cpp.behind_camera && in_c.too_near == in_cpp.too_near &&
-              in_c.singular_rays == in_cpp.singular_rays && in_c.unsound_covariances == in_cpp.unsound_covariances &&
+              in_c.singular_rays == in_cpp.singular_rays && in_c.invalid_covariances == in_cpp.invalid_covariances &&
               in_c.invalid_jacobians == in_cpp.invalid_jacobians,
           "block reports are those of C++", in_c.appended, in_c.invalid);
 }

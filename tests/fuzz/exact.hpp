@@ -95,7 +95,7 @@ class ExactTarget {
   using Wide = long double;
 
   ExactTarget(const BlockStore& candidates, const Options& options) : options_(options) {
-    if (!(options.target_efficiency > 0)) return;
+    if (!(options.target.efficiency > 0)) return;
     Exact all(candidates, options);
     const Rules rules(candidates, options);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -111,12 +111,12 @@ class ExactTarget {
   /// At least 1 where all targets are met.
   Wide slack(const Exact& exact) const {
     Wide slack = test::infinity;
-    if (options_.target_efficiency > 0)
-      slack = std::exp((exact.log_det() - log_det_of_all_) / state_dimension) / options_.target_efficiency;
-    if (options_.target_translation_sigma > 0)
-      slack = std::min(slack, options_.target_translation_sigma / exact.translation_sigma());
-    if (options_.target_rotation_sigma > 0)
-      slack = std::min(slack, options_.target_rotation_sigma / exact.rotation_sigma());
+    if (options_.target.efficiency > 0)
+      slack = std::exp((exact.log_det() - log_det_of_all_) / state_dimension) / options_.target.efficiency;
+    if (options_.target.translation_sigma > 0)
+      slack = std::min(slack, options_.target.translation_sigma / exact.translation_sigma());
+    if (options_.target.rotation_sigma > 0)
+      slack = std::min(slack, options_.target.rotation_sigma / exact.rotation_sigma());
     return slack;
   }
 

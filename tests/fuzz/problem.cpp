@@ -145,12 +145,12 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
                                                            : static_cast<int>(bytes.below(std::size(strategies))));
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
-  options.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
-  options.seed = bytes.byte();
+  options.stochastic.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
+  options.stochastic.seed = bytes.byte();
   constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
-  options.certify = bytes.chance(128);
-  options.certificate_passes = bytes.chance(2) ? unlimited : bytes.below(5);
-  options.exchange_sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
+  options.certificate.compute = bytes.chance(128);
+  options.certificate.passes = bytes.chance(2) ? unlimited : bytes.below(5);
+  options.exchange.sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
@@ -164,11 +164,11 @@ void Request::decode_targets(Bytes& bytes) {
   if (!bytes.chance(64)) return;
   const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
   const std::size_t which = 1 + bytes.below(7);
-  if ((which & 1U) != 0) options.target_efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
-  if ((which & 2U) != 0) options.target_translation_sigma = sigma();
-  if ((which & 4U) != 0) options.target_rotation_sigma = sigma();
+  if ((which & 1U) != 0) options.target.efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
+  if ((which & 2U) != 0) options.target.translation_sigma = sigma();
+  if ((which & 4U) != 0) options.target.rotation_sigma = sigma();
   if (bytes.chance(16)) return;
-  options.exchange_sweeps = 0;
+  options.exchange.sweeps = 0;
   if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
 }
 
@@ -218,19 +218,19 @@ void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
     }
   }
   if (!bytes.chance(64)) return;
-  options.group_count = bytes.below(20);
-  options.max_per_group = bytes.below(12);
-  if (bytes.chance(2)) options.max_per_group = std::numeric_limits<std::size_t>::max();
+  options.groups.count = bytes.below(20);
+  options.groups.maximum = bytes.below(12);
+  if (bytes.chance(2)) options.groups.maximum = std::numeric_limits<std::size_t>::max();
   const bool is_listed = bytes.chance(128);
-  const std::size_t end = options.group_count + (bytes.chance(4) ? 1 : 0);
+  const std::size_t end = options.groups.count + (bytes.chance(4) ? 1 : 0);
   groups_.assign(size + 1, 0);  // never null
   for (std::size_t i = 0; i < size && end > 0; ++i) {
     groups_[i] = static_cast<std::uint32_t>(is_listed ? bytes.below(end) : i % end);
   }
-  options.groups = groups_.data();
+  options.groups.ids = groups_.data();
   if (bytes.chance(128)) {
-    for (std::size_t g = 0; g <= options.group_count; ++g) maxima_.push_back(bytes.byte() % 16U);
-    options.group_maxima = maxima_.data();
+    for (std::size_t g = 0; g <= options.groups.count; ++g) maxima_.push_back(bytes.byte() % 16U);
+    options.groups.maxima = maxima_.data();
   }
 }
 

@@ -102,22 +102,22 @@ Verdict judge_prior(const double* prior) {
 }  // namespace
 
 bool has_target(const Options& options) {
-  return options.target_efficiency != 0 || options.target_translation_sigma != 0 || options.target_rotation_sigma != 0;
+  return options.target.efficiency != 0 || options.target.translation_sigma != 0 || options.target.rotation_sigma != 0;
 }
 
 Options without_target(Options options) {
-  options.target_efficiency = options.target_translation_sigma = options.target_rotation_sigma = 0;
+  options.target.efficiency = options.target.translation_sigma = options.target.rotation_sigma = 0;
   return options;
 }
 
 std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const {
   return static_cast<std::size_t>(
-      std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups[i] == group; }));
+      std::count_if(chosen.begin(), chosen.end(), [&](std::uint32_t i) { return options_.groups.ids[i] == group; }));
 }
 
 bool Rules::may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const {
   if (!candidates_.is_valid(i) || is_excluded(i)) return false;
-  if (has_groups() && count_in(options_.groups[i], chosen) >= maximum(options_.groups[i])) return false;
+  if (has_groups() && count_in(options_.groups.ids[i], chosen) >= maximum(options_.groups.ids[i])) return false;
   return std::find(chosen.begin(), chosen.end(), i) == chosen.end();
 }
 
@@ -137,36 +137,37 @@ std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) 
   const Strategy strategy = options_.strategy;
   const bool is_stochastic = strategy == Strategy::stochastic_greedy;
   const bool keeps_to_groups = supports_groups_and_targets(strategy);
-  const bool selects_in_order = keeps_to_groups && options_.exchange_sweeps == 0;
-  add_if(candidates_.size() > capacity, Status::capacity_exceeded);
-  add_if(options_.budget > capacity, Status::invalid_budget);
+  const bool selects_in_order = keeps_to_groups && options_.exchange.sweeps == 0;
+  add_if(candidates_.size() > capacity, Error::capacity_exceeded);
+  add_if(options_.budget > capacity, Error::invalid_budget);
   add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
-         Status::invalid_strategy);
-  add_if(is_stochastic && !(options_.epsilon > 0 && options_.epsilon < 1), Status::invalid_epsilon);
-  add_if(!(options_.time_limit >= 0), Status::invalid_time_limit);
-  add_if(options_.threads < 0, Status::invalid_threads);
-  add_if(options_.groups != nullptr && !keeps_to_groups, Status::unsupported_groups);
-  add_if(!targets_are_valid(), Status::invalid_target);
-  add_if(has_target(options_) && !selects_in_order, Status::unsupported_target);
+         Error::invalid_strategy);
+  add_if(is_stochastic && !(options_.stochastic.epsilon > 0 && options_.stochastic.epsilon < 1),
+         Error::invalid_epsilon);
+  add_if(!(options_.time_limit >= 0), Error::invalid_time_limit);
+  add_if(options_.threads < 0, Error::invalid_threads);
+  add_if(options_.groups.ids != nullptr && !keeps_to_groups, Error::unsupported_groups);
+  add_if(!targets_are_valid(), Error::invalid_target);
+  add_if(has_target(options_) && !selects_in_order, Error::unsupported_target);
 
   const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
   prior_is_unclear = verdict == Verdict::unclear;
-  add_if(verdict == Verdict::bad, Status::invalid_prior);
+  add_if(verdict == Verdict::bad, Error::invalid_prior);
 
-  add_if(!groups_exist(), Status::invalid_groups);
-  add_if(groups_exist() && !is_feasible(), Status::infeasible);
+  add_if(!groups_exist(), Error::invalid_groups);
+  add_if(groups_exist() && !is_feasible(), Error::infeasible);
   return errors;
 }
 
 bool Rules::targets_are_valid() const {
   const auto is_deviation = [](double sigma) { return sigma >= 0 && std::isfinite(sigma); };
-  return options_.target_efficiency >= 0 && options_.target_efficiency <= 1 &&
-         is_deviation(options_.target_translation_sigma) && is_deviation(options_.target_rotation_sigma);
+  return options_.target.efficiency >= 0 && options_.target.efficiency <= 1 &&
+         is_deviation(options_.target.translation_sigma) && is_deviation(options_.target.rotation_sigma);
 }
 
 bool Rules::groups_exist() const {
   for (std::size_t i = 0; i < candidates_.size() && has_groups(); ++i) {
-    if (options_.groups[i] >= options_.group_count) return false;
+    if (options_.groups.ids[i] >= options_.groups.count) return false;
   }
   return true;
 }
@@ -175,7 +176,7 @@ bool Rules::is_feasible() const {
   const std::vector<std::uint32_t> list = required();
   if (list.size() > options_.budget) return false;
   return std::all_of(list.begin(), list.end(), [&](std::uint32_t i) {
-    const bool has_place = !has_groups() || count_in(options_.groups[i], list) <= maximum(options_.groups[i]);
+    const bool has_place = !has_groups() || count_in(options_.groups.ids[i], list) <= maximum(options_.groups.ids[i]);
     return candidates_.is_valid(i) && !is_excluded(i) && has_place;
   });
 }
@@ -193,7 +194,7 @@ bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) 
   bool prior_is_unclear = false;
   const std::vector<Status> errors = rules.errors(capacity, prior_is_unclear);
   const bool is_listed = std::find(errors.begin(), errors.end(), status) != errors.end();
-  if (is_listed || (prior_is_unclear && status == Status::invalid_prior)) return true;
+  if (is_listed || (prior_is_unclear && status == Error::invalid_prior)) return true;
   require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
           errors.empty() ? "none" : to_string(errors.front()));
   require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||

@@ -24,9 +24,9 @@ class Rules {
 
   bool is_required(std::size_t i) const { return is_set(options_.required, i); }
   bool is_excluded(std::size_t i) const { return is_set(options_.excluded, i); }
-  bool has_groups() const { return options_.groups != nullptr && candidates_.size() > 0; }
+  bool has_groups() const { return options_.groups.ids != nullptr && candidates_.size() > 0; }
   std::size_t maximum(std::size_t group) const {
-    return options_.group_maxima != nullptr ? options_.group_maxima[group] : options_.max_per_group;
+    return options_.groups.maxima != nullptr ? options_.groups.maxima[group] : options_.groups.maximum;
   }
 
   /// How many of these are in a group.

@@ -49,7 +49,7 @@ void check_indices(const BlockStore& blocks, const Options& options, const Answe
     require(!rules.is_excluded(i), "what is excluded is not selected", i);
     require(rules.is_required(i) == (j < required.size()), "what is required comes first", i, "in place", j);
   }
-  for (std::size_t g = 0; rules.has_groups() && g < options.group_count; ++g) {
+  for (std::size_t g = 0; rules.has_groups() && g < options.groups.count; ++g) {
     require(rules.count_in(g, answer.indices) <= rules.maximum(g), "no group has more than its maximum", g);
   }
 }
@@ -84,8 +84,9 @@ void check_numbers(const BlockStore& blocks, const Options& options, const Answe
     require(gain >= 0 && std::isfinite(gain), "gains are finite and not negative", gain);
   }
   require(std::isfinite(answer.log_det), "log det is finite", answer.log_det);
-  require(std::isnan(answer.upper_bound) != options.certify, "there is a bound if it is asked for", answer.upper_bound);
-  require(!options.certify || answer.upper_bound >= answer.log_det, "the bound is not below the answer",
+  require(std::isnan(answer.upper_bound) != options.certificate.compute, "there is a bound if it is asked for",
+          answer.upper_bound);
+  require(!options.certificate.compute || answer.upper_bound >= answer.log_det, "the bound is not below the answer",
           answer.upper_bound, answer.log_det);
 
   const Exact prior(blocks, options);
@@ -99,7 +100,7 @@ void check_numbers(const BlockStore& blocks, const Options& options, const Answe
 
 bool is_greedy(const Options& options) {
   return (options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy) &&
-         options.exchange_sweeps == 0;
+         options.exchange.sweeps == 0;
 }
 
 // Every digit that docs/numerics.md promises, while it promises any, and that greedy's choices are the best.
@@ -172,7 +173,7 @@ class Optimum {
 };
 
 void check_bound(const BlockStore& blocks, const Options& options, const Answer& answer) {
-  if (!options.certify || blocks.size() > max_enumerated || options.budget > max_enumerated_budget) return;
+  if (!options.certificate.compute || blocks.size() > max_enumerated || options.budget > max_enumerated_budget) return;
   const Optimum optimum(blocks, options);
   if (!optimum.is_known()) return;
   require(answer.upper_bound >= optimum.log_det(), "the bound is not below the optimum", answer.upper_bound,
@@ -199,7 +200,7 @@ Answer ask_new_selector(std::size_t capacity, const BlockStore& blocks, const Op
 void check_deadline(const Options& options, const Answer& timed, const Answer& full) {
   if (timed.status != Status::deadline_reached) {
     Answer expected = full;
-    if (options.time_limit > 0 && options.certificate_passes > 0) {  // passes may have had no time
+    if (options.time_limit > 0 && options.certificate.passes > 0) {  // passes may have had no time
       require(!(timed.upper_bound < full.upper_bound), "passes only tighten the bound", timed.upper_bound,
               full.upper_bound);
       expected.upper_bound = timed.upper_bound;
@@ -208,7 +209,7 @@ void check_deadline(const Options& options, const Answer& timed, const Answer& f
     return;
   }
   const bool selects_one_by_one =
-      is_greedy(options) || (options.strategy == Strategy::stochastic_greedy && options.exchange_sweeps == 0);
+      is_greedy(options) || (options.strategy == Strategy::stochastic_greedy && options.exchange.sweeps == 0);
   if (!selects_one_by_one) return;
   require(timed.indices.size() <= full.indices.size() &&
               std::equal(timed.indices.begin(), timed.indices.end(), full.indices.begin()),
@@ -236,7 +237,7 @@ void check_threads(Bytes& bytes, std::size_t capacity, const BlockStore& blocks,
 }
 
 void check_strategies(std::size_t capacity, const BlockStore& blocks, Options options) {
-  options.exchange_sweeps = 0;
+  options.exchange.sweeps = 0;
   if (options.strategy == Strategy::greedy || options.strategy == Strategy::lazy_greedy) {
     options.strategy = Strategy::greedy;
     const Answer greedy = ask_new_selector(capacity, blocks, options);
@@ -245,7 +246,7 @@ void check_strategies(std::size_t capacity, const BlockStore& blocks, Options op
   }
   if (options.strategy == Strategy::stochastic_greedy) {
     // ln(1 / epsilon) is 690: a sample of all candidates.
-    options.epsilon = 1e-300;
+    options.stochastic.epsilon = 1e-300;
     const Answer all = ask_new_selector(capacity, blocks, options);
     options.strategy = Strategy::greedy;
     require_same(ask_new_selector(capacity, blocks, options), all, "stochastic greedy with samples of all is greedy");
@@ -271,8 +272,8 @@ bool exact_log_det(const BlockStore& blocks, const Options& options, const Answe
 }
 
 void check_exchange(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& exchanged) {
-  if (options.exchange_sweeps == 0) return;
-  options.exchange_sweeps = 0;
+  if (options.exchange.sweeps == 0) return;
+  options.exchange.sweeps = 0;
   const Answer before = ask_new_selector(capacity, blocks, options);
   if (before.indices == exchanged.indices) return;
   long double log_dets[2];

@@ -38,7 +38,7 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
   for (const std::string& strategy : sim::names_of(sim::strategies)) {
     const std::string draws = strategy == "stochastic_greedy" ? " --seed 5 --epsilon 0.2" : "";
     for (const BlockKind& kind : block_kinds) {
-      const std::string stereo = kind.third == ThirdMeasurement::stereo ? " --stereo" : "";
+      const std::string stereo = kind.depth_cue == DepthCue::stereo ? " --stereo" : "";
       const auto objects = run_json("select --input frames --budget 40 --strategy " + strategy + draws +
                                     " --weighting " + to_string(kind.weighting) + stereo);
       const auto frames = sim::read_frames(folder_ + "/frames");
@@ -46,8 +46,8 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
       for (std::size_t i = 0; i < 2; ++i) {
         Options options;
         options.budget = std::min<std::size_t>(40, frames[i].matches.size());
-        options.seed = 5;
-        options.epsilon = 0.2;
+        options.stochastic.seed = 5;
+        options.stochastic.epsilon = 0.2;
         options.strategy = sim::find_named(sim::strategies, strategy).value();
         const auto expected = select_indices(blocks_of(frames[i], kind), options);
         const auto& object = objects[i];

@@ -43,7 +43,7 @@ TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
     for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
       SelectorSettings settings = settings_of(SelectorKind::md, 60);
       settings.blocks.weighting = kind.weighting;
-      settings.blocks.third = kind.third;
+      settings.blocks.depth_cue = kind.depth_cue;
       settings.search.strategy = strategy;
       settings.search.epsilon = 0.3;
       settings.search.seed = random.seed();
@@ -129,9 +129,9 @@ TEST(FeatureSelector, md_with_a_maximum_is_the_library_with_groups) {
       for (const std::uint32_t i : candidates) groups.push_back(static_cast<std::uint32_t>(group_of(i)));
       Options options;
       options.budget = settings.budget;
-      options.groups = groups.data();
-      options.group_count = 1000;
-      options.max_per_group = maximum;
+      options.groups.ids = groups.data();
+      options.groups.count = 1000;
+      options.groups.maximum = maximum;
       const Indices expected = selected_by_library(frame, candidates, settings.blocks, options);
       EXPECT_EQ(selected, expected) << to_string(kind);
     }
@@ -239,7 +239,7 @@ TEST(FeatureSelector, shared_errors_need_pixel_noise) {
   EXPECT_EQ(FeatureSelector(good).select(frame, candidates).size(), 10U);
   SelectorSettings bias = good, depth = good, tau = good;
   bias.blocks.weighting = Weighting::map_bias;
-  depth.blocks.third = ThirdMeasurement::depth;
+  depth.blocks.depth_cue = DepthCue::depth;
   tau.tau = -1;
   for (const SelectorSettings& bad : {bias, depth, tau}) {
     EXPECT_THROW(FeatureSelector(bad).select(frame, candidates), std::invalid_argument);

@@ -54,8 +54,8 @@ TEST_P(FrameOf, residuals_are_measurements_less_their_prediction) {
     ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, true, at));
     const double third = match.is_stereo() ? 5 : match.depth > 0 ? 0.1 : 0;
     EXPECT_LT((at.residual - Eigen::Vector3d(3, -4, third)).norm(), 1e-9);
-    EXPECT_EQ(at.rows, match.has_third() ? 3 : 2);
-    of_three_rows += match.has_third();
+    EXPECT_EQ(at.rows, match.has_depth_cue() ? 3 : 2);
+    of_three_rows += match.has_depth_cue();
     const double sigma_3 = match.is_stereo() ? 1 / std::sqrt(match.inv_sigma2) : frame_.camera.depth_sigma;
     const double of_third = third == 0 ? 0 : std::pow(third / sigma_3, 2);
     EXPECT_NEAR(chi2(frame_.camera, T_cw_, match, true), 25 * match.inv_sigma2 + of_third, 1e-7);
@@ -64,8 +64,8 @@ TEST_P(FrameOf, residuals_are_measurements_less_their_prediction) {
     EXPECT_EQ(at.rows, 2);
     EXPECT_EQ(at.H_x.row(2).norm(), 0);
   }
-  const bool has_third = GetParam() == FrameKind::stereo || GetParam() == FrameKind::depth;
-  EXPECT_EQ(of_three_rows > 0, has_third);
+  const bool has_depth_cue = GetParam() == FrameKind::stereo || GetParam() == FrameKind::depth;
+  EXPECT_EQ(of_three_rows > 0, has_depth_cue);
 }
 
 TEST_P(FrameOf, jacobians_are_derivatives) {
@@ -99,7 +99,7 @@ TEST_P(FrameOf, blocks_of_the_library_are_whitened_rows) {
     for (std::size_t i = 0; i < frame_.matches.size(); ++i) set_covariance(frame_, i, random_covariance(random_, 0.1));
     BlockOptions options;
     options.weighting = weighting;
-    options.third = frame_.camera.third();
+    options.depth_cue = frame_.camera.depth_cue();
     if (frame_.camera.depth_sigma > 0) options.depth_sigma = frame_.camera.depth_sigma;
     BlockStore blocks;
     ASSERT_TRUE(sim::build_blocks(frame_, options, blocks).is_done());

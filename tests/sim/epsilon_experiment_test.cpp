@@ -69,7 +69,7 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   EpsilonOptions options;
   options.shares = {0.1, 0.5};
   options.epsilons = {0.5, 0.05};
-  options.seed = 3;
+  options.stochastic.seed = 3;
   sim::Draws seeds(3, 7);
   const sim::Frame frame = make_scene(options.scene, 150, seeds.bits());
   BlockStore blocks;
@@ -138,7 +138,7 @@ TEST(Epsilon, a_run_is_deterministic_except_for_times) {
   const auto first = without_times(run_epsilon(options, 100, 2));
   EXPECT_EQ(without_times(run_epsilon(options, 100, 2)), first);
   EXPECT_NE(without_times(run_epsilon(options, 100, 3)), first);
-  options.seed = 1;
+  options.stochastic.seed = 1;
   EXPECT_NE(without_times(run_epsilon(options, 100, 2)), first);
 }
 

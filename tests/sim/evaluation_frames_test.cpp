@@ -163,7 +163,7 @@ TEST(EvaluationOfFrames, nested_selections_begin_with_the_smaller_ones) {
       sim::SelectorSettings settings;
       settings.kind = selector;
       settings.seed = 5;
-      settings.blocks.third = frame.camera.third();
+      settings.blocks.depth_cue = frame.camera.depth_cue();
       settings.budget = 70;
       const Subset most = sim::FeatureSelector(settings).select(frame, all_matches(frame));
       for (settings.budget = 6; settings.budget < 70; settings.budget += 9) {

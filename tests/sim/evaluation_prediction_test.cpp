@@ -30,7 +30,7 @@ Matrix6 covariance_with(const Frame& frame, const Subset& subset) {
 Predicted predict(const Frame& frame) {
   sim::SelectorSettings settings;
   settings.budget = budget;
-  settings.blocks.third = frame.camera.third();
+  settings.blocks.depth_cue = frame.camera.depth_cue();
   if (frame.camera.depth_sigma > 0) settings.blocks.depth_sigma = frame.camera.depth_sigma;
   const Subset selected = sim::FeatureSelector(settings).select(frame, all_matches(frame));
   EXPECT_EQ(selected.size(), budget);

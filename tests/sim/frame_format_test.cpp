@@ -46,7 +46,7 @@ TEST_F(FrameFormat, any_model_may_be_the_camera) {
     for (std::size_t i = 0; i < parameter_count(model); ++i) {
       EXPECT_EQ(camera.parameters[i], 0.01 * static_cast<double>(i + 1));
     }
-    EXPECT_EQ(frame.camera.third(), ThirdMeasurement::none);
+    EXPECT_EQ(frame.camera.depth_cue(), DepthCue::none);
     expect_no_camera("# camera: " + values + ",1", std::string(to_string(model)) + ",fx,fy,cx,cy and ");
     expect_no_camera("# camera: " + std::string(to_string(model)) + ",1,1,1", "fx,fy,cx,cy and ");
   }
@@ -143,19 +143,19 @@ TEST_F(FrameFormat, depths_count_where_their_deviation_is_known) {
   const sim::Frame frame = read(lines);
   EXPECT_EQ(frame.camera.depth_sigma, 0.02);
   EXPECT_FALSE(frame.camera.is_pinhole());
-  EXPECT_EQ(frame.camera.third(), ThirdMeasurement::depth);
+  EXPECT_EQ(frame.camera.depth_cue(), DepthCue::depth);
   EXPECT_EQ(frame.matches[0].depth, 4.5);
-  EXPECT_TRUE(frame.matches[0].has_third());
-  EXPECT_FALSE(frame.matches[1].has_third());
-  EXPECT_FALSE(frame.matches[2].has_third());
+  EXPECT_TRUE(frame.matches[0].has_depth_cue());
+  EXPECT_FALSE(frame.matches[1].has_depth_cue());
+  EXPECT_FALSE(frame.matches[2].has_depth_cue());
   Lines without = lines;
   without[1] = "# depth: 3";
   const sim::Frame ignored = read(without);
-  EXPECT_FALSE(ignored.matches[0].has_third());
-  EXPECT_EQ(ignored.camera.third(), ThirdMeasurement::stereo);
-  EXPECT_EQ(
-      read({"# camera: kannala_brandt,190,190,376,240,0,0,0,0", lines[1], prior, lines[3], lines[4]}).camera.third(),
-      ThirdMeasurement::depth);
+  EXPECT_FALSE(ignored.matches[0].has_depth_cue());
+  EXPECT_EQ(ignored.camera.depth_cue(), DepthCue::stereo);
+  EXPECT_EQ(read({"# camera: kannala_brandt,190,190,376,240,0,0,0,0", lines[1], prior, lines[3], lines[4]})
+                .camera.depth_cue(),
+            DepthCue::depth);
   for (const char* const bad : {"0", "-1"}) {
     without[1] = std::string("# depth_sigma: ") + bad;
     expect_error(without, ":2: ", "a positive depth_sigma, m");

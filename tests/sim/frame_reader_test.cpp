@@ -151,8 +151,8 @@ TEST(MatchArrays, hold_what_the_frame_holds) {
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_NEAR(view.sigmas[i] * view.sigmas[i] * frame.matches[i].inv_sigma2, 1, 1e-12);
     for (std::size_t j = 0; j < 3; ++j) EXPECT_EQ(points[3 * i + j], frame.matches[i].point[j]);
-    EXPECT_EQ(view.has_third[i] != 0, frame.matches[i].is_stereo());
-    stereo += view.has_third[i];
+    EXPECT_EQ(view.has_depth_cue[i] != 0, frame.matches[i].is_stereo());
+    stereo += view.has_depth_cue[i];
   }
   EXPECT_GT(stereo, 0);
   EXPECT_LT(stereo, 100);

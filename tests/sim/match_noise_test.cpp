@@ -86,8 +86,8 @@ TEST(MatchNoise, whitening_is_that_of_the_library) {
       MatchNoise noise;
       noise.sigma = 1 / std::sqrt(match.inv_sigma2);
       noise.covariance = map_covariance.data();
-      noise.third = stereo && match.is_stereo() ? ThirdMeasurement::stereo : ThirdMeasurement::none;
-      const auto rows = static_cast<Eigen::Index>(residual_rows(noise.third));
+      noise.depth_cue = stereo && match.is_stereo() ? DepthCue::stereo : DepthCue::none;
+      const auto rows = static_cast<Eigen::Index>(residual_rows(noise.depth_cue));
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> expected(rows, rows);
       ASSERT_TRUE(match_whitening(frame.camera, RigidTransform(sim::to_rows(T_cw).data()), match.point, noise,
                                   expected.data()));

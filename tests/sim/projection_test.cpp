@@ -76,7 +76,7 @@ TEST(Projection, agrees_with_the_blocks_of_the_library) {
   frame.camera = scenario.camera;
   frame.matches = scenario.matches;
   frame.T_cw_prior = sim::to_rows(scenario.T_cw);
-  const BlockStore blocks = blocks_of(frame, {"", Weighting::measurement, ThirdMeasurement::stereo});
+  const BlockStore blocks = blocks_of(frame, {"", Weighting::measurement, DepthCue::stereo});
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
     LinearizedMatch at;
     ASSERT_TRUE(linearize(frame.camera, scenario.T_cw, frame.matches[i], true, at));

@@ -80,7 +80,7 @@ TEST(Robustness, a_run_is_deterministic_and_depends_on_number_and_seed) {
   EXPECT_EQ(first.size(), 2 * robustness_cases(options).size());
   EXPECT_EQ(numbers_of(run_robustness(options, 3)), first);
   EXPECT_NE(numbers_of(run_robustness(options, 4)), first);
-  options.seed = 1;
+  options.stochastic.seed = 1;
   EXPECT_NE(numbers_of(run_robustness(options, 3)), first);
 }
 
@@ -287,7 +287,7 @@ TEST(Robustness, md_selects_mostly_points_of_one_keyframe_and_shared_keyframes_f
       settings.kind = kind;
       settings.budget = 60;
       settings.blocks.weighting = Weighting::measurement_and_map;
-      settings.blocks.third = ThirdMeasurement::stereo;
+      settings.blocks.depth_cue = DepthCue::stereo;
       for (const std::uint32_t i : sim::FeatureSelector(settings).select(frame, candidates)) {
         of_last[kind] += frame.matches[i].keyframe == 7 ? 1 / (50 * 60.0) : 0;
       }

@@ -31,7 +31,7 @@ struct Problem {
 BlockOptions stereo_blocks(Weighting weighting = Weighting::measurement) {
   BlockOptions options;
   options.weighting = weighting;
-  options.third = ThirdMeasurement::stereo;
+  options.depth_cue = DepthCue::stereo;
   return options;
 }
 
@@ -99,11 +99,11 @@ TEST(SharedError, whitened_rows_have_the_information_of_the_librarys_blocks) {
   Random random;
   SCOPED_TRACE(random.name());
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-    for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo}) {
+    for (const DepthCue third : {DepthCue::none, DepthCue::stereo}) {
       for (const bool has_covariances : {false, true}) {
         Frame frame = make_scene(sim::Scene::euroc_like, 50, random.seed());
         BlockOptions options = stereo_blocks(weighting);
-        options.third = third;
+        options.depth_cue = third;
         for (std::size_t i = 0; has_covariances && i < frame.matches.size(); ++i) {
           const Eigen::Matrix3d covariance = random_covariance(random, 0.1, 1e-5);
           frame.map_covariances.emplace_back();
@@ -114,7 +114,7 @@ TEST(SharedError, whitened_rows_have_the_information_of_the_librarys_blocks) {
         for (std::size_t i = 0; i < frame.matches.size(); ++i) {
           const double* const covariance = has_covariances ? frame.map_covariances[i].data() : nullptr;
           const WhitenedMatch match = whiten(frame, i, options, covariance);
-          EXPECT_EQ(match.rows, third == ThirdMeasurement::stereo && frame.matches[i].is_stereo() ? 3 : 2);
+          EXPECT_EQ(match.rows, third == DepthCue::stereo && frame.matches[i].is_stereo() ? 3 : 2);
           EXPECT_LT(relative_difference(gram(match.H), gram(stored_block(blocks, i))), 1e-5);
         }
       }

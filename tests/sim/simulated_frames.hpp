@@ -89,9 +89,9 @@ inline Match simulated_match(Random& random, const Frame& frame, const Pose& T_c
     std::copy_n(p_w.data(), 3, match.point);
     match.u = uv[0];
     match.v = uv[1];
-    const bool has_third = random.chance(0.7);
-    if (has_third && camera.depth_sigma > 0) match.depth = Z;
-    if (has_third && camera.third() == ThirdMeasurement::stereo && match.u > camera.bf / Z + 10) {
+    const bool has_depth_cue = random.chance(0.7);
+    if (has_depth_cue && camera.depth_sigma > 0) match.depth = Z;
+    if (has_depth_cue && camera.depth_cue() == DepthCue::stereo && match.u > camera.bf / Z + 10) {
       match.u_right = match.u - camera.bf / Z;
     }
     return match;

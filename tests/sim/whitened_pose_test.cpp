@@ -58,7 +58,7 @@ TEST(MatchNoise, information_of_the_estimate_is_that_of_the_librarys_blocks) {
         }
         BlockOptions blocks;
         blocks.weighting = Weighting::measurement_and_map;
-        blocks.third = stereo ? ThirdMeasurement::stereo : ThirdMeasurement::none;
+        blocks.depth_cue = stereo ? DepthCue::stereo : DepthCue::none;
         blocks.map_sigma = 0.07;
         BlockStore store;
         build_blocks(frame, blocks, store);

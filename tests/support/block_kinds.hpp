@@ -9,15 +9,15 @@ namespace maxlogdet::test {
 struct BlockKind {
   const char* name;
   Weighting weighting;
-  ThirdMeasurement third;
+  DepthCue third;
 };
 constexpr BlockKind block_kinds[] = {
-    {"map_bias", Weighting::map_bias, ThirdMeasurement::none},
-    {"map_bias_stereo", Weighting::map_bias, ThirdMeasurement::stereo},
-    {"map_bias_world", Weighting::map_bias_world, ThirdMeasurement::none},
-    {"measurement", Weighting::measurement, ThirdMeasurement::none},
-    {"measurement_stereo", Weighting::measurement, ThirdMeasurement::stereo},
-    {"measurement_and_map_stereo", Weighting::measurement_and_map, ThirdMeasurement::stereo},
+    {"map_bias", Weighting::map_bias, DepthCue::none},
+    {"map_bias_stereo", Weighting::map_bias, DepthCue::stereo},
+    {"map_bias_world", Weighting::map_bias_world, DepthCue::none},
+    {"measurement", Weighting::measurement, DepthCue::none},
+    {"measurement_stereo", Weighting::measurement, DepthCue::stereo},
+    {"measurement_and_map_stereo", Weighting::measurement_and_map, DepthCue::stereo},
 };
 
 }  // namespace maxlogdet::test

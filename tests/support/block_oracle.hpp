@@ -13,8 +13,8 @@
 
 namespace maxlogdet::test {
 
-constexpr ThirdMeasurement thirds[] = {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth};
-inline std::string name_of(ThirdMeasurement third) { return "third " + std::to_string(static_cast<int>(third)); }
+constexpr DepthCue thirds[] = {DepthCue::none, DepthCue::stereo, DepthCue::depth};
+inline std::string name_of(DepthCue third) { return "third " + std::to_string(static_cast<int>(third)); }
 
 constexpr double identity_pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 

@@ -15,10 +15,10 @@ struct PinholeCase {
   PinholeCamera camera;
   WideIsometry T_cw;
   WideVector3 p_w;
-  ThirdMeasurement third;
+  DepthCue third;
 };
 
-inline PinholeCase random_case(Random& random, ThirdMeasurement third) {
+inline PinholeCase random_case(Random& random, DepthCue third) {
   PinholeCase c;
   c.camera = {random.uniform(300, 800), random.uniform(300, 800), 320, 240, random.uniform(20, 400)};
   WideVector3 axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -26,14 +26,14 @@ inline PinholeCase random_case(Random& random, ThirdMeasurement third) {
   c.T_cw.translation() << random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2);
   const double z = random.uniform(0.5, 50);
   c.p_w = c.T_cw.inverse() * WideVector3(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z);
-  c.third = third;
+  c.depth_cue = third;
   return c;
 }
 
 inline BlockOptions options_of(Weighting weighting, const PinholeCase& c) {
   BlockOptions options;
   options.weighting = weighting;
-  options.third = c.third;
+  options.depth_cue = c.depth_cue;
   options.depth_sigma = 0.07;
   options.map_sigma = 0.11;
   return options;

@@ -45,7 +45,7 @@ struct Triangle {
 struct Given {
   Point p;  // in the camera frame
   double sigma;
-  bool has_third;
+  bool has_depth_cue;
 };
 
 Point in_camera(const PinholeBatch& batch, std::size_t i) {
@@ -63,12 +63,12 @@ void from_ray(double x, double y, Triangle& a) {
 }
 
 Triangle map_bias_triangle(const Given& match) {
-  const auto& [p, sigma, has_third] = match;
+  const auto& [p, sigma, has_depth_cue] = match;
   Triangle a;
   a.a00 = a.a11 = 1;
-  a.a02 = has_third ? 0 : -(p.x / p.z);
-  a.a12 = has_third ? 0 : -(p.y / p.z);
-  a.a22 = has_third ? 1 : 0;
+  a.a02 = has_depth_cue ? 0 : -(p.x / p.z);
+  a.a12 = has_depth_cue ? 0 : -(p.y / p.z);
+  a.a22 = has_depth_cue ? 1 : 0;
   return a;
 }
 
@@ -80,10 +80,10 @@ bool measurement_triangle(const PinholeBatch& batch, const Given& match, Triangl
   bool is_definite = match.sigma * match.sigma > 0;
   a.a00 = batch.camera.fx * weight;
   a.a11 = batch.camera.fy * weight;
-  if (match.has_third && batch.options.third == ThirdMeasurement::stereo) {
+  if (match.has_depth_cue && batch.options.depth_cue == DepthCue::stereo) {
     a.a00 = a.a00 * (2 * root_half);
     a.a02 = a.a22 = batch.camera.bf * root_half * (inverse_z * weight);
-  } else if (match.has_third) {
+  } else if (match.has_depth_cue) {
     is_definite = is_definite && batch.options.depth_sigma * batch.options.depth_sigma > 0;
     a.a22 = 1 / batch.options.depth_sigma;
   }
@@ -119,11 +119,11 @@ Symmetric measured_along_ray(const PinholeBatch& batch, const Given& match) {
   const double a = match.p.z * (1 / batch.camera.fx);
   const double b = match.p.z * (1 / batch.camera.fy);
   Symmetric s{a * a * variance, 0, 0, b * b * variance, 0, 0};
-  if (batch.options.third == ThirdMeasurement::stereo) {
+  if (batch.options.depth_cue == DepthCue::stereo) {
     const double per_pixel = match.p.z * match.p.z * (1 / batch.camera.bf);
     s.xz = -(a * per_pixel * variance);
     s.zz = per_pixel * per_pixel * (variance + variance);
-  } else if (batch.options.third == ThirdMeasurement::depth) {
+  } else if (batch.options.depth_cue == DepthCue::depth) {
     s.zz = batch.options.depth_sigma * batch.options.depth_sigma;
   }
   return s;
@@ -131,10 +131,10 @@ Symmetric measured_along_ray(const PinholeBatch& batch, const Given& match) {
 
 // A with A^T A = S^-1, without a third measurement of the first two coordinates alone; false if S is not positive
 // definite.
-bool whiten(const Symmetric& s, bool has_third, Triangle& a) {
-  const double inverse_zz = has_third ? 1 / std::sqrt(s.zz) : 0;
-  const double xz = has_third ? s.xz * inverse_zz : 0;
-  const double yz = has_third ? s.yz * inverse_zz : 0;
+bool whiten(const Symmetric& s, bool has_depth_cue, Triangle& a) {
+  const double inverse_zz = has_depth_cue ? 1 / std::sqrt(s.zz) : 0;
+  const double xz = has_depth_cue ? s.xz * inverse_zz : 0;
+  const double yz = has_depth_cue ? s.yz * inverse_zz : 0;
   const double yy = s.yy - yz * yz;
   const double inverse_yy = 1 / std::sqrt(yy);
   const double xy = (s.xy - xz * yz) * inverse_yy;
@@ -146,7 +146,7 @@ bool whiten(const Symmetric& s, bool has_third, Triangle& a) {
   a.a12 = -(yz * inverse_zz * inverse_yy);
   a.a02 = -((xz * inverse_xx + yz * a.a01) * inverse_zz);
   a.a22 = inverse_zz;
-  return (!has_third || is_positive(s.zz)) && is_positive(yy) && is_positive(xx);
+  return (!has_depth_cue || is_positive(s.zz)) && is_positive(yy) && is_positive(xx);
 }
 
 // Whether rounding leaves digits (docs/numerics.md). A is along the ray, x and y are its direction.
@@ -176,12 +176,12 @@ bool whitened_triangle(const PinholeBatch& batch, std::size_t i, const Given& ma
   const Symmetric map = along_ray(mapped, x, y);
   const Symmetric s{measured.xx + map.xx, measured.xy + map.xy, measured.xz + map.xz,
                     measured.yy + map.yy, measured.yz + map.yz, measured.zz + map.zz};
-  const bool is_definite = whiten(s, match.has_third, a);
+  const bool is_definite = whiten(s, match.has_depth_cue, a);
   const bool has_covariance = batch.matches.map_covariances != nullptr;
   const bool is_sound =
       keeps_digits(a, x, y, batch.options, has_covariance ? batch.map_covariances[i].data() : nullptr);
   from_ray(x, y, a);
-  const bool has_depth = match.has_third && batch.options.third == ThirdMeasurement::depth;
+  const bool has_depth = match.has_depth_cue && batch.options.depth_cue == DepthCue::depth;
   const bool has_variances =
       match.sigma * match.sigma > 0 && (!has_depth || batch.options.depth_sigma * batch.options.depth_sigma > 0);
   return is_definite && is_sound && has_variances;
@@ -205,11 +205,11 @@ bool map_bias_world_rows(const Pose& T_cw, const Given& match, Rows& h) {
   for (int i = 0; i < 3; ++i) {
     const double projected = T_cw(0, i) * p.x + T_cw(1, i) * p.y + T_cw(2, i) * p.z;
     double b[3];
-    for (int j = 0; j < 3; ++j) b[j] = T_cw(j, i) - projected * (match.has_third ? 0 : T_cw(j, 2) / share);
+    for (int j = 0; j < 3; ++j) b[j] = T_cw(j, i) - projected * (match.has_depth_cue ? 0 : T_cw(j, 2) / share);
     const double row[6] = {b[0], b[1], b[2], b[2] * p.y - b[1] * p.z, b[0] * p.z - b[2] * p.x, b[1] * p.x - b[0] * p.y};
     std::copy_n(row, 6, h[i]);
   }
-  return match.has_third || !(std::abs(share) < 1e-6 * norm);
+  return match.has_depth_cue || !(std::abs(share) < 1e-6 * norm);
 }
 
 // False if there is no block, or float32 cannot hold it.
@@ -238,7 +238,7 @@ bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, dou
 
 }  // namespace
 
-PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeasurement third) {
+PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue third) {
   PinholeBatch batch;
   batch.camera = {random.uniform(300, 800), random.uniform(300, 800), 320, 240, random.uniform(20, 400)};
   const Eigen::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -246,7 +246,7 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, Th
   const Eigen::Vector3d t(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2));
   batch.T_cw << R, t;
   batch.options.weighting = weighting;
-  batch.options.third = third;
+  batch.options.depth_cue = third;
   batch.options.map_sigma = random.uniform(0, 0.2);
   batch.options.depth_sigma = random.uniform(0.01, 0.1);
   if (random.chance(0.5)) batch.options.min_depth = random.uniform(0, 5);
@@ -261,18 +261,19 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, Th
     batch.points.push_back(p);
     batch.sigmas.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0.5, 4));
     batch.weights.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0, 2));
-    batch.has_third.push_back(static_cast<unsigned char>(random.integer(0, 2)));
+    batch.has_depth_cue.push_back(static_cast<unsigned char>(random.integer(0, 2)));
     batch.usable.push_back(random.chance(broken) ? 0 : static_cast<unsigned char>(random.integer(1, 255)));
     const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
     batch.map_covariances.emplace_back(0.01 * gram(a.transpose()));
     if (random.chance(broken)) batch.map_covariances.back() *= random.chance(0.5) ? nan : -1e6;  // not definite
   }
-  if (random.chance(0.2)) std::fill(batch.has_third.begin(), batch.has_third.end(), static_cast<unsigned char>(0));
+  if (random.chance(0.2))
+    std::fill(batch.has_depth_cue.begin(), batch.has_depth_cue.end(), static_cast<unsigned char>(0));
   batch.matches.size = n;
   batch.matches.points = n == 0 ? nullptr : batch.points[0].data();
   if (random.chance(0.5)) batch.matches.sigmas = batch.sigmas.data();
   if (random.chance(0.5)) batch.matches.weights = batch.weights.data();
-  if (random.chance(0.5)) batch.matches.has_third = batch.has_third.data();
+  if (random.chance(0.5)) batch.matches.has_depth_cue = batch.has_depth_cue.data();
   if (random.chance(0.5)) batch.matches.usable = batch.usable.data();
   if (random.chance(0.5) && n > 0) batch.matches.map_covariances = batch.map_covariances[0].data();
   return batch;
@@ -284,15 +285,15 @@ ExpectedBlock expected_block(const PinholeBatch& batch, std::size_t i) {
   if (matches.usable != nullptr && matches.usable[i] == 0) return expected;
   const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
   const double weight = matches.weights == nullptr ? 1 : matches.weights[i];
-  const bool has_third =
-      batch.options.third != ThirdMeasurement::none && (matches.has_third == nullptr || matches.has_third[i] != 0);
-  const Given match{in_camera(batch, i), sigma, has_third};
+  const bool has_depth_cue =
+      batch.options.depth_cue != DepthCue::none && (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0);
+  const Given match{in_camera(batch, i), sigma, has_depth_cue};
   const Point& p = match.p;
   expected.is_behind = p.z <= 0;
   expected.is_near = p.z > 0 && p.z < batch.options.min_depth;
   if (!is_positive(p.z) || expected.is_near || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
   if (!is_positive(sigma) || !(weight >= 0) || !has_block(batch, i, match, weight, expected)) return expected;
-  expected.rows = has_third || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
+  expected.rows = has_depth_cue || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
   return expected;
 }
 

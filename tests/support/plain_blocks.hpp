@@ -22,14 +22,14 @@ struct PinholeBatch {
   std::vector<Eigen::Vector3d> points;
   std::vector<double> sigmas;
   std::vector<double> weights;
-  std::vector<unsigned char> has_third;
+  std::vector<unsigned char> has_depth_cue;
   std::vector<unsigned char> usable;
   std::vector<Matrix3> map_covariances;
   Matches matches;  // which of the optional arrays are given
 };
 
 // n matches, a tenth of them broken in half of the batches; the others hold whole packs of valid matches.
-PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, ThirdMeasurement third);
+PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue third);
 
 struct ExpectedBlock {
   int rows = 0;              // 0: invalid

@@ -19,10 +19,10 @@ Options Request::options() const {
   Options options = plain;
   options.required = data_or_null(required);
   options.excluded = data_or_null(excluded);
-  options.groups = data_or_null(groups);
-  options.group_maxima = data_or_null(maxima);
+  options.groups.ids = data_or_null(groups);
+  options.groups.maxima = data_or_null(maxima);
   options.prior = data_or_null(prior);
-  if (!maxima.empty()) options.group_count = maxima.size();
+  if (!maxima.empty()) options.groups.count = maxima.size();
   return options;
 }
 

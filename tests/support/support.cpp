@@ -140,10 +140,10 @@ std::vector<sim::Frame> real_frames() {
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {
   BlockOptions options;
   options.weighting = kind.weighting;
-  options.third = kind.third;
+  options.depth_cue = kind.depth_cue;
   BlockStore blocks;
   const BlockReport report = build_blocks(frame, options, blocks);
-  EXPECT_EQ(report.status, BlockStatus::ok) << frame.name << ' ' << kind.name;
+  EXPECT_EQ(report.error, Error::none) << frame.name << ' ' << kind.name;
   return blocks;
 }
 

@@ -127,7 +127,7 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
     const double* const covariance = arrays.map_covariances + 9 * p;
     EXPECT_TRUE(std::equal(read, read + 3, points.positions[p].data())) << "as the library reads";
     EXPECT_TRUE(std::equal(covariance, covariance + 9, points.covariances[p].data()));
-    EXPECT_EQ(arrays.has_third[p], 1);
+    EXPECT_EQ(arrays.has_depth_cue[p], 1);
   }
 }
 

@@ -74,8 +74,8 @@ TEST_F(SameFrame, observing_changes_nothing_and_sees_every_tracked_frame_before_
 TEST_F(SameFrame, without_right_columns_a_frame_is_monocular) {
   track_observed([](const TrackedFrame& tracked) {
     const Frame frame = frame_of(tracked, false);
-    EXPECT_EQ(frame.camera.third(), ThirdMeasurement::none);
-    for (const sim::Match& match : frame.matches) EXPECT_FALSE(match.has_third());
+    EXPECT_EQ(frame.camera.depth_cue(), DepthCue::none);
+    for (const sim::Match& match : frame.matches) EXPECT_FALSE(match.has_depth_cue());
   });
 }
 

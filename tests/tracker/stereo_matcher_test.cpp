@@ -173,7 +173,7 @@ TEST_F(Matching, tells_the_library_which_points_are_candidates_and_allocates_not
   BlockStore blocks;
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
-  options.third = ThirdMeasurement::stereo;
+  options.depth_cue = DepthCue::stereo;
   append_blocks(RenderedWorld::camera(), sim::to_rows(T_cw()).data(), matches, options, blocks);
   EXPECT_EQ(Indices(blocks.indices(), blocks.indices() + blocks.stored()), points);
 

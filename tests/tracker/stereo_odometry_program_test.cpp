@@ -278,7 +278,7 @@ TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
     for (const sim::Frame& frame : recorded) {
       EXPECT_TRUE(frame.T_cw_true && frame.has_quality && frame.has_selection);
       EXPECT_EQ(frame.width, RenderedWorld::width);
-      EXPECT_EQ(frame.camera.third() == ThirdMeasurement::stereo, options.empty());
+      EXPECT_EQ(frame.camera.depth_cue() == DepthCue::stereo, options.empty());
       EXPECT_EQ(frame.map_covariances.size(), frame.matches.size());
     }
   }

@@ -43,7 +43,7 @@ TEST_F(StereoTracking, follows_the_truth_when_it_matches_in_the_order_of_informa
 TEST_F(StereoTracking, follows_the_truth_with_residuals_of_two_rows) {
   TrackerOptions options = tracker_options(SelectorKind::md);
   options.optimization.stereo = false;
-  options.selection.blocks.third = ThirdMeasurement::none;
+  options.selection.blocks.depth_cue = DepthCue::none;
   expect_follows_the_truth(options);
   options.active = true;
   expect_follows_the_truth(options);

@@ -28,7 +28,7 @@ TrackerOptions tracker_options(SelectorKind kind, std::size_t budget) {
   options.selection.pool = 2 * budget;
   options.selection.search.threads = 1;
   options.selection.blocks.weighting = Weighting::measurement_and_map;
-  options.selection.blocks.third = ThirdMeasurement::stereo;
+  options.selection.blocks.depth_cue = DepthCue::stereo;
   options.selection.weights = Weighting::measurement_and_map;
   options.optimization.step_tolerance = 1e-6;
   return options;

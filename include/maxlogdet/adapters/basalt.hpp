@@ -49,7 +49,7 @@ class Basalt : public LeftOutHook {
            const PoseOf& pose_of) {
     ask_about([&] {
       const SE3 T_c_w = (T_w_i * calib.T_i_c[0]).inverse();
-      features.start(Camera(1, 1, 0, 0), rigid_transform(T_c_w.matrix3x4()), ThirdMeasurement::none);
+      features.start(Camera(1, 1, 0, 0), RigidTransform(T_c_w.matrix3x4()), DepthCue::none);
       for (const auto& observation : seen) {
         if (!lmdb.landmarkExists(static_cast<int>(observation.first))) continue;
         const auto& landmark = lmdb.getLandmark(observation.first);

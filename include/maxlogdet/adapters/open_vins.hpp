@@ -89,10 +89,10 @@ class OpenVins {
   template <class State, class Feature>
   void gather(const State& state, const std::vector<std::shared_ptr<Feature>>& offered) {
     const Camera normalised(1, 1, 0, 0);
-    if (state._clones_IMU.empty()) return features.start(normalised, nullptr, ThirdMeasurement::none);
+    if (state._clones_IMU.empty()) return features.start(normalised, nullptr, DepthCue::none);
     const Eigen::Matrix<double, 3, 4> T_cw = newest_camera(state, 0);
     const auto& camera = state._cam_intrinsics_cameras.at(0);
-    features.start(normalised, rigid_transform(T_cw), ThirdMeasurement::none);
+    features.start(normalised, RigidTransform(T_cw), DepthCue::none);
     Eigen::MatrixXd of_distortion, of_intrinsics;
     for (std::size_t i = 0; i < offered.size(); ++i) {
       const Eigen::Vector3d& p_w = offered[i]->p_FinG;

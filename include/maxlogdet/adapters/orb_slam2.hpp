@@ -41,7 +41,7 @@ class OrbSlam2 : public OrbSlamHook {
   void gather(const Frame& frame) {
     forget_old_covariances();
     features.start(Camera(frame.fx, frame.fy, frame.cx, frame.cy, frame.mbf), pose_of(frame),
-                   frame.mbf > 0 ? ThirdMeasurement::stereo : ThirdMeasurement::none);
+                   frame.mbf > 0 ? DepthCue::stereo : DepthCue::none);
     for_each_match(frame.mvpMapPoints, [&](std::size_t slot) { add_match(frame, *frame.mvpMapPoints[slot], slot); });
   }
 
@@ -54,7 +54,7 @@ class OrbSlam2 : public OrbSlamHook {
     match.id = static_cast<std::uint32_t>(slot);
     match.measured[0] = key.pt.x;
     match.measured[1] = key.pt.y;
-    if (frame.mvuRight[slot] >= 0) match.third = frame.mvuRight[slot];
+    if (frame.mvuRight[slot] >= 0) match.depth_cue = frame.mvuRight[slot];
     match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(key.octave)];
     features.add(match);
   }

@@ -48,7 +48,7 @@ class OrbSlam3 : public OrbSlamHook {
  private:
   template <class Frame>
   static RigidTransform pose_of(const Frame& frame) {
-    return rigid_transform(frame.GetPose().matrix3x4());
+    return RigidTransform(frame.GetPose().matrix3x4());
   }
 
   // As GeometricCamera has it: 0 pinhole, 1 Kannala-Brandt (fx, fy, cx, cy, k1, k2, k3, k4).
@@ -70,10 +70,10 @@ class OrbSlam3 : public OrbSlamHook {
     if (is_rig_) {
       rig_[0].camera = left;
       rig_[1].camera = camera_of(*frame.mpCamera2, 0);
-      rig_[1].T_cb = rigid_transform(frame.GetRelativePoseTrl().matrix3x4());
-      features.start(Rig{rig_, 2}, T_cw, ThirdMeasurement::none);
+      rig_[1].T_cb = RigidTransform(frame.GetRelativePoseTrl().matrix3x4());
+      features.start(Rig{rig_, 2}, T_cw, DepthCue::none);
     } else {
-      features.start(left, T_cw, is_rectified ? ThirdMeasurement::stereo : ThirdMeasurement::none);
+      features.start(left, T_cw, is_rectified ? DepthCue::stereo : DepthCue::none);
     }
     for_each_match(frame.mvpMapPoints, [&](std::size_t slot) { add_match(frame, *frame.mvpMapPoints[slot], slot); });
   }
@@ -91,7 +91,7 @@ class OrbSlam3 : public OrbSlamHook {
     match.camera_id = is_right ? 1 : 0;
     match.measured[0] = key.pt.x;
     match.measured[1] = key.pt.y;
-    if (!is_rig_ && frame.mvuRight[slot] >= 0) match.third = frame.mvuRight[slot];
+    if (!is_rig_ && frame.mvuRight[slot] >= 0) match.depth_cue = frame.mvuRight[slot];
     match.sigma = frame.mvScaleFactors[static_cast<std::size_t>(key.octave)];
     features.add(match);
   }
@@ -109,7 +109,7 @@ class OrbSlam3 : public OrbSlamHook {
         const auto slot = static_cast<std::size_t>(i);
         const auto octave = static_cast<std::size_t>(keyframe.mvKeysUn[slot].octave);
         of_point.observe({keyframe.fx, keyframe.fy, keyframe.cx, keyframe.cy, keyframe.mbf},
-                         rigid_transform(keyframe.GetPose().matrix3x4()), keyframe.mvScaleFactors[octave],
+                         RigidTransform(keyframe.GetPose().matrix3x4()), keyframe.mvScaleFactors[octave],
                          keyframe.mvuRight[slot] >= 0);
       }
     });

@@ -56,7 +56,7 @@ class VinsFusion : public LeftOutHook {
     const Eigen::Vector3d p_wc = window.Ps[newest] + window.Rs[newest] * window.tic[0];
     Eigen::Matrix<double, 3, 4> T_cw;
     T_cw << R_wc.transpose(), -R_wc.transpose() * p_wc;
-    features.start(Camera(1, 1, 0, 0), rigid_transform(T_cw), ThirdMeasurement::none);
+    features.start(Camera(1, 1, 0, 0), RigidTransform(T_cw), DepthCue::none);
     for (const auto& feature : window.f_manager.feature) {
       const int observations = static_cast<int>(feature.feature_per_frame.size());
       const int first = feature.start_frame;

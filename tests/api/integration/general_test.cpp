@@ -152,13 +152,13 @@ TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
 }
 
 void gather(const sim::Frame& frame, GoodFeatures& good) {
-  good.start(frame.camera, frame.T_cw_prior.data(), ThirdMeasurement::stereo);
+  good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), DepthCue::stereo);
   for (const sim::Match& m : frame.matches) {
     FeatureMatch match;
     std::copy(std::begin(m.point), std::end(m.point), match.point);
     match.measured[0] = m.u;
     match.measured[1] = m.v;
-    if (m.is_stereo()) match.third = m.u_right;
+    if (m.is_stereo()) match.depth_cue = m.u_right;
     match.sigma = 1 / std::sqrt(m.inv_sigma2);
     good.add(match);
   }
@@ -240,11 +240,11 @@ StereoMap random_stereo_map(Random& random, std::size_t n) {
 double log_det_of_selected(const StereoMap& map, bool with_covariances) {
   GoodFeatures good(map.points.size());
   good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
-  good.start(map.camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  good.start(map.camera, RigidTransform::identity(), DepthCue::stereo);
   for (std::size_t i = 0; i < map.points.size(); ++i) {
     FeatureMatch match;
     std::copy_n(map.points[i].data(), 3, match.point);
-    match.third = 0;  // which rows there are; their values change no block
+    match.depth_cue = 0;  // which rows there are; their values change no block
     if (with_covariances) match.covariance = map.covariances[i].data();
     good.add(match);
   }
@@ -278,10 +278,10 @@ TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
                           2,
                           Eigen::Map<const Eigen::Matrix3d>(covariance)};
   GoodFeatures good(1);
-  good.start(camera, RigidTransform::identity(), ThirdMeasurement::stereo);
+  good.start(camera, RigidTransform::identity(), DepthCue::stereo);
   FeatureMatch match;
   std::copy_n(seen.p_c.data(), 3, match.point);
-  match.third = 0;
+  match.depth_cue = 0;
   match.sigma = 2;
   match.covariance = covariance;
   good.add(match);

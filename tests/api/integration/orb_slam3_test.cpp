@@ -309,7 +309,7 @@ TEST(OrbSlam3Adapter, a_recorded_frame_has_the_matches_of_every_camera_as_they_w
     const TemporaryFolder folder;
     OrbSlam3 good(100);
     ASSERT_TRUE(good.record(folder.path().c_str()));
-    const RigidTransform T_cw = rigid_transform(world.frame.GetPose().matrix3x4());
+    const RigidTransform T_cw = RigidTransform(world.frame.GetPose().matrix3x4());
     good.optimize(world.frame, ORB_SLAM3::Optimizer::PoseOptimization);
     const RecordedFrame recorded(folder / "frame_000000.csv");
     EXPECT_EQ(recorded.numbers("Tcw_prior"), std::vector<double>(T_cw.data(), T_cw.data() + 12));

@@ -76,7 +76,7 @@ BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& k
   matches.points = points.data();
   BlockOptions options;
   options.weighting = kind.weighting;
-  options.third = kind.third;
+  options.depth_cue = kind.depth_cue;
   BlockStore blocks;
   append_blocks(camera, T_cw, matches, options, blocks);
   return blocks;
@@ -112,28 +112,28 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
       Options options;
       options.strategy = strategy;
       options.budget = blocks.size() < 300 ? blocks.size() * 3 / 4 : 60;
-      options.seed = blocks.size();
+      options.stochastic.seed = blocks.size();
       if (way == 1) {
         options.required = constraints.required.data();
         options.excluded = constraints.excluded.data();
       }
       if (way == 2) {
-        options.groups = constraints.groups.data();
-        options.group_count = 30;
-        options.max_per_group = 3;
+        options.groups.ids = constraints.groups.data();
+        options.groups.count = 30;
+        options.groups.maximum = 3;
       }
-      options.exchange_sweeps = way == 3 ? 1 : 0;
-      options.certify = way == 3;
-      options.certificate_passes = 2;
-      options.target_efficiency = way == 4 ? 0.15 : 0;
-      options.target_translation_sigma = options.target_rotation_sigma = way == 5 ? 0.01 : 0;
+      options.exchange.sweeps = way == 3 ? 1 : 0;
+      options.certificate.compute = way == 3;
+      options.certificate.passes = 2;
+      options.target.efficiency = way == 4 ? 0.15 : 0;
+      options.target.translation_sigma = options.target.rotation_sigma = way == 5 ? 0.01 : 0;
       const Selection selection = selector.select(blocks, options);
       Hash indices;
       for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});
       Hash gains;
       for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
       gains.add(selection.has_answer() ? selection.log_det : 0);
-      gains.add(options.certify ? selection.upper_bound : 0);
+      gains.add(options.certificate.compute ? selection.upper_bound : 0);
       std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
                   way_names[way], to_string(selection.status), selection.size, indices.value(), gains.value());
     }

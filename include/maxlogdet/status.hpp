@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace maxlogdet {
+
+/// How a selection ended.
+enum class Status {
+  ok,                ///< as many as the budget asks for were selected (none for a budget or a store of 0)
+  all_selected,      ///< no more may be selected: all that constraints allow, perhaps none, are in
+  target_reached,    ///< every target given is met. Reported also if the budget or the candidates are used up at the
+                     ///< same time. With any other status the targets are not met
+  deadline_reached,  ///< the time limit passed: the answer is filled up by the highest gains last known
+  few_candidates,    ///< GoodFeatures: fewer matches than the budget have blocks; others fill it
+  error,             ///< Error says why
+};
+
+/// X(name, what is wrong) for each error. The names, the C API, the Python module and the tests use this list.
+#define MAXLOGDET_ERRORS(X)                                                                                           \
+  X(none, "nothing is wrong")                                                                                         \
+  X(capacity_exceeded, "more candidates than the selector's capacity")                                                \
+  X(invalid_strategy, "the strategy is not one of the enumerators, or not one that active matching has")              \
+  X(invalid_epsilon, "stochastic.epsilon is not in (0, 1)")                                                           \
+  X(invalid_prior, "the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)")      \
+  X(invalid_time_limit, "time_limit is negative or NaN")                                                              \
+  X(invalid_threads, "threads is negative")                                                                           \
+  X(invalid_groups, "a group is not below groups.count, or the spread is negative or not finite")                     \
+  X(unsupported_groups, "the strategy does not support groups")                                                       \
+  X(invalid_target, "a target is negative, NaN or infinite, or target.efficiency is above 1")                         \
+  X(unsupported_target, "relaxed, backward_greedy and exchanges have no order in which a target could end them")      \
+  X(infeasible, "a required candidate is excluded or has no block, or more are required than may be selected")        \
+  X(unsupported_isa, "MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine") \
+  X(invalid_camera, "fx or fy is not positive, a parameter is out of its range, or a right column needs bf > 0")      \
+  X(unknown_camera_model, "Camera::model is not an enumerator")                                                       \
+  X(invalid_camera_id, "a camera_id is not below the size of the rig, which has 1 to 256 cameras")                    \
+  X(invalid_pose, "a pose is missing, not finite, or not a rotation and a translation")                               \
+  X(invalid_block_options, "a deviation, min_depth or threads is out of its range, or an enumerator is unknown")      \
+  X(missing_points, "there are matches, but no points")                                                               \
+  X(invalid_stride, "the stride is not a whole number of coordinates, three at least, side by side")                  \
+  X(mixed_depth_cues, "some matches of the frame have a right column, and some a depth")                              \
+  X(nothing_proposed, "this candidate is not proposed")                                                               \
+  X(invalid_block, "the measured block is missing, has not 1 to 3 rows, or is not finite")
+
+/// What is wrong; explain() says it in words.
+enum class Error {
+#define MAXLOGDET_ENUMERATOR(name, explanation) name,
+  MAXLOGDET_ERRORS(MAXLOGDET_ENUMERATOR)
+#undef MAXLOGDET_ENUMERATOR
+};
+
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(Status status) noexcept;
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(Error error) noexcept;
+/// What is wrong, in one line without a full stop; "unknown" for any other value.
+const char* explain(Error error) noexcept;
+
+}  // namespace maxlogdet

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/frame_matches.hpp"
+
+#include "kernel/base/limits.hpp"
+#include "kernel/blocks/stored_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+// e^T Omega e.
+double square_of(const double* e, const double* omega, std::size_t count) noexcept {
+  double sum = 0;
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = 0; b < count; ++b) sum += e[a] * omega[count * a + b] * e[b];
+  }
+  return sum;
+}
+
+// Whether none is NaN or infinite.
+bool are_finite(const double* values, std::size_t count) noexcept {
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += 0 * values[i];
+  return sum == 0;
+}
+
+bool are_usable(const FeatureMatch& match) noexcept {
+  return are_finite(match.point, 3) && are_finite(match.measured, 2) && match.sigma > 0 && match.sigma < infinity;
+}
+
+}  // namespace
+
+FrameMatches::FrameMatches(std::size_t capacity) : capacity_(capacity) {
+  ids.reserve(capacity);
+  points.reserve(3 * capacity);
+  measured.reserve(3 * capacity);
+  sigmas.reserve(capacity);
+  covariances.reserve(9 * capacity);
+  jacobians.reserve(6 * capacity);
+  for (auto* array : {&camera_ids, &has_depth_cue, &has_covariance, &is_required, &usable_}) array->reserve(capacity);
+  uses.reserve(capacity);
+}
+
+void FrameMatches::start(const Camera& camera, const RigidTransform& T_cw, bool keeps_numbers) noexcept {
+  only.camera = camera;
+  has_rig = false;
+  start(T_cw, keeps_numbers);
+}
+
+void FrameMatches::start(const Rig& of_frame, const RigidTransform& T_bw, bool keeps_numbers) noexcept {
+  rig = of_frame;
+  has_rig = true;
+  start(T_bw, keeps_numbers);
+}
+
+void FrameMatches::start(const RigidTransform& pose, bool keeps_numbers) noexcept {
+  T = pose;
+  keeps_numbers_ = keeps_numbers;
+  depth_cue = DepthCue::none;
+  for (auto* array : {&points, &measured, &sigmas, &covariances, &jacobians}) array->clear();
+  for (auto* array : {&camera_ids, &has_depth_cue, &has_covariance, &is_required}) array->clear();
+  for (auto* array : {&point_ids, &keyframes}) array->clear();
+  ids.clear();
+  uses.clear();
+  has_covariances = has_jacobians = are_mixed_ = false;
+  added_ = 0;
+}
+
+void FrameMatches::add(const FeatureMatch& match) noexcept {
+  ++added_;
+  if (size() == capacity_) return;
+  ids.push_back(match.id);
+  points.insert(points.end(), match.point, match.point + 3);
+  measured.insert(measured.end(), 3, unmeasured);
+  sigmas.push_back(match.sigma);
+  camera_ids.push_back(match.camera_id);
+  has_depth_cue.push_back(0);
+  has_covariance.push_back(match.covariance != nullptr ? 1 : 0);
+  is_required.push_back(match.is_required ? 1 : 0);
+  uses.push_back(MatchUse::usable);
+  measure(size() - 1, match);
+  if (keeps_numbers_) {
+    point_ids.push_back(match.point_id);
+    keyframes.push_back(match.keyframe);
+  }
+  append(match.covariance, 9, covariances, has_covariances);
+  append(match.jacobian, 6, jacobians, has_jacobians);
+}
+
+void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
+  std::copy_n(match.measured, 2, &measured[3 * i]);
+  const bool has_right = match.u_right >= 0 && match.u_right < infinity;
+  const bool has_depth = match.depth > 0 && match.depth < infinity;
+  if (has_right || has_depth) {
+    const DepthCue cue = has_right ? DepthCue::stereo : DepthCue::depth;
+    are_mixed_ = are_mixed_ || (has_right && has_depth) || (depth_cue != DepthCue::none && depth_cue != cue);
+    depth_cue = cue;
+    has_depth_cue[i] = 1;
+    measured[3 * i + 2] = has_right ? match.u_right : match.depth;
+  }
+  if (!are_usable(match)) uses[i] = MatchUse::broken;
+}
+
+// Appends an array that only some matches have; nothing is written before the first of them.
+void FrameMatches::append(const double* entries, std::size_t count, std::vector<double>& all,
+                          bool& is_any) const noexcept {
+  if (entries == nullptr && !is_any) return;
+  if (!is_any) all.assign(count * (size() - 1), not_a_number);
+  is_any = true;
+  if (entries == nullptr) {
+    all.insert(all.end(), count, not_a_number);
+  } else {
+    all.insert(all.end(), entries, entries + count);
+  }
+}
+
+void FrameMatches::set(std::size_t i, const FeatureMatch& match) noexcept {
+  sigmas[i] = match.sigma;
+  measure(i, match);
+}
+
+FeatureMatch FrameMatches::get(std::size_t i) const noexcept {
+  FeatureMatch match;
+  match.id = ids[i];
+  std::copy_n(&points[3 * i], 3, match.point);
+  std::copy_n(&measured[3 * i], 2, match.measured);
+  if (has_depth_cue[i] != 0) (depth_cue == DepthCue::stereo ? match.u_right : match.depth) = measured[3 * i + 2];
+  match.sigma = sigmas[i];
+  match.camera_id = camera_ids[i];
+  match.is_required = is_required[i] != 0;
+  if (has_covariance[i] != 0) match.covariance = &covariances[9 * i];
+  if (has_jacobians) match.jacobian = &jacobians[6 * i];
+  if (!point_ids.empty()) match.point_id = point_ids[i];
+  if (!keyframes.empty()) match.keyframe = keyframes[i];
+  return match;
+}
+
+// Match `first` and those after it.
+Matches FrameMatches::arrays_from(std::size_t first, std::size_t count) const noexcept {
+  Matches matches;
+  matches.size = count;
+  matches.points = points.data() + 3 * first;
+  matches.sigmas = sigmas.data() + first;
+  matches.has_depth_cue = has_depth_cue.data() + first;
+  if (has_jacobians) matches.jacobians = jacobians.data() + 6 * first;
+  if (has_rig) matches.camera_ids = camera_ids.data() + first;
+  if (has_covariances) matches.map_covariances = covariances.data() + 9 * first;
+  return matches;
+}
+
+BlockReport FrameMatches::append_arrays(const Matches& matches, BlockOptions options, BlockStore& store,
+                                        Executor* executor) const noexcept {
+  if (has_covariances) options.weighting = with_covariances(options.weighting);
+  options.depth_cue = depth_cue;
+  return has_rig ? append_blocks(rig, T, matches, options, store, executor)
+                 : append_blocks(only.camera, T, matches, options, store, executor);
+}
+
+BlockReport FrameMatches::append_blocks_to(BlockStore& store, const BlockOptions& options,
+                                           Executor* executor) noexcept {
+  depth_sigma_ = options.depth_sigma;
+  for (std::size_t i = 0; i < size() && has_covariances; ++i) {
+    for (std::size_t e = 0; e < 9 && has_covariance[i] == 0; ++e) {
+      covariances[9 * i + e] = e % 4 == 0 ? options.map_sigma * options.map_sigma : 0;
+    }
+  }
+  Matches matches = arrays_from(0, size());
+  usable_.clear();
+  for (const MatchUse use : uses) usable_.push_back(use == MatchUse::usable ? 1 : 0);
+  if (std::find(usable_.begin(), usable_.end(), 0) != usable_.end()) matches.usable = usable_.data();
+  if (!are_mixed_) return append_arrays(matches, options, store, executor);
+  BlockReport report;
+  report.error = Error::mixed_depth_cues;
+  return report;
+}
+
+int FrameMatches::block_of(std::size_t i, BlockStore& one, const BlockOptions& options,
+                           double (&rows)[max_block_rows][state_dimension]) const noexcept {
+  one.clear();
+  append_arrays(arrays_from(i, 1), options, one, nullptr);
+  if (one.size() == 0 || !one.is_valid(0)) return 0;
+  read_rows(all_of(one), 0, rows);
+  return one.rows();
+}
+
+MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
+  MatchNoise noise;
+  noise.sigma = sigmas[i];
+  noise.depth_sigma = options.depth_sigma;
+  if (has_depth_cue[i] != 0) noise.depth_cue = depth_cue;
+  if (has_jacobians) noise.jacobian = &jacobians[6 * i];
+  const Weighting weighting = has_covariances ? with_covariances(options.weighting) : options.weighting;
+  if (weighting != Weighting::measurement_and_map) return noise;
+  noise.map_sigma = options.map_sigma;
+  if (has_covariance[i] != 0) noise.covariance = &covariances[9 * i];
+  return noise;
+}
+
+// z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
+bool FrameMatches::residual_of(const RigidTransform& pose, std::size_t i, double (&e)[3]) const noexcept {
+  if (!has_camera(i)) return false;
+  double p_b[3], p_c[3], uv[2];
+  pose.transform(&points[3 * i], p_b);
+  const RigCamera& camera = camera_of(i);
+  camera.T_cb.transform(p_b, p_c);
+  if (!project(camera.camera, p_c, uv)) return false;
+  const double* const z = &measured[3 * i];
+  e[0] = z[0] - uv[0];
+  e[1] = z[1] - uv[1];
+  const bool is_depth = depth_cue == DepthCue::depth;
+  e[2] = has_depth_cue[i] == 0 ? 0 : z[2] - (is_depth ? p_c[2] : uv[0] - camera.camera.pinhole.bf / p_c[2]);
+  return true;
+}
+
+double FrameMatches::chi2_of(const RigidTransform& pose, std::size_t i, const BlockOptions* options) const noexcept {
+  if (uses[i] == MatchUse::broken) return infinity;
+  if (has_jacobians || uses[i] == MatchUse::unmatched || !is_measured(i)) return not_a_number;
+  double e[3], omega[9];
+  if (!residual_of(pose, i, e)) return infinity;
+  if (options != nullptr && match_information(camera_of(i), T, &points[3 * i], noise_of(i, *options), omega)) {
+    return square_of(e, omega, has_depth_cue[i] != 0 ? 3 : 2);
+  }
+  const double of_cue = e[2] / (depth_cue == DepthCue::depth ? depth_sigma_ : sigmas[i]);
+  return (e[0] * e[0] + e[1] * e[1]) / (sigmas[i] * sigmas[i]) + of_cue * of_cue;
+}
+
+}  // namespace maxlogdet
