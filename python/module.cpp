@@ -7,6 +7,35 @@
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/version.hpp>
 
+#include <cstddef>
+
+namespace {
+
+namespace py = pybind11;
+
+// To a function that takes an object whose __init__ never ran, as Selector.__new__(Selector), pybind11 gives memory in
+// which nothing was constructed. It asks the class for that memory, and for no other: so the class refuses.
+void* refuse_uninitialised(std::size_t) {
+  throw py::type_error("the object is not initialised: call its __init__, or super().__init__, first");
+}
+
+// Makes misused objects of all classes raise errors where pybind11 would crash.
+void protect_classes(const py::module_& module) {
+  const py::dict members = module.attr("__dict__");
+  for (const auto& [name, member] : members) {
+    if (!py::isinstance<py::type>(member)) continue;
+    py::detail::type_info* const bound = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(member.ptr()));
+    if (bound == nullptr) continue;
+    bound->operator_new = &refuse_uninitialised;
+    // A __new__ of its own, though the same one: for pickle's protocols 0 and 1, copyreg calls the class that has it,
+    // and pybind11's base class would end the process.
+    const auto* const inherited = reinterpret_cast<PyCFunctionObject*>(py::object(member.attr("__new__")).ptr());
+    member.attr("__new__") = py::reinterpret_steal<py::object>(PyCFunction_New(inherited->m_ml, member.ptr()));
+  }
+}
+
+}  // namespace
+
 PYBIND11_MODULE(_core, module) {
   using namespace maxlogdet::python;
   // inspect.signature() cannot read pybind11's signatures: docstrings begin with hand-written ones that it can.
@@ -21,6 +50,7 @@ PYBIND11_MODULE(_core, module) {
   bind_selection(module);
   bind_selector(module);
   bind_active_selection(module);
+  protect_classes(module);
 
   module.def("isa", &maxlogdet::active_isa, R"(isa()
 --

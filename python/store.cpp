@@ -65,21 +65,22 @@ std::size_t append(Store& store, const py::object& object) {
 }
 
 // A read-only array over the store's memory, which holds a lease; arrays derived from it hold the array.
-py::array view(const std::shared_ptr<Store>& store, const py::dtype& type, const std::vector<py::ssize_t>& shape,
+py::array view(Store& store, const py::dtype& type, const std::vector<py::ssize_t>& shape,
                const std::vector<py::ssize_t>& strides, const void* memory) {
   py::array array;
-  if (store->blocks().size() == 0 || shape.front() == 0) {
+  if (store.blocks().size() == 0 || shape.front() == 0) {
     array = py::array(type, shape);
   } else {
-    const py::capsule lease(new Lease(store), [](void* pointer) { delete static_cast<Lease*>(pointer); });
+    const py::capsule lease(new Lease(store.shared_from_this()),
+                            [](void* pointer) { delete static_cast<Lease*>(pointer); });
     array = py::array(type, shape, strides, memory, lease);
   }
   array.attr("setflags")(py::arg("write") = false);
   return array;
 }
 
-py::array planes(const std::shared_ptr<Store>& store) {
-  const BlockStore& blocks = store->blocks();
+py::array planes(Store& store) {
+  const BlockStore& blocks = store.blocks();
   constexpr py::ssize_t entry = sizeof(float);
   const py::ssize_t plane = entry * static_cast<py::ssize_t>(blocks.stride());
   return view(store, py::dtype::of<float>(),
@@ -87,15 +88,15 @@ py::array planes(const std::shared_ptr<Store>& store) {
               {plane * state_dimension, plane, entry}, blocks.plane(0, 0));
 }
 
-py::array indices(const std::shared_ptr<Store>& store) {
-  const BlockStore& blocks = store->blocks();
+py::array indices(Store& store) {
+  const BlockStore& blocks = store.blocks();
   constexpr py::ssize_t entry = sizeof(std::uint32_t);
   return view(store, py::dtype::of<std::uint32_t>(), {static_cast<py::ssize_t>(blocks.stored())}, {entry},
               blocks.indices());
 }
 
-py::array validity(const std::shared_ptr<Store>& store) {
-  const BlockStore& blocks = store->blocks();
+py::array validity(Store& store) {
+  const BlockStore& blocks = store.blocks();
   return view(store, py::dtype::of<bool>(), {static_cast<py::ssize_t>(blocks.size())}, {1}, blocks.validity());
 }
 
@@ -124,7 +125,7 @@ std::shared_ptr<Store> copy(const Store& store) {
 }
 
 // The blocks of the stored candidates, and which candidates these are.
-py::tuple state_of(const std::shared_ptr<Store>& store) {
+py::tuple state_of(Store& store) {
   return py::make_tuple(planes(store).attr("transpose")(2, 0, 1).attr("copy")(), validity(store).attr("copy")());
 }
 
@@ -180,7 +181,7 @@ Lease::~Lease() {
 }
 
 std::shared_ptr<Store> store_of(const py::handle& blocks) {
-  if (py::isinstance<Store>(blocks)) return blocks.cast<std::shared_ptr<Store>>();
+  if (py::isinstance<Store>(blocks)) return blocks.cast<Store&>().shared_from_this();
   auto store = std::make_shared<Store>(0);
   extend(*store, py::reinterpret_borrow<py::object>(blocks));
   return store;
