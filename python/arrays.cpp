@@ -48,8 +48,13 @@ Array<T> converted(const py::array& array, const char* name) {
   return result;
 }
 
+bool is_bool(const py::handle& object) {
+  return py::isinstance<py::bool_>(object) || py::isinstance(object, py::dtype::of<bool>().attr("type"));
+}
+
+// Refuses bools, which Python takes for 0 and 1.
 py::int_ integer_from(const py::handle& object, const char* name) {
-  auto integer = py::reinterpret_steal<py::int_>(PyNumber_Index(object.ptr()));
+  auto integer = py::reinterpret_steal<py::int_>(is_bool(object) ? nullptr : PyNumber_Index(object.ptr()));
   if (!integer) {
     PyErr_Clear();
     throw py::type_error(std::string(name) + ": expected an integer, got " + text_of(py::type::of(object)));

@@ -48,7 +48,7 @@ const T* data_or_null(const std::vector<T>& entries) {
   return entries.empty() ? nullptr : entries.data();
 }
 
-/// A Python or NumPy integer that is not negative.
+/// A Python or NumPy integer that is not negative. No integer is a bool.
 std::size_t count_from(const py::handle& object, const char* name);
 /// An integer, clamped to the range of int.
 int int_from(const py::handle& object, const char* name);

@@ -77,6 +77,8 @@ ARGUMENTS = [
     (TypeError, "excluded: expected an array of bools", dict(excluded=MASK.astype(np.uint8))),
     (ValueError, r"groups: expected shape \(20,\)", dict(groups=[1])),
     (TypeError, "groups: expected an array of integers, got float64", dict(groups=np.zeros(20))),
+    (TypeError, "groups: expected an array of integers, got bool", dict(groups=MASK)),
+    (TypeError, "group_maxima: expected an array of integers, got bool", dict(groups=MASK + 0, group_maxima=[True])),
     (ValueError, r"groups: expected integers in \[0, 2\^32\)", dict(groups=np.full(20, -1))),
     (ValueError, r"groups: expected integers in \[0, 2\^32\)", dict(groups=np.full(20, 2**64 - 1, np.uint64))),
     (ValueError, "group_maxima: expected groups as well", dict(group_maxima=[1])),
@@ -91,6 +93,34 @@ def test_messages_name_the_wrong_argument(error, text, wrong):
             select(**{"blocks": BLOCKS, "budget": 20, **wrong})
         assert type(raised.value) is error
         assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("true", [True, np.bool_(True)])
+def test_a_bool_is_no_integer(true):
+    active = maxlogdet.ActiveSelection(20)
+    active.start(BLOCKS, 20)
+    proposal = active.next()
+    calls = [(name, lambda name=name: maxlogdet.select(BLOCKS, **{name: true}))
+             for name in ("budget", "seed", "threads", "certificate_passes", "exchange_sweeps", "max_per_group")]
+    calls += [
+        ("capacity", lambda: maxlogdet.Selector(true)),
+        ("threads", lambda: maxlogdet.Selector(20, threads=true)),
+        ("capacity", lambda: maxlogdet.ActiveSelection(true)),
+        ("capacity", lambda: maxlogdet.BlockStore(true)),
+        ("capacity", lambda: maxlogdet.BlockStore(capacity=true)),
+        ("capacity", lambda: maxlogdet.BlockStore().reserve(true)),
+        ("threads", lambda: maxlogdet.BlockStore().append_blocks(
+            maxlogdet.PinholeCamera(1, 1), np.eye(4), np.ones((1, 3)), threads=true)),
+        ("budget", lambda: maxlogdet.ActiveSelection(20).start(BLOCKS, true)),
+        ("count", lambda: active.next_batch(true)),
+        ("index", lambda: active.accept(index=true)),
+        ("index", lambda: active.reject(index=true)),
+    ]
+    for name, call in calls:
+        with pytest.raises(TypeError, match=f"^{name}: expected an integer, got <class '(numpy.)?bool_?'>$"):
+            call()
+    assert active.next() == proposal  # still unanswered
+    active.accept(index=np.uint32(proposal))
 
 
 def test_none_means_the_default():
