@@ -2,12 +2,14 @@
 #include "python/cameras.hpp"
 
 #include "python/arrays.hpp"
+#include "python/errors.hpp"
 #include "python/names.hpp"
 #include "python/pickling.hpp"
 
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -148,14 +150,21 @@ bool is_camera(const py::handle& object) {
 
 RigidTransform pose_of(const py::handle& T, const char* name) {
   const Array<double> pose = real_array(T, name, {});
-  const double last_row[] = {0, 0, 0, 1};
-  const bool has_columns = pose.ndim() == 2 && pose.shape(1) == 4;
-  const bool is_square = has_columns && pose.shape(0) == 4;
-  if (!(has_columns && pose.shape(0) == 3) && !(is_square && std::equal(last_row, last_row + 4, pose.data() + 12))) {
-    throw py::value_error(std::string(name) + ": expected shape (3, 4), or (4, 4) with the last row 0, 0, 0, 1; got " +
+  if (pose.ndim() != 2 || pose.shape(1) != 4 || (pose.shape(0) != 3 && pose.shape(0) != 4)) {
+    throw py::value_error(std::string(name) + ": expected shape (3, 4) or (4, 4), got " +
                           std::string(py::str(pose.attr("shape"))));
   }
-  return pose.data();
+  const double* const entries = pose.data();
+  if (!std::all_of(entries, entries + pose.size(), [](double entry) { return std::isfinite(entry); })) {
+    throw StatusError(BlockStatus::invalid_pose,
+                      std::string(name) + " is not finite: expected numbers, no NaN or infinity");
+  }
+  const double last_row[] = {0, 0, 0, 1};
+  if (pose.shape(0) == 4 && !std::equal(last_row, last_row + 4, entries + 12)) {
+    throw py::value_error(std::string(name) + ": expected the last row 0, 0, 0, 1, got " +
+                          std::string(py::str(pose[py::int_(3)])) + "; is it transposed?");
+  }
+  return entries;
 }
 
 Cameras cameras_of(const py::object& camera) {

@@ -19,7 +19,8 @@ struct Cameras {
 /// Throws TypeError unless it is one of these.
 Cameras cameras_of(const py::object& camera);
 
-/// A pose as 3 x 4, or as 4 x 4 with the last row 0, 0, 0, 1: nothing else reveals a transposed one. Throws ValueError.
+/// A pose as 3 x 4, or as 4 x 4 with the last row 0, 0, 0, 1: nothing else reveals a transposed one. Throws ValueError,
+/// and StatusError if it is not finite; whether it is a rotation is left to the library.
 RigidTransform pose_of(const py::handle& T, const char* name);
 
 }  // namespace maxlogdet::python

@@ -43,7 +43,8 @@ const char* explain(BlockStatus status) noexcept {
     case BlockStatus::invalid_jacobians: return "not an error";
     case BlockStatus::invalid_camera:
       return "fx, fy, and for stereo rows bf of a pinhole, must be positive and finite, and distortion in its range";
-    case BlockStatus::invalid_pose: return "T_cw or a T_cb is not finite, or its left 3 x 3 part is not a rotation";
+    case BlockStatus::invalid_pose:
+      return "the left 3 x 3 part R of T_cw, or of a T_cb, is no rotation: expected R R^T = I within 1e-3, det R > 0";
     case BlockStatus::invalid_options:
       return "map_sigma and min_depth must not be negative, depth_sigma must be positive, all finite; threads must not "
              "be negative";
@@ -65,10 +66,12 @@ void raise(const StatusError& error, const char* type_name) {
 
 }  // namespace
 
-StatusError::StatusError(const char* status, const char* explanation)
-    : std::runtime_error(std::string(status) + ": " + explanation), status_(status) {}
+StatusError::StatusError(const char* status, const std::string& explanation)
+    : std::runtime_error(status + (": " + explanation)), status_(status) {}
 StatusError::StatusError(Status status) : StatusError(to_string(status), explain(status)) {}
-StatusError::StatusError(BlockStatus status) : StatusError(to_string(status), explain(status)) {}
+StatusError::StatusError(BlockStatus status) : StatusError(status, explain(status)) {}
+StatusError::StatusError(BlockStatus status, const std::string& explanation)
+    : StatusError(to_string(status), explanation) {}
 
 void bind_errors(py::module_& module) {
   module.attr("SelectionError") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(

@@ -5,6 +5,7 @@
 #include <maxlogdet/selection.hpp>
 
 #include <stdexcept>
+#include <string>
 
 namespace maxlogdet::python {
 
@@ -13,10 +14,11 @@ class StatusError : public std::runtime_error {
  public:
   explicit StatusError(Status status);
   explicit StatusError(BlockStatus status);
+  StatusError(BlockStatus status, const std::string& explanation);
   const char* status() const noexcept { return status_; }
 
  private:
-  StatusError(const char* status, const char* explanation);
+  StatusError(const char* status, const std::string& explanation);
   const char* status_;
 };
 
