@@ -126,7 +126,7 @@ void run(const EvaluateArguments& arguments) {
   std::sort(options.budgets.begin(), options.budgets.end());
   options.repeats = arguments.repeats;
   options.map_sigma = arguments.map_sigma;
-  options.stochastic.seed = sim::seed_of(arguments.seed);
+  options.seed = sim::seed_of(arguments.seed);
   const bool has_weighting = !arguments.weighting.empty();
   const bool weighs_map =
       has_weighting ? arguments.weighting == to_string(Weighting::measurement_and_map) : have_covariances(recordings);

@@ -43,12 +43,12 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
 
 // Throws if the frame is unusable; warns if only some matches are.
 void check(const sim::Frame& frame, const BlockReport& report) {
-  if (report.error == Error::singular_rays) {
+  if (report.singular_rays > 0) {
     std::cerr << "maxlogdet: frame " << frame.name << ": " << report.singular_rays
               << " matches have no world-frame block (viewing ray orthogonal to the world's z axis) and are never "
                  "selected; map_bias has no such rays\n";
   } else if (report.error != Error::none) {
-    fail(frame, explained(report.status));
+    fail(frame, explained(report.error, Options()));
   }
 }
 
@@ -122,7 +122,7 @@ class SelectCommand {
     Options trial = options_;
     trial.budget = 0;
     const Selection selection = selector_.select(blocks_, trial);
-    if (!selection.has_answer()) throw sim::InputError(explained(selection.status, options_));
+    if (!selection.has_answer()) throw sim::InputError(explained(selection.error, options_));
   }
 
   void select(const sim::Frame& frame) {

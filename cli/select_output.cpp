@@ -54,9 +54,9 @@ void add_answer(const sim::Frame& frame, const Options& options, const Selection
   line["log_det"] = selection.log_det;
   if (options.certificate.compute) {
     line["upper_bound"] = selection.upper_bound;
-    line["efficiency"] = selection.efficiency();
+    line["certified_efficiency"] = selection.certified_efficiency();
   }
-  if (has_efficiency(options)) line["efficiency_of_all"] = selection.efficiency_of_all;
+  if (has_efficiency(options)) line["efficiency"] = selection.efficiency;
   if (has_translation(options)) line["translation_sigma"] = selection.translation_sigma;
   if (has_rotation(options)) line["rotation_sigma"] = selection.rotation_sigma;
 }
@@ -100,7 +100,7 @@ void print_table_row(const sim::Frame& frame, const Selection& selection, const 
 
 void print_reached(const Options& options, const Selection& selection) {
   if (has_efficiency(options))
-    print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency_of_all);
+    print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency);
   if (has_translation(options)) print("\nexpected deviation of the translation %.6g m\n", selection.translation_sigma);
   if (has_rotation(options)) print("\nexpected deviation of the rotation %.6g rad\n", selection.rotation_sigma);
 }
@@ -109,7 +109,7 @@ void print_selected(const sim::Frame& frame, const Selection& selection) {
   if (selection.size == 0) return;
   if (!std::isnan(selection.upper_bound)) {  // with --certify
     print("\nproved: no selection within the budget has a log det above %.4f; D-efficiency %.3f %%\n",
-          selection.upper_bound, 100 * selection.efficiency());
+          selection.upper_bound, 100 * selection.certified_efficiency());
   }
   std::cout << "\nselected, in this order (match: gain in nats, pixel, depth)\n";
   constexpr std::size_t shown = 10;
@@ -135,8 +135,8 @@ std::string strategies_with_groups_and_targets() {
 
 }  // namespace
 
-std::string explained(Status status, const Options& options) {
-  switch (status) {
+std::string explained(Error error, const Options& options) {
+  switch (error) {
     case Error::invalid_epsilon:
       return "epsilon " + std::to_string(options.stochastic.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
     case Error::unsupported_isa: return sim::unsupported_isa_message();
@@ -153,14 +153,10 @@ std::string explained(Status status, const Options& options) {
              (options.exchange.sweeps == 0 ? "" : " with --exchange-sweeps") +
              " does not stop at targets; expected --strategy " + strategies_with_groups_and_targets() +
              ", without --exchange-sweeps";
-    default: return std::string("selection failed: ") + to_string(status);
+    case Error::invalid_camera: return "expected fx,fy > 0, and bf > 0 for --stereo";
+    case Error::invalid_block_options: return "expected a finite --map-sigma of 0 or more";
+    default: return explain(error);
   }
-}
-
-std::string explained(Error status) {
-  if (status == Error::invalid_camera) return "expected fx,fy > 0, and bf > 0 for --stereo";
-  if (status == Error::invalid_options) return "expected a finite --map-sigma of 0 or more";
-  return std::string("blocks cannot be built: ") + to_string(status);
 }
 
 }  // namespace maxlogdet::cli

@@ -27,7 +27,6 @@ void print_reached(const Options& options, const Selection& selection);
 void print_selected(const sim::Frame& frame, const Selection& selection);
 
 /// Explain what was expected where a selection has no answer, or blocks cannot be built.
-std::string explained(Status status, const Options& options);
-std::string explained(Error status);
+std::string explained(Error error, const Options& options);
 
 }  // namespace maxlogdet::cli

@@ -52,7 +52,7 @@ struct Run {
 };
 
 Run::Run(const RobustnessOptions& options, std::uint64_t number) {
-  Draws draws(options.stochastic.seed, number);
+  Draws draws(options.seed, number);
   frame = make_scene(options.scene, options.matches, draws.bits());
   true_T_cw = pose_of(frame.T_cw_prior);
   prior_T_cw = exp_se3(uniform_step(draws, prior_translation, prior_rotation_deg)) * true_T_cw;
@@ -212,7 +212,7 @@ const char* to_string(Disturbance disturbance) {
 
 nlohmann::ordered_json to_json(const RobustnessOptions& options) {
   return {{"experiment", "robustness"},
-          {"seed", options.stochastic.seed},
+          {"seed", options.seed},
           {"scene", to_string(options.scene)},
           {"matches", options.matches},
           {"budgets", options.budgets},

@@ -53,8 +53,8 @@ struct Reference {
 
 Reference reference_of(Selector& selector, const BlockStore& blocks, std::size_t k) {
   Options certify = options_of(k, Strategy::lazy_greedy);
-  certify.certify = true;
-  certify.certificate_passes = 8;
+  certify.certificate.compute = true;
+  certify.certificate.passes = 8;
   return {timed_select(selector, blocks, options_of(k, Strategy::greedy)),
           timed_select(selector, blocks, options_of(k, Strategy::lazy_greedy)),
           timed_select(selector, blocks, certify)};
@@ -89,7 +89,7 @@ EpsilonOutcome outcome_of(std::size_t n, std::size_t k, double epsilon, const Ti
 
 nlohmann::ordered_json to_json(const EpsilonOptions& options) {
   return {{"experiment", "epsilon"},
-          {"seed", options.stochastic.seed},
+          {"seed", options.seed},
           {"sizes", options.sizes},
           {"shares", options.shares},
           {"epsilons", options.epsilons},
@@ -98,7 +98,7 @@ nlohmann::ordered_json to_json(const EpsilonOptions& options) {
 }
 
 std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size_t n, std::uint64_t run) {
-  Draws seeds(options.stochastic.seed, run);
+  Draws seeds(options.seed, run);
   const Frame frame = make_scene(options.scene, n, seeds.bits());
   BlockOptions block_options;
   block_options.weighting = options.weighting;
@@ -112,10 +112,10 @@ std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size
     const Reference reference = reference_of(selector, blocks, k);
     for (const double epsilon : options.epsilons) {
       Options search = options_of(k, Strategy::stochastic_greedy);
-      search.epsilon = usable_epsilon(epsilon, n, k);
-      search.seed = seeds.bits();
+      search.stochastic.epsilon = usable_epsilon(epsilon, n, k);
+      search.stochastic.seed = seeds.bits();
       const Timed found = timed_select(selector, blocks, search);
-      outcomes.push_back(outcome_of(n, k, search.epsilon, found, reference));
+      outcomes.push_back(outcome_of(n, k, search.stochastic.epsilon, found, reference));
       outcomes.back().epsilon = epsilon;
     }
   }
@@ -127,7 +127,7 @@ nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes) {
   for (const EpsilonOutcome& o : outcomes) {
     result.push_back({{"n", o.n},
                       {"k", o.k},
-                      {"epsilon", o.stochastic.epsilon},
+                      {"epsilon", o.epsilon},
                       {"us", o.us},
                       {"us_greedy", o.us_greedy},
                       {"us_lazy", o.us_lazy},

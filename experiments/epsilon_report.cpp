@@ -69,7 +69,7 @@ Table epsilon_table(const Runs& runs, const std::vector<std::string>& numbers) {
                   "share_of_bound"};
   for (std::size_t run = 0; run < runs.size(); ++run) {
     for (const EpsilonOutcome& o : runs[run]) {
-      table.rows.push_back({numbers.at(run), std::to_string(o.n), std::to_string(o.k), exact(o.stochastic.epsilon),
+      table.rows.push_back({numbers.at(run), std::to_string(o.n), std::to_string(o.k), exact(o.epsilon),
                             exact(o.us), exact(o.us_greedy), exact(o.us_lazy), exact(o.gap_nats),
                             std::to_string(o.differing), exact(o.gains), exact(o.gains_greedy),
                             exact(o.share_of_greedy), exact(o.share_of_bound)});
@@ -81,7 +81,7 @@ Table epsilon_table(const Runs& runs, const std::vector<std::string>& numbers) {
 Table guarantee_table(const EpsilonOptions& options, const Runs& runs) {
   Table table{columns, {}};
   for (const double epsilon : options.epsilons) {
-    table.rows.push_back(row_of(runs, epsilon, [&](const auto& o) { return o.stochastic.epsilon == epsilon; }));
+    table.rows.push_back(row_of(runs, epsilon, [&](const auto& o) { return o.epsilon == epsilon; }));
   }
   return table;
 }
@@ -90,7 +90,7 @@ Table speedup_table(const EpsilonOptions& options, const Runs& runs, std::size_t
   Table table{columns, {}};
   for (const double epsilon : options.epsilons) {
     table.rows.push_back(
-        row_of(runs, epsilon, [&](const auto& o) { return o.stochastic.epsilon == epsilon && o.n == n && o.k == k; }));
+        row_of(runs, epsilon, [&](const auto& o) { return o.epsilon == epsilon && o.n == n && o.k == k; }));
   }
   return table;
 }

@@ -35,7 +35,7 @@ const char* to_string(DepthLaw law) {
 
 nlohmann::ordered_json to_json(const PnpOptions& options) {
   return {{"experiment", "metrics"},
-          {"seed", options.stochastic.seed},
+          {"seed", options.seed},
           {"points", options.points},
           {"noises_px", options.noises},
           {"sizes", options.sizes},
@@ -72,7 +72,7 @@ void check(const PnpOptions& options) {
 }
 
 PnpScene draw_scene(const PnpOptions& options, std::uint64_t run) {
-  Draws draws(options.stochastic.seed, run);
+  Draws draws(options.seed, run);
   PnpScene scene;
   const auto n = static_cast<Eigen::Index>(options.points);
   scene.points.resize(3, n);

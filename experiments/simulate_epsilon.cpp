@@ -83,7 +83,7 @@ void add_epsilon_experiment(CLI::App& simulate) {
       ->check(CLI::IsMember(names_of(weightings)))
       ->capture_default_str();
   command->callback([arguments] {
-    arguments->options.stochastic.seed = seed_of(arguments->common.seed);
+    arguments->options.seed = seed_of(arguments->common.seed);
     arguments->options.weighting = find_named(weightings, arguments->weighting).value();
     run(*arguments);
   });

@@ -90,7 +90,7 @@ void add_metrics_experiment(CLI::App& simulate) {
   command->add_option("--farthest", options.farthest, "Maximum depth, m")->capture_default_str();
   command->add_option("--prior", options.prior, "M0 is this times I")->capture_default_str();
   command->callback([arguments] {
-    arguments->options.stochastic.seed = seed_of(arguments->common.seed);
+    arguments->options.seed = seed_of(arguments->common.seed);
     arguments->options.weightings = values_named(weightings, arguments->weightings);
     arguments->options.depths = find_named(depth_laws, arguments->depths).value();
     run(*arguments);

@@ -74,7 +74,7 @@ void TrackingArguments::add_to(CLI::App& command) {
 }
 
 void TrackingArguments::complete() {
-  options.stochastic.seed = seed_of(common.seed);
+  options.seed = seed_of(common.seed);
   options.optimization.step_tolerance = 1e-6;
   sequences.window = options.window;
   selection.blocks.weighting = find_named(weightings, weighting).value();

@@ -53,7 +53,7 @@ nlohmann::ordered_json to_json(const WorldOptions& options) {
 
 std::vector<TrackingOutcome> run_tracking(const TrackingOptions& options, const Trajectory& trajectory, const Rig& rig,
                                           std::uint64_t run) {
-  Draws seeds(options.stochastic.seed ^ hash_of(trajectory.name), run);
+  Draws seeds(options.seed ^ hash_of(trajectory.name), run);
   MappedWorld world(trajectory, rig, options.world, seeds.bits());
   const Pose T_cb = rig.T_bc.inverse();
   std::vector<Contestant> contestants;

@@ -36,7 +36,7 @@ nlohmann::ordered_json settings_of(const std::string& experiment, const Tracking
     poses[trajectory.name] = {trajectory.poses.size(), fingerprint_of(trajectory)};
   }
   return {{"experiment", experiment},
-          {"seed", options.stochastic.seed},
+          {"seed", options.seed},
           {"selectors", contestants},
           {"pool", arguments.selection.pool},
           {"weighting", arguments.weighting},

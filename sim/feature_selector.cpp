@@ -60,7 +60,7 @@ bool shares_errors(SelectorKind kind) {
 }
 
 bool has_target(const Options& search) {
-  return search.target_efficiency > 0 || search.target_translation_sigma > 0 || search.target_rotation_sigma > 0;
+  return search.target.efficiency > 0 || search.target.translation_sigma > 0 || search.target.rotation_sigma > 0;
 }
 
 bool weighs_map_errors(const SelectorSettings& settings) {
@@ -163,7 +163,7 @@ void FeatureSelector::build_blocks(const Frame& frame, const Matches& arrays,
   matches.usable = usable_.data();
   blocks_.clear();
   const BlockReport report = append_blocks(frame, matches, settings_.blocks, blocks_);
-  if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.status));
+  if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.error));
 }
 
 void FeatureSelector::search(const Options& how, std::size_t budget, std::vector<std::uint32_t>& selected) {

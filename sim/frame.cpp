@@ -5,7 +5,7 @@
 
 namespace maxlogdet::sim {
 
-DepthCue FrameCamera::third() const noexcept {
+DepthCue FrameCamera::depth_cue() const noexcept {
   if (depth_sigma > 0) return DepthCue::depth;
   return rig.empty() && bf > 0 ? DepthCue::stereo : DepthCue::none;
 }

@@ -44,7 +44,7 @@ struct FrameCamera : PinholeCamera {
   /// Returns whether matches have u, v and at most a right-image column, by the pinhole.
   bool is_pinhole() const noexcept { return rig.empty() && !(depth_sigma > 0); }
   /// Returns the third measurement that matches may have.
-  DepthCue third() const noexcept;
+  DepthCue depth_cue() const noexcept;
 };
 
 /// The matches of one image and the pose to linearise at; docs/frame_format.md describes the file it is read from.

@@ -53,13 +53,13 @@ Camera camera_of(const TextFile& file, std::string_view values) {
   Matches matches;
   const double nothing[3] = {};
   matches.points = nothing;
-  if (!append_blocks(camera, RigidTransform::identity(), matches, BlockOptions(), none).is_done()) {
+  if (append_blocks(camera, RigidTransform::identity(), matches, BlockOptions(), none).error != Error::none) {
     file.fail("positive fx and fy, and distortion within the range of " + std::string(to_string(*model)));
   }
   return camera;
 }
 
-std::array<double, 12> RigidTransform(const TextFile& file, std::string_view values, const std::string& name) {
+std::array<double, 12> transform_of(const TextFile& file, std::string_view values, const std::string& name) {
   const auto v = numbers(file, values, 12, name + " (3 x 4 row-major)");
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(v.data());
   const Eigen::Matrix3d R = T.leftCols<3>();
@@ -124,9 +124,9 @@ void FrameComments::read(const std::string& name, std::string_view values, const
   } else if (name == "imagewidth,height") {
     read_image(file, values, frame);
   } else if (name == "Tcw_prior") {
-    frame.T_cw_prior = RigidTransform(file, values, name);
+    frame.T_cw_prior = transform_of(file, values, name);
   } else if (name == "Tcw_true") {
-    frame.T_cw_true = RigidTransform(file, values, name);
+    frame.T_cw_true = transform_of(file, values, name);
   } else if (name == "depth_sigma") {
     frame.camera.depth_sigma = numbers(file, values, 1, name)[0];
     if (!(frame.camera.depth_sigma > 0)) file.fail("a positive depth_sigma, m");
@@ -157,7 +157,7 @@ void FrameComments::read_camera_of_rig(const std::string& name, std::string_view
   } else if (const auto of = number_behind("T_cb", name)) {
     if (has("camera") || *of >= camera.rig.size())
       file.fail("the comment 'camera " + std::to_string(*of) + "' before this");
-    camera.rig[*of].T_cb = RigidTransform(file, values, name).data();
+    camera.rig[*of].T_cb = RigidTransform::row_major(transform_of(file, values, name).data());
   }
 }
 

@@ -59,7 +59,7 @@ Eigen::Matrix3d Whitening::matrix() const {
   return W;
 }
 
-Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_third,
+Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance) {
   const bool is_pinhole = camera.is_pinhole();
   const Eigen::Matrix3d J =
@@ -67,7 +67,7 @@ Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match&
   Eigen::Matrix3d S = J * map_covariance * J.transpose();
   S.diagonal().head<2>().array() += variance_of(match);
   S(2, 2) += is_pinhole ? variance_of(match) : camera.depth_sigma * camera.depth_sigma;
-  return inverse_root(S, uses_third && (is_pinhole ? !(match.u_right < 0) : match.depth > 0));
+  return inverse_root(S, uses_depth_cue && (is_pinhole ? !(match.u_right < 0) : match.depth > 0));
 }
 
 Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
@@ -77,13 +77,13 @@ Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
   return W;
 }
 
-void whiten(const FrameCamera& camera, const Pose& T_cw, const std::vector<Match>& matches, bool uses_third,
+void whiten(const FrameCamera& camera, const Pose& T_cw, const std::vector<Match>& matches, bool uses_depth_cue,
             const double* map_covariances, double map_sigma, std::vector<Whitening>& whitenings) {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * (map_sigma * map_sigma);
   whitenings.clear();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (map_covariances != nullptr) covariance = Eigen::Map<const Eigen::Matrix3d>(map_covariances + 9 * i);
-    whitenings.push_back(whitening_of(camera, T_cw, matches[i], uses_third, covariance));
+    whitenings.push_back(whitening_of(camera, T_cw, matches[i], uses_depth_cue, covariance));
   }
 }
 

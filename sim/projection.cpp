@@ -23,7 +23,7 @@ Eigen::Vector3d residual(const PinholeCamera& camera, const Eigen::Vector3d& p, 
 }
 
 // Of a camera of any model, or a pinhole with depth.
-bool linearize_any(const FrameCamera& camera, const Pose& T_bw, const Match& match, bool uses_third,
+bool linearize_any(const FrameCamera& camera, const Pose& T_bw, const Match& match, bool uses_depth_cue,
                    LinearizedMatch& result) {
   using Map = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>;
   const RigCamera& seen_by = camera.rig.empty() ? RigCamera(camera) : camera.rig[match.camera_id];
@@ -33,7 +33,7 @@ bool linearize_any(const FrameCamera& camera, const Pose& T_bw, const Match& mat
   double uv[2];
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_uv;
   if (!project(seen_by.camera, p_c.data(), uv, J_uv.data())) return false;
-  const bool third = uses_third && match.depth > 0;
+  const bool third = uses_depth_cue && match.depth > 0;
   Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
   J.topRows<2>() = J_uv;
   if (third) J(2, 2) = 1;
@@ -47,12 +47,12 @@ bool linearize_any(const FrameCamera& camera, const Pose& T_bw, const Match& mat
 
 }  // namespace
 
-bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_third,
+bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                LinearizedMatch& result) {
-  if (!camera.is_pinhole()) return linearize_any(camera, T_cw, match, uses_third, result);
+  if (!camera.is_pinhole()) return linearize_any(camera, T_cw, match, uses_depth_cue, result);
   const Eigen::Vector3d p = T_cw * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
   if (!(p.z() > 0)) return false;
-  const bool third = uses_third && !(match.u_right < 0);  // NaN is no missing column but a bad one
+  const bool third = uses_depth_cue && !(match.u_right < 0);  // NaN is no missing column but a bad one
   const Eigen::Matrix3d J = camera_jacobian(camera, p, third);
   result.rows = third ? 3 : 2;
   result.residual = residual(camera, p, match, third);

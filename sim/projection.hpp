@@ -17,9 +17,9 @@ struct LinearizedMatch {
   Eigen::Matrix3d H_p;  ///< with respect to the point in the world frame
 };
 
-/// Linearises `match` at T_cw, of a rig the pose of its body; its third measurement counts if `uses_third`. Returns
+/// Linearises `match` at T_cw, of a rig the pose of its body; its third measurement counts if `uses_depth_cue`. Returns
 /// false where the camera has no image of the point (of a pinhole Z <= 0), or a number is not finite.
-bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_third,
+bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                LinearizedMatch& result);
 
 }  // namespace maxlogdet::sim

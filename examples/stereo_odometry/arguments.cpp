@@ -78,7 +78,7 @@ void Arguments::add_selection(CLI::App& program) {
   program.add_option("--strategy", strategy, "Search of md, quality_md")
       ->check(CLI::IsMember(sim::names_of(sim::strategies)))
       ->capture_default_str();
-  program.add_option("--epsilon", options.selection.search.epsilon, "Parameter of stochastic_greedy")
+  program.add_option("--epsilon", options.selection.search.stochastic.epsilon, "Parameter of stochastic_greedy")
       ->check(CLI::Range(1e-6, 1 - 1e-6))
       ->capture_default_str();
   program.add_option("--weighting", weighting, "Blocks of md, quality_md, active")

@@ -65,9 +65,9 @@ void record(const std::vector<Frame>& frames, const std::string& folder) {
     details.has_covariances = details.has_keyframes = details.has_descriptor_distances = true;
     details.width = static_cast<int>(frame.width);
     details.height = static_cast<int>(frame.height);
-    if (frame.T_cw_true) details.T_cw_true = frame.T_cw_true->data();
+    if (frame.T_cw_true) details.T_cw_true = maxlogdet::RigidTransform::row_major(frame.T_cw_true->data());
     bool is_written =
-        recorder.start(maxlogdet::Camera(frame.camera), RigidTransform::row_major(frame.T_cw_prior.data()), details);
+        recorder.start(maxlogdet::Camera(frame.camera), maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), details);
     for (std::size_t i = 0; is_written && i < frame.matches.size(); ++i) {
       const Match& from = frame.matches[i];
       FeatureMatch match;
@@ -75,7 +75,7 @@ void record(const std::vector<Frame>& frames, const std::string& folder) {
       std::copy(from.point, from.point + 3, match.point);
       match.measured[0] = from.u;
       match.measured[1] = from.v;
-      if (from.is_stereo()) match.depth_cue = from.u_right;
+      if (from.is_stereo()) match.u_right = from.u_right;
       match.sigma = 1 / std::sqrt(from.inv_sigma2);
       match.covariance = frame.map_covariances[i].data();
       match.point_id = from.map_point_id;

@@ -22,11 +22,11 @@ std::vector<WhitenedResidual> residuals_of(const Frame& frame, const PoseEstimat
                                            const std::vector<std::uint32_t>& which,
                                            const std::vector<Whitening>& whitenings) {
   std::vector<WhitenedResidual> residuals;
-  const bool uses_third = frame.camera.depth_cue() != DepthCue::none;
+  const bool uses_depth_cue = frame.camera.depth_cue() != DepthCue::none;
   for (const std::uint32_t i : which) {
     const Match& match = frame.matches[i];
     LinearizedMatch at;
-    if (!linearize(frame.camera, all.T_cw, match, uses_third, at)) continue;
+    if (!linearize(frame.camera, all.T_cw, match, uses_depth_cue, at)) continue;
     WhitenedResidual one;
     const auto cell = noise_grid.cell_of(frame, match);
     one.cell = cell + static_cast<std::uint32_t>(noise_grid.cells()) * match.camera_id;

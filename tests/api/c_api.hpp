@@ -51,22 +51,22 @@ inline maxlogdet_options options_in_c(const Options& options) {
   made.budget = options.budget;
   made.strategy = static_cast<maxlogdet_strategy>(options.strategy);
   made.threads = options.threads;
-  made.epsilon = options.epsilon;
-  made.seed = options.seed;
+  made.stochastic.epsilon = options.stochastic.epsilon;
+  made.stochastic.seed = options.stochastic.seed;
   made.prior = options.prior;
   made.time_limit = options.time_limit;
-  made.certify = options.certify ? 7 : 0;
-  made.certificate_passes = options.certificate_passes;
-  made.exchange_sweeps = options.exchange_sweeps;
+  made.certificate.compute = options.certificate.compute ? 7 : 0;
+  made.certificate.passes = options.certificate.passes;
+  made.exchange.sweeps = options.exchange.sweeps;
   made.required = options.required;
   made.excluded = options.excluded;
   made.groups = options.groups;
-  made.group_count = options.group_count;
-  made.max_per_group = options.max_per_group;
-  made.group_maxima = options.group_maxima;
-  made.target_efficiency = options.target_efficiency;
-  made.target_translation_sigma = options.target_translation_sigma;
-  made.target_rotation_sigma = options.target_rotation_sigma;
+  made.groups.count = options.groups.count;
+  made.groups.maximum = options.groups.maximum;
+  made.groups.maxima = options.groups.maxima;
+  made.target.efficiency = options.target.efficiency;
+  made.target.translation_sigma = options.target.translation_sigma;
+  made.target.rotation_sigma = options.target.rotation_sigma;
   return made;
 }
 
@@ -89,7 +89,7 @@ inline void expect_same(const maxlogdet_selection& in_c, const Selection& in_cpp
   EXPECT_TRUE(same_value(in_c.log_det, in_cpp.log_det));
   EXPECT_TRUE(same_value(in_c.upper_bound, in_cpp.upper_bound));
   EXPECT_TRUE(same_value(maxlogdet_selection_efficiency(&in_c), in_cpp.efficiency()));
-  EXPECT_TRUE(same_value(in_c.efficiency_of_all, in_cpp.efficiency_of_all));
+  EXPECT_TRUE(same_value(in_c.efficiency, in_cpp.efficiency));
   EXPECT_TRUE(same_value(in_c.translation_sigma, in_cpp.translation_sigma));
   EXPECT_TRUE(same_value(in_c.rotation_sigma, in_cpp.rotation_sigma));
   EXPECT_EQ(in_c.evaluations, in_cpp.evaluations);

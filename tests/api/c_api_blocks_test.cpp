@@ -152,8 +152,8 @@ maxlogdet_block_options in_c(const BlockOptions& options) {
 }
 
 void expect_same_report(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
-  EXPECT_EQ(in_c.status, static_cast<int>(in_cpp.status));
-  EXPECT_STREQ(maxlogdet_error_name(in_c.status), to_string(in_cpp.status));
+  EXPECT_EQ(in_c.error, static_cast<int>(in_cpp.error));
+  EXPECT_STREQ(maxlogdet_error_name(in_c.error), to_string(in_cpp.error));
   EXPECT_EQ(in_c.appended, in_cpp.appended);
   EXPECT_EQ(in_c.invalid, in_cpp.invalid);
   EXPECT_EQ(in_c.behind_camera, in_cpp.behind_camera);

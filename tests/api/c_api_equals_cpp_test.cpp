@@ -53,12 +53,12 @@ class Instance {
     const int strategy = random.chance(0.03) ? random.integer(-1, known) : random.integer(0, known - 1);
     options.strategy = static_cast<Strategy>(strategy);
     options.budget = static_cast<std::size_t>(random.integer(0, static_cast<int>(problem_.blocks.size())));
-    options.epsilon = random.uniform(0.01, 0.9);
-    options.seed = static_cast<std::uint64_t>(random.integer(0, 1000));
+    options.stochastic.epsilon = random.uniform(0.01, 0.9);
+    options.stochastic.seed = static_cast<std::uint64_t>(random.integer(0, 1000));
     options.threads = random.integer(0, 4);
-    options.certify = random.chance(0.5);
-    options.certificate_passes = static_cast<std::size_t>(random.integer(0, 3));
-    options.exchange_sweeps = static_cast<std::size_t>(random.integer(0, 2));
+    options.certificate.compute = random.chance(0.5);
+    options.certificate.passes = static_cast<std::size_t>(random.integer(0, 3));
+    options.exchange.sweeps = static_cast<std::size_t>(random.integer(0, 2));
     options.time_limit = random.chance(0.2) ? 1e-9 : random.chance(0.5) ? 1000 : 0;
   }
 
@@ -74,30 +74,30 @@ class Instance {
     const int count = random.integer(1, 10);
     problem_.groups.resize(problem_.blocks.size());
     for (std::uint32_t& group : problem_.groups) group = static_cast<std::uint32_t>(random.integer(0, count - 1));
-    problem_.plain.group_count = static_cast<std::size_t>(count);
-    problem_.plain.max_per_group = static_cast<std::size_t>(random.integer(1, 20));
+    problem_.plain.groups.count = static_cast<std::size_t>(count);
+    problem_.plain.groups.maximum = static_cast<std::size_t>(random.integer(1, 20));
     if (!random.chance(0.5)) return;
     for (int g = 0; g < count; ++g) problem_.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 20)));
   }
 
   // With strategies and sweeps that mostly allow them.
   static void draw_targets(Random& random, Options& options) {
-    if (random.chance(0.9)) options.exchange_sweeps = 0;
+    if (random.chance(0.9)) options.exchange.sweeps = 0;
     if (random.chance(0.9)) options.strategy = strategies[random.integer(0, 2)];
-    if (random.chance(0.5)) options.target_efficiency = random.uniform(0, 1);
-    if (random.chance(0.5)) options.target_translation_sigma = random.uniform(0, 1);
-    if (random.chance(0.5)) options.target_rotation_sigma = random.uniform(0, 1);
-    if (random.chance(0.03)) options.target_efficiency = random.uniform(1, 2);
+    if (random.chance(0.5)) options.target.efficiency = random.uniform(0, 1);
+    if (random.chance(0.5)) options.target.translation_sigma = random.uniform(0, 1);
+    if (random.chance(0.5)) options.target.rotation_sigma = random.uniform(0, 1);
+    if (random.chance(0.03)) options.target.efficiency = random.uniform(1, 2);
   }
 
   void spoil(Random& random) {
     const int kind = random.integer(0, 80);
     if (kind == 0) options_.budget = capacity_ + 1;
-    if (kind == 1) options_.epsilon = 0;
+    if (kind == 1) options_.stochastic.epsilon = 0;
     if (kind == 2) options_.threads = -1;
     if (kind == 3) options_.time_limit = -1;
     if (kind == 4) capacity_ = problem_.blocks.size() / 2;
-    if (kind == 5) options_.group_count = 0;
+    if (kind == 5) options_.groups.count = 0;
     if (kind == 6) std::fill(problem_.prior.begin(), problem_.prior.end(), 0.0);
   }
 

@@ -101,7 +101,7 @@ WideMatrix library_information(const Case& c, Weighting weighting, const Noise& 
   if (c.is_rig && c.camera > 0) matches.camera_ids = &c.camera;  // default: the first
   BlockStore blocks;
   const BlockReport report = append(c, matches, options_of(c, weighting, noise), blocks);
-  EXPECT_TRUE(report.error == Error::none) << to_string(report.status);
+  EXPECT_TRUE(report.error == Error::none) << to_string(report.error);
   EXPECT_EQ(report.invalid, 0U);
   return wide_gram(stored_block(blocks, 0).cast<long double>());
 }

@@ -304,7 +304,7 @@ TEST(Constraints, groups_may_have_any_numbers) {
         one->max_per_group = 3;
         one->required = nullptr;  // more of them may be in a group
       }
-      if (!has_maxima) options_renamed.group_count = std::size_t{1} << 32U;
+      if (!has_maxima) options_renamed.groups.count = std::size_t{1} << 32U;
       const Selection expected = selector.select(problem.blocks, options);
       const Selection selection = other.select(renamed.blocks, options_renamed);
       EXPECT_EQ(selection.status, expected.status);

@@ -189,7 +189,7 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   ASSERT_EQ(expected.status, Status::target_reached);
   EXPECT_EQ(good.selected_count(), expected.size);
   for (const std::uint32_t i : expected) EXPECT_TRUE(good.is_selected(i));
-  EXPECT_NEAR(good.share_of_all(), expected.efficiency_of_all, 1e-9);
+  EXPECT_NEAR(good.share_of_all(), expected.efficiency, 1e-9);
   good.judge(rows_of(frame.T_cw));
   const auto with = [&](double share, std::size_t budget, Status status, bool is_reached) {
     SCOPED_TRACE(share);

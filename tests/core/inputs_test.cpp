@@ -191,8 +191,8 @@ struct TwoMatches {
  private:
   static Error status_of(const BlockReport& report, const BlockStore& blocks) {
     EXPECT_EQ(blocks.size(), report.error == Error::none ? 2U : 0U);
-    EXPECT_STRNE(to_string(report.status), "unknown");
-    return report.status;
+    EXPECT_STRNE(to_string(report.error), "unknown");
+    return report.error;
   }
 };
 

@@ -104,7 +104,7 @@ void expect_status(Error status, const PinholeCamera& camera, const Pose& T_cw, 
   points << 0, 0, 1;
   BlockStore blocks;
   const BlockReport report = append_blocks(camera, T_cw, points, Matches(), options, blocks);
-  EXPECT_EQ(report.status, status) << to_string(report.status);
+  EXPECT_EQ(report.error, status) << to_string(report.error);
   EXPECT_EQ(report.appended, status == Error::none ? 1U : 0U);
   EXPECT_EQ(blocks.size(), report.appended);
 }

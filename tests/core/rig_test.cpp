@@ -78,7 +78,7 @@ TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
           BlockStore blocks(batch.matches.size);
           const BlockReport report = append_blocks(Rig{batch.cameras.data(), batch.cameras.size()}, T_bw, batch.matches,
                                                    batch.options, blocks);
-          ASSERT_TRUE(report.error == Error::none) << to_string(report.status);
+          ASSERT_TRUE(report.error == Error::none) << to_string(report.error);
           ASSERT_EQ(report.invalid, blocks.invalid_count());
           if (isa == sim::supported_isas().front()) {
             expected = bytes_of(blocks);

@@ -100,7 +100,7 @@ TEST(Target, compares_what_is_measured_with_what_was_offered) {
   ASSERT_NE(active.next(), ActiveSelection::none);
   EXPECT_EQ(active.accept(others.data(), 3), Status::ok);
   EXPECT_EQ(active.selection().status, Status::target_reached);
-  EXPECT_NEAR(active.selection().efficiency_of_all, (1e4 + 1) / 101, 1e-6);
+  EXPECT_NEAR(active.selection().efficiency, (1e4 + 1) / 101, 1e-6);
   EXPECT_EQ(active.next(), ActiveSelection::none);
 }
 

@@ -18,7 +18,7 @@ TEST(Target, agrees_with_computation_by_hand) {
   Selection selection = selector.select(axes.blocks, options);
   EXPECT_EQ(selection.status, Status::target_reached);
   EXPECT_EQ(selection.size, 55U) << "10^5 11 = 1.1e6 is above 10.1^6 = 1.0615e6, 10^6 is not";
-  EXPECT_NEAR(selection.efficiency_of_all, std::pow(1.1e6, 1.0 / 6) / 101, 1e-12);
+  EXPECT_NEAR(selection.efficiency, std::pow(1.1e6, 1.0 / 6) / 101, 1e-12);
   EXPECT_TRUE(std::isnan(selection.translation_sigma));
 
   options.target.efficiency = 0;
@@ -28,7 +28,7 @@ TEST(Target, agrees_with_computation_by_hand) {
   EXPECT_EQ(selection.size, 116U) << "19 rounds have 3 / 20, the twentieth needs the second of the three: "
                                      "1 / 20 + 2 / 21 = 0.14524 is below 3 / 20.5 = 0.14634, 2 / 20 + 1 / 21 is not";
   EXPECT_NEAR(selection.translation_sigma, std::sqrt(1 / 20.0 + 2 / 21.0), 1e-12);
-  EXPECT_TRUE(std::isnan(selection.efficiency_of_all));
+  EXPECT_TRUE(std::isnan(selection.efficiency));
 
   options.target.rotation_sigma = std::sqrt(3 / 30.0) * 1.000001;
   selection = selector.select(axes.blocks, options);
@@ -126,7 +126,7 @@ TEST(Target, of_an_empty_store_is_met_for_the_efficiency_alone) {
     const Selection selection = selector.select(BlockStore(), options);
     EXPECT_EQ(selection.status, Status::target_reached);
     EXPECT_EQ(selection.size, 0U);
-    EXPECT_NEAR(selection.efficiency_of_all, 1, 1e-15);
+    EXPECT_NEAR(selection.efficiency, 1, 1e-15);
     options.target.rotation_sigma = 1e-9;
     EXPECT_EQ(selector.select(BlockStore(), options).status, Status::ok);
   }
@@ -140,7 +140,7 @@ TEST(Target, of_all_is_met_when_all_are_selected_or_rounding_is_all_that_is_miss
     options.target.efficiency = 1;
     const Selection selection = selector.select(blocks, options);
     EXPECT_TRUE(selection.status == Status::target_reached || selection.status == Status::all_selected);
-    EXPECT_NEAR(selection.efficiency_of_all, 1, 1e-9);
+    EXPECT_NEAR(selection.efficiency, 1, 1e-9);
   });
 }
 
@@ -159,7 +159,7 @@ TEST(Target, that_is_invalid_is_named) {
       EXPECT_FALSE(selection.has_answer());
       EXPECT_EQ(selection.size, 0U);
       EXPECT_TRUE(std::isnan(selection.log_det));
-      EXPECT_TRUE(std::isnan(selection.efficiency_of_all));
+      EXPECT_TRUE(std::isnan(selection.efficiency));
       EXPECT_TRUE(std::isnan(selection.translation_sigma));
       EXPECT_TRUE(std::isnan(selection.rotation_sigma));
       EXPECT_EQ(active.start(axes.blocks, options), Error::invalid_target);
@@ -234,7 +234,7 @@ TEST(Target, passes_through_the_one_call) {
   EXPECT_TRUE(selected.has_answer);
   EXPECT_EQ(selected.status, Status::target_reached);
   EXPECT_EQ(selected.indices.size(), 55U);
-  EXPECT_NEAR(selected.efficiency_of_all, 0.1006, 1e-3);
+  EXPECT_NEAR(selected.efficiency, 0.1006, 1e-3);
   EXPECT_NEAR(selected.rotation_sigma, std::sqrt(0.3), 1e-2);
   EXPECT_TRUE(std::isnan(selected.translation_sigma));
 }

@@ -35,7 +35,7 @@ void expect_targets_hold(Random& random, Problem& problem, long double tolerance
       const Selection selection = selector.select(problem.blocks, problem.options());
       ASSERT_NO_FATAL_FAILURE(expect_shortest(problem, full, reached, tolerance, selection, tally));
       const Reached& end = reached[selection.size];
-      expect_reported(selection.efficiency_of_all, problem.plain.target.efficiency, end.efficiency, 1e-9L);
+      expect_reported(selection.efficiency, problem.plain.target.efficiency, end.efficiency, 1e-9L);
       expect_reported(selection.translation_sigma, problem.plain.target.translation_sigma, end.translation_sigma,
                       1e-9L);
       expect_reported(selection.rotation_sigma, problem.plain.target.rotation_sigma, end.rotation_sigma, 1e-9L);

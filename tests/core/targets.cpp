@@ -156,7 +156,7 @@ BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
 void expect_same_targets(const Selection& a, const Selection& b) {
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(indices_of(a), indices_of(b));
-  EXPECT_EQ(bits_of(a.efficiency_of_all), bits_of(b.efficiency_of_all));
+  EXPECT_EQ(bits_of(a.efficiency), bits_of(b.efficiency));
   EXPECT_EQ(bits_of(a.translation_sigma), bits_of(b.translation_sigma));
   EXPECT_EQ(bits_of(a.rotation_sigma), bits_of(b.rotation_sigma));
 }

@@ -295,7 +295,7 @@ void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& 
     const BlockReport report = append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches,
                                              options, helped, &executor);
     EXPECT_TRUE(bytes_of(helped) == bytes_of(alone)) << kind.name << ", " << threads << " threads";
-    EXPECT_EQ(report.status, expected.status);
+    EXPECT_EQ(report.error, expected.error);
     EXPECT_EQ(report.invalid, expected.invalid);
     EXPECT_EQ(report.behind_camera, expected.behind_camera);
     EXPECT_EQ(report.singular_rays, expected.singular_rays);

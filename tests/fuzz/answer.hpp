@@ -23,7 +23,7 @@ struct Answer {
         gains(selection.gains, selection.gains + selection.size),
         log_det(selection.log_det),
         upper_bound(selection.upper_bound),
-        efficiency_of_all(selection.efficiency_of_all),
+        efficiency(selection.efficiency),
         translation_sigma(selection.translation_sigma),
         rotation_sigma(selection.rotation_sigma) {}
 

@@ -16,22 +16,22 @@ Options in_cpp(const maxlogdet_options& options) {
   made.budget = options.budget;
   made.strategy = static_cast<Strategy>(options.strategy);
   made.threads = options.threads;
-  made.epsilon = options.stochastic.epsilon;
-  made.seed = options.stochastic.seed;
+  made.stochastic.epsilon = options.stochastic.epsilon;
+  made.stochastic.seed = options.stochastic.seed;
   made.prior = options.prior;
   made.time_limit = options.time_limit;
-  made.certify = options.certificate.compute != 0;
-  made.certificate_passes = options.certificate.passes;
-  made.exchange_sweeps = options.exchange.sweeps;
+  made.certificate.compute = options.certificate.compute != 0;
+  made.certificate.passes = options.certificate.passes;
+  made.exchange.sweeps = options.exchange.sweeps;
   made.required = options.required;
   made.excluded = options.excluded;
   made.groups = options.groups.ids;
-  made.group_count = options.groups.count;
-  made.max_per_group = options.groups.maximum;
-  made.group_maxima = options.groups.maxima;
-  made.target_efficiency = options.target.efficiency;
-  made.target_translation_sigma = options.target.translation_sigma;
-  made.target_rotation_sigma = options.target.rotation_sigma;
+  made.groups.count = options.groups.count;
+  made.groups.maximum = options.groups.maximum;
+  made.groups.maxima = options.groups.maxima;
+  made.target.efficiency = options.target.efficiency;
+  made.target.translation_sigma = options.target.translation_sigma;
+  made.target.rotation_sigma = options.target.rotation_sigma;
   return made;
 }
 
@@ -46,7 +46,7 @@ void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp) {
   require(same_value(in_c->log_det, in_cpp.log_det), "log det is that of C++", in_c->log_det, in_cpp.log_det);
   require(same_value(in_c->upper_bound, in_cpp.upper_bound), "bounds are those of C++", in_c->upper_bound);
   require(same_value(maxlogdet_selection_efficiency(in_c), in_cpp.efficiency()), "efficiency is that of C++");
-  require(same_value(in_c->efficiency_of_all, in_cpp.efficiency_of_all) &&
+  require(same_value(in_c->efficiency, in_cpp.efficiency) &&
               same_value(in_c->translation_sigma, in_cpp.translation_sigma) &&
               same_value(in_c->rotation_sigma, in_cpp.rotation_sigma),
           "what targets are about is that of C++");
@@ -66,8 +66,8 @@ void check_refused(const maxlogdet_selection* selection) {
 }
 
 void check_same(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
-  require(in_c.status == static_cast<int>(in_cpp.status), "block statuses are those of C++", in_c.status,
-          to_string(in_cpp.status));
+  require(in_c.error == static_cast<int>(in_cpp.error), "block statuses are those of C++", in_c.error,
+          to_string(in_cpp.error));
   require(in_c.appended == in_cpp.appended && in_c.invalid == in_cpp.invalid && in_c.unusable == in_cpp.unusable &&
               in_c.behind_camera == in_cpp.behind_camera && in_c.too_near == in_cpp.too_near &&
               in_c.singular_rays == in_cpp.singular_rays && in_c.invalid_covariances == in_cpp.invalid_covariances &&

@@ -89,7 +89,7 @@ void check_blocks(sim::Frame frame) {
     BlockStore blocks;
     const BlockReport report = sim::build_blocks(frame, options, blocks);
     require(report.error == Error::none || report.error == Error::singular_rays, "blocks can be made of a frame",
-            to_string(weighting), to_string(report.status));
+            to_string(weighting), to_string(report.error));
     require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
     require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
     for (std::size_t i = 0; i < blocks.stored(); ++i) {

@@ -291,7 +291,7 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
   Options between = options;
   between.strategy = strategies[bytes.below(std::size(strategies))];
   between.budget = std::min(options.budget, bytes.below(blocks.size() + 1));
-  between.exchange_sweeps = 1;
+  between.exchange.sweeps = 1;
   ask(selector, blocks, between);
   require_same(ask(selector, blocks, options), expected, "the same question has the same answer");
 }

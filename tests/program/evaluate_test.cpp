@@ -157,7 +157,7 @@ TEST_F(Evaluate, computes_what_the_library_computes_for_every_kind_of_camera) {
     sim::EvaluationOptions options;
     options.budgets = {30};
     options.repeats = 2;
-    options.stochastic.seed = 9;
+    options.seed = 9;
     const auto expected = sim::evaluate({sim::read_frames(folder_ + "/" + folder)}, options, 1);
     EXPECT_EQ(evaluated(folder + " --budgets 30 --seed 9 --threads 2"), Json::parse(to_json(expected).dump()));
   }

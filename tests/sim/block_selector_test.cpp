@@ -45,8 +45,8 @@ TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
       settings.blocks.weighting = kind.weighting;
       settings.blocks.depth_cue = kind.depth_cue;
       settings.search.strategy = strategy;
-      settings.search.epsilon = 0.3;
-      settings.search.seed = random.seed();
+      settings.search.stochastic.epsilon = 0.3;
+      settings.search.stochastic.seed = random.stochastic.seed();
       FeatureSelector selector(settings);
       for (const std::size_t n : {150U, 500U, 300U}) {
         const Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);
@@ -252,7 +252,7 @@ TEST(FeatureSelector, md_refuses_unusable_input) {
   std::iota(candidates.begin(), candidates.end(), 0U);
   SelectorSettings settings = settings_of(SelectorKind::md, 10);
   settings.search.strategy = Strategy::stochastic_greedy;
-  settings.search.epsilon = 2;
+  settings.search.stochastic.epsilon = 2;
   EXPECT_THROW(FeatureSelector(settings).select(frame, candidates), std::invalid_argument);
   frame.camera.fx = 0;
   EXPECT_THROW(FeatureSelector(settings_of(SelectorKind::md, 10)).select(frame, candidates), std::invalid_argument);

@@ -121,17 +121,17 @@ TEST_P(FrameOf, blocks_of_the_library_are_whitened_rows) {
 TEST_P(FrameOf, whitening_makes_the_covariance_of_residuals_the_identity) {
   SCOPED_TRACE(random_.name());
   for (const Match& match : frame_.matches) {
-    for (const bool uses_third : {false, true}) {
+    for (const bool uses_depth_cue : {false, true}) {
       const Eigen::Matrix3d map_covariance = random_covariance(random_, 0.2, 1e-6);
       LinearizedMatch at;
-      ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, uses_third, at));
+      ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, uses_depth_cue, at));
       const Eigen::MatrixXd H_p = at.H_p.topRows(at.rows);
       Eigen::MatrixXd covariance = product(H_p, product(map_covariance, H_p.transpose()));
       covariance.diagonal().array() += 1 / match.inv_sigma2;
       if (at.rows == 3 && match.depth > 0) {
         covariance(2, 2) += std::pow(frame_.camera.depth_sigma, 2) - 1 / match.inv_sigma2;
       }
-      const Eigen::Matrix3d W = whitening_of(frame_.camera, T_cw_, match, uses_third, map_covariance).matrix();
+      const Eigen::Matrix3d W = whitening_of(frame_.camera, T_cw_, match, uses_depth_cue, map_covariance).matrix();
       const Eigen::MatrixXd used = W.topLeftCorner(at.rows, at.rows);
       const Eigen::VectorXd spectrum = singular_values(covariance);
       const double condition = spectrum(0) / spectrum(at.rows - 1);

@@ -69,7 +69,7 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   EpsilonOptions options;
   options.shares = {0.1, 0.5};
   options.epsilons = {0.5, 0.05};
-  options.stochastic.seed = 3;
+  options.seed = 3;
   sim::Draws seeds(3, 7);
   const sim::Frame frame = make_scene(options.scene, 150, seeds.bits());
   BlockStore blocks;
@@ -88,15 +88,15 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     const auto of_greedy = indices_of(greedy);
     const double log_det_of_greedy = greedy.log_det;
     search.strategy = Strategy::stochastic_greedy;
-    search.epsilon = i % 2 == 0 ? 0.5 : 0.05;
-    search.seed = seeds.bits();
+    search.stochastic.epsilon = i % 2 == 0 ? 0.5 : 0.05;
+    search.stochastic.seed = seeds.bits();
     const Selection found = selector.select(blocks, search);
     const auto differing = static_cast<std::size_t>(std::count_if(found.begin(), found.end(), [&](std::uint32_t index) {
       return std::find(of_greedy.begin(), of_greedy.end(), index) == of_greedy.end();
     }));
     EXPECT_GT(differing, 0U);
     EXPECT_EQ(outcomes[i].k, search.budget);
-    EXPECT_EQ(outcomes[i].epsilon, search.epsilon);
+    EXPECT_EQ(outcomes[i].stochastic.epsilon, search.stochastic.epsilon);
     EXPECT_EQ(outcomes[i].differing, differing);
     EXPECT_DOUBLE_EQ(outcomes[i].gap_nats, log_det_of_greedy - found.log_det);
     const double log_det_prior = 6 * std::log(1e-5);
@@ -138,7 +138,7 @@ TEST(Epsilon, a_run_is_deterministic_except_for_times) {
   const auto first = without_times(run_epsilon(options, 100, 2));
   EXPECT_EQ(without_times(run_epsilon(options, 100, 2)), first);
   EXPECT_NE(without_times(run_epsilon(options, 100, 3)), first);
-  options.stochastic.seed = 1;
+  options.seed = 1;
   EXPECT_NE(without_times(run_epsilon(options, 100, 2)), first);
 }
 

@@ -52,7 +52,7 @@ TEST(Pnp, a_run_is_deterministic_and_depends_on_number_and_seed) {
   EXPECT_EQ(first.size(), 7 * pnp_cases(options).size());
   EXPECT_EQ(numbers_of(run_pnp(options, 3)), first);
   EXPECT_NE(numbers_of(run_pnp(options, 4)), first);
-  options.stochastic.seed = 1;
+  options.seed = 1;
   EXPECT_NE(numbers_of(run_pnp(options, 3)), first);
 }
 

@@ -80,7 +80,7 @@ TEST(Robustness, a_run_is_deterministic_and_depends_on_number_and_seed) {
   EXPECT_EQ(first.size(), 2 * robustness_cases(options).size());
   EXPECT_EQ(numbers_of(run_robustness(options, 3)), first);
   EXPECT_NE(numbers_of(run_robustness(options, 4)), first);
-  options.stochastic.seed = 1;
+  options.seed = 1;
   EXPECT_NE(numbers_of(run_robustness(options, 3)), first);
 }
 

@@ -47,7 +47,7 @@ TEST(Tracking, a_run_is_deterministic_except_for_times) {
   trajectory.name += "'";
   EXPECT_NE(outcomes_of(2), first);
   trajectory.name.pop_back();
-  options.stochastic.seed = 1;
+  options.seed = 1;
   EXPECT_NE(outcomes_of(2), first);
 }
 
