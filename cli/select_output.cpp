@@ -99,8 +99,7 @@ void print_table_row(const sim::Frame& frame, const Selection& selection, const 
 }
 
 void print_reached(const Options& options, const Selection& selection) {
-  if (has_efficiency(options))
-    print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency);
+  if (has_efficiency(options)) print("\nD-efficiency against all candidates %.3f %%\n", 100 * selection.efficiency);
   if (has_translation(options)) print("\nexpected deviation of the translation %.6g m\n", selection.translation_sigma);
   if (has_rotation(options)) print("\nexpected deviation of the rotation %.6g rad\n", selection.rotation_sigma);
 }

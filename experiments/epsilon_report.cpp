@@ -69,10 +69,9 @@ Table epsilon_table(const Runs& runs, const std::vector<std::string>& numbers) {
                   "share_of_bound"};
   for (std::size_t run = 0; run < runs.size(); ++run) {
     for (const EpsilonOutcome& o : runs[run]) {
-      table.rows.push_back({numbers.at(run), std::to_string(o.n), std::to_string(o.k), exact(o.epsilon),
-                            exact(o.us), exact(o.us_greedy), exact(o.us_lazy), exact(o.gap_nats),
-                            std::to_string(o.differing), exact(o.gains), exact(o.gains_greedy),
-                            exact(o.share_of_greedy), exact(o.share_of_bound)});
+      table.rows.push_back({numbers.at(run), std::to_string(o.n), std::to_string(o.k), exact(o.epsilon), exact(o.us),
+                            exact(o.us_greedy), exact(o.us_lazy), exact(o.gap_nats), std::to_string(o.differing),
+                            exact(o.gains), exact(o.gains_greedy), exact(o.share_of_greedy), exact(o.share_of_bound)});
     }
   }
   return table;

@@ -58,8 +58,8 @@ void ActiveMatching::start_by_information(const LocalMap& map, Matcher& matcher,
   points.sigmas = sigmas_.data();
   const maxlogdet::sim::Frame& frame = matcher.frame();
   blocks_.clear();
-  append_blocks(frame.camera, maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), points, options.selection.blocks,
-                blocks_);
+  append_blocks(frame.camera, maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), points,
+                options.selection.blocks, blocks_);
   if (active_.capacity() < blocks_.size()) active_ = maxlogdet::ActiveSelection(2 * blocks_.size());
   maxlogdet::Options search = options.selection.search;
   search.budget = std::min(options.selection.budget, matcher.predictions().size());

@@ -66,8 +66,8 @@ void record(const std::vector<Frame>& frames, const std::string& folder) {
     details.width = static_cast<int>(frame.width);
     details.height = static_cast<int>(frame.height);
     if (frame.T_cw_true) details.T_cw_true = maxlogdet::RigidTransform::row_major(frame.T_cw_true->data());
-    bool is_written =
-        recorder.start(maxlogdet::Camera(frame.camera), maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), details);
+    bool is_written = recorder.start(maxlogdet::Camera(frame.camera),
+                                     maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), details);
     for (std::size_t i = 0; is_written && i < frame.matches.size(); ++i) {
       const Match& from = frame.matches[i];
       FeatureMatch match;

@@ -292,8 +292,8 @@ void StereoTracker::measure_selection() {
   maxlogdet::Matches matches = arrays_.view();
   matches.usable = is_inlier.data();
   blocks_.clear();
-  append_blocks(frame.camera, maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), matches, options_.selection.blocks,
-                blocks_);
+  append_blocks(frame.camera, maxlogdet::RigidTransform::row_major(frame.T_cw_prior.data()), matches,
+                options_.selection.blocks, blocks_);
   if (certifier_.capacity() < blocks_.size()) certifier_ = maxlogdet::Selector(2 * blocks_.size());
   Options options;
   options.budget = 0;

@@ -87,8 +87,7 @@ class FrameEvaluator {
     settings.kind = contestant.kind;
     settings.budget = budget;
     Hash seed;
-    for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}})
-      seed.add(word);
+    for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}}) seed.add(word);
     settings.seed = seed.value();
     settings.blocks.weighting = options_.weighting;
     settings.blocks.map_sigma = options_.map_sigma;

@@ -17,7 +17,7 @@ class Batches {
  public:
   Batches(Random& random, const Problem& problem)
       : random_(random), options_(problem.options()), model_(problem), active_(problem.capacity()) {
-    EXPECT_EQ(active_.start(problem.blocks, options_), Status::ok);
+    EXPECT_EQ(active_.start(problem.blocks, options_), Error::none);
     for (const std::uint32_t i : active_.selection()) accepted_.push_back(i);
     begin_round();
   }
@@ -103,7 +103,7 @@ class Batches {
   void answer_all() {
     std::vector<unsigned char> matched;
     for (std::size_t j = 0; j < unanswered_.size(); ++j) matched.push_back(is_matched() ? 255 : 0);
-    ASSERT_EQ(active_.answer(matched.data(), matched.size()), Status::ok);
+    ASSERT_EQ(active_.answer(matched.data(), matched.size()), Error::none);
     const std::vector<std::uint32_t> answered = unanswered_;
     for (std::size_t j = 0; j < answered.size(); ++j) note(answered[j], matched[j] != 0);
   }
@@ -111,21 +111,21 @@ class Batches {
   void answer_first() {
     const std::uint32_t i = unanswered_.front();
     const bool accepts = is_matched();
-    ASSERT_EQ(accepts ? active_.accept() : active_.reject(), Status::ok);
+    ASSERT_EQ(accepts ? active_.accept() : active_.reject(), Error::none);
     note(i, accepts);
   }
 
   void answer_by_index() {
     const std::uint32_t i = unanswered_[random_.index(unanswered_.size())];
     if (!is_matched()) {
-      ASSERT_EQ(active_.reject(i), Status::ok);
+      ASSERT_EQ(active_.reject(i), Error::none);
       note(i, false);
     } else if (random_.chance(0.3)) {
       const Block measured = rounded(random_block(random_, random_.integer(1, 3)));
-      ASSERT_EQ(active_.accept(i, measured.data(), static_cast<int>(measured.rows())), Status::ok);
+      ASSERT_EQ(active_.accept(i, measured.data(), static_cast<int>(measured.rows())), Error::none);
       note(i, true, &measured);
     } else {
-      ASSERT_EQ(active_.accept(i), Status::ok);
+      ASSERT_EQ(active_.accept(i), Error::none);
       note(i, true);
     }
     ASSERT_EQ(active_.reject(i), Error::nothing_proposed) << "answered already";
@@ -209,7 +209,7 @@ TEST(ActiveSelection, batches_are_the_same_on_every_instruction_set) {
       const ForcedIsa forced(isa.c_str());
       const Problem problem = any_constrained_problem(random, static_cast<std::size_t>(random.integer(1, 300)));
       ActiveSelection active(problem.capacity());
-      ASSERT_EQ(active.start(problem.blocks, problem.options()), Status::ok);
+      ASSERT_EQ(active.start(problem.blocks, problem.options()), Error::none);
       std::vector<std::uint32_t> proposed;
       std::uint32_t batch[10];
       while (const std::size_t count = active.next(batch, static_cast<std::size_t>(random.integer(1, 10)))) {

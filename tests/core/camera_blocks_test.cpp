@@ -17,17 +17,17 @@ struct Case {
   WideIsometry T_bw;
   unsigned char camera = 0;
   WideVector3 p_w;
-  DepthCue third = DepthCue::none;
+  DepthCue depth_cue = DepthCue::none;
   bool has_jacobian = false;
   std::vector<double> jacobian;
 
   const Camera& model() const { return cameras[camera].camera; }
   WideVector3 in_camera(const WideVector3& p_b) const { return T_cb[camera] * p_b; }
   WideVector measure(const WideVector3& p_c) const {
-    WideVector z(third == DepthCue::none ? 2 : 3);
+    WideVector z(depth_cue == DepthCue::none ? 2 : 3);
     z.head<2>() = image_of(model(), p_c);
-    if (third == DepthCue::stereo) z(2) = z(0) - model().pinhole.bf / p_c.z();
-    if (third == DepthCue::depth) z(2) = p_c.z();
+    if (depth_cue == DepthCue::stereo) z(2) = z(0) - model().pinhole.bf / p_c.z();
+    if (depth_cue == DepthCue::depth) z(2) = p_c.z();
     return z;
   }
 };
@@ -106,13 +106,13 @@ WideMatrix library_information(const Case& c, Weighting weighting, const Noise& 
   return wide_gram(stored_block(blocks, 0).cast<long double>());
 }
 
-Case random_case(Random& random, CameraModel model, DepthCue third, Weighting weighting) {
+Case random_case(Random& random, CameraModel model, DepthCue depth_cue, Weighting weighting) {
   Case c;
-  c.depth_cue = third;
+  c.depth_cue = depth_cue;
   c.is_rig = random.chance(0.5);
   c.has_jacobian = random.chance(0.3);
   for (int i = c.is_rig ? random.integer(1, 4) : 1; i > 0; --i) {
-    const bool is_any = third != DepthCue::stereo && random.chance(0.5);
+    const bool is_any = depth_cue != DepthCue::stereo && random.chance(0.5);
     c.cameras.emplace_back();
     c.cameras.back().camera = random_camera(random, is_any && c.is_rig ? random_model(random) : model);
     c.T_cb.push_back(c.is_rig ? random_isometry(random) : WideIsometry::Identity());
@@ -130,13 +130,14 @@ Case random_case(Random& random, CameraModel model, DepthCue third, Weighting we
 
 TEST(Camera, blocks_of_any_model_on_any_rig_are_the_textbooks) {
   for (const CameraModel model : camera_models) {
-    for (const DepthCue third : thirds) {
-      if (third == DepthCue::stereo && model != CameraModel::pinhole) continue;
+    for (const DepthCue depth_cue : thirds) {
+      if (depth_cue == DepthCue::stereo && model != CameraModel::pinhole) continue;
       for (const Weighting weighting : weightings) {
         for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
           Random random(variation);
-          SCOPED_TRACE(random.name() + ", " + to_string(model) + ", " + to_string(weighting) + ", " + name_of(third));
-          const Case c = random_case(random, model, third, weighting);
+          SCOPED_TRACE(random.name() + ", " + to_string(model) + ", " + to_string(weighting) + ", " +
+                       name_of(depth_cue));
+          const Case c = random_case(random, model, depth_cue, weighting);
           const Noise noise = random_noise(random);
           const WideVector3 ray = c.T_bw.linear().transpose() * c.T_cb[c.camera].linear().transpose() *
                                   (c.in_camera(c.T_bw * c.p_w)).normalized();
@@ -150,12 +151,12 @@ TEST(Camera, blocks_of_any_model_on_any_rig_are_the_textbooks) {
 }
 
 TEST(Camera, a_rig_of_one_pinhole_gives_the_information_of_the_pinhole) {
-  for (const DepthCue third : thirds) {
+  for (const DepthCue depth_cue : thirds) {
     for (const Weighting weighting : weightings) {
       for (std::uint64_t variation = 0; variation < 30; ++variation) {
         Random random(variation);
         SCOPED_TRACE(random.name() + ", " + to_string(weighting));
-        Case c = random_case(random, CameraModel::pinhole, third, weighting);
+        Case c = random_case(random, CameraModel::pinhole, depth_cue, weighting);
         c.cameras.resize(1);
         c.cameras[0].camera = random_camera(random, CameraModel::pinhole);
         c.cameras[0].T_cb = RigidTransform::identity();

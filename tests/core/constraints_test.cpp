@@ -297,11 +297,11 @@ TEST(Constraints, groups_may_have_any_numbers) {
       Options options = problem.options(strategy);
       Options options_renamed = renamed.options(strategy);
       for (Options* const one : {&options, &options_renamed}) {
-        one->exchange_sweeps = 2;
-        one->certify = true;
+        one->exchange.sweeps = 2;
+        one->certificate.compute = true;
         if (has_maxima) continue;
-        one->group_maxima = nullptr;
-        one->max_per_group = 3;
+        one->groups.maxima = nullptr;
+        one->groups.maximum = 3;
         one->required = nullptr;  // more of them may be in a group
       }
       if (!has_maxima) options_renamed.groups.count = std::size_t{1} << 32U;

@@ -36,7 +36,7 @@ Ray random_ray(Random& random, double depth, double deviation) {
   return ray;
 }
 
-WideMatrix textbook_information(const Ray& ray, DepthCue third) {
+WideMatrix textbook_information(const Ray& ray, DepthCue depth_cue) {
   const WideMatrix R_cb = ray.T_cb.linear();
   const WideVector3 p_b = ray.T_bw * ray.p_w.cast<long double>();
   const WideVector3 p = ray.T_cb * p_b;
@@ -44,11 +44,11 @@ WideMatrix textbook_information(const Ray& ray, DepthCue third) {
   const long double z = p.z();
   j.row(0) << ray.camera.fx / z, 0, -ray.camera.fx * p.x() / (z * z);
   j.row(1) << 0, ray.camera.fy / z, -ray.camera.fy * p.y() / (z * z);
-  if (third == DepthCue::stereo) j.row(2) << j(0, 0), 0, j(0, 2) + ray.camera.bf / (z * z);
-  if (third == DepthCue::depth) j.row(2) << 0, 0, 1;
-  const int rows = third == DepthCue::none ? 2 : 3;
+  if (depth_cue == DepthCue::stereo) j.row(2) << j(0, 0), 0, j(0, 2) + ray.camera.bf / (z * z);
+  if (depth_cue == DepthCue::depth) j.row(2) << 0, 0, 1;
+  const int rows = depth_cue == DepthCue::none ? 2 : 3;
   WideMatrix noise = WideMatrix::Identity(rows, rows) * (static_cast<long double>(ray.sigma) * ray.sigma);
-  if (third == DepthCue::depth) noise(2, 2) = 0.05 * 0.05;
+  if (depth_cue == DepthCue::depth) noise(2, 2) = 0.05 * 0.05;
   const WideMatrix j_b = wide_product(j, R_cb).topRows(rows);
   const WideMatrix j_w = wide_product(j_b, WideMatrix(ray.T_bw.linear()));
   noise += wide_product(wide_product(j_w, ray.covariance.cast<long double>()), j_w.transpose());
@@ -59,7 +59,7 @@ WideMatrix textbook_information(const Ray& ray, DepthCue third) {
 }
 
 // On a rig the blocks are about the body's pose; alone, about the camera's own, T_cb being a part of it.
-BlockReport append(const Ray& ray, DepthCue third, bool is_rig, BlockStore& blocks) {
+BlockReport append(const Ray& ray, DepthCue depth_cue, bool is_rig, BlockStore& blocks) {
   Matches matches;
   matches.size = 1;
   matches.points = ray.p_w.data();
@@ -67,7 +67,7 @@ BlockReport append(const Ray& ray, DepthCue third, bool is_rig, BlockStore& bloc
   matches.map_covariances = ray.covariance.data();
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
-  options.depth_cue = third;
+  options.depth_cue = depth_cue;
   if (!is_rig)
     return append_blocks(ray.camera, RigidTransform((ray.T_cb * ray.T_bw).matrix()), matches, options, blocks);
   const RigCamera camera{ray.camera, RigidTransform(ray.T_cb.matrix())};
@@ -87,9 +87,9 @@ struct Tally {
   long double largest_error = 0;
 };
 
-void check_block(const Ray& ray, DepthCue third, bool is_rig, double depth, double deviation, Tally& tally) {
+void check_block(const Ray& ray, DepthCue depth_cue, bool is_rig, double depth, double deviation, Tally& tally) {
   BlockStore blocks;
-  const BlockReport report = append(ray, third, is_rig, blocks);
+  const BlockReport report = append(ray, depth_cue, is_rig, blocks);
   ASSERT_EQ(report.error, Error::none);
   ASSERT_EQ(report.invalid_covariances, report.invalid);
   if (!blocks.is_valid(0)) {
@@ -98,7 +98,7 @@ void check_block(const Ray& ray, DepthCue third, bool is_rig, double depth, doub
     ++tally.dropped;
     return;
   }
-  const WideMatrix expected = textbook_information(ray, third);
+  const WideMatrix expected = textbook_information(ray, depth_cue);
   const WideMatrix error = wide_gram(stored_block(blocks, 0).cast<long double>()) - expected;
   const WideVector roots = expected.diagonal().cwiseSqrt();
   const long double relative = error.cwiseAbs().cwiseQuotient(wide_product(roots, roots.transpose())).maxCoeff();
@@ -112,11 +112,11 @@ void check_block(const Ray& ray, DepthCue third, bool is_rig, double depth, doub
 TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance) {
   const std::size_t variations = std::max<std::size_t>(100, trials(2000));
   Tally tally;
-  for (const DepthCue third : thirds) {
+  for (const DepthCue depth_cue : thirds) {
     for (const bool is_rig : {false, true}) {
       for (std::uint64_t variation = 0; variation < variations; ++variation) {
         Random random(variation);
-        SCOPED_TRACE(random.name() + (is_rig ? ", rig" : "") + ", " + name_of(third));
+        SCOPED_TRACE(random.name() + (is_rig ? ", rig" : "") + ", " + name_of(depth_cue));
         const double depth = std::pow(10, random.uniform(-0.5, 2));
         const double deviation = std::pow(10, random.uniform(-3, 6));
         Ray ray = random_ray(random, depth, deviation);
@@ -126,7 +126,7 @@ TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance)
         }
         ray.T_bw = rounded_to_double(ray.T_bw);
         ray.T_cb = rounded_to_double(ray.T_cb);
-        check_block(ray, third, is_rig, depth, deviation, tally);
+        check_block(ray, depth_cue, is_rig, depth, deviation, tally);
         if (::testing::Test::HasFatalFailure()) return;
       }
     }

@@ -37,8 +37,9 @@ class Degenerate : public ::testing::TestWithParam<Strategy> {
     for (std::size_t i = 0; i < size; ++i) EXPECT_GE(selection.gains[i], 0);
   }
 
-  static void expect_error(const Selection& selection, Status status) {
-    EXPECT_EQ(selection.status, status) << to_string(selection.status);
+  static void expect_error(const Selection& selection, Error error) {
+    EXPECT_EQ(selection.error, error) << selection.reason();
+    EXPECT_EQ(selection.status, Status::error);
     EXPECT_FALSE(selection.has_answer());
     EXPECT_EQ(selection.size, 0U);
     EXPECT_TRUE(std::isnan(selection.log_det));

@@ -17,36 +17,36 @@ namespace {
 TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
   Random random;
   const BlockStore blocks = random_store(random, 20);
-  const auto status_with = [&](const Matrix6& information) {
+  const auto error_with = [&](const Matrix6& information) {
     const EigenPrior prior(information);
     Options options = asking_for(5);
     options.prior = prior.data();
     const Selection selection = selector_.select(blocks, options);
     if (selection.status != Status::ok) expect_error(selection, Error::invalid_prior);
-    return selection.status;
+    return selection.error;
   };
   const Matrix6 good = random_prior(random);
-  EXPECT_EQ(status_with(good), Status::ok);
+  EXPECT_EQ(error_with(good), Error::none);
 
   Matrix6 bad = good;
   bad(1, 4) += 1e-3;
-  EXPECT_EQ(status_with(bad), Error::invalid_prior) << "not symmetric";
-  EXPECT_EQ(status_with(-good), Error::invalid_prior) << "negative definite";
-  EXPECT_EQ(status_with(Matrix6::Zero()), Error::invalid_prior) << "zero";
+  EXPECT_EQ(error_with(bad), Error::invalid_prior) << "not symmetric";
+  EXPECT_EQ(error_with(-good), Error::invalid_prior) << "negative definite";
+  EXPECT_EQ(error_with(Matrix6::Zero()), Error::invalid_prior) << "zero";
   bad = good;
   bad(3, 3) = 0;
-  EXPECT_EQ(status_with(bad), Error::invalid_prior) << "indefinite";
+  EXPECT_EQ(error_with(bad), Error::invalid_prior) << "indefinite";
   const Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::LinSpaced(1, 6);
-  EXPECT_EQ(status_with(direction * direction.transpose()), Error::invalid_prior) << "rank 1";
+  EXPECT_EQ(error_with(direction * direction.transpose()), Error::invalid_prior) << "rank 1";
   const Block five = random_block(random, 5);
-  EXPECT_EQ(status_with(gram(five)), Error::invalid_prior) << "rank 5";
-  EXPECT_EQ(status_with(1e-30 * Matrix6::Identity()), Error::invalid_prior) << "too small to divide by";
+  EXPECT_EQ(error_with(gram(five)), Error::invalid_prior) << "rank 5";
+  EXPECT_EQ(error_with(1e-30 * Matrix6::Identity()), Error::invalid_prior) << "too small to divide by";
   for (const double value : {nan, infinity, -infinity}) {
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {
         bad = good;
         bad(i, j) = value;
-        EXPECT_EQ(status_with(bad), Error::invalid_prior) << i << ' ' << j << ' ' << value;
+        EXPECT_EQ(error_with(bad), Error::invalid_prior) << i << ' ' << j << ' ' << value;
       }
     }
   }
@@ -55,27 +55,27 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
 // The limits that docs/numerics.md states, from both sides.
 TEST_P(Degenerate, priors_on_both_sides_of_each_limit) {
   const BlockStore blocks;
-  const auto status_with = [&](const Matrix6& information) {
+  const auto error_with = [&](const Matrix6& information) {
     const EigenPrior prior(information);
     Options options = asking_for(0);
     options.prior = prior.data();
-    return selector_.select(blocks, options).status;
+    return selector_.select(blocks, options).error;
   };
   for (const double size : {1e-6, 1.0, 1e6}) {
     Matrix6 information = size * Matrix6::Identity();
     information(4, 2) = 0.5e-8 * size;
-    EXPECT_EQ(status_with(information), Status::ok) << "asymmetry";
+    EXPECT_EQ(error_with(information), Error::none) << "asymmetry";
     information(4, 2) = 2e-8 * size;
-    EXPECT_EQ(status_with(information), Error::invalid_prior) << "asymmetry";
+    EXPECT_EQ(error_with(information), Error::invalid_prior) << "asymmetry";
 
     information = size * Matrix6::Identity();
     information(3, 1) = information(1, 3) = size * (1 - 1e-13);  // pivot 2e-13
-    EXPECT_EQ(status_with(information), Status::ok) << "pivot";
+    EXPECT_EQ(error_with(information), Error::none) << "pivot";
     information(3, 1) = information(1, 3) = size * (1 - 1e-15);  // pivot 2e-15
-    EXPECT_EQ(status_with(information), Error::invalid_prior) << "pivot";
+    EXPECT_EQ(error_with(information), Error::invalid_prior) << "pivot";
   }
-  EXPECT_EQ(status_with(1.01e-20 * Matrix6::Identity()), Status::ok);
-  EXPECT_EQ(status_with(0.99e-20 * Matrix6::Identity()), Error::invalid_prior);
+  EXPECT_EQ(error_with(1.01e-20 * Matrix6::Identity()), Error::none);
+  EXPECT_EQ(error_with(0.99e-20 * Matrix6::Identity()), Error::invalid_prior);
 }
 
 TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
@@ -112,11 +112,15 @@ TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
   EXPECT_THROW(Selector{std::numeric_limits<std::size_t>::max()}, std::bad_alloc);
 }
 
-TEST_P(Degenerate, budget_above_capacity) {
+TEST_P(Degenerate, a_budget_above_the_capacity_selects_all) {
   Random random;
   const BlockStore blocks = random_store(random, 10);
-  expect_error(selector_.select(blocks, asking_for(65)), Error::invalid_budget);
-  expect_error(selector_.select(blocks, asking_for(static_cast<std::size_t>(-1))), Error::invalid_budget);
+  for (const std::size_t budget : {std::size_t{11}, std::size_t{65}, std::numeric_limits<std::size_t>::max()}) {
+    const Selection selection = selector_.select(blocks, asking_for(budget));
+    EXPECT_EQ(selection.status, Status::all_selected);
+    EXPECT_EQ(selection.size, 10U);
+  }
+  EXPECT_EQ(Options(-1).budget, 0U);
 }
 
 TEST_P(Degenerate, epsilon_at_and_beyond_its_ends) {

@@ -97,12 +97,12 @@ TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
     EXPECT_EQ(blocks.stored(), 0U);
     EXPECT_EQ(blocks.rows(), 0);
     Request request = random_request(random, blocks, 0.5);
-    request.groups.ids.clear();
+    request.groups.clear();
     request.plain.budget = 1;
     request.plain.certificate.compute = true;
     expect_same_answers(blocks, request, BlockStore(), {});
     ActiveSelection active(n);
-    ASSERT_EQ(active.start(blocks, request.options(Strategy::greedy)), Status::ok);
+    ASSERT_EQ(active.start(blocks, request.options(Strategy::greedy)), Error::none);
     EXPECT_EQ(active.next(), ActiveSelection::none);
     EXPECT_EQ(active.selection().status, Status::all_selected);
     std::vector<unsigned char> required(n);

@@ -142,7 +142,7 @@ TEST(ExcludedCandidates, all_of_them_leave_nothing) {
     request.excluded.assign(slots.size(), 1);
     expect_same_answers(blocks, request, BlockStore(), {});
     ActiveSelection active(std::max<std::size_t>(5, slots.size()));
-    ASSERT_EQ(active.start(blocks, request.options(Strategy::lazy_greedy)), Status::ok);
+    ASSERT_EQ(active.start(blocks, request.options(Strategy::lazy_greedy)), Error::none);
     EXPECT_EQ(active.next(), ActiveSelection::none);
     EXPECT_EQ(active.selection().status, Status::all_selected);
   }

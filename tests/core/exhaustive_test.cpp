@@ -63,7 +63,6 @@ BlockStore far_blocks(Random& random, int n) {
   PinholeCamera camera;
   camera.fx = camera.fy = 450;
   camera.bf = 50;
-  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   Matches matches;
   matches.size = static_cast<std::size_t>(n);
   matches.points = points.data();
@@ -71,7 +70,7 @@ BlockStore far_blocks(Random& random, int n) {
   options.weighting = Weighting::measurement;
   options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::none;
   BlockStore blocks;
-  EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).invalid, 0U);
+  EXPECT_EQ(append_blocks(camera, RigidTransform::identity(), matches, options, blocks).invalid, 0U);
   return blocks;
 }
 

@@ -90,8 +90,11 @@ void FeatureFrame::measure(Random& random, const Eigen::Vector3d& p_c, FeatureMa
   }
   if (has_depth_cue.back() == 0) return;
   const bool is_depth = kind.depth_cue == DepthCue::depth;
-  match.depth_cue = is_depth ? p_c.z() + random.uniform(-5, 5) * options.depth_sigma
-                             : static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
+  if (is_depth) {
+    match.depth = p_c.z() + random.uniform(-5, 5) * options.depth_sigma;
+  } else {
+    match.u_right = static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
+  }
 }
 
 Eigen::Vector3d FeatureFrame::point(std::size_t i) const {
@@ -106,11 +109,11 @@ WideVector3 FeatureFrame::in_camera(std::size_t i, const Isometry& pose) const {
 
 void FeatureFrame::start(GoodFeatures& good) const {
   good.block_options = options;
-  good.block_options.depth_cue = DepthCue::none;  // start() says which
+  good.block_options.depth_cue = DepthCue::none;  // the matches say which
   if (kind.has_rig) {
-    good.start(Rig{rig_cameras, 2}, rows_of(T_cw), kind.depth_cue);
+    good.start(Rig{rig_cameras, 2}, rows_of(T_cw));
   } else {
-    good.start(rig_cameras[0].camera, rows_of(T_cw), kind.depth_cue);
+    good.start(rig_cameras[0].camera, rows_of(T_cw));
   }
 }
 
@@ -157,9 +160,10 @@ BlockStore FeatureFrame::blocks() const {
 WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
   const WideVector3 p = in_camera(i, pose);
   const WideVector2 uv = image_of(rig_cameras[camera_of_match(i)].camera, p);
-  const long double third = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
+  const long double depth_cue = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
   const FeatureMatch& match = matches[i];
-  return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), match.depth_cue - third};
+  const long double measured = kind.depth_cue == DepthCue::depth ? match.depth : match.u_right;
+  return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), measured - depth_cue};
 }
 
 long double FeatureFrame::chi2(std::size_t i, const Isometry& pose) const {

@@ -21,7 +21,7 @@ Camera typical_camera(CameraModel model);
 /// What the matches of a frame have.
 struct FeatureKind {
   CameraModel model = CameraModel::pinhole;
-  DepthCue third = DepthCue::none;
+  DepthCue depth_cue = DepthCue::none;
   bool has_rig = false;
   bool has_jacobians = false;
   enum class Covariances { none, some, all } covariances = Covariances::none;

@@ -21,10 +21,10 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
     const FeatureFrame frame(random, 200, kind);
     GoodFeatures good(200);
     frame.gather(good);
-    ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+    ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
-    for (std::size_t i = 0; i < 200; ++i) EXPECT_TRUE(std::isnan(good.chi2(i))) << "before judge()";
-    good.judge(rows_of(optimised));
+    for (std::size_t i = 0; i < 200; ++i) EXPECT_TRUE(std::isnan(good.chi2(i))) << "before outliers()";
+    good.outliers(rows_of(optimised));
     int outliers = 0;
     for (std::size_t i = 0; i < 200; ++i) {
       if (good.is_selected(i)) {
@@ -56,8 +56,8 @@ TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
   const FeatureFrame frame(random, 100, kind);
   GoodFeatures good(100);
   frame.gather(good);
-  ASSERT_EQ(good.select(with_budget(50)), Status::ok);
-  good.judge(rows_of(frame.T_cw));
+  ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
+  good.outliers(rows_of(frame.T_cw));
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_TRUE(std::isnan(good.chi2(i)));
     EXPECT_FALSE(good.is_outlier(i));
@@ -105,7 +105,7 @@ TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
     frame.gather(good);
     std::vector<std::array<double, 9>> before(150);
     for (std::size_t i = 0; i < 150; ++i) good.information(i, before[i].data());
-    ASSERT_EQ(good.select(with_budget(40)), Status::ok);
+    ASSERT_EQ(good.select(with_budget(40)).status, Status::ok);
     Matrix6 actual = Matrix6::Zero(), expected = Matrix6::Zero();
     for (std::size_t i = 0; i < 150; ++i) {
       if (!good.blocks().is_valid(i) || !(frame.in_camera(i, frame.T_cw).z() > 0)) continue;
@@ -147,7 +147,7 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
     EXPECT_EQ(good.whitening(i, omega), !is_behind && i < 100) << i;
   }
   EXPECT_GT(behind, 0U);
-  good.start(Rig(), rows_of(frame.T_cw), DepthCue::none);
+  good.start(Rig(), rows_of(frame.T_cw));
   good.add(frame.matches[0]);
   double omega[4];
   EXPECT_FALSE(good.information(0, omega)) << "a rig without cameras";
@@ -163,9 +163,9 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
     GoodFeatures good(200);
     good.is_weighted = true;
     frame.gather(good);
-    ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+    ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
-    good.judge(rows_of(optimised));
+    good.outliers(rows_of(optimised));
     for (std::size_t i = 0; i < 200; ++i) {
       double omega[9];
       const bool is_in_front = frame.in_camera(i, optimised).z() > 0;

@@ -2,10 +2,12 @@
 // GoodFeatures against append_blocks and a Selector on the same matches, every way in which nothing is selected, and
 // one object over many frames of all kinds.
 #include "tests/core/feature_frame.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -30,7 +32,7 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> indices) {
 
 void expect_all_selected(const GoodFeatures& good, std::size_t count) {
   EXPECT_EQ(good.size(), count);
-  EXPECT_EQ(good.selected_count(), count);
+  EXPECT_EQ(good.selection().size, count);
   EXPECT_EQ(selected_of(good).size(), count);
 }
 
@@ -57,24 +59,15 @@ TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_on_frames_of_all_k
     ASSERT_EQ(good.size(), frame.matches.size());
     EXPECT_EQ(good.id(7), 1007U);
     EXPECT_EQ(good.blocks().size(), 0U) << "of the frame before";
-    EXPECT_EQ(good.selected_count(), frame.matches.size()) << "before select()";
+    EXPECT_EQ(good.selection().size, 0U) << "before select()";
     const Options options = with_budget(40);
     const BlockStore blocks = frame.blocks();
-    ASSERT_EQ(good.select(options), Status::ok);
+    ASSERT_EQ(good.select(options).status, Status::ok);
     expect_equal_blocks(good.blocks(), blocks);
     EXPECT_EQ(selected_of(good), sorted(select_indices(blocks, options)));
-    EXPECT_EQ(good.selected_count(), 40U);
+    EXPECT_EQ(good.selection().size, 40U);
     EXPECT_STREQ(good.reason(), "ok");
   }
-}
-
-TEST(GoodFeatures, build_makes_the_same_blocks_and_selects_nothing) {
-  Gathered gathered(100);
-  const FeatureFrame& frame = gathered.frame;
-  GoodFeatures& good = gathered.good;
-  EXPECT_TRUE(good.build());
-  expect_equal_blocks(good.blocks(), frame.blocks());
-  expect_all_selected(good, 100);
 }
 
 // The options of blocks may change between two calls for one frame, and with them the value of an unknown covariance.
@@ -85,9 +78,9 @@ TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
   const FeatureFrame& frame = gathered.frame;
   GoodFeatures& good = gathered.good;
   good.block_options.map_sigma = 3;
-  ASSERT_TRUE(good.build());
+  ASSERT_EQ(good.select(30).error, Error::none);
   good.block_options.map_sigma = 0.11;
-  ASSERT_TRUE(good.build());
+  ASSERT_EQ(good.select(30).error, Error::none);
   expect_equal_blocks(good.blocks(), frame.blocks());
 }
 
@@ -107,132 +100,218 @@ TEST(GoodFeatures, a_match_without_a_jacobian_beside_others_with_one_is_no_candi
     }
     good.select(with_budget(10));
     EXPECT_FALSE(good.blocks().is_valid(without));
-    EXPECT_EQ(good.block_report().error, Error::invalid_jacobians);
     EXPECT_EQ(good.block_report().invalid_jacobians, 1U);
-    EXPECT_EQ(good.status(), Status::ok);
+    EXPECT_EQ(good.selection().status, Status::ok);
   }
 }
 
-// Whatever the reason is: all matches are selected, and none is an outlier.
-void expect_all(GoodFeatures& good, const FeatureFrame& frame, const Options& options, Status status,
-                const std::string& reason) {
-  SCOPED_TRACE(reason);
-  EXPECT_EQ(good.select(options), status);
-  EXPECT_EQ(good.status(), status);
-  EXPECT_EQ(good.reason(), reason);
-  expect_all_selected(good, frame.matches.size());
-  good.judge(rows_of(frame.T_cw));
-  for (std::size_t i = 0; i < good.size(); ++i) EXPECT_FALSE(good.is_outlier(i));
+std::vector<std::uint32_t> numbers_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
+
+// What an error leaves: every usable match that is not excluded, in order, and no number that is not known.
+void expect_usable(const Selection& selection, const GoodFeatures& good, const std::vector<std::uint32_t>& usable,
+                   Error error) {
+  EXPECT_EQ(selection.status, Status::error);
+  EXPECT_EQ(selection.error, error);
+  EXPECT_STREQ(selection.reason(), to_string(error));
+  EXPECT_STREQ(good.reason(), to_string(error));
+  EXPECT_EQ(numbers_of(selection), usable);
+  EXPECT_EQ(selected_of(good), usable);
+  for (std::size_t j = 0; j < selection.size; ++j) EXPECT_TRUE(std::isnan(selection.gains[j]));
+  EXPECT_TRUE(std::isnan(selection.log_det) && std::isnan(selection.upper_bound));
 }
 
-// Options that cannot be answered; the next frame is selected from again.
-void expect_all_with(void (*change)(Options&), GoodFeatures& good, const FeatureFrame& frame, Status status) {
-  Options options = with_budget(50);
-  change(options);
-  frame.gather(good);
-  expect_all(good, frame, options, status, to_string(status));
-  frame.gather(good);
-  EXPECT_EQ(good.select(with_budget(50)), Status::ok);
-  EXPECT_EQ(good.selected_count(), 50U);
-}
+// A frame of 200 matches, of which some are excluded, and some cannot be optimised with.
+struct Troubled {
+  Troubled() : frame(random, 200), excluded(200, 0) {
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      excluded[i] = i % 9 == 0 ? 1 : 0;
+      FeatureMatch& match = frame.matches[i];
+      if (i % 20 == 1) match.point[i % 3] = nan;
+      if (i % 20 == 2) match.measured[i % 2] = i % 3 == 0 ? infinity : nan;
+      if (i % 20 == 3) match.sigma = i % 3 == 0 ? 0 : nan;
+      const bool is_broken = i % 20 >= 1 && i % 20 <= 3;
+      if (!is_broken && excluded[i] == 0) usable.push_back(i);
+      if (is_broken) broken.push_back(i);
+    }
+  }
 
-// Restarts with a camera, pose or rig that gives no blocks.
-template <class Start>
-void expect_all_started(const Start& start, GoodFeatures& good, const FeatureFrame& frame, const std::string& reason) {
-  frame.gather(good);
-  start();
-  for (const FeatureMatch& match : frame.matches) good.add(match);
-  expect_all(good, frame, with_budget(50), Error::invalid_block, reason);
-}
+  Options options(std::size_t budget) const {
+    Options options(budget);
+    options.excluded = excluded.data();
+    return options;
+  }
 
-TEST(GoodFeatures, whatever_goes_wrong_all_matches_are_selected) {
   Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 200);
-  GoodFeatures good(300);
-  const auto with = [&](void (*change)(Options&), Status status) { expect_all_with(change, good, frame, status); };
-  with([](Options& o) { o.budget = 200; }, Status::all_selected);
-  with([](Options& o) { o.budget = 301; }, Error::invalid_budget);
-  with([](Options& o) { o.time_limit = 1e-9; }, Status::deadline_reached);
+  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
+  FeatureFrame frame;
+  std::vector<unsigned char> excluded;
+  std::vector<std::uint32_t> usable, broken;
+  GoodFeatures good = GoodFeatures(300);
+};
+
+TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
+  Troubled it;
+  const auto with = [&](void (*change)(Options&), Error error) {
+    SCOPED_TRACE(to_string(error));
+    Options options = it.options(50);
+    change(options);
+    it.frame.gather(it.good);
+    expect_usable(it.good.select(options), it.good, it.usable, error);
+    it.frame.gather(it.good);
+    EXPECT_EQ(it.good.select(50).size, 50U) << "the next frame is selected from again";
+  };
   with([](Options& o) { o.time_limit = -1; }, Error::invalid_time_limit);
   with([](Options& o) { o.strategy = Strategy(99); }, Error::invalid_strategy);
   with([](Options& o) { o.threads = -1; }, Error::invalid_threads);
+  with([](Options& o) { o.target.efficiency = 2; }, Error::invalid_target);
   static const double no_prior[36] = {};
   with([](Options& o) { o.prior = no_prior; }, Error::invalid_prior);
   static const std::vector<unsigned char> everything(200, 1);
   with([](Options& o) { o.required = everything.data(); }, Error::infeasible);
+}
 
-  frame.gather(good);
-  good.block_options.min_depth = -1;
-  expect_all(good, frame, with_budget(50), Error::invalid_block, "invalid_options");
-  const RigidTransform T_cw = rows_of(frame.T_cw);
+TEST(GoodFeatures, without_blocks_all_usable_matches_are_selected) {
+  Troubled it;
+  const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
-  const auto none = DepthCue::none;
-  expect_all_started([&] { good.start(Camera(), T_cw, none); }, good, frame, "invalid_camera");
-  expect_all_started([&] { good.start(pinhole, RigidTransform(nullptr), none); }, good, frame, "invalid_pose");
+  const auto after = [&](const std::function<void()>& start, Error error) {
+    SCOPED_TRACE(to_string(error));
+    it.frame.gather(it.good);
+    it.good.select(10);
+    start();
+    for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
+    expect_usable(it.good.select(it.options(50)), it.good, it.usable, error);
+    EXPECT_TRUE(std::isnan(it.good.efficiency()));
+  };
+  after([&] { it.good.start(Camera(), T_cw); }, Error::invalid_camera);
+  after([&] { it.good.start(pinhole, nullptr); }, Error::invalid_pose);
+  after([&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }, Error::invalid_pose);
   // A rig without cameras is an error, not the camera of the frame before.
-  expect_all_started([&] { good.start(Rig(), T_cw, none); }, good, frame, "invalid_camera_id");
+  after([&] { it.good.start(Rig(), T_cw); }, Error::invalid_camera_id);
+  it.good.block_options.min_depth = -1;
+  after(
+      [&] {
+        it.good.start(pinhole, T_cw);
+        it.good.block_options.min_depth = -1;
+      },
+      Error::invalid_block_options);
+  it.good.block_options.min_depth = 0.01;
+  it.frame.matches[5].u_right = 100;
+  it.frame.matches[6].depth = 3;
+  after([&] { it.good.start(pinhole, T_cw); }, Error::mixed_depth_cues);
+}
+
+// Whatever the budget, the limit and the pose: as many as the budget, or all that there are; never one that is broken.
+TEST(GoodFeatures, selects_a_full_budget_of_usable_matches_and_never_a_broken_one) {
+  Troubled it;
+  const Eigen::Isometry3d away(Eigen::AngleAxisd(3.1, Eigen::Vector3d::UnitY()));
+  for (const bool is_behind : {false, true}) {
+    for (const double limit : {0.0, 1e-9, 1e-6, 1.0}) {
+      for (const std::size_t budget : {std::size_t{0}, std::size_t{1}, std::size_t{50}, std::size_t{140},
+                                       it.usable.size(), std::size_t{200}, std::size_t{10000}}) {
+        it.frame.gather(it.good);
+        if (is_behind) {
+          it.good.start(typical_camera(CameraModel::pinhole), away * it.frame.T_cw);
+          for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
+        }
+        Options options = it.options(budget);
+        options.time_limit = limit;
+        const Selection selection = it.good.select(options);
+        SCOPED_TRACE(std::to_string(budget) + " in " + std::to_string(limit) + " s: " + selection.reason());
+        EXPECT_TRUE(selection.has_answer());
+        EXPECT_EQ(selection.size, std::min(budget, it.usable.size()));
+        const std::vector<std::uint32_t> numbers = sorted(numbers_of(selection));
+        EXPECT_TRUE(std::includes(it.usable.begin(), it.usable.end(), numbers.begin(), numbers.end()));
+        EXPECT_EQ(std::adjacent_find(numbers.begin(), numbers.end()), numbers.end());
+        EXPECT_EQ(selected_of(it.good), numbers);
+        if (is_behind && limit == 0 && budget == 50) {
+          EXPECT_EQ(selection.status, Status::few_candidates);
+        }
+        if (limit == 0 && budget >= it.usable.size()) {
+          EXPECT_EQ(selection.status, Status::all_selected);
+        }
+      }
+    }
+  }
+}
+
+TEST(GoodFeatures, what_is_broken_is_an_outlier_and_what_is_not_measured_is_none) {
+  Troubled it;
+  it.frame.gather(it.good);
+  it.good.select(it.options(50));
+  const IndexRange outliers = it.good.outliers(rows_of(it.frame.T_cw));
+  const std::vector<std::uint32_t> flagged(outliers.begin(), outliers.end());
+  EXPECT_TRUE(std::includes(flagged.begin(), flagged.end(), it.broken.begin(), it.broken.end()));
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(it.good.is_outlier(i), std::binary_search(flagged.begin(), flagged.end(), i)) << i;
+  }
+  it.good.start(typical_camera(CameraModel::pinhole), rows_of(it.frame.T_cw));
+  for (std::uint32_t i = 0; i < 200; ++i) it.good.add(it.frame.point(i), it.frame.sigmas[i]);
+  EXPECT_EQ(it.good.select(50).size, 50U);
+  EXPECT_EQ(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
+}
+
+// ORB-SLAM's -1, and NaN: not measured.
+TEST(GoodFeatures, a_negative_right_column_is_none) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const FeatureFrame frame(random, 100);
+  GoodFeatures good(100), with_columns(100);
+  frame.gather(good);
+  frame.start(with_columns);
+  for (FeatureMatch match : frame.matches) {
+    match.u_right = match.id % 2 == 0 ? -1 : nan;
+    match.depth = match.id % 2 == 0 ? 0 : infinity;
+    with_columns.add(match);
+  }
+  EXPECT_EQ(numbers_of(with_columns.select(30)), numbers_of(good.select(30)));
+  const RigidTransform T_cw = rows_of(frame.T_cw);
+  EXPECT_EQ(with_columns.outliers(T_cw).size(), good.outliers(T_cw).size());
+  for (std::size_t i = 0; i < 100; ++i) {
+    if (good.is_selected(i)) continue;
+    EXPECT_EQ(with_columns.chi2(i), good.chi2(i)) << i;
+  }
 }
 
 TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   Gathered gathered(200);
-  const FeatureFrame& frame = gathered.frame;
   GoodFeatures& good = gathered.good;
-  Options options = with_budget(150);
+  Options options(150);
   options.target.efficiency = 0.4;
-  EXPECT_FALSE(good.is_target_reached());
-  EXPECT_EQ(good.select(options), Status::ok) << "there are matches that are not selected";
-  EXPECT_STREQ(good.reason(), "ok");
-  EXPECT_TRUE(good.is_target_reached());
+  const Selection selection = good.select(options);
+  EXPECT_EQ(selection.status, Status::target_reached);
+  EXPECT_STREQ(good.reason(), "target_reached");
   Selector selector(200);
   const Selection expected = selector.select(good.blocks(), options);
   ASSERT_EQ(expected.status, Status::target_reached);
-  EXPECT_EQ(good.selected_count(), expected.size);
-  for (const std::uint32_t i : expected) EXPECT_TRUE(good.is_selected(i));
-  EXPECT_NEAR(good.share_of_all(), expected.efficiency, 1e-9);
-  good.judge(rows_of(frame.T_cw));
-  const auto with = [&](double share, std::size_t budget, Status status, bool is_reached) {
-    SCOPED_TRACE(share);
-    options.target.efficiency = share;
-    options.budget = budget;
-    frame.gather(good);
-    EXPECT_FALSE(good.is_target_reached()) << "of the frame before";
-    EXPECT_EQ(good.select(options), status);
-    EXPECT_EQ(good.is_target_reached(), is_reached);
-  };
-  with(0.4, 10, Status::ok, false);
-  const std::size_t valid = good.blocks().stored();
-  with(1 - 1e-9, valid - 1, Status::ok, false);
-  with(1 - 1e-9, 200, Status::all_selected, true);
-  expect_all_selected(good, 200);
-  with(0.4, 150, Status::ok, true);
-  with(2, 150, Error::invalid_target, false);
-  expect_all_selected(good, 200);
-  EXPECT_STREQ(good.reason(), "invalid_target");
+  EXPECT_EQ(numbers_of(selection), numbers_of(expected));
+  EXPECT_EQ(selection.efficiency, expected.efficiency);
+  EXPECT_NEAR(good.efficiency(), expected.efficiency, 1e-9);
+  options.budget = 10;
+  EXPECT_EQ(good.select(options).status, Status::ok) << "the budget ends before the target";
+  EXPECT_EQ(good.selection().size, 10U);
 }
 
-TEST(GoodFeatures, a_frame_of_more_than_the_capacity_is_not_selected_from) {
+TEST(GoodFeatures, matches_beyond_the_capacity_are_counted_and_not_selected) {
   Random random;
   SCOPED_TRACE(random.name());
   const FeatureFrame frame(random, 101);
-  GoodFeatures good(100);
+  GoodFeatures good(100), fitting(100);
   frame.gather(good);
-  EXPECT_FALSE(good.build());
-  EXPECT_EQ(good.select(with_budget(10)), Error::capacity_exceeded);
+  frame.start(fitting);
+  for (std::size_t i = 0; i < 100; ++i) fitting.add(frame.matches[i]);
+  EXPECT_EQ(numbers_of(good.select(10)), numbers_of(fitting.select(10)));
   EXPECT_STREQ(good.reason(), "capacity_exceeded");
-  expect_all_selected(good, 101);
+  EXPECT_STREQ(fitting.reason(), "ok");
+  EXPECT_EQ(good.size(), 101U);
   EXPECT_EQ(good.id(100), GoodFeatures::no_id);
-  good.judge(rows_of(frame.T_cw));
+  good.outliers(rows_of(frame.T_cw));
   EXPECT_TRUE(std::isnan(good.chi2(100)));
-  EXPECT_FALSE(good.is_outlier(100));
-  frame.start(good);
-  for (std::size_t i = 0; i < 100; ++i) good.add(frame.matches[i]);
-  EXPECT_EQ(good.select(with_budget(10)), Status::ok) << "the next frame has room";
+  EXPECT_FALSE(good.is_outlier(100) || good.is_selected(100));
   GoodFeatures none(0);
-  none.start(typical_camera(CameraModel::pinhole), rows_of(frame.T_cw), DepthCue::none);
+  none.start(typical_camera(CameraModel::pinhole), rows_of(frame.T_cw));
   none.add(FeatureMatch());
-  EXPECT_EQ(none.select(with_budget(0)), Error::capacity_exceeded);
-  expect_all_selected(none, 1);
+  EXPECT_EQ(none.select(0).size, 0U);
 }
 
 // Required by the match, by the options, or by both; several times for one frame.
@@ -257,9 +336,9 @@ TEST(GoodFeatures, what_is_required_is_selected_also_where_it_can_be_no_candidat
     std::vector<std::uint32_t> expected = select_indices(blocks, options);
     expected.push_back(static_cast<std::uint32_t>(invalid));
     options.required = by_options.data();
-    ASSERT_EQ(good.select(options), Status::ok);
+    ASSERT_EQ(good.select(options).status, Status::ok);
     EXPECT_EQ(selected_of(good), sorted(expected)) << "time " << time;
-    EXPECT_EQ(good.selected_count(), 21U);
+    EXPECT_EQ(good.selection().size, 21U);
   }
   // What the options required is not required of the next selection.
   Options options = with_budget(20);
@@ -267,7 +346,7 @@ TEST(GoodFeatures, what_is_required_is_selected_also_where_it_can_be_no_candidat
   options.required = required.data();
   std::vector<std::uint32_t> expected = select_indices(blocks, options);
   expected.push_back(static_cast<std::uint32_t>(invalid));
-  ASSERT_EQ(good.select(with_budget(20)), Status::ok);
+  ASSERT_EQ(good.select(with_budget(20)).status, Status::ok);
   EXPECT_EQ(selected_of(good), sorted(expected));
 }
 
@@ -287,7 +366,7 @@ TEST(GoodFeatures, excluded_matches_and_groups_go_by_the_numbers_of_matches) {
   options.groups.count = 30;
   GoodFeatures good(200);
   frame.gather(good);
-  ASSERT_EQ(good.select(options), Status::ok);
+  ASSERT_EQ(good.select(options).status, Status::ok);
   EXPECT_EQ(selected_of(good), sorted(select_indices(frame.blocks(), options)));
 }
 
@@ -304,21 +383,23 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
       const EigenPrior entries(prior);
       if (has_prior) options.prior = entries.data();
       frame.gather(good);
-      ASSERT_EQ(good.select(options), Status::ok);
+      ASSERT_EQ(good.select(options).status, Status::ok);
       const std::vector<std::uint32_t> selected = selected_of(good);
       std::vector<std::uint32_t> all;
       for (std::uint32_t i = 0; i < 200; ++i) {
         if (blocks.is_valid(i)) all.push_back(i);
       }
       const long double expected = std::exp((log_det_of(blocks, selected, prior) - log_det_of(blocks, all, prior)) / 6);
-      EXPECT_NEAR(good.share_of_all(), static_cast<double>(expected), 1e-6);
-      EXPECT_LT(good.share_of_all(), 1) << "again";
+      EXPECT_NEAR(good.efficiency(), static_cast<double>(expected), 1e-6);
+      EXPECT_LT(good.efficiency(), 1) << "again";
       EXPECT_EQ(selected_of(good), selected) << "the selection stays";
     }
-    good.select(with_budget(200));
-    EXPECT_EQ(good.share_of_all(), 1);
-    good.select(with_budget(1000));
-    EXPECT_TRUE(std::isnan(good.share_of_all())) << "after an error";
+    good.select(1000);
+    EXPECT_NEAR(good.efficiency(), 1, 1e-12);
+    Options wrong;
+    wrong.threads = -1;
+    good.select(wrong);
+    EXPECT_TRUE(std::isnan(good.efficiency())) << "after an error";
   }
 }
 
@@ -326,15 +407,15 @@ TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
   Gathered gathered(200);
   const FeatureFrame& frame = gathered.frame;
   GoodFeatures& good = gathered.good;
-  ASSERT_EQ(good.select(with_budget(50)), Status::ok);
+  ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
   const std::vector<std::uint32_t> selected = selected_of(good);
   GoodFeatures taker(std::move(good));
   EXPECT_EQ(selected_of(taker), selected);
   good = std::move(taker);  // NOLINT(bugprone-use-after-move): what the class allows
   EXPECT_EQ(selected_of(good), selected);
   frame.gather(good);
-  EXPECT_EQ(good.select(with_budget(20)), Status::ok);
-  EXPECT_EQ(good.selected_count(), 20U);
+  EXPECT_EQ(good.select(with_budget(20)).status, Status::ok);
+  EXPECT_EQ(good.selection().size, 20U);
   static_assert(!std::is_copy_constructible<GoodFeatures>::value, "its memory is its own");
   static_assert(noexcept(good.select(Options()))&& noexcept(good.add(FeatureMatch())), "it throws nothing");
 }

@@ -156,7 +156,7 @@ TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_requ
     for (std::size_t i = 0; i < 300; i += 60) frame.matches[i].is_required = true;
     frame.gather(good);
     const Options options = with_budget(60);
-    ASSERT_EQ(good.select(options), Status::ok) << good.reason();
+    ASSERT_EQ(good.select(options).status, Status::ok) << good.reason();
     std::vector<unsigned char> is_spread(300);
     std::vector<double> uv;
     std::vector<std::uint8_t> camera_ids;
@@ -169,7 +169,7 @@ TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_requ
       uv.insert(uv.end(), match.measured, match.measured + 2);
       camera_ids.push_back(frame.kind.has_rig ? match.camera_id : std::uint8_t{0});
     }
-    EXPECT_EQ(good.selected_count(), 60 + required_without_block);
+    EXPECT_EQ(good.selection().size, 60 + required_without_block);
     ImageCells cells(300);
     ASSERT_TRUE(cells.assign(uv.data(), 2, 300, 90, is_spread.data(), camera_ids.data()));
     std::vector<int> selected_of_cell(cells.count());
@@ -186,8 +186,8 @@ TEST(GoodFeatures, spread_that_is_no_number_selects_all_and_says_so) {
     GoodFeatures good(200);
     good.spread = spread;
     frame.gather(good);
-    EXPECT_EQ(good.select(with_budget(50)), Error::invalid_groups);
-    EXPECT_EQ(good.selected_count(), 200U);
+    EXPECT_EQ(good.select(with_budget(50)).error, Error::invalid_groups);
+    EXPECT_EQ(good.selection().size, 200U);
   }
 }
 
@@ -204,8 +204,8 @@ TEST(GoodFeatures, groups_of_the_caller_replace_spread) {
   options.groups.maximum = 25;
   frame.gather(good);
   frame.gather(other);
-  ASSERT_EQ(good.select(options), Status::ok);
-  ASSERT_EQ(other.select(options), Status::ok);
+  ASSERT_EQ(good.select(options).status, Status::ok);
+  ASSERT_EQ(other.select(options).status, Status::ok);
   EXPECT_EQ(selected_of(good), selected_of(other));
 }
 

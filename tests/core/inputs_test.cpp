@@ -110,14 +110,16 @@ TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
       for (int column = 0; column < 4; ++column) EXPECT_EQ(made.data()[4 * row + column], T(row, column));
     }
   };
-  expect(by_rows.data());
+  expect(by_rows);
+  expect(RigidTransform::row_major(by_rows.data()));
+  expect(Eigen::Isometry3d(T));
   expect(RigidTransform::column_major(T.data(), 4));
   expect(RigidTransform::column_major(top.data(), 3));
   expect(RigidTransform::from(R.data(), t.data()));
   expect(RigidTransform(T));
   expect(RigidTransform(top));
   const float of_float[12] = {0, 0, 1, 2, 0, 1, 0, 3, -1, 0, 0, 4};
-  for (int i = 0; i < 12; ++i) EXPECT_EQ(RigidTransform(of_float).data()[i], double{of_float[i]});
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(RigidTransform::row_major(of_float).data()[i], double{of_float[i]});
   EXPECT_TRUE(std::isnan(RigidTransform(nullptr).data()[0]));
 }
 
@@ -232,7 +234,7 @@ TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {
   EXPECT_EQ(two.status_of_rig(257), Error::invalid_camera_id);
   EXPECT_EQ(two.status_of_rig(0), Error::invalid_camera_id);
   BlockStore none;
-  EXPECT_EQ(append_blocks(Rig{nullptr, 1}, identity_pose, two.matches, two.options, none).status,
+  EXPECT_EQ(append_blocks(Rig{nullptr, 1}, identity_pose, two.matches, two.options, none).error,
             Error::invalid_camera_id);
   two.matches.camera_ids = two.ids;
   EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_camera_id);
@@ -252,7 +254,7 @@ TEST(Camera, jacobians_of_the_caller_that_are_not_finite_are_invalid_candidates)
   EXPECT_EQ(two.status_of(two.pinhole), Error::none);
   EXPECT_EQ(two.status_of(Camera()), Error::none) << "with Jacobians, the camera's are not needed";
   two.jacobians[3] = nan;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_jacobians);
+  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
   BlockStore blocks;
   const BlockReport report = append_blocks(two.pinhole, identity_pose, two.matches, two.options, blocks);
   EXPECT_EQ(report.invalid_jacobians, 1U);

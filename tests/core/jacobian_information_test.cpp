@@ -61,8 +61,8 @@ void add_random_match(Random& random, const PinholeCase& c, Far& far) {
   far.covariances.insert(far.covariances.end(), covariance.data(), covariance.data() + 9);
 }
 
-Far random_far(Random& random, Weighting weighting, DepthCue third) {
-  const PinholeCase c = random_case(random, third);
+Far random_far(Random& random, Weighting weighting, DepthCue depth_cue) {
+  const PinholeCase c = random_case(random, depth_cue);
   Far far;
   far.camera = c.camera;
   far.T_cw = c.T_cw.matrix().topRows<3>().cast<double>();
@@ -184,11 +184,11 @@ TEST(Jacobian, information_is_the_textbooks_at_all_distances_and_with_any_covari
   std::size_t compared = 0;
   std::size_t to_float32 = 0;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-    for (const DepthCue third : thirds) {
+    for (const DepthCue depth_cue : thirds) {
       for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
         Random random(variation);
-        SCOPED_TRACE(random.name() + ", " + to_string(weighting) + ", " + name_of(third));
-        const Far far = random_far(random, weighting, third);
+        SCOPED_TRACE(random.name() + ", " + to_string(weighting) + ", " + name_of(depth_cue));
+        const Far far = random_far(random, weighting, depth_cue);
         BlockStore blocks;
         append_blocks(far.camera, far.T_cw, far.points, far.matches, far.options, blocks);
         ASSERT_EQ(blocks.size(), far.size());

@@ -53,11 +53,11 @@ BlockStore library_blocks(const PinholeCase& c, const BlockOptions& options, con
 
 template <class Body>
 void for_many_cases(const Body& body) {
-  for (const DepthCue third : thirds) {
+  for (const DepthCue depth_cue : thirds) {
     for (std::uint64_t variation = 0; variation < 100; ++variation) {
       Random random(variation);
-      SCOPED_TRACE(random.name() + ", " + name_of(third));
-      body(random, random_case(random, third));
+      SCOPED_TRACE(random.name() + ", " + name_of(depth_cue));
+      body(random, random_case(random, depth_cue));
     }
   }
 }
@@ -220,8 +220,7 @@ TEST(Jacobian, selection_does_not_depend_on_the_side_of_the_perturbation) {
   SCOPED_TRACE(random.name());
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 300, random.seed());
   const BlockStore left = blocks_of(frame, block_kinds[4]);
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(
-      RigidTransform::row_major(frame.T_cw_prior.data()));
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(frame.T_cw_prior.data());
   const Eigen::Matrix3d R = T_cw.leftCols<3>();
   const Eigen::Vector3d t = T_cw.col(3);
   Eigen::Matrix3d t_hat;

@@ -52,14 +52,14 @@ void fill(Random& random, Seen& seen) {
 }
 
 // J by p_c; without a third measurement its first two rows.
-WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, DepthCue third) {
+WideMatrix jacobian_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c, DepthCue depth_cue) {
   const long double x = p_c.x(), y = p_c.y(), z = p_c.z();
   WideMatrix J = WideMatrix::Zero(3, 3);
   J.row(0) << camera.fx / z, 0, -camera.fx * x / (z * z);
   J.row(1) << 0, camera.fy / z, -camera.fy * y / (z * z);
   J.row(2) << 0, 0, 1;
-  if (third == DepthCue::stereo) J.row(2) << camera.fx / z, 0, (camera.bf - camera.fx * x) / (z * z);
-  return J.topRows(static_cast<Eigen::Index>(residual_rows(third)));
+  if (depth_cue == DepthCue::stereo) J.row(2) << camera.fx / z, 0, (camera.bf - camera.fx * x) / (z * z);
+  return J.topRows(static_cast<Eigen::Index>(residual_rows(depth_cue)));
 }
 
 WideMatrix sigma_of(const Seen& seen) {
@@ -214,26 +214,24 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
 
 // H_x^T Omega H_x, J by p_c as written down here.
 Matrix6 weighted_information(const PinholeCamera& camera, const Isometry& T_cw, const Eigen::Vector3d& p_w,
-                             DepthCue third, const Eigen::MatrixXd& omega) {
+                             DepthCue depth_cue, const Eigen::MatrixXd& omega) {
   const Eigen::Vector3d p = T_cw * p_w;
-  const WideMatrix H = wide_product(jacobian_of(camera, p, third), pose_derivative(p.cast<long double>()));
+  const WideMatrix H = wide_product(jacobian_of(camera, p, depth_cue), pose_derivative(p.cast<long double>()));
   return wide_product(wide_product(H.transpose(), omega.cast<long double>()), H).cast<double>();
 }
 
 // Compares the information of all matches together, for each weighting that models noise.
-void expect_information_of_blocks(const sim::Frame& frame, DepthCue third) {
+void expect_information_of_blocks(const sim::Frame& frame, DepthCue depth_cue) {
   const sim::MatchArrays arrays(frame);
   const Matches matches = arrays.view();
   Isometry T_cw;
-  T_cw.matrix() << Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
-      RigidTransform::row_major(frame.T_cw_prior.data())),
-      0, 0, 0, 1;
+  T_cw.matrix() << Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(frame.T_cw_prior.data()), 0, 0, 0, 1;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
     BlockOptions options;
     options.weighting = weighting;
-    options.depth_cue = third;
+    options.depth_cue = depth_cue;
     BlockStore blocks;
-    ASSERT_TRUE(build_blocks(frame, arrays, options, blocks).is_done());
+    ASSERT_EQ(build_blocks(frame, arrays, options, blocks).error, Error::none);
     Matrix6 expected = Matrix6::Zero(), actual = Matrix6::Zero();
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (!blocks.is_valid(i)) continue;
@@ -253,12 +251,12 @@ void expect_information_of_blocks(const sim::Frame& frame, DepthCue third) {
 
 TEST(MatchInformation, weighs_the_jacobians_to_the_information_of_the_blocks) {
   for (const sim::Scene scene : sim::scenes) {
-    for (const DepthCue third : {DepthCue::none, DepthCue::stereo}) {
+    for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
       Random random;
       SCOPED_TRACE(random.name());
       sim::Frame frame = make_scene(scene, 500, random.seed());
-      if (third == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
-      expect_information_of_blocks(frame, third);
+      if (depth_cue == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
+      expect_information_of_blocks(frame, depth_cue);
     }
   }
 }
@@ -275,18 +273,17 @@ TEST(RealFrames, weights_give_the_information_of_the_blocks) {
 
 TEST(MatchInformation, refuses_what_append_blocks_refuses) {
   const Camera camera{PinholeCamera{450, 460, 320, 240, 40}};
-  const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const RigidTransform identity = RigidTransform::identity();
   const double p_w[3] = {0.1, 0.2, 3};
   const double jacobian[6] = {150, 0, -5, 0, 153, -10};
-  const auto is_refused = [&](const Camera& seen_by, const double* T_cw, const MatchNoise& noise) {
+  const auto is_refused = [&](const Camera& seen_by, const RigidTransform& T_cw, const MatchNoise& noise) {
     double omega[9] = {7, 7, 7, 7, 7, 7, 7, 7, 7};
     const bool written = match_information(seen_by, T_cw, p_w, noise, omega);
     return !written && std::all_of(omega, omega + 9, [](double x) { return x == 7; });
   };
   MatchNoise noise;
   EXPECT_FALSE(is_refused(camera, identity, noise));
-  double twice[12];
-  std::transform(identity, identity + 12, twice, [](double x) { return 2 * x; });
+  const RigidTransform twice = (2 * Eigen::Matrix4d::Identity()).eval();
   EXPECT_TRUE(is_refused(camera, twice, noise)) << "no rotation";
   noise.map_sigma = -1;
   EXPECT_TRUE(is_refused(camera, identity, noise));
@@ -297,7 +294,7 @@ TEST(MatchInformation, refuses_what_append_blocks_refuses) {
   unknown.model = static_cast<CameraModel>(99);
   EXPECT_TRUE(is_refused(unknown, identity, noise));
   double omega[9];
-  const RigCamera on_rig{camera, RigidTransform(twice)};
+  const RigCamera on_rig{camera, twice};
   EXPECT_FALSE(match_information(on_rig, identity, p_w, MatchNoise(), omega));
 }
 

@@ -115,7 +115,8 @@ TEST(PointCovariance, of_one_camera_alone_leaves_a_near_match_its_block) {
     BlockOptions options;
     options.weighting = Weighting::measurement_and_map;
     BlockStore blocks(1);
-    const RigidTransform moved = RigidTransform(std::array<double, 12>{1, 0, 0, 0.02, 0, 1, 0, 0, 0, 0, 1, 0}.data());
+    const RigidTransform moved =
+        RigidTransform::row_major(std::array<double, 12>{1, 0, 0, 0.02, 0, 1, 0, 0, 0, 0, 1, 0}.data());
     for (const RigidTransform& T_cw : {RigidTransform::identity(), moved}) {
       EXPECT_EQ(append_blocks(camera, T_cw, matches, options, blocks).invalid_covariances, 0U) << f << ' ' << z;
     }

@@ -202,15 +202,15 @@ class Tracked {
   void use(std::size_t size, int kind) {
     start(kind);
     for (std::size_t i = 0; i < size; ++i) add(i, kind);
-    if (good_.select(with_budget(100)) == Status::ok) ++ok;
+    if (good_.select(with_budget(100)).status == Status::ok) ++ok;
     double weight[9];
     for (std::size_t i = 0; i < good_.size(); ++i) {
       weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
     }
     good_.is_weighted = kind == 2;
     good_.spread = kind == 3 ? 0 : 1.5;  // of the next frame
-    good_.judge(T_cw_);
-    good_.share_of_all();
+    good_.outliers(T_cw_);
+    good_.efficiency();
     for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
   }
 
@@ -218,11 +218,10 @@ class Tracked {
 
  private:
   void start(int kind) {
-    const DepthCue third = kind % 2 == 0 ? DepthCue::stereo : DepthCue::none;
     if (kind == 3) {
-      good_.start(Rig{rig_, 2}, T_cw_, third);
+      good_.start(Rig{rig_, 2}, T_cw_);
     } else {
-      good_.start(frame_.camera, kind == 5 ? RigidTransform(nullptr) : T_cw_, third);
+      good_.start(frame_.camera, kind == 5 ? RigidTransform(nullptr) : T_cw_);
     }
   }
 
@@ -231,7 +230,7 @@ class Tracked {
     std::copy_n(frame_.matches[i].point, 3, match.point);
     match.measured[0] = frame_.matches[i].u;
     match.measured[1] = frame_.matches[i].v;
-    if (frame_.matches[i].is_stereo()) match.depth_cue = frame_.matches[i].u_right;
+    if (kind % 2 == 0 && frame_.matches[i].is_stereo()) match.u_right = frame_.matches[i].u_right;
     if (kind == 1 && i % 2 == 1) match.covariance = covariance_;
     if (kind == 4) match.jacobian = jacobian_;
     match.camera_id = kind == 3 ? i % 2 : 0;

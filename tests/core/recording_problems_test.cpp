@@ -26,11 +26,11 @@ struct Watched {
   std::string select() {
     frame.gather(good);
     ::testing::internal::CaptureStderr();
-    EXPECT_EQ(good.select(with_budget(30)), Status::ok);
+    EXPECT_EQ(good.select(with_budget(30)).status, Status::ok);
     const std::string said = ::testing::internal::GetCapturedStderr();
     GoodFeatures other(100);
     frame.gather(other);
-    EXPECT_EQ(other.select(with_budget(30)), Status::ok);
+    EXPECT_EQ(other.select(with_budget(30)).status, Status::ok);
     EXPECT_EQ(selected_of(good), selected_of(other));
     return said;
   }
@@ -53,7 +53,7 @@ TEST(Recording, is_off_by_default_and_after_an_empty_name_and_starts_with_the_ne
   EXPECT_EQ(watched.folder.files().size(), 0U);
   watched.frame.gather(watched.good);
   EXPECT_EQ(watched.record(watched.folder.path(), true), "");
-  EXPECT_EQ(watched.good.select(with_budget(30)), Status::ok);
+  EXPECT_EQ(watched.good.select(with_budget(30)).status, Status::ok);
   EXPECT_EQ(watched.folder.files().size(), 0U) << "this frame had been started";
   EXPECT_EQ(watched.select(), "");
   EXPECT_EQ(watched.folder.files().size(), 1U);
@@ -93,7 +93,7 @@ TEST(Recording, two_recordings_are_never_mixed) {
                 ": it holds frame_*.csv of another recording: choose another folder, or empty it; nothing is "
                 "recorded\n");
   watched.frame.gather(second);
-  EXPECT_EQ(second.select(with_budget(20)), Status::ok);
+  EXPECT_EQ(second.select(with_budget(20)).status, Status::ok);
   EXPECT_EQ(text_of(watched.folder / first_frame), before);
   EXPECT_EQ(watched.folder.files().size(), 1U);
 }
@@ -125,11 +125,12 @@ TEST(Recording, of_a_file_that_does_not_fit_nothing_stays) {
   const std::string folder = watched.folder.path();
   watched.frame.gather(watched.good);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const Status status = watched.good.select(with_budget(30));  // says it on stderr, whose file may be at its limit
+  const Status status =
+      watched.good.select(with_budget(30)).status;  // says it on stderr, whose file may be at its limit
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(status, Status::ok);
-  EXPECT_EQ(watched.good.selected_count(), 30U);
+  EXPECT_EQ(watched.good.selection().size, 30U);
   EXPECT_EQ(watched.folder.files().size(), 0U);
   EXPECT_EQ(watched.select(), "");
   EXPECT_EQ(watched.folder.files().size(), 0U) << "the recording has ended";
@@ -139,17 +140,18 @@ TEST(Recording, frames_without_blocks_are_not_recorded) {
   Watched watched;
   EXPECT_EQ(watched.record(watched.folder.path(), true), "");
   GoodFeatures& good = watched.good;
-  good.start(Camera(458, 457, 367, 248), nullptr, DepthCue::none);
+  good.start(Camera(458, 457, 367, 248), nullptr);
   good.add(FeatureMatch());
-  EXPECT_EQ(good.select(Options()), Error::invalid_block);
-  good.start(Camera(0, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
-  EXPECT_EQ(good.select(Options()), Error::invalid_block);
-  good.start(Camera(458, 457, nan, 248), RigidTransform::identity(), DepthCue::none);
-  EXPECT_EQ(good.select(with_budget(30)), Status::all_selected)
+  EXPECT_EQ(good.select(Options()).error, Error::invalid_pose);
+  good.start(Camera(0, 457, 367, 248), RigidTransform::identity());
+  EXPECT_EQ(good.select(Options()).error, Error::invalid_camera);
+  good.start(Camera(458, 457, nan, 248), RigidTransform::identity());
+  EXPECT_EQ(good.select(with_budget(30)).status, Status::all_selected)
       << "no block depends on it, but the file needs a number";
-  good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
   for (int i = 0; i < 101; ++i) good.add(FeatureMatch());
-  EXPECT_EQ(good.select(Options()), Error::capacity_exceeded);
+  good.select(Options());
+  EXPECT_STREQ(good.reason(), "capacity_exceeded");
   EXPECT_EQ(watched.folder.files().size(), 0U);
   EXPECT_EQ(watched.select(), "");
   EXPECT_EQ(watched.folder.files(), std::vector<std::string>{first_frame});

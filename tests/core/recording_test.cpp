@@ -28,11 +28,11 @@ std::vector<double> entries_of(const RigidTransform& T) { return {T.data(), T.da
 std::vector<FeatureKind> recordable_kinds() {
   std::vector<FeatureKind> kinds;
   for (const CameraModel model : camera_models) {
-    for (const auto third : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
+    for (const auto depth_cue : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
       for (const bool has_rig : {false, true}) {
-        if (third == DepthCue::stereo && (has_rig || model != CameraModel::pinhole)) continue;
+        if (depth_cue == DepthCue::stereo && (has_rig || model != CameraModel::pinhole)) continue;
         for (const auto covariances : {Covariances::none, Covariances::some, Covariances::all}) {
-          kinds.push_back({model, third, has_rig, false, covariances});
+          kinds.push_back({model, depth_cue, has_rig, false, covariances});
         }
       }
     }
@@ -81,7 +81,8 @@ void expect_match(const RecordedFrame& recorded, std::size_t row, const FeatureF
   }
   if (frame.kind.depth_cue != DepthCue::none) {
     const std::string column = frame.kind.depth_cue == DepthCue::depth ? "depth" : "u_right";
-    EXPECT_EQ(recorded.at(row, column), frame.has_depth_cue[i] != 0 ? match.depth_cue : -1);
+    EXPECT_EQ(recorded.at(row, column),
+              frame.has_depth_cue[i] != 0 ? (column == "depth" ? match.depth : match.u_right) : -1);
   }
   if (std::count(frame.knows_covariance.begin(), frame.knows_covariance.end(), 1) == 0) return;
   const char* const names[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
@@ -116,7 +117,7 @@ TEST(Recording, good_features_records_every_field_bit_for_bit) {
     const TemporaryFolder folder;
     ASSERT_TRUE(good.record(folder.path().c_str()));
     frame.gather(good);
-    ASSERT_EQ(good.select(with_budget(30)), Status::ok);
+    ASSERT_EQ(good.select(with_budget(30)).status, Status::ok);
     ASSERT_EQ(folder.files(), std::vector<std::string>{first_frame});
     const RecordedFrame recorded(folder / first_frame);
     EXPECT_EQ(recorded.columns, columns_of(frame));
@@ -142,15 +143,15 @@ TEST(Recording, numbers_of_map_points_and_keyframes_are_written_and_frames_numbe
   GoodFeatures good(200);
   ASSERT_TRUE(good.record((folder.path() + "/run/").c_str())) << "a folder that is missing is created";
   for (std::int64_t frame = 0; frame < 3; ++frame) {
-    good.start(Camera(458, 457, 367, 248), RigidTransform::identity(), DepthCue::none);
+    good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
     for (std::int64_t i = 0; i < 4; ++i) {
-      FeatureMatch match;
-      match.point[2] = 3;
+      const double p_w[3] = {0, 0, 3};
+      FeatureMatch match(p_w, p_w);
       if (i > 0) match.point_id = std::numeric_limits<std::int64_t>::max() - i;
       if (frame == 2 && i > 0) match.keyframe = 10 * i;
       good.add(match);
     }
-    EXPECT_EQ(good.select(Options()), Status::all_selected);
+    EXPECT_EQ(good.select(Options()).status, Status::all_selected);
   }
   const RecordedFrame first(folder / "run/frame_000000.csv"), last(folder / "run/frame_000002.csv");
   EXPECT_EQ(first.rows.at(0).at("mp_id"), "-1");
@@ -223,8 +224,10 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
   details.depth_cue = DepthCue::stereo;
   details.has_covariances = details.has_descriptor_distances = true;
   ASSERT_TRUE(recorder.start(Camera(458, 457, 367, 248, 50), RigidTransform::identity(), details));
+  const double origin[3] = {};
+  EXPECT_FALSE(recorder.add(FeatureMatch(origin), false)) << "not measured";
   const auto is_added = [&](auto change) {
-    FeatureMatch match;
+    FeatureMatch match(origin, origin);
     change(match);
     return recorder.add(match, false);
   };
@@ -234,8 +237,8 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[1] = bad; }));
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.point[2] = bad; }));
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.sigma = bad; }));
-    EXPECT_EQ(is_added([&](FeatureMatch& match) { match.depth_cue = bad; }), std::isnan(bad)) << "NaN: not measured";
-    EXPECT_FALSE(recorder.add(FeatureMatch(), false, bad)) << "descriptor distance";
+    EXPECT_TRUE(is_added([&](FeatureMatch& match) { match.u_right = bad; })) << "not measured";
+    EXPECT_FALSE(recorder.add(FeatureMatch(origin, origin), false, bad)) << "descriptor distance";
     const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, bad};
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));
   }
@@ -260,7 +263,7 @@ TEST(Recording, a_frame_recorder_writes_true_pose_image_size_and_descriptor_dist
   details.height = 480;
   details.has_descriptor_distances = true;
   ASSERT_TRUE(recorder.start(typical_camera(CameraModel::pinhole), rows_of(random_isometry(random, 2, 1)), details));
-  EXPECT_TRUE(recorder.add(FeatureMatch(), true, 38));
+  EXPECT_TRUE(recorder.add(FeatureMatch(origin, origin), true, 38));
   EXPECT_TRUE(recorder.finish());
   EXPECT_FALSE(recorder.finish()) << "a frame is written once";
   EXPECT_FALSE(recorder.add(FeatureMatch(), true)) << "no frame is started";

@@ -13,7 +13,7 @@ namespace {
 std::vector<std::uint32_t> kept_by(const BlockStore& blocks, const Options& options, bool lazily) {
   SearchMemory memory(blocks.size());
   Search search(blocks, options, memory);
-  EXPECT_EQ(search.start(blocks, options), Status::ok);
+  EXPECT_EQ(search.start(blocks, options), Error::none);
   BackwardWorkspace workspace(blocks.size());
   EXPECT_EQ(backward_greedy(search, workspace, lazily), Status::ok);
   return {search.indices, search.indices + search.selected};

@@ -23,9 +23,9 @@ struct Batch {
   BlockOptions options;
 };
 
-Batch random_batch(Random& random, Weighting weighting, DepthCue third) {
+Batch random_batch(Random& random, Weighting weighting, DepthCue depth_cue) {
   Batch batch;
-  const bool is_stereo = third == DepthCue::stereo;
+  const bool is_stereo = depth_cue == DepthCue::stereo;
   for (int i = random.integer(1, 4); i > 0; --i) {
     const CameraModel model = is_stereo ? CameraModel::pinhole : random_model(random);
     batch.cameras.push_back({random_camera(random, model), RigidTransform(random_isometry(random).matrix())});
@@ -57,18 +57,18 @@ Batch random_batch(Random& random, Weighting weighting, DepthCue third) {
   if (random.chance(0.5)) batch.matches.usable = batch.usable.data();
   if (random.chance(0.3)) batch.matches.jacobians = batch.jacobians.data();
   batch.options.weighting = weighting;
-  batch.options.depth_cue = third;
+  batch.options.depth_cue = depth_cue;
   batch.options.min_depth = random.uniform(0, 3);
   return batch;
 }
 
 TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
   for (const Weighting weighting : weightings) {
-    for (const DepthCue third : thirds) {
+    for (const DepthCue depth_cue : thirds) {
       for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
         Random random(variation);
         SCOPED_TRACE(random.name() + ", " + to_string(weighting));
-        const Batch batch = random_batch(random, weighting, third);
+        const Batch batch = random_batch(random, weighting, depth_cue);
         const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
         std::vector<unsigned char> expected;
         BlockReport first;

@@ -286,7 +286,6 @@ TEST(Screening, holds_where_the_factor_underflows_in_float32) {
 // every scale.
 BlockStore factored_blocks(Random& random, std::size_t n) {
   const PinholeCamera camera{500, 500, 320, 240, 50};
-  const double T_cw[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   const double far = std::pow(10.0, random.uniform(-2, random.chance(0.2) ? 14 : 3));
   const double weight = std::pow(10.0, random.chance(0.5) ? 0 : random.uniform(-44, 32));
   const double spread = random.chance(0.5) ? 0 : random.uniform(0, 6);
@@ -308,7 +307,7 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::depth;
   options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::measurement;
   BlockStore blocks;
-  append_blocks(camera, T_cw, matches, options, blocks);
+  append_blocks(camera, RigidTransform::identity(), matches, options, blocks);
   return blocks;
 }
 

@@ -1,72 +1,54 @@
 // SPDX-License-Identifier: MIT
-// select(), the one call for scripts, against a Selector on the same candidates; and that no view of a temporary's
+// select(), the one call for scripts, against GoodFeatures on the same matches; and that no view of a temporary's
 // answer compiles.
 #include "tests/core/feature_frame.hpp"
+#include "tests/support/block_oracle.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/select.hpp>
 
-#include <cmath>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
 
-TEST(Select, of_blocks_is_what_a_selector_gives) {
-  for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const BlockStore blocks = awkward_blocks(random, 150);
-    for (const std::size_t budget : {std::size_t{0}, std::size_t{30}, std::size_t{150}, std::size_t{500}}) {
-      const Options options = with_budget(budget);
-      Selector selector(500);
-      const Selection expected = selector.select(blocks, options);
-      const SelectedMatches selected = select(blocks, options);
-      EXPECT_EQ(selected.indices, indices_of(expected));
-      EXPECT_EQ(selected.status, expected.status);
-      EXPECT_EQ(selected.log_det, expected.log_det);
-      EXPECT_EQ(selected.invalid, expected.invalid_candidates);
-      EXPECT_TRUE(selected.has_answer);
-    }
-    Options wrong;
-    wrong.time_limit = -1;
-    const SelectedMatches selected = select(blocks, wrong);
-    EXPECT_EQ(selected.error, Error::invalid_time_limit);
-    EXPECT_FALSE(selected.has_answer);
-    EXPECT_TRUE(selected.indices.empty());
-    EXPECT_TRUE(std::isnan(selected.log_det));
-  }
-}
-
-TEST(Select, of_matches_is_append_blocks_and_a_selector) {
+TEST(Select, is_what_good_features_give) {
   for (std::uint64_t variation = 0; variation < trials(30); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
     FeatureKind kind = random_kind(random);
     kind.has_jacobians = false;
+    kind.covariances = FeatureKind::Covariances::none;
     const FeatureFrame frame(random, 150, kind);
-    const Matches matches = frame.arrays();
     const RigidTransform T_cw = rows_of(frame.T_cw);
+    GoodFeatures good(150);
+    frame.gather(good);
+    Options options(30);
+    options.certificate.compute = true;
+    const Selection expected = good.select(options);
     const SelectedMatches selected =
-        kind.has_rig ? select(Rig{frame.rig_cameras, 2}, T_cw, matches, with_budget(30), frame.options)
-                     : select(frame.rig_cameras[0].camera, T_cw, matches, with_budget(30), frame.options);
-    EXPECT_EQ(selected.indices, select_indices(frame.blocks(), with_budget(30)));
-    EXPECT_EQ(selected.block_status, Error::none);
+        kind.has_rig ? select(Rig{frame.rig_cameras, 2}, T_cw, frame.matches, options, frame.options)
+                     : select(frame.rig_cameras[0].camera, T_cw, frame.matches, options, frame.options);
+    EXPECT_EQ(selected.indices, indices_of(expected));
+    EXPECT_EQ(selected.gains, std::vector<double>(expected.gains, expected.gains + expected.size));
+    EXPECT_EQ(selected.log_det, expected.log_det);
+    EXPECT_EQ(selected.upper_bound, expected.upper_bound);
     EXPECT_EQ(selected.status, Status::ok);
-    EXPECT_TRUE(selected.has_answer);
+    EXPECT_STREQ(selected.reason(), "ok");
   }
 }
 
-TEST(Select, of_matches_without_blocks_has_no_answer) {
-  const double points[3] = {0, 0, 5};
-  Matches matches;
-  matches.size = 1;
-  matches.points = points;
-  const SelectedMatches selected = select(typical_camera(CameraModel::pinhole), RigidTransform(nullptr), matches);
-  EXPECT_EQ(selected.block_status, Error::invalid_pose);
-  EXPECT_FALSE(selected.has_answer);
-  EXPECT_TRUE(selected.indices.empty());
+TEST(Select, takes_points_and_returns_all_usable_ones_after_an_error) {
+  const std::vector<Eigen::Vector3d> points = {{0, 0, 5}, {nan, 0, 5}, {1, 0, 5}};
+  const Camera camera = typical_camera(CameraModel::pinhole);
+  EXPECT_EQ(select(camera, identity_pose, points, 1).size(), 1U);
+  const SelectedMatches selected = select(camera, nullptr, points, 1);
+  EXPECT_EQ(selected.error, Error::invalid_pose);
+  EXPECT_STREQ(selected.reason(), "invalid_pose");
+  EXPECT_EQ(std::vector<std::uint32_t>(selected.begin(), selected.end()), (std::vector<std::uint32_t>{0, 2}));
 }
 
 // A view of an object that ends with the statement does not compile.

@@ -19,7 +19,7 @@ void set_groups(Random& random, std::size_t n, Request& request) {
   const int count = random.integer(1, 8);
   for (int g = 0; g < count; ++g) request.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 9)));
   for (std::size_t i = 0; i < n; ++i) {
-    request.groups.ids.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
+    request.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
 }
 
@@ -64,14 +64,14 @@ void expect_same_proposals(Random& random, ActiveSelection& active, ActiveSelect
     const auto rows = static_cast<int>(measured.rows());
     switch (random.integer(0, 2)) {
       case 0:
-        ASSERT_EQ(active.accept(proposed[count - 1]), Status::ok);
-        ASSERT_EQ(dense.accept(expected[count - 1]), Status::ok);
+        ASSERT_EQ(active.accept(proposed[count - 1]), Error::none);
+        ASSERT_EQ(dense.accept(expected[count - 1]), Error::none);
         break;
       case 1:
-        ASSERT_EQ(active.accept(measured.data(), rows), Status::ok);
-        ASSERT_EQ(dense.accept(measured.data(), rows), Status::ok);
+        ASSERT_EQ(active.accept(measured.data(), rows), Error::none);
+        ASSERT_EQ(dense.accept(measured.data(), rows), Error::none);
         break;
-      default: ASSERT_EQ(active.reject(proposed[0]), Status::ok); ASSERT_EQ(dense.reject(expected[0]), Status::ok);
+      default: ASSERT_EQ(active.reject(proposed[0]), Error::none); ASSERT_EQ(dense.reject(expected[0]), Error::none);
     }
   }
 }
@@ -152,7 +152,7 @@ Request request_of(const Request& request, const std::vector<std::uint32_t>& ind
   Request result = request;
   result.required = gathered(request.required, indices);
   result.excluded = gathered(request.excluded, indices);
-  result.groups = gathered(request.groups.ids, indices);
+  result.groups = gathered(request.groups, indices);
   return result;
 }
 
@@ -212,9 +212,9 @@ void expect_same_active(Random& random, const BlockStore& whole, const Request& 
   const Request of_dense = request_of(request, kept);
   ActiveSelection active(std::max({whole.size(), request.plain.budget, request.maxima.size()}));
   ActiveSelection expected(std::max({dense.size(), request.plain.budget, request.maxima.size()}));
-  const Status status = expected.start(dense, of_dense.options(Strategy::lazy_greedy));
-  ASSERT_EQ(active.start(whole, request.options(Strategy::lazy_greedy)), status);
-  if (status != Status::ok) return;
+  const Error error = expected.start(dense, of_dense.options(Strategy::lazy_greedy));
+  ASSERT_EQ(active.start(whole, request.options(Strategy::lazy_greedy)), error);
+  if (error != Error::none) return;
   expect_same_proposals(random, active, expected, kept);
   expect_same_end(active.selection(), expected.selection(), dense.size() > 0, request.plain.budget);
   expect_same_answer(active.selection(), expected.selection(), kept);

@@ -15,7 +15,7 @@ int answer_all(Random& random, double rejected_share, ActiveSelection& active) {
   while (active.next() != ActiveSelection::none) {
     EXPECT_NE(active.selection().status, Status::target_reached);
     const bool is_rejected = random.chance(rejected_share);
-    EXPECT_EQ(is_rejected ? active.reject() : active.accept(), Status::ok);
+    EXPECT_EQ(is_rejected ? active.reject() : active.accept(), Error::none);
     rejected += is_rejected ? 1 : 0;
   }
   return rejected;
@@ -34,7 +34,7 @@ TEST(Target, ends_the_proposals_of_an_active_selection) {
     const auto full = indices_of(selector.select(problem.blocks, full_of(problem)));
     draw_targets(random, reached_by_prefixes(problem, full, all), problem.plain);
     ActiveSelection active(500);
-    ASSERT_EQ(active.start(problem.blocks, problem.options()), Status::ok);
+    ASSERT_EQ(active.start(problem.blocks, problem.options()), Error::none);
     const double rejected_share = random.chance(0.5) ? 0 : random.uniform(0, 0.6);
     const int rejected_here = answer_all(random, rejected_share, active);
     rejected += rejected_here;
@@ -62,25 +62,25 @@ TEST(Target, met_within_a_batch_ends_proposals_and_takes_answers) {
   ActiveSelection active(600);
   Options options = axes.options(100);
   options.target.translation_sigma = std::sqrt(1 + 1 + 0.51);
-  ASSERT_EQ(active.start(axes.blocks, options), Status::ok);
+  ASSERT_EQ(active.start(axes.blocks, options), Error::none);
   std::uint32_t batch[12];
   ASSERT_EQ(active.next(batch, 12), 12U);
-  EXPECT_EQ(active.accept(batch[3]), Status::ok);  // a rotation
+  EXPECT_EQ(active.accept(batch[3]), Error::none);  // a rotation
   EXPECT_EQ(active.selection().status, Status::ok);
   EXPECT_EQ(active.next(), batch[0]);
-  EXPECT_EQ(active.accept(batch[0]), Status::ok);
+  EXPECT_EQ(active.accept(batch[0]), Error::none);
   EXPECT_EQ(active.selection().status, Status::target_reached);
   EXPECT_NEAR(active.selection().translation_sigma, std::sqrt(2.5), 1e-12);
   EXPECT_EQ(active.next(), ActiveSelection::none);
   EXPECT_EQ(active.next(batch, 12), 0U);
-  EXPECT_EQ(active.accept(batch[1]), Status::ok) << "what has been matched already is not lost";
-  EXPECT_EQ(active.reject(), Status::ok);
+  EXPECT_EQ(active.accept(batch[1]), Error::none) << "what has been matched already is not lost";
+  EXPECT_EQ(active.reject(), Error::none);
   const std::vector<unsigned char> matched(8, 1);
-  EXPECT_EQ(active.answer(matched.data(), matched.size()), Status::ok);
+  EXPECT_EQ(active.answer(matched.data(), matched.size()), Error::none);
   EXPECT_EQ(active.selection().size, 11U);
   EXPECT_EQ(active.selection().status, Status::target_reached);
   EXPECT_EQ(active.next(), ActiveSelection::none);
-  EXPECT_EQ(active.start(axes.blocks, axes.options(100)), Status::ok) << "the next one has no target";
+  EXPECT_EQ(active.start(axes.blocks, axes.options(100)), Error::none) << "the next one has no target";
   EXPECT_EQ(active.next(), 0U);
   EXPECT_TRUE(std::isnan(active.selection().translation_sigma));
 }
@@ -90,15 +90,15 @@ TEST(Target, compares_what_is_measured_with_what_was_offered) {
   ActiveSelection active(600);
   Options options = axes.options(600);
   options.target.efficiency = 1;
-  ASSERT_EQ(active.start(axes.blocks, options), Status::ok);
+  ASSERT_EQ(active.start(axes.blocks, options), Error::none);
   Block measured = 100 * Block::Identity(3, 6);
   ASSERT_EQ(active.next(), 0U);
-  EXPECT_EQ(active.accept(measured.data(), 3), Status::ok);
+  EXPECT_EQ(active.accept(measured.data(), 3), Error::none);
   EXPECT_EQ(active.selection().status, Status::ok) << "the root of 10001 is below 101";
   Block others = Block::Zero(3, 6);
   others.rightCols(3) = 100 * Eigen::Matrix3d::Identity();
   ASSERT_NE(active.next(), ActiveSelection::none);
-  EXPECT_EQ(active.accept(others.data(), 3), Status::ok);
+  EXPECT_EQ(active.accept(others.data(), 3), Error::none);
   EXPECT_EQ(active.selection().status, Status::target_reached);
   EXPECT_NEAR(active.selection().efficiency, (1e4 + 1) / 101, 1e-6);
   EXPECT_EQ(active.next(), ActiveSelection::none);

@@ -148,12 +148,12 @@ TEST(Target, that_is_invalid_is_named) {
   const Axes axes;
   Selector selector(600);
   ActiveSelection active(600);
-  double Options::*const targets[] = {&Options::target.efficiency, &Options::target.translation_sigma,
-                                      &Options::target.rotation_sigma};
-  for (double Options::*const target : targets) {
+  double TargetOptions::*const targets[] = {&TargetOptions::efficiency, &TargetOptions::translation_sigma,
+                                            &TargetOptions::rotation_sigma};
+  for (double TargetOptions::*const target : targets) {
     for (const double bad : {-1e-300, -1.0, nan, infinity, -infinity}) {
       Options options = axes.options(10);
-      options.*target = bad;
+      options.target.*target = bad;
       const Selection selection = selector.select(axes.blocks, options);
       EXPECT_EQ(selection.error, Error::invalid_target) << bad;
       EXPECT_FALSE(selection.has_answer());
@@ -163,7 +163,7 @@ TEST(Target, that_is_invalid_is_named) {
       EXPECT_TRUE(std::isnan(selection.translation_sigma));
       EXPECT_TRUE(std::isnan(selection.rotation_sigma));
       EXPECT_EQ(active.start(axes.blocks, options), Error::invalid_target);
-      options.*target = -0.0;
+      options.target.*target = -0.0;
       EXPECT_EQ(selector.select(axes.blocks, options).status, Status::ok) << "none";
     }
   }
@@ -223,20 +223,6 @@ TEST(Target, is_looked_at_before_the_deadline) {
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached) << "there is nothing to do";
   options.target.rotation_sigma = 0.1;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::deadline_reached);
-}
-
-TEST(Target, passes_through_the_one_call) {
-  const Axes axes;
-  Options options = axes.options(600);
-  options.target.efficiency = 0.1;
-  options.target.rotation_sigma = 1;
-  const SelectedMatches selected = select(axes.blocks, options);
-  EXPECT_TRUE(selected.has_answer);
-  EXPECT_EQ(selected.status, Status::target_reached);
-  EXPECT_EQ(selected.indices.size(), 55U);
-  EXPECT_NEAR(selected.efficiency, 0.1006, 1e-3);
-  EXPECT_NEAR(selected.rotation_sigma, std::sqrt(0.3), 1e-2);
-  EXPECT_TRUE(std::isnan(selected.translation_sigma));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ Top top_traces(const BlockStore& blocks, const Options& options, std::size_t add
                const Check& check) {
   SearchMemory memory(blocks.size());
   Search search(blocks, options, memory);
-  EXPECT_EQ(search.start(blocks, options), Status::ok);
+  EXPECT_EQ(search.start(blocks, options), Error::none);
   for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
   TraceMemory traces(blocks.size());
   const TopTraces top = find_top_traces(search.problem(), search.factor.inverse(), wanted, first_guess(wanted), traces);

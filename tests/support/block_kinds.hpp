@@ -9,7 +9,7 @@ namespace maxlogdet::test {
 struct BlockKind {
   const char* name;
   Weighting weighting;
-  DepthCue third;
+  DepthCue depth_cue;
 };
 constexpr BlockKind block_kinds[] = {
     {"map_bias", Weighting::map_bias, DepthCue::none},

@@ -14,9 +14,9 @@
 namespace maxlogdet::test {
 
 constexpr DepthCue thirds[] = {DepthCue::none, DepthCue::stereo, DepthCue::depth};
-inline std::string name_of(DepthCue third) { return "third " + std::to_string(static_cast<int>(third)); }
+inline std::string name_of(DepthCue depth_cue) { return "third " + std::to_string(static_cast<int>(depth_cue)); }
 
-constexpr double identity_pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+const RigidTransform identity_pose = RigidTransform::identity();
 
 /// H_c = H_p^n^-1 H_x^n, with the rows [0 0 1] and 0 appended where there is no third measurement.
 inline WideMatrix h_c(const WideMatrix& h_x, const WideMatrix& h_p) {

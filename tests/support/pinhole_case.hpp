@@ -15,10 +15,10 @@ struct PinholeCase {
   PinholeCamera camera;
   WideIsometry T_cw;
   WideVector3 p_w;
-  DepthCue third;
+  DepthCue depth_cue;
 };
 
-inline PinholeCase random_case(Random& random, DepthCue third) {
+inline PinholeCase random_case(Random& random, DepthCue depth_cue) {
   PinholeCase c;
   c.camera = {random.uniform(300, 800), random.uniform(300, 800), 320, 240, random.uniform(20, 400)};
   WideVector3 axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -26,7 +26,7 @@ inline PinholeCase random_case(Random& random, DepthCue third) {
   c.T_cw.translation() << random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2);
   const double z = random.uniform(0.5, 50);
   c.p_w = c.T_cw.inverse() * WideVector3(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z);
-  c.depth_cue = third;
+  c.depth_cue = depth_cue;
   return c;
 }
 

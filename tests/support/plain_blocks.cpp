@@ -238,7 +238,7 @@ bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, dou
 
 }  // namespace
 
-PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue third) {
+PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue depth_cue) {
   PinholeBatch batch;
   batch.camera = {random.uniform(300, 800), random.uniform(300, 800), 320, 240, random.uniform(20, 400)};
   const Eigen::Vector3d axis(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
@@ -246,7 +246,7 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, De
   const Eigen::Vector3d t(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2));
   batch.T_cw << R, t;
   batch.options.weighting = weighting;
-  batch.options.depth_cue = third;
+  batch.options.depth_cue = depth_cue;
   batch.options.map_sigma = random.uniform(0, 0.2);
   batch.options.depth_sigma = random.uniform(0.01, 0.1);
   if (random.chance(0.5)) batch.options.min_depth = random.uniform(0, 5);

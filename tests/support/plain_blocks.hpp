@@ -29,7 +29,7 @@ struct PinholeBatch {
 };
 
 // n matches, a tenth of them broken in half of the batches; the others hold whole packs of valid matches.
-PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue third);
+PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue depth_cue);
 
 struct ExpectedBlock {
   int rows = 0;              // 0: invalid
