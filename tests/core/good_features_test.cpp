@@ -30,12 +30,6 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> indices) {
   return indices;
 }
 
-void expect_all_selected(const GoodFeatures& good, std::size_t count) {
-  EXPECT_EQ(good.size(), count);
-  EXPECT_EQ(good.selection().size, count);
-  EXPECT_EQ(selected_of(good).size(), count);
-}
-
 // A frame, and what has gathered its matches.
 struct Gathered {
   explicit Gathered(std::size_t n, const FeatureKind& kind = FeatureKind()) : frame(random, n, kind), good(n) {

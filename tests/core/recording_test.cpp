@@ -8,6 +8,7 @@
 #include <maxlogdet/frame_recorder.hpp>
 
 #include <algorithm>
+#include <array>
 #include <clocale>
 #include <cmath>
 #include <limits>
@@ -263,7 +264,7 @@ TEST(Recording, a_frame_recorder_writes_true_pose_image_size_and_descriptor_dist
   details.height = 480;
   details.has_descriptor_distances = true;
   ASSERT_TRUE(recorder.start(typical_camera(CameraModel::pinhole), rows_of(random_isometry(random, 2, 1)), details));
-  EXPECT_TRUE(recorder.add(FeatureMatch(origin, origin), true, 38));
+  EXPECT_TRUE(recorder.add(FeatureMatch(std::array<double, 3>{}, std::array<double, 2>{}), true, 38));
   EXPECT_TRUE(recorder.finish());
   EXPECT_FALSE(recorder.finish()) << "a frame is written once";
   EXPECT_FALSE(recorder.add(FeatureMatch(), true)) << "no frame is started";
