@@ -14,16 +14,16 @@ constexpr int refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
 constexpr const char* property = "a null pointer is refused";
 
 void check_null_stores() {
-  require_status(maxlogdet_block_store_create(1, nullptr), refused, property);
-  require_status(maxlogdet_selector_create(1, nullptr, nullptr), refused, property);
-  require_status(maxlogdet_active_selection_create(1, nullptr), refused, property);
+  require_error(maxlogdet_block_store_create(1, nullptr), refused, property);
+  require_error(maxlogdet_selector_create(1, nullptr, nullptr), refused, property);
+  require_error(maxlogdet_active_selection_create(1, nullptr), refused, property);
   maxlogdet_block_store_destroy(nullptr);
   maxlogdet_selector_destroy(nullptr);
   maxlogdet_active_selection_destroy(nullptr);
-  require_status(maxlogdet_block_store_reserve(nullptr, 1), refused, property);
-  require_status(maxlogdet_block_store_clear(nullptr), refused, property);
-  require_status(maxlogdet_block_store_push_back(nullptr, nullptr, 2), refused, property);
-  require_status(maxlogdet_block_store_push_back_invalid(nullptr), refused, property);
+  require_error(maxlogdet_block_store_reserve(nullptr, 1), refused, property);
+  require_error(maxlogdet_block_store_clear(nullptr), refused, property);
+  require_error(maxlogdet_block_store_push_back(nullptr, nullptr, 2), refused, property);
+  require_error(maxlogdet_block_store_push_back_invalid(nullptr), refused, property);
   require(maxlogdet_block_store_size(nullptr) == 0 && maxlogdet_block_store_capacity(nullptr) == 0 &&
               maxlogdet_block_store_rows(nullptr) == 0 && maxlogdet_block_store_is_valid(nullptr, 0) == 0 &&
               maxlogdet_block_store_invalid_count(nullptr) == 0,
@@ -31,14 +31,14 @@ void check_null_stores() {
 }
 
 void check_null_active_selections(const maxlogdet_block_store* store, const maxlogdet_options& options) {
-  require_status(maxlogdet_active_selection_start(nullptr, store, &options), refused, property);
-  require_status(maxlogdet_active_selection_accept(nullptr), refused, property);
-  require_status(maxlogdet_active_selection_accept_block(nullptr, nullptr, 1), refused, property);
-  require_status(maxlogdet_active_selection_reject(nullptr), refused, property);
-  require_status(maxlogdet_active_selection_accept_index(nullptr, 0), refused, property);
-  require_status(maxlogdet_active_selection_accept_block_index(nullptr, 0, nullptr, 1), refused, property);
-  require_status(maxlogdet_active_selection_reject_index(nullptr, 0), refused, property);
-  require_status(maxlogdet_active_selection_answer(nullptr, nullptr, 0), refused, property);
+  require_error(maxlogdet_active_selection_start(nullptr, store, &options), refused, property);
+  require_error(maxlogdet_active_selection_accept(nullptr), refused, property);
+  require_error(maxlogdet_active_selection_accept_block(nullptr, nullptr, 1), refused, property);
+  require_error(maxlogdet_active_selection_reject(nullptr), refused, property);
+  require_error(maxlogdet_active_selection_accept_index(nullptr, 0), refused, property);
+  require_error(maxlogdet_active_selection_accept_block_index(nullptr, 0, nullptr, 1), refused, property);
+  require_error(maxlogdet_active_selection_reject_index(nullptr, 0), refused, property);
+  require_error(maxlogdet_active_selection_answer(nullptr, nullptr, 0), refused, property);
   require(maxlogdet_active_selection_next_batch(nullptr, nullptr, 1) == 0, "no handle proposes no batch");
   require(maxlogdet_active_selection_next(nullptr) == MAXLOGDET_NONE, "no handle proposes nothing");
   check_refused(maxlogdet_active_selection_selection(nullptr));
@@ -73,9 +73,9 @@ void check_nulls(maxlogdet_block_store* store, maxlogdet_selector* selector) {
   check_refused(maxlogdet_selector_select(selector, nullptr, &options));
   check_refused(maxlogdet_selector_select(selector, store, nullptr));
   check_null_active_selections(store, options);
-  require(maxlogdet_selection_has_answer(nullptr) == 0 && std::isnan(maxlogdet_selection_efficiency(nullptr)),
+  require(maxlogdet_selection_has_answer(nullptr) == 0 && std::isnan(maxlogdet_selection_certified_efficiency(nullptr)),
           "no selection is no answer");
-  require(maxlogdet_append_blocks(nullptr, nullptr, nullptr, nullptr, store, nullptr)->status == refused, property);
+  require(maxlogdet_append_blocks(nullptr, nullptr, nullptr, nullptr, store, nullptr)->error == refused, property);
   require(maxlogdet_isa_is_supported(nullptr) == 0, "no name is no instruction set");
 }
 
