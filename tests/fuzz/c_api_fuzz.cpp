@@ -2,6 +2,7 @@
 // Any calls of the C API in any order, misuse that its header covers included, compared with the same calls in C++.
 #include "tests/api/c_api.hpp"
 #include "tests/fuzz/bytes.hpp"
+#include "tests/fuzz/c_api_frames.hpp"
 #include "tests/fuzz/c_api_given.hpp"
 #include "tests/fuzz/c_api_matches.hpp"
 #include "tests/fuzz/c_api_misuse.hpp"
@@ -51,7 +52,8 @@ class Machine {
 
  private:
   void call() {
-    switch (bytes_.below(20)) {
+    const std::size_t kind = bytes_.byte();
+    switch (kind < 248 ? kind % 20 : 20) {
       case 0: make_store(); break;
       case 1: make_selector(); break;
       case 2: make_active(); break;
@@ -71,6 +73,7 @@ class Machine {
       case 16: reject(); break;
       case 17: check_active(); break;
       case 18: next_batch(); break;
+      case 20: frames(); break;
       default: select();
     }
     check_store();
@@ -311,6 +314,11 @@ class Machine {
     require_error(error, static_cast<int>(expected), "answers to batches are as in C++");
   }
 
+  void frames() {
+    Frames frames(bytes_, bytes_.below(40));
+    for (std::size_t count = 1 + bytes_.below(3); count > 0; --count) frames.run();
+  }
+
   void check_active() {
     if (!is_active_) return;
     const maxlogdet_selection* const selection = maxlogdet_active_selection_selection(active_.get());
@@ -324,6 +332,7 @@ class Machine {
   void check_inits() {
     check_init(bytes_, maxlogdet_camera_init);
     check_init(bytes_, maxlogdet_matches_init);
+    check_init(bytes_, maxlogdet_match_init);
     check_init(bytes_, maxlogdet_block_options_init);
     check_init(bytes_, maxlogdet_options_init);
     check_init(bytes_, maxlogdet_executor_init);
