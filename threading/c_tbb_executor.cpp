@@ -13,14 +13,14 @@ void run(void* /*user_data*/, int32_t workers, maxlogdet_body body, void* contex
 
 }  // namespace
 
-maxlogdet_status maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size) {
-  const maxlogdet_status status = maxlogdet_executor_init(executor, struct_size);
-  if (status != MAXLOGDET_STATUS_OK) return status;
+maxlogdet_error maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size) {
+  const maxlogdet_error error = maxlogdet_executor_init(executor, struct_size);
+  if (error != MAXLOGDET_ERROR_NONE) return error;
   if (struct_size < offsetof(maxlogdet_executor, run) + sizeof executor->run) {
     executor->struct_size = 0;
     return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   }
   executor->concurrency = concurrency;
   executor->run = run;
-  return MAXLOGDET_STATUS_OK;
+  return MAXLOGDET_ERROR_NONE;
 }

@@ -10,45 +10,54 @@
 extern "C" {
 #endif
 
-/// What is wrong; maxlogdet_error_explanation says it in words.
+/// What is wrong; maxlogdet_error_explanation says it in words. Negative values are C's own.
 typedef int32_t maxlogdet_error;
 enum {
-  MAXLOGDET_ERROR_OUT_OF_MEMORY = -2,    ///< no memory; the call had no effect
-  MAXLOGDET_ERROR_INVALID_ARGUMENT = -1,  ///< a null pointer, no struct_size, no functions
-  MAXLOGDET_ERROR_NONE = 0,  ///< nothing is wrong
-  MAXLOGDET_ERROR_CAPACITY_EXCEEDED = 1,  ///< more candidates than the selector's capacity
-  MAXLOGDET_ERROR_INVALID_STRATEGY = 2,  ///< the strategy is not one of the enumerators, or not one that active matching has
-  MAXLOGDET_ERROR_INVALID_EPSILON = 3,  ///< stochastic.epsilon is not in (0, 1)
-  MAXLOGDET_ERROR_INVALID_PRIOR = 4,  ///< the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)
-  MAXLOGDET_ERROR_INVALID_TIME_LIMIT = 5,  ///< time_limit is negative or NaN
-  MAXLOGDET_ERROR_INVALID_THREADS = 6,  ///< threads is negative
-  MAXLOGDET_ERROR_INVALID_GROUPS = 7,  ///< a group is not below groups.count, or the spread is negative or not finite
-  MAXLOGDET_ERROR_UNSUPPORTED_GROUPS = 8,  ///< the strategy does not support groups
-  MAXLOGDET_ERROR_INVALID_TARGET = 9,  ///< a target is negative, NaN or infinite, or target.efficiency is above 1
-  MAXLOGDET_ERROR_UNSUPPORTED_TARGET = 10,  ///< relaxed, backward_greedy and exchanges have no order in which a target could end them
-  MAXLOGDET_ERROR_INFEASIBLE = 11,  ///< a required candidate is excluded or has no block, or more are required than may be selected
-  MAXLOGDET_ERROR_UNSUPPORTED_ISA = 12,  ///< MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine
-  MAXLOGDET_ERROR_INVALID_CAMERA = 13,  ///< fx or fy is not positive, a parameter is out of its range, or a right column needs bf > 0
-  MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL = 14,  ///< Camera::model is not an enumerator
-  MAXLOGDET_ERROR_INVALID_CAMERA_ID = 15,  ///< a camera_id is not below the size of the rig, which has 1 to 256 cameras
-  MAXLOGDET_ERROR_INVALID_POSE = 16,  ///< a pose is missing, not finite, or not a rotation and a translation
-  MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS = 17,  ///< a deviation, min_depth or threads is out of its range, or an enumerator is unknown
-  MAXLOGDET_ERROR_MISSING_POINTS = 18,  ///< there are matches, but no points
-  MAXLOGDET_ERROR_INVALID_STRIDE = 19,  ///< the stride is not a whole number of coordinates, three at least, side by side
-  MAXLOGDET_ERROR_MIXED_DEPTH_CUES = 20,  ///< some matches of the frame have a right column, and some a depth
-  MAXLOGDET_ERROR_NOTHING_PROPOSED = 21,  ///< this candidate is not proposed
-  MAXLOGDET_ERROR_INVALID_BLOCK = 22  ///< the measured block is missing, has not 1 to 3 rows, or is not finite
+  MAXLOGDET_ERROR_OUT_OF_MEMORY = -2,       ///< there is no memory; nothing has been done
+  MAXLOGDET_ERROR_INVALID_ARGUMENT = -1,    ///< a null pointer, a struct that init has not filled in, or no functions
+  MAXLOGDET_ERROR_NONE = 0,                 ///< nothing is wrong
+  MAXLOGDET_ERROR_CAPACITY_EXCEEDED = 1,    ///< more candidates, or matches, than the capacity
+  MAXLOGDET_ERROR_INVALID_STRATEGY = 2,     ///< not one of the enumerators, or not one that active matching has
+  MAXLOGDET_ERROR_INVALID_EPSILON = 3,      ///< stochastic_epsilon is not in (0, 1)
+  MAXLOGDET_ERROR_INVALID_PRIOR = 4,        ///< not finite, not symmetric, or not safely positive definite
+                                            ///< (docs/numerics.md)
+  MAXLOGDET_ERROR_INVALID_TIME_LIMIT = 5,   ///< time_limit is negative or NaN
+  MAXLOGDET_ERROR_INVALID_THREADS = 6,      ///< threads is negative
+  MAXLOGDET_ERROR_INVALID_GROUPS = 7,       ///< a group is not below group_count, or the spread is negative or not
+                                            ///< finite
+  MAXLOGDET_ERROR_UNSUPPORTED_GROUPS = 8,   ///< the strategy does not support groups
+  MAXLOGDET_ERROR_INVALID_TARGET = 9,       ///< negative, NaN or infinite, or target_efficiency is above 1
+  MAXLOGDET_ERROR_UNSUPPORTED_TARGET = 10,  ///< relaxed, backward_greedy and exchanges have no order in which a target
+                                            ///< could end them
+  MAXLOGDET_ERROR_INFEASIBLE = 11,          ///< a required candidate is excluded or has no block, or more are required
+                                            ///< than may be selected
+  MAXLOGDET_ERROR_UNSUPPORTED_ISA = 12,     ///< MAXLOGDET_ISA names an instruction set that is not built in, or not
+                                            ///< supported by this machine
+  MAXLOGDET_ERROR_INVALID_CAMERA = 13,      ///< fx or fy is not positive, a parameter is out of its range, or a right
+                                            ///< column needs bf > 0
+  MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL = 14,   ///< the model is not an enumerator
+  MAXLOGDET_ERROR_INVALID_CAMERA_ID = 15,      ///< a camera_id is not below the size of the rig, which has 1 to 256
+                                               ///< cameras
+  MAXLOGDET_ERROR_INVALID_POSE = 16,           ///< missing, not finite, or not a rotation and a translation
+  MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS = 17,  ///< a deviation, min_depth or threads is out of its range, or an
+                                               ///< enumerator is unknown
+  MAXLOGDET_ERROR_MISSING_POINTS = 18,         ///< there are matches, but no points
+  MAXLOGDET_ERROR_INVALID_STRIDE = 19,         ///< not a whole number of coordinates, three at least, side by side
+  MAXLOGDET_ERROR_MIXED_DEPTH_CUES = 20,       ///< some matches of the frame have a right column, and some a depth
+  MAXLOGDET_ERROR_NOTHING_PROPOSED = 21,       ///< this candidate is not proposed
+  MAXLOGDET_ERROR_INVALID_BLOCK = 22           ///< the measured block is missing, has not 1 to 3 rows, or is not finite
 };
 
 /// How a selection ended.
 typedef int32_t maxlogdet_status;
 enum {
-  MAXLOGDET_STATUS_OK = 0,  ///< as many as the budget asks for were selected
-  MAXLOGDET_STATUS_ALL_SELECTED = 1,  ///< no more may be selected
-  MAXLOGDET_STATUS_TARGET_REACHED = 2,  ///< every target given is met
-  MAXLOGDET_STATUS_DEADLINE_REACHED = 3,  ///< the time limit passed: the answer is filled up by the highest gains last known
-  MAXLOGDET_STATUS_FEW_CANDIDATES = 4,  ///< good features: fewer matches than the budget have blocks; others fill it
-  MAXLOGDET_STATUS_ERROR = 5  ///< see `error`
+  MAXLOGDET_STATUS_OK = 0,                ///< as many as the budget asks for were selected
+  MAXLOGDET_STATUS_ALL_SELECTED = 1,      ///< no more may be selected: all that constraints allow, perhaps none, are in
+  MAXLOGDET_STATUS_TARGET_REACHED = 2,    ///< every target given is met
+  MAXLOGDET_STATUS_DEADLINE_REACHED = 3,  ///< the time limit passed: the answer is filled up by the highest gains last
+                                          ///< known
+  MAXLOGDET_STATUS_FEW_CANDIDATES = 4,    ///< good features: fewer matches than the budget have blocks; others fill it
+  MAXLOGDET_STATUS_ERROR = 5              ///< the error says why
 };
 
 /// How the candidates are searched.
@@ -56,7 +65,7 @@ typedef int32_t maxlogdet_strategy;
 enum {
   MAXLOGDET_STRATEGY_GREEDY = 0,
   MAXLOGDET_STRATEGY_LAZY_GREEDY = 1,        ///< the default: greedy's answer in a fraction of the time
-  MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY = 2,  ///< Algorithm 1 of the paper, with epsilon and seed
+  MAXLOGDET_STRATEGY_STOCHASTIC_GREEDY = 2,  ///< Algorithm 1 of the paper, with stochastic_epsilon and stochastic_seed
   MAXLOGDET_STRATEGY_RELAXED = 3,            ///< for tens of thousands of candidates
   MAXLOGDET_STRATEGY_BACKWARD_GREEDY = 4,    ///< for budgets of more than half of the candidates
   MAXLOGDET_STRATEGY_AUTOMATIC = 5           ///< another one, depending on the problem

@@ -7,10 +7,10 @@
 extern "C" {
 #endif
 
-/// Initialises an executor of oneTBB, which uses the arena of the calling thread, for maxlogdet_selector_create and
-/// maxlogdet_append_blocks; it needs no destruction. In the library maxlogdet::tbb, libmaxlogdet_tbb.a. The status is
-/// that of maxlogdet_executor_init; a struct too short for the functions is an invalid_argument, too.
-maxlogdet_status maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size);
+/// Initialises an executor of oneTBB, which uses the arena of the calling thread, for all that takes one; it needs no
+/// destruction. In the library maxlogdet::tbb, libmaxlogdet_tbb.a. The error is that of maxlogdet_executor_init; a
+/// struct too short for the functions is an invalid_argument, too.
+maxlogdet_error maxlogdet_tbb_executor_init(maxlogdet_executor* executor, size_t struct_size);
 
 #ifdef __cplusplus
 }

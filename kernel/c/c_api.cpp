@@ -1,69 +1,49 @@
 // SPDX-License-Identifier: MIT
-// The handles of the C API: each owns an object of C++ and the structs that it returns.
+// Block stores, selectors and active selections of the C API: each owns an object of C++ and the structs that it
+// returns.
 #include <maxlogdet/maxlogdet.h>
 #include <maxlogdet/maxlogdet.hpp>
 
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/camera_checks.hpp"
+#include "kernel/c/c_handles.hpp"
 #include "kernel/c/c_structs.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <vector>
 
 using maxlogdet::not_a_number;
+using maxlogdet::c_api::CallbackExecutor;
 using maxlogdet::c_api::read;
+using maxlogdet::c_api::refused_report;
+using maxlogdet::c_api::refused_selection;
 using maxlogdet::c_api::to_c;
+using maxlogdet::c_api::with_memory;
 
-namespace {
+namespace maxlogdet {
+namespace c_api {
 
-// An executor in C. Its functions do not throw: C has no exceptions, and C++ callers must not let any escape.
-class CallbackExecutor final : public maxlogdet::Executor {
- public:
-  explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
+const maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_ERROR,
+                                               MAXLOGDET_ERROR_INVALID_ARGUMENT,
+                                               nullptr,
+                                               0,
+                                               0,
+                                               nullptr,
+                                               not_a_number,
+                                               0,
+                                               0,
+                                               0,
+                                               not_a_number,
+                                               MAXLOGDET_STRATEGY_LAZY_GREEDY,
+                                               1,
+                                               not_a_number,
+                                               not_a_number,
+                                               not_a_number};
+const maxlogdet_block_report refused_report = {MAXLOGDET_ERROR_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
 
-  int concurrency() const noexcept override { return std::max(1, callbacks_.concurrency(callbacks_.user_data)); }
-
-  void run(int workers, Body body, void* context) noexcept override {
-    callbacks_.run(callbacks_.user_data, workers, body, context);
-  }
-
- private:
-  maxlogdet_executor callbacks_;
-};
-
-// Reports any exception as out of memory: `work` throws no other.
-template <class Work>
-maxlogdet_error with_memory(const Work& work) noexcept {
-  try {
-    work();
-  } catch (...) {
-    return MAXLOGDET_ERROR_OUT_OF_MEMORY;
-  }
-  return MAXLOGDET_ERROR_NONE;
-}
-
-// Returned where there is no handle, or where an argument is invalid.
-constexpr maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_ERROR,
-                                                   MAXLOGDET_ERROR_INVALID_ARGUMENT,
-                                                   MAXLOGDET_STRATEGY_LAZY_GREEDY,
-                                                   1,
-                                                   0,
-                                                   nullptr,
-                                                   nullptr,
-                                                   not_a_number,
-                                                   not_a_number,
-                                                   0,
-                                                   0,
-                                                   0,
-                                                   not_a_number,
-                                                   not_a_number,
-                                                   not_a_number};
-constexpr maxlogdet_block_report refused_report = {MAXLOGDET_ERROR_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
-constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_ERROR_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
-
-}  // namespace
+}  // namespace c_api
+}  // namespace maxlogdet
 
 struct maxlogdet_block_store {
   explicit maxlogdet_block_store(size_t capacity) : blocks(capacity) {}
@@ -74,8 +54,8 @@ struct maxlogdet_block_store {
 };
 
 struct maxlogdet_selector {
-  maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks, bool has_executor)
-      : executor(callbacks), selector(capacity, has_executor ? &executor : nullptr) {}
+  maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks)
+      : executor(callbacks), selector(capacity, executor.get()) {}
   // Not copyable: the selector points to the executor.
   maxlogdet_selector(const maxlogdet_selector&) = delete;
   maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
@@ -97,11 +77,13 @@ namespace {
 
 using maxlogdet::ActiveSelection;
 
+constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_ERROR_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
+
 template <class Answer>
 maxlogdet_error answered(maxlogdet_active_selection* active, const Answer& answer) {
   if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
   if (active->is_refused) return MAXLOGDET_ERROR_NOTHING_PROPOSED;
-  return static_cast<maxlogdet_status>(answer(active->active));
+  return static_cast<maxlogdet_error>(answer(active->active));
 }
 
 // For a camera or a rig.
@@ -119,7 +101,7 @@ const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cam
   CallbackExecutor helpers(callbacks);
   const maxlogdet_error error = with_memory([&] {
     blocks->report = to_c(append_blocks(cameras, maxlogdet::RigidTransform::row_major(T), cpp_matches, cpp_options,
-                                        blocks->blocks, executor == nullptr ? nullptr : &helpers));
+                                        blocks->blocks, helpers.get()));
   });
   return error == MAXLOGDET_ERROR_NONE ? &blocks->report : &no_memory_report;
 }
@@ -219,16 +201,12 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              const maxlogdet_block_options* options,
                                                              maxlogdet_block_store* blocks,
                                                              const maxlogdet_executor* executor) {
-  if (blocks == nullptr || (camera_count > 0 && (cameras == nullptr || T_cb == nullptr))) return &refused_report;
-  const size_t count = camera_count <= maxlogdet::max_cameras ? camera_count : 0;
-  if (with_memory([&] { blocks->cameras.resize(count); }) != MAXLOGDET_ERROR_NONE) return &no_memory_report;
-  for (size_t i = 0; i < count; ++i) {
-    if (!read(cameras[i], blocks->cameras[i].camera)) return &refused_report;
-    blocks->cameras[i].T_cb = maxlogdet::RigidTransform::row_major(T_cb + 12 * i);
-  }
+  if (blocks == nullptr) return &refused_report;
   maxlogdet::Rig rig;
-  rig.cameras = blocks->cameras.data();
-  rig.size = count;  // 0: refused
+  const maxlogdet_error error = read(cameras, T_cb, camera_count, blocks->cameras, rig);
+  if (error != MAXLOGDET_ERROR_NONE) {
+    return error == MAXLOGDET_ERROR_OUT_OF_MEMORY ? &no_memory_report : &refused_report;
+  }
   return append_to(blocks, rig, T_bw, matches, options, executor);
 }
 
@@ -254,6 +232,12 @@ int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
   return cpp_selection.has_answer() ? 1 : 0;
 }
 
+const char* maxlogdet_selection_reason(const maxlogdet_selection* selection) {
+  if (selection == nullptr) return maxlogdet_error_name(MAXLOGDET_ERROR_INVALID_ARGUMENT);
+  return selection->status == MAXLOGDET_STATUS_ERROR ? maxlogdet_error_name(selection->error)
+                                                     : maxlogdet_status_name(selection->status);
+}
+
 double maxlogdet_selection_certified_efficiency(const maxlogdet_selection* selection) {
   if (selection == nullptr) return not_a_number;
   maxlogdet::Selection cpp_selection{};
@@ -268,7 +252,7 @@ maxlogdet_error maxlogdet_selector_create(size_t capacity, const maxlogdet_execu
   *selector = nullptr;
   maxlogdet_executor callbacks{};
   if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks, executor != nullptr); });
+  return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks); });
 }
 
 void maxlogdet_selector_destroy(maxlogdet_selector* selector) { delete selector; }
@@ -304,7 +288,7 @@ maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* act
   maxlogdet::Options cpp_options;
   active->is_refused = candidates == nullptr || !read(options, cpp_options);
   if (active->is_refused) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return static_cast<maxlogdet_status>(active->active.start(candidates->blocks, cpp_options));
+  return static_cast<maxlogdet_error>(active->active.start(candidates->blocks, cpp_options));
 }
 
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/c/c_structs.hpp"
 
+#include "kernel/blocks/camera_checks.hpp"
+#include "kernel/c/c_handles.hpp"
+
 #include <cstring>
 #include <type_traits>
 
@@ -8,9 +11,9 @@ namespace maxlogdet {
 namespace c_api {
 namespace {
 
-static_assert(
-    std::is_same<std::int32_t, int>::value && sizeof(std::size_t) == 8,
-    "every field, or pair of fields, takes 8 bytes, so that a struct cut at a multiple of 8 ends after a field");
+static_assert(std::is_same<std::int32_t, int>::value && sizeof(std::size_t) == 8,
+              "every field, entry of an array, or run of small fields takes 8 bytes: a struct cut at a multiple of 8 "
+              "has all of it");
 constexpr std::size_t min_size = 16;
 constexpr std::size_t size_step = 8;
 
@@ -70,26 +73,28 @@ maxlogdet_options default_options() noexcept {
   maxlogdet_options to{};
   to.struct_size = sizeof to;
   to.budget = from.budget;
-  to.strategy = static_cast<maxlogdet_strategy>(from.strategy);
-  to.threads = from.threads;
-  to.epsilon = from.stochastic.epsilon;
-  to.seed = from.stochastic.seed;
   to.prior = from.prior;
   to.time_limit = from.time_limit;
-  to.certificate = from.certificate.compute ? 1 : 0;
-  to.certificate_passes = from.certificate.passes;
-  to.exchange_sweeps = from.exchange.sweeps;
+  to.strategy = static_cast<maxlogdet_strategy>(from.strategy);
+  to.threads = from.threads;
   to.required = from.required;
   to.excluded = from.excluded;
-  to.groups = from.groups.ids;
-  to.group_count = from.groups.count;
-  to.max_per_group = from.groups.maximum;
-  to.group_maxima = from.groups.maxima;
   to.target_efficiency = from.target.efficiency;
   to.target_translation_sigma = from.target.translation_sigma;
   to.target_rotation_sigma = from.target.rotation_sigma;
+  to.group_ids = from.groups.ids;
+  to.group_count = from.groups.count;
+  to.group_maximum = from.groups.maximum;
+  to.group_maxima = from.groups.maxima;
+  to.certificate_compute = from.certificate.compute ? 1 : 0;
+  to.certificate_passes = from.certificate.passes;
+  to.stochastic_epsilon = from.stochastic.epsilon;
+  to.stochastic_seed = from.stochastic.seed;
+  to.exchange_sweeps = from.exchange.sweeps;
   return to;
 }
+
+maxlogdet_match default_match() noexcept { return to_c(FeatureMatch()); }
 
 maxlogdet_executor default_executor() noexcept { return {sizeof(maxlogdet_executor), nullptr, nullptr, nullptr}; }
 
@@ -168,24 +173,42 @@ bool read(const maxlogdet_options* given, Options& options) noexcept {
   maxlogdet_options from = default_options();
   if (!complete(given, from) || from.reserved != 0) return false;
   options.budget = from.budget;
-  options.strategy = static_cast<Strategy>(from.strategy);
-  options.threads = from.threads;
-  options.stochastic.epsilon = from.epsilon;
-  options.stochastic.seed = from.seed;
   options.prior = from.prior;
   options.time_limit = from.time_limit;
-  options.certificate.compute = from.certificate != 0;
-  options.certificate.passes = from.certificate_passes;
-  options.exchange.sweeps = from.exchange_sweeps;
+  options.strategy = static_cast<Strategy>(from.strategy);
+  options.threads = from.threads;
   options.required = from.required;
   options.excluded = from.excluded;
-  options.groups.ids = from.groups;
-  options.groups.count = from.group_count;
-  options.groups.maximum = from.max_per_group;
-  options.groups.maxima = from.group_maxima;
   options.target.efficiency = from.target_efficiency;
   options.target.translation_sigma = from.target_translation_sigma;
   options.target.rotation_sigma = from.target_rotation_sigma;
+  options.groups.ids = from.group_ids;
+  options.groups.count = from.group_count;
+  options.groups.maximum = from.group_maximum;
+  options.groups.maxima = from.group_maxima;
+  options.certificate.compute = from.certificate_compute != 0;
+  options.certificate.passes = from.certificate_passes;
+  options.stochastic.epsilon = from.stochastic_epsilon;
+  options.stochastic.seed = from.stochastic_seed;
+  options.exchange.sweeps = from.exchange_sweeps;
+  return true;
+}
+
+bool read(const maxlogdet_match* given, FeatureMatch& match) noexcept {
+  maxlogdet_match from = default_match();
+  if (!complete(given, from) || from.reserved != 0) return false;
+  std::memcpy(match.point, from.point, sizeof match.point);
+  std::memcpy(match.measured, from.measured, sizeof match.measured);
+  match.u_right = from.u_right;
+  match.depth = from.depth;
+  match.sigma = from.sigma;
+  match.covariance = from.covariance;
+  match.jacobian = from.jacobian;
+  match.id = from.id;
+  match.camera_id = from.camera_id;
+  match.is_required = from.is_required != 0;
+  match.point_id = from.point_id;
+  match.keyframe = from.keyframe;
   return true;
 }
 
@@ -194,6 +217,38 @@ bool read(const maxlogdet_executor* given, maxlogdet_executor& executor) noexcep
   if (!complete(given, from) || from.concurrency == nullptr || from.run == nullptr) return false;
   executor = from;
   return true;
+}
+
+maxlogdet_error read(const maxlogdet_camera* const* given, const double* T_cb, size_t count,
+                     std::vector<RigCamera>& cameras, Rig& rig) noexcept {
+  if (count > 0 && (given == nullptr || T_cb == nullptr)) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
+  const size_t known = count <= max_cameras ? count : 0;
+  const maxlogdet_error error = with_memory([&] { cameras.resize(known); });
+  if (error != MAXLOGDET_ERROR_NONE) return error;
+  for (size_t i = 0; i < known; ++i) {
+    if (!read(given[i], cameras[i].camera)) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
+    cameras[i].T_cb = RigidTransform::row_major(T_cb + 12 * i);
+  }
+  rig = Rig(cameras.data(), known);  // 0: refused
+  return MAXLOGDET_ERROR_NONE;
+}
+
+maxlogdet_match to_c(const FeatureMatch& match) noexcept {
+  maxlogdet_match to{};
+  to.struct_size = sizeof to;
+  std::memcpy(to.point, match.point, sizeof to.point);
+  std::memcpy(to.measured, match.measured, sizeof to.measured);
+  to.u_right = match.u_right;
+  to.depth = match.depth;
+  to.sigma = match.sigma;
+  to.covariance = match.covariance;
+  to.jacobian = match.jacobian;
+  to.id = match.id;
+  to.camera_id = match.camera_id;
+  to.is_required = match.is_required ? 1 : 0;
+  to.point_id = match.point_id;
+  to.keyframe = match.keyframe;
+  return to;
 }
 
 maxlogdet_block_report to_c(const BlockReport& report) noexcept {
@@ -214,15 +269,16 @@ maxlogdet_selection to_c(const Selection& selection) noexcept {
   maxlogdet_selection to{};
   to.status = static_cast<maxlogdet_status>(selection.status);
   to.error = static_cast<maxlogdet_error>(selection.error);
-  to.strategy = static_cast<maxlogdet_strategy>(selection.strategy);
-  to.size = selection.size;
   to.indices = selection.indices;
+  to.size = selection.size;
+  to.searched = selection.searched;
   to.gains = selection.gains;
   to.log_det = selection.log_det;
-  to.upper_bound = selection.upper_bound;
   to.evaluations = selection.evaluations;
   to.float64_decisions = selection.float64_decisions;
   to.invalid_candidates = selection.invalid_candidates;
+  to.upper_bound = selection.upper_bound;
+  to.strategy = static_cast<maxlogdet_strategy>(selection.strategy);
   to.threads = selection.threads;
   to.efficiency = selection.efficiency;
   to.translation_sigma = selection.translation_sigma;
@@ -249,6 +305,10 @@ maxlogdet_error maxlogdet_block_options_init(maxlogdet_block_options* options, s
 
 maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct_size) {
   return init(options, struct_size, maxlogdet::c_api::default_options());
+}
+
+maxlogdet_error maxlogdet_match_init(maxlogdet_match* match, size_t struct_size) {
+  return init(match, struct_size, maxlogdet::c_api::default_match());
 }
 
 maxlogdet_error maxlogdet_executor_init(maxlogdet_executor* executor, size_t struct_size) {

@@ -11,36 +11,6 @@
 namespace maxlogdet::test {
 namespace {
 
-maxlogdet_matches in_c(const Matches& matches) {
-  maxlogdet_matches made;
-  EXPECT_EQ(maxlogdet_matches_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
-  made.size = matches.size;
-  made.points = matches.points.data();
-  made.point_stride = matches.points.stride();
-  made.point_type = matches.points.are_float() ? MAXLOGDET_POINT_TYPE_FLOAT32 : MAXLOGDET_POINT_TYPE_FLOAT64;
-  made.sigmas = matches.sigmas;
-  made.has_depth_cue = matches.has_depth_cue;
-  made.usable = matches.usable;
-  made.weights = matches.weights;
-  made.map_covariances = matches.map_covariances;
-  made.jacobians = matches.jacobians;
-  made.camera_ids = matches.camera_ids;
-  return made;
-}
-
-maxlogdet_camera in_c(const Camera& camera) {
-  maxlogdet_camera made;
-  EXPECT_EQ(maxlogdet_camera_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
-  made.fx = camera.pinhole.fx;
-  made.fy = camera.pinhole.fy;
-  made.cx = camera.pinhole.cx;
-  made.cy = camera.pinhole.cy;
-  made.bf = camera.pinhole.bf;
-  made.model = static_cast<maxlogdet_camera_model>(camera.model);
-  std::copy(std::begin(camera.parameters), std::end(camera.parameters), made.parameters);
-  return made;
-}
-
 // One of any model, or a rig of two of them.
 struct Cameras {
   std::vector<Camera> all;
@@ -60,9 +30,11 @@ Cameras random_cameras(Random& random, const PinholeCamera& pinhole) {
 
 BlockReport append_in_cpp(const Cameras& cameras, const double* T, const Matches& matches, const BlockOptions& options,
                           BlockStore& blocks) {
-  if (cameras.T_cb.empty()) return append_blocks(cameras.all[0], T, matches, options, blocks);
-  const RigCamera of_rig[2] = {{cameras.all[0], cameras.T_cb.data()}, {cameras.all[1], &cameras.T_cb[12]}};
-  return append_blocks(Rig{of_rig, 2}, T, matches, options, blocks);
+  if (cameras.T_cb.empty())
+    return append_blocks(cameras.all[0], RigidTransform::row_major(T), matches, options, blocks);
+  const RigCamera of_rig[2] = {{cameras.all[0], RigidTransform::row_major(cameras.T_cb.data())},
+                               {cameras.all[1], RigidTransform::row_major(&cameras.T_cb[12])}};
+  return append_blocks(Rig{of_rig, 2}, RigidTransform::row_major(T), matches, options, blocks);
 }
 
 const maxlogdet_block_report& append_in_c(const Cameras& cameras, const double* T, const maxlogdet_matches& matches,
@@ -89,10 +61,10 @@ void expect_same_weights(const Cameras& cameras, const double* T_cw, const Match
     const MatchNoise noise = match_noise(matches, i, cpp_options);
     double expected[9] = {}, actual[9] = {};
     ASSERT_EQ(maxlogdet_match_information(&camera, T_cw, &given, i, &options, actual) != 0,
-              match_information(cameras.all[0], T_cw, p_w, noise, expected));
+              match_information(cameras.all[0], RigidTransform::row_major(T_cw), p_w, noise, expected));
     EXPECT_TRUE(std::equal(actual, actual + 9, expected)) << i;
     ASSERT_EQ(maxlogdet_match_whitening(&camera, T_cw, &given, i, &options, actual) != 0,
-              match_whitening(cameras.all[0], T_cw, p_w, noise, expected));
+              match_whitening(cameras.all[0], RigidTransform::row_major(T_cw), p_w, noise, expected));
     EXPECT_TRUE(std::equal(actual, actual + 9, expected)) << i;
   }
 }
@@ -130,38 +102,14 @@ struct Arrays {
   std::vector<unsigned char> has_depth_cue, usable, camera_ids;
 };
 
-BlockOptions random_options(Random& random, Weighting weighting, ThirdMeasurement third) {
+BlockOptions random_options(Random& random, Weighting weighting, DepthCue depth_cue) {
   BlockOptions options;
   options.min_depth = random.uniform(0, 4);
   options.weighting = weighting;
-  options.third = third;
+  options.depth_cue = depth_cue;
   options.map_sigma = random.uniform(0.01, 0.1);
   options.depth_sigma = random.uniform(0.01, 0.1);
   return options;
-}
-
-maxlogdet_block_options in_c(const BlockOptions& options) {
-  maxlogdet_block_options made;
-  EXPECT_EQ(maxlogdet_block_options_init(&made, sizeof made), MAXLOGDET_STATUS_OK);
-  made.weighting = static_cast<maxlogdet_weighting>(options.weighting);
-  made.third = static_cast<maxlogdet_depth_cue>(options.third);
-  made.map_sigma = options.map_sigma;
-  made.depth_sigma = options.depth_sigma;
-  made.min_depth = options.min_depth;
-  return made;
-}
-
-void expect_same_report(const maxlogdet_block_report& in_c, const BlockReport& in_cpp) {
-  EXPECT_EQ(in_c.error, static_cast<int>(in_cpp.error));
-  EXPECT_STREQ(maxlogdet_error_name(in_c.error), to_string(in_cpp.error));
-  EXPECT_EQ(in_c.appended, in_cpp.appended);
-  EXPECT_EQ(in_c.invalid, in_cpp.invalid);
-  EXPECT_EQ(in_c.behind_camera, in_cpp.behind_camera);
-  EXPECT_EQ(in_c.unusable, in_cpp.unusable);
-  EXPECT_EQ(in_c.too_near, in_cpp.too_near);
-  EXPECT_EQ(in_c.singular_rays, in_cpp.singular_rays);
-  EXPECT_EQ(in_c.invalid_covariances, in_cpp.invalid_covariances);
-  EXPECT_EQ(in_c.invalid_jacobians, in_cpp.invalid_jacobians);
 }
 
 // Stored entries are out of sight in C; what is selected of them, with the bits of its gains, is not.
@@ -176,9 +124,9 @@ void expect_same_selection(const maxlogdet_block_store& in_c, const BlockStore& 
 TEST(CApi, blocks_equal_those_of_cpp) {
   constexpr std::size_t n = 300;
   for (const sim::Scene scene : sim::scenes) {
-    for (const Weighting weighting : sim::weightings) {
-      for (const ThirdMeasurement third : {ThirdMeasurement::none, ThirdMeasurement::stereo, ThirdMeasurement::depth}) {
-        Random random(static_cast<std::uint64_t>(weighting) * 3 + static_cast<std::uint64_t>(third));
+    for (const Weighting weighting : weightings) {
+      for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
+        Random random(static_cast<std::uint64_t>(weighting) * 3 + static_cast<std::uint64_t>(depth_cue));
         SCOPED_TRACE(random.name());
         const sim::Frame frame = make_scene(scene, n, random.seed());
         const sim::MatchArrays of_frame(frame);
@@ -186,17 +134,17 @@ TEST(CApi, blocks_equal_those_of_cpp) {
         Matches matches = of_frame.view();
         arrays.give(random, matches);
         PinholeCamera camera = frame.camera;
-        if (third == ThirdMeasurement::stereo) camera.bf = random.chance(0.9) ? 47.9 : 0;
+        if (depth_cue == DepthCue::stereo) camera.bf = random.chance(0.9) ? 47.9 : 0;
         const Cameras cameras = random_cameras(random, camera);
         if (!cameras.T_cb.empty()) matches.camera_ids = arrays.camera_ids.data();
-        const BlockOptions cpp_options = random_options(random, weighting, third);
+        const BlockOptions cpp_options = random_options(random, weighting, depth_cue);
         const maxlogdet_block_options options = in_c(cpp_options);
 
         BlockStore expected(n);
         const CBlocks blocks = c_blocks(n);
-        const double* const T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
+        const double* const T_cw = frame.T_cw_prior.data();
         const BlockReport in_cpp = append_in_cpp(cameras, T_cw, matches, cpp_options, expected);
-        expect_same_report(append_in_c(cameras, T_cw, in_c(matches), options, blocks.get()), in_cpp);
+        expect_same(append_in_c(cameras, T_cw, in_c(matches), options, blocks.get()), in_cpp);
         expect_same_weights(cameras, T_cw, matches, cpp_options, options);
         expect_same(*blocks, expected);
         expect_same_selection(*blocks, expected);

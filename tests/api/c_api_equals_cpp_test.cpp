@@ -17,10 +17,10 @@ CBlocks copied(const BlockStore& blocks) {
   CBlocks copy = c_blocks(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block block = stored_block(blocks, i);
-    const maxlogdet_status status = blocks.is_valid(i)
-                                        ? maxlogdet_block_store_push_back(copy.get(), block.data(), blocks.rows())
-                                        : maxlogdet_block_store_push_back_invalid(copy.get());
-    EXPECT_EQ(status, MAXLOGDET_STATUS_OK);
+    const maxlogdet_error error = blocks.is_valid(i)
+                                      ? maxlogdet_block_store_push_back(copy.get(), block.data(), blocks.rows())
+                                      : maxlogdet_block_store_push_back_invalid(copy.get());
+    EXPECT_EQ(error, MAXLOGDET_ERROR_NONE);
   }
   return copy;
 }
@@ -92,7 +92,7 @@ class Instance {
 
   void spoil(Random& random) {
     const int kind = random.integer(0, 80);
-    if (kind == 0) options_.budget = capacity_ + 1;
+    if (kind == 0) options_.target.rotation_sigma = -1;
     if (kind == 1) options_.stochastic.epsilon = 0;
     if (kind == 2) options_.threads = -1;
     if (kind == 3) options_.time_limit = -1;
@@ -163,19 +163,19 @@ void expect_same_answer(Random& random, maxlogdet_active_selection* active, Acti
   const int answer = random.integer(0, 3);
   const Block measured = random_block(random, random.integer(1, 3));
   const auto rows = static_cast<int>(measured.rows()) + (answer == 3 ? 3 : 0);  // 3: of too many rows
-  Status status = Status::ok;
-  maxlogdet_status in_c = MAXLOGDET_STATUS_OK;
+  Error error = Error::none;
+  maxlogdet_error in_c = MAXLOGDET_ERROR_NONE;
   if (answer == 0) {
-    status = expected.reject();
+    error = expected.reject();
     in_c = maxlogdet_active_selection_reject(active);
   } else if (answer == 1) {
-    status = expected.accept();
+    error = expected.accept();
     in_c = maxlogdet_active_selection_accept(active);
   } else {
-    status = expected.accept(measured.data(), rows);
+    error = expected.accept(measured.data(), rows);
     in_c = maxlogdet_active_selection_accept_block(active, measured.data(), rows);
   }
-  ASSERT_EQ(in_c, static_cast<int>(status));
+  ASSERT_EQ(in_c, static_cast<int>(error));
   expect_same(*maxlogdet_active_selection_selection(active), expected.selection());
 }
 
@@ -223,28 +223,28 @@ void expect_same_answer(Random& random, const std::vector<std::uint32_t>& propos
   const auto rows = static_cast<int>(measured.rows()) + (random.chance(0.1) ? 3 : 0);
   std::vector<unsigned char> matched(proposed.size() + (random.chance(0.1) ? 1 : 0));
   for (unsigned char& flag : matched) flag = random.chance(0.5) ? 9 : 0;
-  Status status = Status::ok;
-  maxlogdet_status in_c = MAXLOGDET_STATUS_OK;
+  Error error = Error::none;
+  maxlogdet_error in_c = MAXLOGDET_ERROR_NONE;
   switch (random.integer(0, 4)) {
     case 0:
-      status = expected.reject(index);
+      error = expected.reject(index);
       in_c = maxlogdet_active_selection_reject_index(active, index);
       break;
     case 1:
-      status = expected.accept(index, measured.data(), rows);
+      error = expected.accept(index, measured.data(), rows);
       in_c = maxlogdet_active_selection_accept_block_index(active, index, measured.data(), rows);
       break;
     case 2:
-      status = expected.answer(matched.data(), matched.size());
+      error = expected.answer(matched.data(), matched.size());
       in_c = maxlogdet_active_selection_answer(active, matched.data(), matched.size());
       break;
     case 3:
-      status = expected.reject();
+      error = expected.reject();
       in_c = maxlogdet_active_selection_reject(active);
       break;
-    default: status = expected.accept(index); in_c = maxlogdet_active_selection_accept_index(active, index);
+    default: error = expected.accept(index); in_c = maxlogdet_active_selection_accept_index(active, index);
   }
-  ASSERT_EQ(in_c, static_cast<int>(status));
+  ASSERT_EQ(in_c, static_cast<int>(error));
 }
 
 TEST(CApi, batches_equal_those_of_cpp) {

@@ -16,6 +16,10 @@ int main(void) {
   null_is_refused_everywhere();
   blocks_are_made_of_matches();
   blocks_are_made_for_any_camera();
+  a_frame_is_selected_from_and_judged();
+  whatever_is_refused_all_usable_matches_are_selected();
+  active_matching_selects_what_is_found();
+  no_good_features_are_refused();
   selections_answer_and_name_errors();
   active_selection_proposes_and_takes_answers();
   active_selection_proposes_batches();

@@ -21,7 +21,7 @@ static given given_matches(size_t size, const void* points) {
   it.matches.size = size;
   it.matches.points = points;
   it.blocks = NULL;
-  REQUIRE(maxlogdet_block_store_create(0, &it.blocks) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_block_store_create(0, &it.blocks) == MAXLOGDET_ERROR_NONE);
   return it;
 }
 
@@ -31,29 +31,28 @@ static const maxlogdet_block_report* append(const given* it) {
 
 // Every pointer that may not be null, and every invalid struct.
 static void check_refused_blocks(given* it) {
-  CHECK(maxlogdet_append_blocks(NULL, identity_pose, &it->matches, &it->options, it->blocks, NULL)->status == refused);
-  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, NULL, &it->options, it->blocks, NULL)->status == refused);
-  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, NULL, it->blocks, NULL)->status == refused);
-  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, NULL, NULL)->status == refused);
-  CHECK(maxlogdet_append_blocks(&it->camera, NULL, &it->matches, &it->options, it->blocks, NULL)->status ==
+  CHECK(maxlogdet_append_blocks(NULL, identity_pose, &it->matches, &it->options, it->blocks, NULL)->error == refused);
+  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, NULL, &it->options, it->blocks, NULL)->error == refused);
+  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, NULL, it->blocks, NULL)->error == refused);
+  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, NULL, NULL)->error == refused);
+  CHECK(maxlogdet_append_blocks(&it->camera, NULL, &it->matches, &it->options, it->blocks, NULL)->error ==
         MAXLOGDET_ERROR_INVALID_POSE);
   maxlogdet_executor executor;
   maxlogdet_executor_init(&executor, sizeof executor);
-  CHECK(
-      maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, it->blocks, &executor)->status ==
-      refused);
+  CHECK(maxlogdet_append_blocks(&it->camera, identity_pose, &it->matches, &it->options, it->blocks, &executor)->error ==
+        refused);
   size_t* const sizes[] = {&it->camera.struct_size, &it->matches.struct_size, &it->options.struct_size};
   for (size_t i = 0; i < 3; ++i) {
     const size_t right = *sizes[i];
     const size_t wrong[] = {0, 8, 15, right - 1, right + 8, SIZE_MAX};
     for (size_t j = 0; j < sizeof wrong / sizeof *wrong; ++j) {
       *sizes[i] = wrong[j];
-      CHECK(append(it)->status == refused && append(it)->appended == 0);
+      CHECK(append(it)->error == refused && append(it)->appended == 0);
     }
     *sizes[i] = right;
   }
   it->options.reserved = 1;
-  CHECK(append(it)->status == refused);
+  CHECK(append(it)->error == refused);
   it->options.reserved = 0;
 }
 
@@ -85,18 +84,18 @@ static void check_weights(given* it) {
 static void check_errors_of_cpp(given it) {
   const given right = it;
   it.matches.points = NULL;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_MISSING_POINTS);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_MISSING_POINTS);
   it = right;
   it.options.weighting = 77;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS);
   it = right;
-  it.options.third = MAXLOGDET_DEPTH_CUE_STEREO;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_CAMERA);
+  it.options.depth_cue = MAXLOGDET_DEPTH_CUE_STEREO;
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_INVALID_CAMERA);
   it = right;
   it.matches.size = SIZE_MAX;  // more than there can be, whatever is stored already
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_OUT_OF_MEMORY);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   it.matches.size = SIZE_MAX - 3;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_OUT_OF_MEMORY);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_size(it.blocks) == 4);
 }
 
@@ -107,7 +106,7 @@ void blocks_are_made_of_matches(void) {
   it.camera.fx = it.camera.fy = 450;
   it.matches.usable = usable;
   const maxlogdet_block_report* report = append(&it);
-  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 2);
+  CHECK(report->error == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 2);
   CHECK(report->behind_camera == 1 && report->unusable == 1 && report->too_near == 0 && report->singular_rays == 0);
   CHECK(maxlogdet_block_store_size(it.blocks) == 4 && maxlogdet_block_store_rows(it.blocks) == 2);
   CHECK(maxlogdet_block_store_is_valid(it.blocks, 0) == 1 && maxlogdet_block_store_is_valid(it.blocks, 1) == 0);
@@ -120,7 +119,7 @@ void blocks_are_made_of_matches(void) {
   it.matches.struct_size = offsetof(maxlogdet_matches, point_stride);
   it.options.struct_size = offsetof(maxlogdet_block_options, map_sigma);
   report = append(&it);
-  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 1);
+  CHECK(report->error == MAXLOGDET_ERROR_NONE && report->appended == 4 && report->invalid == 1);
   maxlogdet_block_store_destroy(it.blocks);
 }
 
@@ -137,29 +136,29 @@ static void check_blocks_of_rigs(given* it, const maxlogdet_camera* pinhole) {
   const double jacobians[18] = {90, 0, 0, 0, 90, 0, 10, 0, 5, 0, 0, 5, 90, 0, 1, 0, 90, 1};
   const maxlogdet_camera* cameras[2] = {pinhole, &it->camera};
   const maxlogdet_block_report* report = append_of_rig(it, cameras, 2);
-  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
+  CHECK(report->error == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
   cameras[1] = pinhole;
   report = append_of_rig(it, cameras, 2);
   CHECK(report->invalid == 1 && report->behind_camera == 1);
   it->matches.jacobians = jacobians;
   report = append_of_rig(it, cameras, 2);
-  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->invalid == 1 && report->invalid_jacobians == 0);
+  CHECK(report->error == MAXLOGDET_ERROR_NONE && report->invalid == 1 && report->invalid_jacobians == 0);
 
   const maxlogdet_error invalid_id = MAXLOGDET_ERROR_INVALID_CAMERA_ID;
-  CHECK(maxlogdet_append_blocks(pinhole, identity_pose, &it->matches, &it->options, it->blocks, NULL)->status ==
+  CHECK(maxlogdet_append_blocks(pinhole, identity_pose, &it->matches, &it->options, it->blocks, NULL)->error ==
         invalid_id);
-  CHECK(append_of_rig(it, cameras, 1)->status == invalid_id);
-  CHECK(append_of_rig(it, cameras, 257)->status == invalid_id);
+  CHECK(append_of_rig(it, cameras, 1)->error == invalid_id);
+  CHECK(append_of_rig(it, cameras, 257)->error == invalid_id);
   CHECK(maxlogdet_append_blocks_of_rig(NULL, NULL, 0, identity_pose, &it->matches, &it->options, it->blocks, NULL)
-            ->status == invalid_id);
-  CHECK(append_of_rig(it, NULL, 2)->status == refused);
+            ->error == invalid_id);
+  CHECK(append_of_rig(it, NULL, 2)->error == refused);
   CHECK(maxlogdet_append_blocks_of_rig(cameras, NULL, 2, identity_pose, &it->matches, &it->options, it->blocks, NULL)
-            ->status == refused);
+            ->error == refused);
   CHECK(
-      maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &it->matches, &it->options, NULL, NULL)->status ==
+      maxlogdet_append_blocks_of_rig(cameras, T_cb, 2, identity_pose, &it->matches, &it->options, NULL, NULL)->error ==
       refused);
   cameras[1] = NULL;
-  CHECK(append_of_rig(it, cameras, 2)->status == refused);
+  CHECK(append_of_rig(it, cameras, 2)->error == refused);
   it->matches.jacobians = NULL;
 }
 
@@ -177,7 +176,7 @@ void blocks_are_made_for_any_camera(void) {
   it.matches.point_type = MAXLOGDET_POINT_TYPE_FLOAT32;
   it.matches.point_stride = sizeof *points;
   const maxlogdet_block_report* report = append(&it);
-  CHECK(report->status == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
+  CHECK(report->error == MAXLOGDET_ERROR_NONE && report->appended == 3 && report->invalid == 0);
   it.options.min_depth = 5.1;  // |p_c| of a fisheye
   report = append(&it);
   CHECK(report->too_near == 3 && report->invalid == 3);
@@ -191,12 +190,12 @@ void blocks_are_made_for_any_camera(void) {
 
   it.matches.camera_ids = NULL;
   it.camera.model = 1000;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL);
   it.camera = pinhole;
   it.matches.point_stride = 10;
-  CHECK(append(&it)->status == MAXLOGDET_ERROR_INVALID_STRIDE);
+  CHECK(append(&it)->error == MAXLOGDET_ERROR_INVALID_STRIDE);
   it.matches.point_type = 2;
-  CHECK(append(&it)->status == refused);
+  CHECK(append(&it)->error == refused);
   CHECK(maxlogdet_block_store_size(it.blocks) == 15);
   maxlogdet_block_store_destroy(it.blocks);
 }

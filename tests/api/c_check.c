@@ -28,14 +28,14 @@ double random_entry(void) {
 
 maxlogdet_block_store* random_blocks(size_t n) {
   maxlogdet_block_store* blocks = NULL;
-  REQUIRE(maxlogdet_block_store_create(n, &blocks) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_block_store_create(n, &blocks) == MAXLOGDET_ERROR_NONE);
   for (size_t i = 0; i < n; ++i) {
     double block[18];
     for (size_t e = 0; e < 18; ++e) block[e] = random_entry();
     if (i % 50 == 7) {
-      CHECK(maxlogdet_block_store_push_back_invalid(blocks) == MAXLOGDET_STATUS_OK);
+      CHECK(maxlogdet_block_store_push_back_invalid(blocks) == MAXLOGDET_ERROR_NONE);
     } else {
-      CHECK(maxlogdet_block_store_push_back(blocks, block, (int32_t)(1 + i % 3)) == MAXLOGDET_STATUS_OK);
+      CHECK(maxlogdet_block_store_push_back(blocks, block, (int32_t)(1 + i % 3)) == MAXLOGDET_ERROR_NONE);
     }
   }
   return blocks;
@@ -43,14 +43,15 @@ maxlogdet_block_store* random_blocks(size_t n) {
 
 maxlogdet_options default_options(void) {
   maxlogdet_options options;
-  REQUIRE(maxlogdet_options_init(&options, sizeof options) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_options_init(&options, sizeof options) == MAXLOGDET_ERROR_NONE);
   return options;
 }
 
 static int same_value(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
 
 int same_answer(const maxlogdet_selection* a, const maxlogdet_selection* b) {
-  int is_same = a->status == b->status && a->size == b->size && same_value(a->log_det, b->log_det);
+  int is_same = a->status == b->status && a->error == b->error && a->size == b->size && a->searched == b->searched &&
+                same_value(a->log_det, b->log_det);
   for (size_t i = 0; is_same && i < a->size; ++i) {
     is_same = a->indices[i] == b->indices[i] && same_value(a->gains[i], b->gains[i]);
   }

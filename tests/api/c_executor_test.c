@@ -109,7 +109,7 @@ static void end_pool(struct pool* pool) {
 static maxlogdet_executor executor_of(int32_t (*concurrency)(void*), void (*run)(void*, int32_t, maxlogdet_body, void*),
                                       void* user_data) {
   maxlogdet_executor executor;
-  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
   executor.concurrency = concurrency;
   executor.run = run;
   executor.user_data = user_data;
@@ -122,8 +122,8 @@ static void check_answers(const maxlogdet_executor* given, int32_t threads) {
   maxlogdet_executor executor = *given;
   maxlogdet_selector* alone = NULL;
   maxlogdet_selector* helped = NULL;
-  REQUIRE(maxlogdet_selector_create(n, NULL, &alone) == MAXLOGDET_STATUS_OK);
-  REQUIRE(maxlogdet_selector_create(n, &executor, &helped) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_selector_create(n, NULL, &alone) == MAXLOGDET_ERROR_NONE);
+  REQUIRE(maxlogdet_selector_create(n, &executor, &helped) == MAXLOGDET_ERROR_NONE);
   memset(&executor, 0xA5, sizeof executor);  // it was copied
   for (maxlogdet_strategy strategy = 0; strcmp(maxlogdet_strategy_name(strategy), "unknown") != 0; ++strategy) {
     maxlogdet_options options = default_options();
@@ -163,11 +163,11 @@ static void check_blocks(const maxlogdet_executor* executor) {
   maxlogdet_selector* selectors[2];
   const maxlogdet_selection* answers[2];
   for (int i = 0; i < 2; ++i) {
-    REQUIRE(maxlogdet_block_store_create(n, &blocks[i]) == MAXLOGDET_STATUS_OK);
-    REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_STATUS_OK);
+    REQUIRE(maxlogdet_block_store_create(n, &blocks[i]) == MAXLOGDET_ERROR_NONE);
+    REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_ERROR_NONE);
     const maxlogdet_block_report* const made =
         maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
-    CHECK(made->status == MAXLOGDET_ERROR_NONE && made->appended == n);
+    CHECK(made->error == MAXLOGDET_ERROR_NONE && made->appended == n);
     answers[i] = maxlogdet_selector_select(selectors[i], blocks[i], &select_options);
     CHECK(answers[i]->status == MAXLOGDET_STATUS_OK);
   }
@@ -177,6 +177,31 @@ static void check_blocks(const maxlogdet_executor* executor) {
     maxlogdet_block_store_destroy(blocks[i]);
   }
   free(points);
+}
+
+// What good features select is the same with its help.
+static void check_good_features(const maxlogdet_executor* executor) {
+  maxlogdet_camera camera;
+  maxlogdet_match match;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_match_init(&match, sizeof match);
+  camera.fx = camera.fy = 450;
+  maxlogdet_options options = default_options();
+  options.threads = 16;
+  maxlogdet_good_features* good[2] = {NULL, NULL};
+  for (int i = 0; i < 2; ++i) {
+    REQUIRE(maxlogdet_good_features_create(n, i == 0 ? NULL : executor, &good[i]) == MAXLOGDET_ERROR_NONE);
+    CHECK(maxlogdet_good_features_start(good[i], &camera, identity_pose) == MAXLOGDET_ERROR_NONE);
+  }
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t j = 0; j < 3; ++j) match.point[j] = 3 * random_entry() + (j == 2 ? 5 : 0);
+    for (int j = 0; j < 2; ++j) CHECK(maxlogdet_good_features_add(good[j], &match) == MAXLOGDET_ERROR_NONE);
+  }
+  const maxlogdet_selection* const alone = maxlogdet_good_features_select(good[0], &options);
+  const maxlogdet_selection* const helped = maxlogdet_good_features_select(good[1], &options);
+  CHECK(alone->status == MAXLOGDET_STATUS_OK && same_answer(alone, helped));
+  CHECK(alone->threads == 1 && helped->threads > 1);
+  for (int i = 0; i < 2; ++i) maxlogdet_good_features_destroy(good[i]);
 }
 
 static void an_executor_that_is_none_is_refused(void) {
@@ -205,6 +230,9 @@ int main(void) {
   CHECK(calls == 6);
   check_blocks(&executor);
   CHECK(calls == 7);
+  check_good_features(&executor);
+  CHECK(calls > 7);
+  calls = 7;
 
   executor = executor_of(eight, run_nothing, &calls);
   check_answers(&executor, 8);
@@ -227,7 +255,7 @@ int main(void) {
   CHECK(executor.struct_size == 0);
   CHECK(maxlogdet_tbb_executor_init(&executor, offsetof(maxlogdet_executor, run)) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
   CHECK(executor.struct_size == 0);
-  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
   const int32_t slots = executor.concurrency(executor.user_data);
   CHECK(slots >= 1);
   check_answers(&executor, slots < 16 ? slots : 16);

@@ -7,37 +7,37 @@
 
 void a_store_counts_what_it_holds(void) {
   maxlogdet_block_store* blocks = NULL;
-  CHECK(maxlogdet_block_store_create(4, &blocks) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_create(4, &blocks) == MAXLOGDET_ERROR_NONE);
   REQUIRE(blocks != NULL);
   CHECK(maxlogdet_block_store_size(blocks) == 0 && maxlogdet_block_store_capacity(blocks) == 4);
   CHECK(maxlogdet_block_store_rows(blocks) == 0 && maxlogdet_block_store_is_valid(blocks, 0) == 0);
   double block[24];
   for (size_t e = 0; e < 24; ++e) block[e] = random_entry();
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 1) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 1) == MAXLOGDET_ERROR_NONE);
   CHECK(maxlogdet_block_store_rows(blocks) == 1);
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 3) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 3) == MAXLOGDET_ERROR_NONE);
   CHECK(maxlogdet_block_store_rows(blocks) == 3 && maxlogdet_block_store_invalid_count(blocks) == 0);
-  CHECK(maxlogdet_block_store_push_back_invalid(blocks) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back_invalid(blocks) == MAXLOGDET_ERROR_NONE);
   // Kept as invalid: without a block, of an invalid number of rows, not finite, beyond float32.
-  CHECK(maxlogdet_block_store_push_back(blocks, NULL, 2) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 0) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 4) == MAXLOGDET_STATUS_OK);
-  CHECK(maxlogdet_block_store_push_back(blocks, block, INT32_MIN) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back(blocks, NULL, 2) == MAXLOGDET_ERROR_NONE);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 0) == MAXLOGDET_ERROR_NONE);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 4) == MAXLOGDET_ERROR_NONE);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, INT32_MIN) == MAXLOGDET_ERROR_NONE);
   block[5] = (double)NAN;
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 2) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 2) == MAXLOGDET_ERROR_NONE);
   block[5] = DBL_MAX;
-  CHECK(maxlogdet_block_store_push_back(blocks, block, 2) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_push_back(blocks, block, 2) == MAXLOGDET_ERROR_NONE);
   CHECK(maxlogdet_block_store_size(blocks) == 9 && maxlogdet_block_store_invalid_count(blocks) == 7);
   CHECK(maxlogdet_block_store_capacity(blocks) >= 9);
   for (size_t i = 0; i < 9; ++i) CHECK(maxlogdet_block_store_is_valid(blocks, i) == (i < 2));
   CHECK(maxlogdet_block_store_is_valid(blocks, 9) == 0 && maxlogdet_block_store_is_valid(blocks, SIZE_MAX) == 0);
 
-  CHECK(maxlogdet_block_store_reserve(blocks, 1000) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_reserve(blocks, 1000) == MAXLOGDET_ERROR_NONE);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_size(blocks) == 9);
   CHECK(maxlogdet_block_store_reserve(blocks, SIZE_MAX) == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_reserve(blocks, (size_t)UINT32_MAX + 1) == MAXLOGDET_ERROR_OUT_OF_MEMORY);
   CHECK(maxlogdet_block_store_capacity(blocks) == 1000 && maxlogdet_block_store_is_valid(blocks, 1) == 1);
-  CHECK(maxlogdet_block_store_clear(blocks) == MAXLOGDET_STATUS_OK);
+  CHECK(maxlogdet_block_store_clear(blocks) == MAXLOGDET_ERROR_NONE);
   CHECK(maxlogdet_block_store_size(blocks) == 0 && maxlogdet_block_store_capacity(blocks) == 1000);
   CHECK(maxlogdet_block_store_invalid_count(blocks) == 0 && maxlogdet_block_store_rows(blocks) == 0);
   maxlogdet_block_store_destroy(blocks);
@@ -53,7 +53,7 @@ void what_cannot_be_created_is_told_and_null(void) {
   CHECK(maxlogdet_active_selection_create(SIZE_MAX, &active) == MAXLOGDET_ERROR_OUT_OF_MEMORY && active == NULL);
 }
 
-static const maxlogdet_status refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
+static const maxlogdet_error refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
 static const double block_of_one_row[6] = {1, 2, 3, 4, 5, 6};
 
 static void check_null_stores(void) {
@@ -69,11 +69,13 @@ static void check_null_stores(void) {
 }
 
 static void check_refusal(const maxlogdet_selection* selection) {
-  CHECK(selection->status == refused && selection->size == 0 && selection->indices == NULL);
+  CHECK(selection->status == MAXLOGDET_STATUS_ERROR && selection->error == refused);
+  CHECK(selection->size == 0 && selection->searched == 0 && selection->indices == NULL);
   CHECK(isnan(selection->log_det) && isnan(selection->upper_bound));
   CHECK(isnan(selection->efficiency) && isnan(selection->translation_sigma));
-  CHECK(isnan(selection->rotation_sigma) && selection->reserved == 0);
-  CHECK(maxlogdet_selection_has_answer(selection) == 0 && isnan(maxlogdet_selection_efficiency(selection)));
+  CHECK(isnan(selection->rotation_sigma) && selection->threads == 1);
+  CHECK(strcmp(maxlogdet_selection_reason(selection), "invalid_argument") == 0);
+  CHECK(maxlogdet_selection_has_answer(selection) == 0 && isnan(maxlogdet_selection_certified_efficiency(selection)));
 }
 
 static void check_null_selectors(const maxlogdet_block_store* blocks, const maxlogdet_options* options) {
@@ -81,13 +83,14 @@ static void check_null_selectors(const maxlogdet_block_store* blocks, const maxl
   CHECK(maxlogdet_selector_capacity(NULL) == 0);
   maxlogdet_selector_destroy(NULL);
   maxlogdet_selector* selector = NULL;
-  REQUIRE(maxlogdet_selector_create(10, NULL, &selector) == MAXLOGDET_STATUS_OK);
+  REQUIRE(maxlogdet_selector_create(10, NULL, &selector) == MAXLOGDET_ERROR_NONE);
   check_refusal(maxlogdet_selector_select(NULL, blocks, options));
   check_refusal(maxlogdet_selector_select(selector, NULL, options));
   check_refusal(maxlogdet_selector_select(selector, blocks, NULL));
   check_refusal(maxlogdet_selector_select(NULL, NULL, NULL));
   check_refusal(maxlogdet_active_selection_selection(NULL));
-  CHECK(maxlogdet_selection_has_answer(NULL) == 0 && isnan(maxlogdet_selection_efficiency(NULL)));
+  CHECK(strcmp(maxlogdet_selection_reason(NULL), "invalid_argument") == 0);
+  CHECK(maxlogdet_selection_has_answer(NULL) == 0 && isnan(maxlogdet_selection_certified_efficiency(NULL)));
   maxlogdet_selector_destroy(selector);
 }
 

@@ -16,19 +16,46 @@ static void check_names(name_function name_of, int32_t first, const char* const*
 
 void names_of_all_enumerators_and_of_no_other_value(void) {
   // Their values are for ever, whatever is appended.
-  static const char* const statuses[] = {"out_of_memory",    "invalid_argument",   "ok",
-                                         "all_selected",     "deadline_reached",   "invalid_budget",
-                                         "invalid_epsilon",  "invalid_prior",      "capacity_exceeded",
-                                         "invalid_strategy", "invalid_time_limit", "invalid_threads",
-                                         "invalid_groups",   "infeasible",         "unsupported_groups",
-                                         "nothing_proposed", "invalid_block",      "unsupported_isa",
-                                         "target_reached",   "invalid_target",     "unsupported_target"};
-  check_names(maxlogdet_status_name, -2, statuses, COUNT(statuses));
-  CHECK(strcmp(maxlogdet_status_name(19), "unknown") == 0);
-  CHECK(strcmp(maxlogdet_status_name(INT32_MIN), "unknown") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_UNSUPPORTED_ISA), "unsupported_isa") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_UNSUPPORTED_TARGET), "unsupported_target") == 0);
-  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_ERROR_INVALID_TIME_LIMIT), "invalid_time_limit") == 0);
+  static const char* const errors[] = {"out_of_memory",
+                                       "invalid_argument",
+                                       "none",
+                                       "capacity_exceeded",
+                                       "invalid_strategy",
+                                       "invalid_epsilon",
+                                       "invalid_prior",
+                                       "invalid_time_limit",
+                                       "invalid_threads",
+                                       "invalid_groups",
+                                       "unsupported_groups",
+                                       "invalid_target",
+                                       "unsupported_target",
+                                       "infeasible",
+                                       "unsupported_isa",
+                                       "invalid_camera",
+                                       "unknown_camera_model",
+                                       "invalid_camera_id",
+                                       "invalid_pose",
+                                       "invalid_block_options",
+                                       "missing_points",
+                                       "invalid_stride",
+                                       "mixed_depth_cues",
+                                       "nothing_proposed",
+                                       "invalid_block"};
+  check_names(maxlogdet_error_name, -2, errors, COUNT(errors));
+  CHECK(strcmp(maxlogdet_error_name(MAXLOGDET_ERROR_INVALID_BLOCK), "invalid_block") == 0);
+  CHECK(strcmp(maxlogdet_error_name(MAXLOGDET_ERROR_INVALID_BLOCK + 1), "unknown") == 0);
+  CHECK(strcmp(maxlogdet_error_name(INT32_MIN), "unknown") == 0);
+  for (maxlogdet_error error = -2; error <= MAXLOGDET_ERROR_INVALID_BLOCK; ++error) {
+    const char* const explanation = maxlogdet_error_explanation(error);
+    CHECK(strlen(explanation) > 10 && explanation[strlen(explanation) - 1] != '.');
+  }
+  CHECK(strcmp(maxlogdet_error_explanation(MAXLOGDET_ERROR_INVALID_BLOCK + 1), "unknown") == 0);
+
+  static const char* const statuses[] = {"ok",   "all_selected", "target_reached", "deadline_reached", "few_candidates",
+                                         "error"};
+  check_names(maxlogdet_status_name, 0, statuses, COUNT(statuses));
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_ERROR), "error") == 0);
+  CHECK(strcmp(maxlogdet_status_name(MAXLOGDET_STATUS_ERROR + 1), "unknown") == 0);
 
   static const char* const strategies[] = {"greedy",  "lazy_greedy",     "stochastic_greedy",
                                            "relaxed", "backward_greedy", "automatic"};
@@ -40,13 +67,6 @@ void names_of_all_enumerators_and_of_no_other_value(void) {
 
   static const char* const models[] = {"pinhole", "radial_tangential", "kannala_brandt", "double_sphere"};
   check_names(maxlogdet_camera_model_name, 0, models, COUNT(models));
-
-  static const char* const block_statuses[] = {"out_of_memory",        "invalid_argument",  "ok",
-                                               "singular_rays",        "invalid_camera",    "invalid_pose",
-                                               "invalid_options",      "missing_points",    "invalid_stride",
-                                               "unknown_camera_model", "invalid_camera_id", "invalid_jacobians"};
-  check_names(maxlogdet_error_name, -2, block_statuses, COUNT(block_statuses));
-  CHECK(strcmp(maxlogdet_error_name(10), "unknown") == 0);
 }
 
 void the_library_tells_what_it_is(void) {
@@ -86,39 +106,49 @@ static void check_layout_of_inputs(void) {
   CHECK(offsetof(maxlogdet_matches, jacobians) == 80 && offsetof(maxlogdet_matches, camera_ids) == 88);
   CHECK(sizeof(maxlogdet_matches) >= 96);
 
-  CHECK(offsetof(maxlogdet_block_options, weighting) == 8 && offsetof(maxlogdet_block_options, third) == 12);
+  CHECK(offsetof(maxlogdet_match, point) == 8 && offsetof(maxlogdet_match, measured) == 32);
+  CHECK(offsetof(maxlogdet_match, u_right) == 48 && offsetof(maxlogdet_match, depth) == 56);
+  CHECK(offsetof(maxlogdet_match, sigma) == 64 && offsetof(maxlogdet_match, covariance) == 72);
+  CHECK(offsetof(maxlogdet_match, jacobian) == 80 && offsetof(maxlogdet_match, id) == 88);
+  CHECK(offsetof(maxlogdet_match, camera_id) == 92 && offsetof(maxlogdet_match, is_required) == 93);
+  CHECK(offsetof(maxlogdet_match, reserved) == 94 && offsetof(maxlogdet_match, point_id) == 96);
+  CHECK(offsetof(maxlogdet_match, keyframe) == 104 && sizeof(maxlogdet_match) >= 112);
+
+  CHECK(offsetof(maxlogdet_block_options, weighting) == 8 && offsetof(maxlogdet_block_options, depth_cue) == 12);
   CHECK(offsetof(maxlogdet_block_options, map_sigma) == 16 && offsetof(maxlogdet_block_options, depth_sigma) == 24);
   CHECK(offsetof(maxlogdet_block_options, min_depth) == 32 && offsetof(maxlogdet_block_options, threads) == 40);
   CHECK(offsetof(maxlogdet_block_options, reserved) == 44 && sizeof(maxlogdet_block_options) >= 48);
 }
 
 static void check_layout_of_requests_and_answers(void) {
-  CHECK(offsetof(maxlogdet_block_report, status) == 0 && offsetof(maxlogdet_block_report, appended) == 8);
+  CHECK(offsetof(maxlogdet_block_report, error) == 0 && offsetof(maxlogdet_block_report, appended) == 8);
   CHECK(offsetof(maxlogdet_block_report, invalid) == 16 && offsetof(maxlogdet_block_report, unusable) == 24);
   CHECK(offsetof(maxlogdet_block_report, behind_camera) == 32 && offsetof(maxlogdet_block_report, too_near) == 40);
   CHECK(offsetof(maxlogdet_block_report, singular_rays) == 48);
   CHECK(offsetof(maxlogdet_block_report, invalid_covariances) == 56);
   CHECK(offsetof(maxlogdet_block_report, invalid_jacobians) == 64);
 
-  CHECK(offsetof(maxlogdet_options, budget) == 8 && offsetof(maxlogdet_options, strategy) == 16);
-  CHECK(offsetof(maxlogdet_options, threads) == 20 && offsetof(maxlogdet_options, epsilon) == 24);
-  CHECK(offsetof(maxlogdet_options, seed) == 32 && offsetof(maxlogdet_options, prior) == 40);
-  CHECK(offsetof(maxlogdet_options, time_limit) == 48 && offsetof(maxlogdet_options, certify) == 56);
-  CHECK(offsetof(maxlogdet_options, reserved) == 60 && offsetof(maxlogdet_options, certificate_passes) == 64);
-  CHECK(offsetof(maxlogdet_options, exchange_sweeps) == 72 && offsetof(maxlogdet_options, required) == 80);
-  CHECK(offsetof(maxlogdet_options, excluded) == 88 && offsetof(maxlogdet_options, groups) == 96);
-  CHECK(offsetof(maxlogdet_options, group_count) == 104 && offsetof(maxlogdet_options, max_per_group) == 112);
-  CHECK(offsetof(maxlogdet_options, group_maxima) == 120 && offsetof(maxlogdet_options, target_efficiency) == 128);
-  CHECK(offsetof(maxlogdet_options, target_translation_sigma) == 136);
-  CHECK(offsetof(maxlogdet_options, target_rotation_sigma) == 144 && sizeof(maxlogdet_options) >= 152);
+  CHECK(offsetof(maxlogdet_options, budget) == 8 && offsetof(maxlogdet_options, prior) == 16);
+  CHECK(offsetof(maxlogdet_options, time_limit) == 24 && offsetof(maxlogdet_options, strategy) == 32);
+  CHECK(offsetof(maxlogdet_options, threads) == 36 && offsetof(maxlogdet_options, required) == 40);
+  CHECK(offsetof(maxlogdet_options, excluded) == 48 && offsetof(maxlogdet_options, target_efficiency) == 56);
+  CHECK(offsetof(maxlogdet_options, target_translation_sigma) == 64);
+  CHECK(offsetof(maxlogdet_options, target_rotation_sigma) == 72 && offsetof(maxlogdet_options, group_ids) == 80);
+  CHECK(offsetof(maxlogdet_options, group_count) == 88 && offsetof(maxlogdet_options, group_maximum) == 96);
+  CHECK(offsetof(maxlogdet_options, group_maxima) == 104 && offsetof(maxlogdet_options, certificate_compute) == 112);
+  CHECK(offsetof(maxlogdet_options, reserved) == 116 && offsetof(maxlogdet_options, certificate_passes) == 120);
+  CHECK(offsetof(maxlogdet_options, stochastic_epsilon) == 128 && offsetof(maxlogdet_options, stochastic_seed) == 136);
+  CHECK(offsetof(maxlogdet_options, exchange_sweeps) == 144 && sizeof(maxlogdet_options) >= 152);
 
-  CHECK(offsetof(maxlogdet_selection, status) == 0 && offsetof(maxlogdet_selection, strategy) == 4);
-  CHECK(offsetof(maxlogdet_selection, size) == 8 && offsetof(maxlogdet_selection, indices) == 16);
-  CHECK(offsetof(maxlogdet_selection, gains) == 24 && offsetof(maxlogdet_selection, log_det) == 32);
-  CHECK(offsetof(maxlogdet_selection, upper_bound) == 40 && offsetof(maxlogdet_selection, evaluations) == 48);
+  CHECK(offsetof(maxlogdet_selection, status) == 0 && offsetof(maxlogdet_selection, error) == 4);
+  CHECK(offsetof(maxlogdet_selection, indices) == 8 && offsetof(maxlogdet_selection, size) == 16);
+  CHECK(offsetof(maxlogdet_selection, searched) == 24 && offsetof(maxlogdet_selection, gains) == 32);
+  CHECK(offsetof(maxlogdet_selection, log_det) == 40 && offsetof(maxlogdet_selection, evaluations) == 48);
   CHECK(offsetof(maxlogdet_selection, float64_decisions) == 56);
-  CHECK(offsetof(maxlogdet_selection, invalid_candidates) == 64 && offsetof(maxlogdet_selection, threads) == 72);
-  CHECK(offsetof(maxlogdet_selection, reserved) == 76);
+  CHECK(offsetof(maxlogdet_selection, invalid_candidates) == 64 && offsetof(maxlogdet_selection, upper_bound) == 72);
+  CHECK(offsetof(maxlogdet_selection, strategy) == 80 && offsetof(maxlogdet_selection, threads) == 84);
+  CHECK(offsetof(maxlogdet_selection, efficiency) == 88 && offsetof(maxlogdet_selection, translation_sigma) == 96);
+  CHECK(offsetof(maxlogdet_selection, rotation_sigma) == 104);
 }
 
 // What is compiled into programs and bindings. New fields may follow at the ends, so sizes may grow; nothing else.

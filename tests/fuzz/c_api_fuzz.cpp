@@ -2,6 +2,7 @@
 // Any calls of the C API in any order, misuse that its header covers included, compared with the same calls in C++.
 #include "tests/api/c_api.hpp"
 #include "tests/fuzz/bytes.hpp"
+#include "tests/fuzz/c_api_frames.hpp"
 #include "tests/fuzz/c_api_given.hpp"
 #include "tests/fuzz/c_api_matches.hpp"
 #include "tests/fuzz/c_api_misuse.hpp"
@@ -51,7 +52,8 @@ class Machine {
 
  private:
   void call() {
-    switch (bytes_.below(20)) {
+    const std::size_t kind = bytes_.byte();
+    switch (kind < 248 ? kind % 20 : 20) {
       case 0: make_store(); break;
       case 1: make_selector(); break;
       case 2: make_active(); break;
@@ -71,6 +73,7 @@ class Machine {
       case 16: reject(); break;
       case 17: check_active(); break;
       case 18: next_batch(); break;
+      case 20: frames(); break;
       default: select();
     }
     check_store();
@@ -80,11 +83,11 @@ class Machine {
     const std::size_t capacity = bytes_.chance(8) ? absurd : bytes_.below(300);
     store_changes();
     maxlogdet_block_store* made = nullptr;
-    const maxlogdet_status status = maxlogdet_block_store_create(capacity, &made);
-    require_status(status, capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
-                   "a store is made where there is memory");
+    const maxlogdet_error error = maxlogdet_block_store_create(capacity, &made);
+    require_error(error, capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_ERROR_NONE,
+                  "a store is made where there is memory");
     require((made == nullptr) == (capacity == absurd), "without memory there is no store");
-    if (made == nullptr) require_status(maxlogdet_block_store_create(0, &made), MAXLOGDET_STATUS_OK, "a store is made");
+    if (made == nullptr) require_error(maxlogdet_block_store_create(0, &made), MAXLOGDET_ERROR_NONE, "a store is made");
     store_.reset(made);
     expected_store_ = BlockStore(capacity == absurd ? 0 : capacity);
   }
@@ -100,11 +103,11 @@ class Machine {
                          (given.is_good() && given.seen().concurrency != nullptr && given.seen().run != nullptr);
     const int expected = !is_good                   ? MAXLOGDET_ERROR_INVALID_ARGUMENT
                          : capacity > 0xFFFFFFFFULL ? MAXLOGDET_ERROR_OUT_OF_MEMORY
-                                                    : MAXLOGDET_STATUS_OK;
+                                                    : MAXLOGDET_ERROR_NONE;
     maxlogdet_selector* made = nullptr;
-    require_status(maxlogdet_selector_create(capacity, given.get(), &made), expected,
-                   "a selector is made, or said why not");
-    require((made != nullptr) == (expected == MAXLOGDET_STATUS_OK), "a selector is stored if it was made");
+    require_error(maxlogdet_selector_create(capacity, given.get(), &made), expected,
+                  "a selector is made, or said why not");
+    require((made != nullptr) == (expected == MAXLOGDET_ERROR_NONE), "a selector is stored if it was made");
     require(maxlogdet_selector_capacity(made) == (made == nullptr ? 0 : capacity), "a selector has its capacity");
     selector_.reset(made);
     expected_selector_ =
@@ -114,9 +117,9 @@ class Machine {
   void make_active() {
     const std::size_t capacity = bytes_.chance(8) ? absurd : bytes_.below(400);
     maxlogdet_active_selection* made = nullptr;
-    require_status(maxlogdet_active_selection_create(capacity, &made),
-                   capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK,
-                   "an active selection is made where there is memory");
+    require_error(maxlogdet_active_selection_create(capacity, &made),
+                  capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_ERROR_NONE,
+                  "an active selection is made where there is memory");
     require(maxlogdet_active_selection_capacity(made) == (made == nullptr ? 0 : capacity), "it has its capacity");
     active_.reset(made);
     expected_active_ = std::make_unique<ActiveSelection>(made == nullptr ? 0 : capacity);
@@ -144,28 +147,28 @@ class Machine {
   void reserve() {
     store_changes();
     const std::size_t capacity = bytes_.chance(64) ? absurd : bytes_.below(500);
-    require_status(maxlogdet_block_store_reserve(store_.get(), capacity),
-                   capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_STATUS_OK, "a store grows");
+    require_error(maxlogdet_block_store_reserve(store_.get(), capacity),
+                  capacity == absurd ? MAXLOGDET_ERROR_OUT_OF_MEMORY : MAXLOGDET_ERROR_NONE, "a store grows");
     if (capacity != absurd) expected_store_.reserve(capacity);
   }
 
   void clear() {
     store_changes();
-    require_status(maxlogdet_block_store_clear(store_.get()), MAXLOGDET_STATUS_OK, "a store is cleared");
+    require_error(maxlogdet_block_store_clear(store_.get()), MAXLOGDET_ERROR_NONE, "a store is cleared");
     expected_store_.clear();
   }
 
   void push(const double* block, int rows) {
-    require_status(maxlogdet_block_store_push_back(store_.get(), block, rows), MAXLOGDET_STATUS_OK,
-                   "any block takes its place");
+    require_error(maxlogdet_block_store_push_back(store_.get(), block, rows), MAXLOGDET_ERROR_NONE,
+                  "any block takes its place");
     expected_store_.push_back(block, rows);
   }
 
   void push() {
     store_changes();
     if (bytes_.chance(16)) {
-      require_status(maxlogdet_block_store_push_back_invalid(store_.get()), MAXLOGDET_STATUS_OK,
-                     "no block has a place");
+      require_error(maxlogdet_block_store_push_back_invalid(store_.get()), MAXLOGDET_ERROR_NONE,
+                    "no block has a place");
       expected_store_.push_back_invalid();
       return;
     }
@@ -196,7 +199,7 @@ class Machine {
       check_same(*report, any.append_in_cpp(expected_store_));
       return;
     }
-    require_status(report->status, MAXLOGDET_ERROR_INVALID_ARGUMENT, "what is not understood is refused");
+    require_error(report->error, MAXLOGDET_ERROR_INVALID_ARGUMENT, "what is not understood is refused");
     require(report->appended == 0, "what is refused appends nothing");
   }
 
@@ -227,10 +230,10 @@ class Machine {
     is_active_ = false;
     const auto given = given_options();
     const bool has_blocks = !bytes_.chance(4);
-    const maxlogdet_status status =
+    const maxlogdet_error error =
         maxlogdet_active_selection_start(active_.get(), has_blocks ? store_.get() : nullptr, given->get());
     if (active_ == nullptr) {
-      require_status(status, MAXLOGDET_ERROR_INVALID_ARGUMENT, "without a handle nothing begins");
+      require_error(error, MAXLOGDET_ERROR_INVALID_ARGUMENT, "without a handle nothing begins");
       return;
     }
     is_active_ = true;
@@ -238,7 +241,7 @@ class Machine {
     const int expected = is_refused_
                              ? MAXLOGDET_ERROR_INVALID_ARGUMENT
                              : static_cast<int>(expected_active_->start(expected_store_, in_cpp(given->seen())));
-    require_status(status, expected, "active selections begin as in C++");
+    require_error(error, expected, "active selections begin as in C++");
   }
 
   void next() {
@@ -250,9 +253,9 @@ class Machine {
 
   void accept() {
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept();
-    require_status(maxlogdet_active_selection_accept(active_.get()), static_cast<int>(expected),
-                   "accepting is as in C++");
+    const Error expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept();
+    require_error(maxlogdet_active_selection_accept(active_.get()), static_cast<int>(expected),
+                  "accepting is as in C++");
   }
 
   void accept_block() {
@@ -260,16 +263,16 @@ class Machine {
     const double* const entries = bytes_.chance(8) ? nullptr : block.entries;
     const int rows = bytes_.chance(16) ? std::min(0, static_cast<int>(bytes_.raw<std::int8_t>())) : block.rows;
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept(entries, rows);
-    require_status(maxlogdet_active_selection_accept_block(active_.get(), entries, rows), static_cast<int>(expected),
-                   "accepting what was measured is as in C++");
+    const Error expected = is_refused_ ? Error::nothing_proposed : expected_active_->accept(entries, rows);
+    require_error(maxlogdet_active_selection_accept_block(active_.get(), entries, rows), static_cast<int>(expected),
+                  "accepting what was measured is as in C++");
   }
 
   void reject() {
     if (!is_active_) return;
-    const Status expected = is_refused_ ? Error::nothing_proposed : expected_active_->reject();
-    require_status(maxlogdet_active_selection_reject(active_.get()), static_cast<int>(expected),
-                   "rejecting is as in C++");
+    const Error expected = is_refused_ ? Error::nothing_proposed : expected_active_->reject();
+    require_error(maxlogdet_active_selection_reject(active_.get()), static_cast<int>(expected),
+                  "rejecting is as in C++");
   }
 
   void next_batch() {
@@ -288,27 +291,32 @@ class Machine {
 
   void answer_batch(int kind, std::uint32_t index, const std::uint8_t (&matched)[3]) {
     const double block[6] = {1, -2, 3, 0.5, 0, 1};
-    maxlogdet_status status = MAXLOGDET_STATUS_OK;
-    Status expected = Error::nothing_proposed;
+    maxlogdet_error error = MAXLOGDET_ERROR_NONE;
+    Error expected = Error::nothing_proposed;
     ActiveSelection& in_cpp = *expected_active_;
     switch (kind) {
       case 0:
-        status = maxlogdet_active_selection_accept_index(active_.get(), index);
+        error = maxlogdet_active_selection_accept_index(active_.get(), index);
         if (!is_refused_) expected = in_cpp.accept(index);
         break;
       case 1:
-        status = maxlogdet_active_selection_accept_block_index(active_.get(), index, block, 1);
+        error = maxlogdet_active_selection_accept_block_index(active_.get(), index, block, 1);
         if (!is_refused_) expected = in_cpp.accept(index, block, 1);
         break;
       case 2:
-        status = maxlogdet_active_selection_reject_index(active_.get(), index);
+        error = maxlogdet_active_selection_reject_index(active_.get(), index);
         if (!is_refused_) expected = in_cpp.reject(index);
         break;
       default:
-        status = maxlogdet_active_selection_answer(active_.get(), matched, 3);
+        error = maxlogdet_active_selection_answer(active_.get(), matched, 3);
         if (!is_refused_) expected = in_cpp.answer(matched, 3);
     }
-    require_status(status, static_cast<int>(expected), "answers to batches are as in C++");
+    require_error(error, static_cast<int>(expected), "answers to batches are as in C++");
+  }
+
+  void frames() {
+    Frames frames(bytes_, bytes_.below(40));
+    for (std::size_t count = 1 + bytes_.below(3); count > 0; --count) frames.run();
   }
 
   void check_active() {
@@ -324,6 +332,7 @@ class Machine {
   void check_inits() {
     check_init(bytes_, maxlogdet_camera_init);
     check_init(bytes_, maxlogdet_matches_init);
+    check_init(bytes_, maxlogdet_match_init);
     check_init(bytes_, maxlogdet_block_options_init);
     check_init(bytes_, maxlogdet_options_init);
     check_init(bytes_, maxlogdet_executor_init);

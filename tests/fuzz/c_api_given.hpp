@@ -15,8 +15,8 @@
 
 namespace maxlogdet::fuzz {
 
-inline void require_status(maxlogdet_status status, int expected, const char* property) {
-  require(status == expected, property, maxlogdet_status_name(status), status, "instead of", expected);
+inline void require_error(maxlogdet_error error, int expected, const char* property) {
+  require(error == expected, property, maxlogdet_error_name(error), error, "instead of", expected);
 }
 
 /// Whether the header takes a struct of that size.
@@ -59,23 +59,23 @@ class Given {
 };
 
 template <class Struct>
-Struct defaults_of(maxlogdet_status (*init)(Struct*, std::size_t)) {
+Struct defaults_of(maxlogdet_error (*init)(Struct*, std::size_t)) {
   Struct made;
-  require_status(init(&made, sizeof made), MAXLOGDET_STATUS_OK, "init takes the size of its struct");
+  require_error(init(&made, sizeof made), MAXLOGDET_ERROR_NONE, "init takes the size of its struct");
   return made;
 }
 
 /// Checks that init() writes the defaults up to the size and no more, or marks the struct.
 template <class Struct>
-void check_init(Bytes& bytes, maxlogdet_status (*init)(Struct*, std::size_t)) {
+void check_init(Bytes& bytes, maxlogdet_error (*init)(Struct*, std::size_t)) {
   const std::size_t size = bytes.chance(64) ? bytes.raw<std::size_t>() : bytes.below(sizeof(Struct) + 20);
-  require_status(init(nullptr, size), MAXLOGDET_ERROR_INVALID_ARGUMENT, "init refuses a null pointer");
+  require_error(init(nullptr, size), MAXLOGDET_ERROR_INVALID_ARGUMENT, "init refuses a null pointer");
   constexpr int untouched = 0xA5;
   Struct made;
   std::memset(&made, untouched, sizeof made);
-  const maxlogdet_status status = init(&made, size);
+  const maxlogdet_error error = init(&made, size);
   const bool is_good = is_size_of<Struct>(size);
-  require_status(status, is_good ? MAXLOGDET_STATUS_OK : MAXLOGDET_ERROR_INVALID_ARGUMENT, "init knows its sizes");
+  require_error(error, is_good ? MAXLOGDET_ERROR_NONE : MAXLOGDET_ERROR_INVALID_ARGUMENT, "init knows its sizes");
   const Struct defaults = defaults_of(init);
   std::array<unsigned char, sizeof(Struct)> expected;
   expected.fill(untouched);

@@ -32,6 +32,8 @@ Matches in_cpp(const maxlogdet_matches& matches) {
   return made;
 }
 
+}  // namespace
+
 BlockOptions in_cpp(const maxlogdet_block_options& options) {
   BlockOptions made;
   made.weighting = static_cast<Weighting>(options.weighting);
@@ -50,8 +52,6 @@ Camera in_cpp(const maxlogdet_camera& camera) {
   return made;
 }
 
-}  // namespace
-
 AnyMatches::AnyMatches(Bytes& bytes, bool is_full)
     : camera_(any_camera(bytes)),
       T_cw_(any_pose(bytes)),
@@ -64,14 +64,14 @@ AnyMatches::AnyMatches(Bytes& bytes, bool is_full)
       has_depth_cue_(flags(bytes, count_)),
       usable_(flags(bytes, count_)),
       matches_(any_matches(bytes)),
-      options_(any_options(bytes)),
+      options_(any_block_options(bytes)),
       given_camera_(bytes, camera_, defaults_of(maxlogdet_camera_init)),
       given_matches_(bytes, matches_, defaults_of(maxlogdet_matches_init)),
       given_options_(bytes, options_, defaults_of(maxlogdet_block_options_init)),
       pose_(bytes.chance(8) ? nullptr : T_cw_.data()),
       is_rig_(bytes.chance(64)) {}
 
-maxlogdet_camera AnyMatches::any_camera(Bytes& bytes) {
+maxlogdet_camera any_camera(Bytes& bytes) {
   auto camera = defaults_of(maxlogdet_camera_init);
   camera.fx = bytes.chance(16) ? bytes.number() : 400 + bytes.byte();
   camera.fy = bytes.chance(16) ? bytes.number() : 400 + bytes.byte();
@@ -82,7 +82,7 @@ maxlogdet_camera AnyMatches::any_camera(Bytes& bytes) {
   return camera;
 }
 
-std::vector<double> AnyMatches::any_pose(Bytes& bytes) {
+std::vector<double> any_pose(Bytes& bytes) {
   std::vector<double> T_cw = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   if (bytes.chance(64)) T_cw[bytes.below(12)] = bytes.number();
   return T_cw;
@@ -120,7 +120,7 @@ maxlogdet_matches AnyMatches::any_matches(Bytes& bytes) {
   return matches;
 }
 
-maxlogdet_block_options AnyMatches::any_options(Bytes& bytes) {
+maxlogdet_block_options any_block_options(Bytes& bytes) {
   auto options = defaults_of(maxlogdet_block_options_init);
   options.weighting = bytes.chance(8) ? bytes.raw<std::int32_t>() : static_cast<int>(bytes.below(4));
   options.depth_cue = bytes.chance(8) ? bytes.raw<std::int32_t>() : static_cast<int>(bytes.below(3));
@@ -151,9 +151,12 @@ BlockReport AnyMatches::append_in_cpp(BlockStore& store) const {
   const Camera camera = in_cpp(given_camera_.seen());
   const Matches matches = in_cpp(given_matches_.seen());
   const BlockOptions options = in_cpp(given_options_.seen());
-  if (!is_rig_) return append_blocks(camera, pose_, matches, options, store);
-  const RigCamera cameras[3] = {{camera, T_cb}, {camera, T_cb + 12}, {camera, T_cb + 24}};
-  return append_blocks(Rig{cameras, 3}, pose_, matches, options, store);
+  const RigidTransform pose = RigidTransform::row_major(pose_);
+  if (!is_rig_) return append_blocks(camera, pose, matches, options, store);
+  const RigCamera cameras[3] = {{camera, RigidTransform::row_major(T_cb)},
+                                {camera, RigidTransform::row_major(T_cb + 12)},
+                                {camera, RigidTransform::row_major(T_cb + 24)}};
+  return append_blocks(Rig{cameras, 3}, pose, matches, options, store);
 }
 
 }  // namespace maxlogdet::fuzz

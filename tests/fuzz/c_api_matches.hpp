@@ -13,6 +13,14 @@
 
 namespace maxlogdet::fuzz {
 
+maxlogdet_camera any_camera(Bytes& bytes);
+std::vector<double> any_pose(Bytes& bytes);
+maxlogdet_block_options any_block_options(Bytes& bytes);
+
+/// What they are in C++.
+Camera in_cpp(const maxlogdet_camera& camera);
+BlockOptions in_cpp(const maxlogdet_block_options& options);
+
 /// Any camera, pose, matches and options, read from the bytes in this order, as maxlogdet_append_blocks takes them.
 class AnyMatches {
  public:
@@ -28,11 +36,8 @@ class AnyMatches {
   BlockReport append_in_cpp(BlockStore& store) const;
 
  private:
-  static maxlogdet_camera any_camera(Bytes& bytes);
-  static std::vector<double> any_pose(Bytes& bytes);
   static std::vector<double> numbers(Bytes& bytes, std::size_t size, double usual);
   static std::vector<std::uint8_t> flags(Bytes& bytes, std::size_t size);
-  static maxlogdet_block_options any_options(Bytes& bytes);
   maxlogdet_matches any_matches(Bytes& bytes);
 
   maxlogdet_camera camera_;

@@ -8,19 +8,19 @@ enum { n = 20000 };
 
 int main(void) {
   maxlogdet_block_store* blocks;
-  if (maxlogdet_block_store_create(n, &blocks) != MAXLOGDET_STATUS_OK) return 1;
+  if (maxlogdet_block_store_create(n, &blocks) != MAXLOGDET_ERROR_NONE) return 1;
   for (int i = 0; i < n; ++i) {
     double block[12];
     for (int e = 0; e < 12; ++e) block[e] = (i * 7919 % 1000 + e * 104729 % 1000 + i % 1000 * e) % 1000 / 500.0 - 1;
-    if (maxlogdet_block_store_push_back(blocks, block, 2) != MAXLOGDET_STATUS_OK) return 1;
+    if (maxlogdet_block_store_push_back(blocks, block, 2) != MAXLOGDET_ERROR_NONE) return 1;
   }
   maxlogdet_options options;
   maxlogdet_executor executor;
   maxlogdet_selector *helped, *alone;
-  if (maxlogdet_options_init(&options, sizeof options) != MAXLOGDET_STATUS_OK ||
-      maxlogdet_tbb_executor_init(&executor, sizeof executor) != MAXLOGDET_STATUS_OK ||
-      maxlogdet_selector_create(n, &executor, &helped) != MAXLOGDET_STATUS_OK ||
-      maxlogdet_selector_create(n, NULL, &alone) != MAXLOGDET_STATUS_OK) {
+  if (maxlogdet_options_init(&options, sizeof options) != MAXLOGDET_ERROR_NONE ||
+      maxlogdet_tbb_executor_init(&executor, sizeof executor) != MAXLOGDET_ERROR_NONE ||
+      maxlogdet_selector_create(n, &executor, &helped) != MAXLOGDET_ERROR_NONE ||
+      maxlogdet_selector_create(n, NULL, &alone) != MAXLOGDET_ERROR_NONE) {
     return 1;
   }
   options.budget = 100;

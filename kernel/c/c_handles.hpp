@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <maxlogdet/maxlogdet.h>
+#include <maxlogdet/executor.hpp>
+
+#include <algorithm>
+
+// What the handles of the C API share.
+
+namespace maxlogdet {
+namespace c_api {
+
+/// An executor in C. Its functions do not throw: C has no exceptions, and C++ callers must not let any escape.
+class CallbackExecutor final : public Executor {
+ public:
+  explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
+
+  /// nullptr if there are no functions.
+  Executor* get() noexcept { return callbacks_.run == nullptr ? nullptr : this; }
+
+  int concurrency() const noexcept override { return std::max(1, callbacks_.concurrency(callbacks_.user_data)); }
+
+  void run(int workers, Body body, void* context) noexcept override {
+    callbacks_.run(callbacks_.user_data, workers, body, context);
+  }
+
+ private:
+  maxlogdet_executor callbacks_;
+};
+
+/// Reports any exception as out of memory: `work` throws no other.
+template <class Work>
+maxlogdet_error with_memory(const Work& work) noexcept {
+  try {
+    work();
+  } catch (...) {
+    return MAXLOGDET_ERROR_OUT_OF_MEMORY;
+  }
+  return MAXLOGDET_ERROR_NONE;
+}
+
+/// Returned where there is no handle, or where an argument is invalid.
+extern const maxlogdet_selection refused_selection;
+extern const maxlogdet_block_report refused_report;
+
+}  // namespace c_api
+}  // namespace maxlogdet
