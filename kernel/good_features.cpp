@@ -185,7 +185,7 @@ void GoodFeatures::State::fill_up(const Options& asked, std::size_t usable) noex
     answer.status = Status::all_selected;
   } else if (answer.size > candidates) {
     answer.status = Status::few_candidates;
-  } else if (asked.groups.ids == nullptr) {
+  } else if (asked.groups.ids == nullptr || answer.size == asked.budget) {
     answer.status = Status::ok;
   }
 }

@@ -255,7 +255,7 @@ TEST(Certificate, is_there_only_when_asked_for_and_only_with_an_answer) {
   EXPECT_TRUE(std::isnan(selector.select(blocks, options).certified_efficiency()));
   options.certificate.compute = true;
   EXPECT_TRUE(std::isfinite(selector.select(blocks, options).upper_bound));
-  options.budget = blocks.size() + 1;
+  options.time_limit = -1;
   EXPECT_TRUE(std::isnan(selector.select(blocks, options).upper_bound));
 }
 

@@ -68,6 +68,7 @@ void FeatureFrame::add(Random& random, std::size_t i) {
   match.sigma = sigmas.back();
   match.camera_id = camera_ids.back();
   measure(random, p_c, match);
+  if (!(match.u_right >= 0 || match.depth > 0)) has_depth_cue.back() = 0;  // as outside of the right image
   matches.push_back(match);
 }
 

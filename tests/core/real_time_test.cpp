@@ -255,7 +255,7 @@ TEST(RealTime, good_features_allocates_nothing) {
               }
             }),
             0);
-  EXPECT_EQ(tracked.ok, 10U);  // five kinds of two sizes
+  EXPECT_EQ(tracked.ok, 15U);  // five kinds of three sizes
   EXPECT_GT(tracked.outliers, 0U);
   EXPECT_GT(tracked.weighted, 0U);
 }
