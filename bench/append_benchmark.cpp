@@ -43,7 +43,7 @@ Work append_work(const BlockOptions& options, Seen seen) {
   const auto run = [=](std::size_t) {
     tracker->blocks.clear();
     Matches matches = tracker->matches.view();
-    const double* const T = tracker->RigidTransform::row_major(frame.T_cw_prior.data());
+    const RigidTransform T = RigidTransform::row_major(tracker->frame.T_cw_prior.data());
     if (seen == Seen::by_fisheye) {
       append_blocks(fisheye, T, matches, options, tracker->blocks);
     } else {

@@ -15,9 +15,9 @@ constexpr std::size_t budgets[] = {60, 100, 200, 500};
 // Lazy greedy without a certificate, with one, and with one after 1 and 8 passes.
 std::vector<Options> certified(std::size_t budget) {
   std::vector<Options> cases(4, options_of(Strategy::lazy_greedy, budget));
-  for (std::size_t i = 1; i < 4; ++i) cases[i].certify = true;
-  cases[2].certificate_passes = 1;
-  cases[3].certificate_passes = 8;
+  for (std::size_t i = 1; i < 4; ++i) cases[i].certificate.compute = true;
+  cases[2].certificate.passes = 1;
+  cases[3].certificate.passes = 8;
   return cases;
 }
 

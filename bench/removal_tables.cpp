@@ -18,7 +18,7 @@ std::vector<Options> with_sweeps(std::size_t budget) {
   std::vector<Options> cases(1, options_of(Strategy::lazy_greedy, budget));
   for (const std::size_t count : sweeps) {
     cases.push_back(cases.front());
-    cases.back().exchange_sweeps = count;
+    cases.back().exchange.sweeps = count;
   }
   return cases;
 }

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
@@ -72,6 +73,29 @@ struct Phase {
   LatencyHistogram everything_else;
 };
 
+// How many well-formed answers had each status, and each error. Counting allocates nothing.
+class Endings {
+ public:
+  void count(const Selection& selection) noexcept {
+    ++(selection.has_answer() ? statuses_[static_cast<std::size_t>(selection.status)]
+                              : errors_[static_cast<std::size_t>(selection.error)]);
+  }
+
+  template <class Body>
+  void for_each(const Body& body) const {
+    for (std::size_t i = 0; i < statuses_.size(); ++i) {
+      if (statuses_[i] > 0) body(to_string(static_cast<Status>(i)), statuses_[i]);
+    }
+    for (std::size_t i = 0; i < errors_.size(); ++i) {
+      if (errors_[i] > 0) body(to_string(static_cast<Error>(i)), errors_[i]);
+    }
+  }
+
+ private:
+  std::array<std::uint64_t, static_cast<std::size_t>(Status::error)> statuses_{};
+  std::array<std::uint64_t, static_cast<std::size_t>(Error::invalid_block) + 1> errors_{};
+};
+
 // Selectors that work alone, with a helper, and one that is too small for nearly all stores.
 struct Selectors {
   test::PoolExecutor pool{1};
@@ -102,7 +126,7 @@ void warm_up(const SoakRequests& requests, Selectors& selectors) {
 // Everything that lives as long as the soak.
 class Soak {
  public:
-  Soak(std::size_t selections, std::uint64_t seed) : requests_(seed), statuses_(status_count), selections_(selections) {
+  Soak(std::size_t selections, std::uint64_t seed) : requests_(seed), selections_(selections) {
     warm_up(requests_, selectors_);
   }
 
@@ -122,11 +146,9 @@ class Soak {
     done_ += phase.selections;
   }
 
-  const std::vector<std::uint64_t>& statuses() const { return statuses_; }
+  const Endings& endings() const { return endings_; }
 
  private:
-  static constexpr std::size_t status_count = static_cast<std::size_t>(Error::unsupported_target) + 1;
-
   void run_selection(Phase& phase, std::size_t i) {
     const long before_filling = test::allocations();
     const SoakRequest& request = requests_.next();
@@ -141,17 +163,17 @@ class Soak {
     (request.is_ordinary ? phase.ordinary : phase.everything_else).add(microseconds);
     const char* const fault = judge_.fault_of(request, selector.capacity(), selection);
     if (fault == nullptr) {
-      ++statuses_[static_cast<std::size_t>(selection.status)];
+      endings_.count(selection);
     } else if (phase.malformed++ == 0) {
       phase.first_malformed = std::string(fault) + ", selection " + std::to_string(i) + ", " +
-                              to_string(selection.strategy) + ", " + to_string(selection.status);
+                              to_string(selection.strategy) + ", " + selection.reason();
     }
   }
 
   SoakRequests requests_;
   Selectors selectors_;
   SoakJudge judge_;
-  std::vector<std::uint64_t> statuses_;  // how many well-formed answers had each
+  Endings endings_;
   std::size_t selections_;
   std::size_t done_ = 0;
   sim::Progress progress_{"soaking", "selection"};
@@ -206,7 +228,7 @@ std::string complaint_about(const Phase& phase) {
 struct Outcome {
   std::vector<Phase> phases = std::vector<Phase>(2);
   std::string mlockall = "permitted";  // or why not
-  std::vector<std::uint64_t> statuses;
+  Endings endings;
 };
 
 Outcome run_phases(std::size_t selections, std::uint64_t seed) {
@@ -222,7 +244,7 @@ Outcome run_phases(std::size_t selections, std::uint64_t seed) {
     outcome.phases[1].name = "mlockall not permitted";
   }
   soak.run(outcome.phases[1]);
-  outcome.statuses = soak.statuses();
+  outcome.endings = soak.endings();
   return outcome;
 }
 
@@ -232,9 +254,7 @@ nlohmann::ordered_json json_of(const Outcome& outcome, std::size_t selections, s
                               {"compiler", MAXLOGDET_COMPILER}, {"load_before", load_before},
                               {"mlockall", outcome.mlockall}};
   json["phases"] = {json_of(outcome.phases[0]), json_of(outcome.phases[1])};
-  for (std::size_t i = 0; i < outcome.statuses.size(); ++i) {
-    if (outcome.statuses[i] > 0) json["statuses"][to_string(static_cast<Status>(i))] = outcome.statuses[i];
-  }
+  outcome.endings.for_each([&json](const char* name, std::uint64_t answers) { json["statuses"][name] = answers; });
   return json;
 }
 

@@ -8,13 +8,12 @@
 namespace maxlogdet::bench {
 namespace {
 
-// Whether a request that breaks no rule may be refused with this status.
-bool may_refuse(const SoakRequest& request, std::size_t capacity, Status status) noexcept {
-  switch (status) {
+// Whether a request that breaks no rule may be refused with this error.
+bool may_refuse(const SoakRequest& request, std::size_t capacity, Error error) noexcept {
+  switch (error) {
     case Error::infeasible: return request.options.required != nullptr;
     case Error::unsupported_groups: return request.options.groups.ids != nullptr;
     case Error::capacity_exceeded: return request.store->size() > capacity;
-    case Error::invalid_budget: return request.options.budget > capacity;
     default: return false;
   }
 }
@@ -22,7 +21,7 @@ bool may_refuse(const SoakRequest& request, std::size_t capacity, Status status)
 const char* fault_of_refusal(const SoakRequest& request, std::size_t capacity, const Selection& selection) noexcept {
   const bool is_empty = selection.size == 0 && std::isnan(selection.log_det) && std::isnan(selection.upper_bound);
   if (!is_empty) return "an error with an answer";
-  if (request.must_fail || may_refuse(request, capacity, selection.status)) return nullptr;
+  if (request.must_fail || may_refuse(request, capacity, selection.error)) return nullptr;
   return "a refusal without a reason";
 }
 
@@ -45,7 +44,8 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
 }  // namespace
 
 const char* SoakJudge::fault_of(const SoakRequest& request, std::size_t capacity, const Selection& selection) noexcept {
-  if (std::strcmp(to_string(selection.status), "unknown") == 0) return "a status without a name";
+  if (std::strcmp(selection.reason(), "unknown") == 0) return "a status or an error without a name";
+  if (selection.has_answer() != (selection.error == Error::none)) return "a status that contradicts the error";
   if (!selection.has_answer()) return fault_of_refusal(request, capacity, selection);
   if (request.must_fail) return "an answer to an invalid request";
   if (const char* const fault = fault_of_figures(request, selection)) return fault;

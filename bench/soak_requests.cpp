@@ -159,7 +159,7 @@ void SoakRequests::ask(Options& options, std::size_t n) {
   const std::size_t max_budget = n > 600 ? 100 : n;  // thousands of rounds would take as long as a hundred requests
   const double size = draws_.uniform(0, 1);
   options.budget = size < 0.8 ? 1 + draws_.below(std::min<std::size_t>(max_budget, 120)) : size < 0.85 ? 0 : max_budget;
-  if (size > 0.98) options.budget = n + draws_.below(capacity - n + 1);
+  if (size > 0.98) options.budget = n + draws_.below(capacity);  // perhaps above the capacity
   const double epsilons[] = {0.01, 0.1, 0.5};
   options.stochastic.epsilon = epsilons[draws_.below(std::size(epsilons))];
   options.stochastic.seed = draws_.bits();
@@ -191,17 +191,16 @@ void SoakRequests::constrain(Options& options, std::size_t n) {
 }
 
 void SoakRequests::spoil(Options& options) {
-  switch (draws_.below(8)) {
-    case 0: options.budget = capacity + 1 + draws_.below(10); break;
-    case 1: options.prior = bad_priors[draws_.below(std::size(bad_priors))].entry; break;
-    case 2: options.time_limit = draws_.chance(0.5) ? -1 : nan; break;
-    case 3: options.threads = -1; break;
-    case 4: options.strategy = static_cast<Strategy>(1000 + draws_.below(1000)); break;
-    case 5:
+  switch (draws_.below(7)) {
+    case 0: options.prior = bad_priors[draws_.below(std::size(bad_priors))].entry; break;
+    case 1: options.time_limit = draws_.chance(0.5) ? -1 : nan; break;
+    case 2: options.threads = -1; break;
+    case 3: options.strategy = static_cast<Strategy>(1000 + draws_.below(1000)); break;
+    case 4:
       options.strategy = Strategy::stochastic_greedy;
       options.stochastic.epsilon = draws_.chance(0.5) ? 1 : nan;
       break;
-    case 6:
+    case 5:
       options.groups.ids = wrong_groups_.data();
       options.groups.count = group_count;
       break;

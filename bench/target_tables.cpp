@@ -12,9 +12,9 @@ namespace {
 // Without a target; with both deviations; with the efficiency, which needs the information of all candidates.
 std::vector<Options> with_targets(Strategy strategy, std::size_t budget) {
   std::vector<Options> cases(3, options_of(strategy, budget));
-  cases[1].target_translation_sigma = 1e9;  // met, so that the other one is checked, too
-  cases[1].target_rotation_sigma = 1e-12;
-  cases[2].target_efficiency = 1;
+  cases[1].target.translation_sigma = 1e9;  // met, so that the other one is checked, too
+  cases[1].target.rotation_sigma = 1e-12;
+  cases[2].target.efficiency = 1;
   return cases;
 }
 

@@ -118,7 +118,7 @@ Work append_work(std::size_t n, int threads) {
   state->options.threads = threads;
   const auto run = [state](std::size_t /*call*/) {
     state->blocks.clear();
-    append_blocks(state->frame.camera, state->RigidTransform::row_major(frame.T_cw_prior.data()), state->matches.view(),
+    append_blocks(state->frame.camera, RigidTransform::row_major(state->frame.T_cw_prior.data()), state->matches.view(),
                   state->options, state->blocks, sim::executor());
   };
   return {run, {}};

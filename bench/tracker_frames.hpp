@@ -17,7 +17,7 @@ namespace maxlogdet::bench {
 struct Kind {
   const char* name;
   Weighting weighting;
-  DepthCue third;
+  DepthCue depth_cue;
 };
 constexpr Kind monocular{"2_rows_measurement", Weighting::measurement, DepthCue::none};
 constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, DepthCue::stereo};

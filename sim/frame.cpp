@@ -19,7 +19,7 @@ void fill_unknown_covariances(Frame& frame, double map_sigma) {
 
 std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   std::array<double, 3> p{};
-  RigidTransform(RigidTransform::row_major(frame.T_cw_prior.data())).transform(match.point, p.data());
+  RigidTransform::row_major(frame.T_cw_prior.data()).transform(match.point, p.data());
   if (frame.camera.rig.empty()) return p;
   std::array<double, 3> of_camera{};
   frame.camera.rig[match.camera_id].T_cb.transform(p.data(), of_camera.data());

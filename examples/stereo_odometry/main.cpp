@@ -37,7 +37,7 @@ std::vector<StereoTracker> make_trackers(const StereoDataset& dataset, const std
   std::vector<StereoTracker> trackers;
   for (const Contestant& one : contestants) {
     TrackerOptions options = one.options;
-    options.selection.stochastic.seed = options.selection.search.stochastic.seed = seed;
+    options.selection.seed = options.selection.search.stochastic.seed = seed;
     trackers.emplace_back(dataset.camera(), dataset.width(), dataset.height(), options, T_wc.inverse());
   }
   return trackers;

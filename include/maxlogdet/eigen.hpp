@@ -16,11 +16,18 @@
 
 namespace maxlogdet {
 
-/// Whether a pointer is one to an Eigen matrix or expression.
+/// Whether entries of an Eigen type are 3 x 4 or 4 x 4, or may be, if only known at run time.
 template <class Derived>
-std::true_type is_eigen_matrix(const Eigen::MatrixBase<Derived>*);
+constexpr bool has_size_of_pose() noexcept {
+  return (Derived::ColsAtCompileTime == 4 || Derived::ColsAtCompileTime == Eigen::Dynamic) &&
+         (Derived::RowsAtCompileTime == 3 || Derived::RowsAtCompileTime == 4 ||
+          Derived::RowsAtCompileTime == Eigen::Dynamic);
+}
+/// Whether a pointer is one to an Eigen matrix or expression of such a size.
+template <class Derived>
+std::integral_constant<bool, has_size_of_pose<Derived>()> is_eigen_pose(const Eigen::MatrixBase<Derived>*);
 /// Anything else.
-std::false_type is_eigen_matrix(const void*);
+std::false_type is_eigen_pose(const void*);
 
 /// Appends an r x 6 block, r in {1, 2, 3}, of any scalar type and storage order; returns its index. Another number of
 /// rows is kept as an invalid candidate; another number of columns does not compile, or, if known only at run time, is
@@ -60,10 +67,10 @@ class EigenPrior {
   double entries_[state_dimension * state_dimension];
 };
 
-/// Poses as matrices or expressions, 3 x 4 or 4 x 4, of any scalar type and storage order. Another size is refused as
-/// Error::invalid_pose.
+/// Poses as matrices or expressions, 3 x 4 or 4 x 4, of any scalar type and storage order. Another size does not
+/// compile, or, if known only at run time, is refused as Error::invalid_pose.
 template <class Derived>
-struct PoseTraits<Derived, typename std::enable_if<decltype(is_eigen_matrix(std::declval<Derived*>()))::value>::type> {
+struct PoseTraits<Derived, typename std::enable_if<decltype(is_eigen_pose(std::declval<Derived*>()))::value>::type> {
   /// Copies the first three rows.
   static RigidTransform convert(const Derived& T) {
     if (T.cols() != 4 || T.rows() < 3 || T.rows() > 4) return nullptr;

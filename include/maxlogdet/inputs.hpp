@@ -40,7 +40,18 @@ struct PointTraits<Vector, typename std::enable_if<HasMemberY<Vector>::value>::t
   }
 };
 
-/// [0], [1] and, of a point in space, [2].
+/// How many entries a vector says it has.
+template <class Vector>
+auto entry_count(const Vector& v, int) -> decltype(static_cast<std::size_t>(v.size())) {
+  return static_cast<std::size_t>(v.size());
+}
+/// As many as are read, where it cannot say, as of a pointer.
+template <class Vector>
+std::size_t entry_count(const Vector&, long) noexcept {
+  return 3;
+}
+
+/// [0], [1] and, of a point in space, [2]; NaN, which no function selects, where size() is less.
 template <class Vector>
 struct PointTraits<
     Vector,
@@ -48,14 +59,16 @@ struct PointTraits<
         !HasMemberY<Vector>::value &&
         std::is_arithmetic<typename std::decay<decltype(std::declval<const Vector&>()[0])>::type>::value>::type> {
   /// Copies [0], [1] to `to`.
-  static void read_two(const Vector& v, double* to) {
-    to[0] = static_cast<double>(v[0]);
-    to[1] = static_cast<double>(v[1]);
-  }
+  static void read_two(const Vector& v, double* to) { read(v, 2, to); }
   /// Copies [0], [1], [2] to `to`.
-  static void read_three(const Vector& v, double* to) {
-    read_two(v, to);
-    to[2] = static_cast<double>(v[2]);
+  static void read_three(const Vector& v, double* to) { read(v, 3, to); }
+
+ private:
+  static void read(const Vector& v, int count, double* to) {
+    const bool is_long_enough = entry_count(v, 0) >= static_cast<std::size_t>(count);
+    for (int i = 0; i < count; ++i) {
+      to[i] = is_long_enough ? static_cast<double>(v[i]) : std::numeric_limits<double>::quiet_NaN();
+    }
   }
 };
 

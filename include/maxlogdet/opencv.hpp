@@ -6,27 +6,26 @@
 #include <maxlogdet/inputs.hpp>
 
 #include <limits>
-#include <opencv2/core.hpp>
+#include <opencv2/core/core.hpp>
 #include <type_traits>
 
 namespace maxlogdet {
 
-/// Poses as cv::Mat, 3 x 4 or 4 x 4, CV_32F or CV_64F; another size or type, as of an empty one, is refused as
-/// Error::invalid_pose.
-template <>
-struct PoseTraits<cv::Mat> {
+/// An entry of a matrix of type CV_32F or CV_64F; NaN of another one.
+inline double entry_of(const cv::Mat& m, int row, int column) {
+  if (m.type() == CV_32F) return static_cast<double>(m.at<float>(row, column));
+  return m.type() == CV_64F ? m.at<double>(row, column) : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Poses as cv::Mat, cv::Mat_ or cv::MatExpr, 3 x 4 or 4 x 4, CV_32F or CV_64F; another size or type, as of an empty
+/// one, is refused as Error::invalid_pose.
+template <class Matrix>
+struct PoseTraits<Matrix, typename std::enable_if<std::is_convertible<const Matrix&, cv::Mat>::value>::type> {
   /// Copies the first three rows.
   static RigidTransform convert(const cv::Mat& T) {
     if (T.cols != 4 || T.rows < 3 || T.rows > 4) return nullptr;
-    if (T.type() == CV_32F) return read<float>(T);
-    return T.type() == CV_64F ? read<double>(T) : RigidTransform(nullptr);
-  }
-
- private:
-  template <class Scalar>
-  static RigidTransform read(const cv::Mat& T) {
-    Scalar entries[12];
-    for (int i = 0; i < 12; ++i) entries[i] = T.at<Scalar>(i / 4, i % 4);
+    double entries[12];
+    for (int i = 0; i < 12; ++i) entries[i] = entry_of(T, i / 4, i % 4);
     return RigidTransform::row_major(entries);
   }
 };
@@ -38,10 +37,10 @@ struct PoseTraits<cv::Matx<Scalar, rows, 4>, typename std::enable_if<rows == 3 |
   static RigidTransform convert(const cv::Matx<Scalar, rows, 4>& T) { return RigidTransform::row_major(T.val); }
 };
 
-/// Points as cv::Mat of 3 (a pixel: 2) entries, CV_32F or CV_64F; of another type or size they are NaN, which no
-/// function selects.
-template <>
-struct PointTraits<cv::Mat> {
+/// Points as cv::Mat, cv::Mat_ or cv::MatExpr, a row or a column of 3 (a pixel: 2) entries, CV_32F or CV_64F; of
+/// another type or size they are NaN, which no function selects.
+template <class Matrix>
+struct PointTraits<Matrix, typename std::enable_if<std::is_convertible<const Matrix&, cv::Mat>::value>::type> {
   /// Copies two entries.
   static void read_two(const cv::Mat& v, double* to) { read(v, 2, to); }
   /// Copies three entries.
@@ -49,11 +48,11 @@ struct PointTraits<cv::Mat> {
 
  private:
   static void read(const cv::Mat& v, int count, double* to) {
-    const bool is_vector = v.rows * v.cols == count && (v.type() == CV_32F || v.type() == CV_64F);
+    const bool is_column = v.rows == count && v.cols == 1;
+    const bool is_row = v.rows == 1 && v.cols == count;
     for (int i = 0; i < count; ++i) {
-      to[i] = !is_vector           ? std::numeric_limits<double>::quiet_NaN()
-              : v.type() == CV_32F ? static_cast<double>(v.at<float>(i))
-                                   : v.at<double>(i);
+      to[i] = is_column || is_row ? entry_of(v, is_column ? i : 0, is_row ? i : 0)
+                                  : std::numeric_limits<double>::quiet_NaN();
     }
   }
 };

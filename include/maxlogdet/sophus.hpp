@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Poses of Sophus: Sophus::SE3d, SE3f, their maps, and any other type with a matrix3x4() of Eigen's.
+/// Poses of Sophus: Sophus::SE3d, SE3f, their maps, and any other type whose matrix3x4() is Eigen's.
 
 #include <maxlogdet/eigen.hpp>
 

@@ -47,7 +47,7 @@ Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& m
       constraints(memory_.constraints),
       deadline(options.time_limit),
       target(options),
-      budget(options.budget),
+      budget(std::min(options.budget, memory.capacity)),
       has_candidates(blocks.size() > 0),
       indices(memory_.selected.data()),
       gains(memory_.gains.data()) {}

@@ -60,10 +60,10 @@ void ActiveModel::check_next(const std::vector<std::uint32_t>& proposed, std::si
   }
 }
 
-void ActiveModel::answer(Status status, std::uint32_t index, bool is_accepted, const test::Block* measured) {
+void ActiveModel::answer(Error error, std::uint32_t index, bool is_accepted, const test::Block* measured) {
   const auto place = place_of(index);
-  require(status == (place == pending_.end() ? Error::nothing_proposed : Status::ok), "an answer is about a proposal",
-          to_string(status));
+  require(error == (place == pending_.end() ? Error::nothing_proposed : Error::none), "an answer is about a proposal",
+          to_string(error));
   if (place == pending_.end()) return;
   const std::uint32_t answered = *place;
   pending_.erase(place);
@@ -76,15 +76,15 @@ void ActiveModel::answer(Status status, std::uint32_t index, bool is_accepted, c
   }
 }
 
-void ActiveModel::answer_all(Status status, const std::vector<unsigned char>& matched) {
+void ActiveModel::answer_all(Error error, const std::vector<unsigned char>& matched) {
   const bool is_answer = !pending_.empty() && matched.size() == pending_.size();
-  require(status == (is_answer ? Status::ok : Error::nothing_proposed), "all are answered, or none", to_string(status));
-  for (std::size_t j = 0; is_answer && j < matched.size(); ++j) answer(Status::ok, none, matched[j] != 0, nullptr);
+  require(error == (is_answer ? Error::none : Error::nothing_proposed), "all are answered, or none", to_string(error));
+  for (std::size_t j = 0; is_answer && j < matched.size(); ++j) answer(Error::none, none, matched[j] != 0, nullptr);
 }
 
-void ActiveModel::refuse(Status status, std::uint32_t index) {
-  require(status == (place_of(index) == pending_.end() ? Error::nothing_proposed : Error::invalid_block),
-          "what is no block is refused", to_string(status));
+void ActiveModel::refuse(Error error, std::uint32_t index) {
+  require(error == (place_of(index) == pending_.end() ? Error::nothing_proposed : Error::invalid_block),
+          "what is no block is refused", to_string(error));
 }
 
 void ActiveModel::check_selection(const Selection& selection) {

@@ -23,9 +23,9 @@ class ActiveModel {
   void check_next(const std::vector<std::uint32_t>& proposed, std::size_t wanted);
 
   /// To the proposal of an index, or with `none` the first.
-  void answer(Status status, std::uint32_t index, bool is_accepted, const test::Block* measured);
-  void answer_all(Status status, const std::vector<unsigned char>& matched);
-  void refuse(Status status, std::uint32_t index);
+  void answer(Error error, std::uint32_t index, bool is_accepted, const test::Block* measured);
+  void answer_all(Error error, const std::vector<unsigned char>& matched);
+  void refuse(Error error, std::uint32_t index);
 
   const std::vector<std::uint32_t>& pending() const { return pending_; }
 

@@ -26,11 +26,10 @@ bool has_strategy(const Options& options) {
 }
 
 // True for an error.
-bool is_expected(const BlockStore& blocks, const Options& options, std::size_t capacity, Status status) {
-  if (status == Error::invalid_strategy && !has_strategy(options)) return true;
-  const bool is_error = is_expected_error(Rules(blocks, options), capacity, status);
+bool is_expected(const BlockStore& blocks, const Options& options, std::size_t capacity, Error error) {
+  if (error == Error::invalid_strategy && !has_strategy(options)) return true;
+  const bool is_error = is_expected_error(Rules(blocks, options), capacity, error);
   require(is_error || has_strategy(options), "active selection has the greedy strategies alone");
-  require(is_error || status == Status::ok, "what has begun is ok", to_string(status));
   return is_error;
 }
 
@@ -131,11 +130,11 @@ class Machine {
     }
   }
 
-  void answer(std::uint32_t index, bool is_accepted, const test::Block* measured, Status status) {
+  void answer(std::uint32_t index, bool is_accepted, const test::Block* measured, Error error) {
     if (model_ != nullptr) {
-      model_->answer(status, index, is_accepted, measured);
+      model_->answer(error, index, is_accepted, measured);
     } else {
-      require(status == Error::nothing_proposed, "after an error there is nothing to answer", to_string(status));
+      require(error == Error::nothing_proposed, "after an error there is nothing to answer", to_string(error));
     }
   }
 
@@ -144,11 +143,11 @@ class Machine {
     std::vector<unsigned char> matched(model_ == nullptr ? 1 : model_->pending().size() + (bytes_.chance(16) ? 1 : 0));
     for (unsigned char& flag : matched) flag = bytes_.byte() % 4;
     require(active_->answer(nullptr, matched.size()) == Error::nothing_proposed, "no flags are no answer");
-    const Status status = active_->answer(matched.data(), matched.size());
+    const Error error = active_->answer(matched.data(), matched.size());
     if (model_ != nullptr) {
-      model_->answer_all(status, matched);
+      model_->answer_all(error, matched);
     } else {
-      require(status == Error::nothing_proposed, "after an error there is nothing to answer", to_string(status));
+      require(error == Error::nothing_proposed, "after an error there is nothing to answer", to_string(error));
     }
   }
 
@@ -182,12 +181,12 @@ class Machine {
     const bool is_null = bytes_.chance(8);
     BlockStore store(1);  // tells whether that is a block, and what is stored of it
     store.push_back(is_null ? nullptr : block.entries, block.rows);
-    const Status status = accept(is_null ? nullptr : block.entries, block.rows);
+    const Error error = accept(is_null ? nullptr : block.entries, block.rows);
     if (store.is_valid(0)) {
       const test::Block measured = test::stored_block(store, 0);
-      answer(index, true, &measured, status);
+      answer(index, true, &measured, error);
     } else if (model_ != nullptr) {
-      model_->refuse(status, index);
+      model_->refuse(error, index);
     }
   }
 
@@ -214,8 +213,9 @@ class Machine {
     if (model_ != nullptr) {
       model_->check_selection(selection);
     } else {
-      require(selection.status == error_ && selection.size == 0 && std::isnan(selection.log_det),
-              "after an error the selection is empty", to_string(selection.status));
+      require(selection.status == Status::error && selection.error == error_ && selection.size == 0 &&
+                  std::isnan(selection.log_det),
+              "after an error the selection is empty", selection.reason());
     }
   }
 
@@ -224,7 +224,7 @@ class Machine {
   std::unique_ptr<Request> request_;
   std::unique_ptr<ActiveSelection> active_;
   std::unique_ptr<ActiveModel> model_;  // none after an error
-  Status error_ = Status::ok;
+  Error error_ = Error::none;
 };
 
 }  // namespace

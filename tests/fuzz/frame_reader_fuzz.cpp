@@ -68,7 +68,7 @@ void check_covariances(const sim::Frame& frame) {
 
 void check(const sim::Frame& frame) {
   check_camera(frame.camera);
-  check_pose(RigidTransform::row_major(frame.T_cw_prior.data()));
+  check_pose(frame.T_cw_prior.data());
   if (frame.T_cw_true) check_pose(frame.T_cw_true->data());
   check_covariances(frame);
   require(frame.width >= 0 && frame.height >= 0, "the image has a size", frame.width, frame.height);
@@ -88,8 +88,8 @@ void check_blocks(sim::Frame frame) {
     if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
     BlockStore blocks;
     const BlockReport report = sim::build_blocks(frame, options, blocks);
-    require(report.error == Error::none || report.error == Error::singular_rays, "blocks can be made of a frame",
-            to_string(weighting), to_string(report.error));
+    require(report.error == Error::none, "blocks can be made of a frame", to_string(weighting),
+            to_string(report.error));
     require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
     require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
     for (std::size_t i = 0; i < blocks.stored(); ++i) {

@@ -142,19 +142,20 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   // Selecting all of many near copies would take seconds under a sanitizer.
   options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
   if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
+  constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
+  if (options.budget > size) options.budget = unlimited / 3 + 1;  // all; three times that is little
   options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
                                                            : static_cast<int>(bytes.below(std::size(strategies))));
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.stochastic.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.stochastic.seed = bytes.byte();
-  constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
   options.certificate.compute = bytes.chance(128);
   options.certificate.passes = bytes.chance(2) ? unlimited : bytes.below(5);
   options.exchange.sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
-  capacity = std::max(size, options.budget);
+  capacity = size;
   if (bytes.chance(8)) capacity = bytes.below(capacity + 1);
   decode_targets(bytes);
 }

@@ -129,17 +129,16 @@ std::vector<std::uint32_t> Rules::required() const {
   return list;
 }
 
-std::vector<Status> Rules::errors(std::size_t capacity, bool& prior_is_unclear) const {
-  std::vector<Status> errors;
-  const auto add_if = [&](bool is_wrong, Status status) {
-    if (is_wrong) errors.push_back(status);
+std::vector<Error> Rules::errors(std::size_t capacity, bool& prior_is_unclear) const {
+  std::vector<Error> errors;
+  const auto add_if = [&](bool is_wrong, Error error) {
+    if (is_wrong) errors.push_back(error);
   };
   const Strategy strategy = options_.strategy;
   const bool is_stochastic = strategy == Strategy::stochastic_greedy;
   const bool keeps_to_groups = supports_groups_and_targets(strategy);
   const bool selects_in_order = keeps_to_groups && options_.exchange.sweeps == 0;
   add_if(candidates_.size() > capacity, Error::capacity_exceeded);
-  add_if(options_.budget > capacity, Error::invalid_budget);
   add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
          Error::invalid_strategy);
   add_if(is_stochastic && !(options_.stochastic.epsilon > 0 && options_.stochastic.epsilon < 1),
@@ -190,16 +189,14 @@ test::Matrix6 prior_of(const Options& options) {
   return prior;
 }
 
-bool is_expected_error(const Rules& rules, std::size_t capacity, Status status) {
+bool is_expected_error(const Rules& rules, std::size_t capacity, Error error) {
   bool prior_is_unclear = false;
-  const std::vector<Status> errors = rules.errors(capacity, prior_is_unclear);
-  const bool is_listed = std::find(errors.begin(), errors.end(), status) != errors.end();
-  if (is_listed || (prior_is_unclear && status == Error::invalid_prior)) return true;
-  require(errors.empty(), "a request with an error is answered with one of its errors", to_string(status), "instead of",
+  const std::vector<Error> errors = rules.errors(capacity, prior_is_unclear);
+  const bool is_listed = std::find(errors.begin(), errors.end(), error) != errors.end();
+  if (is_listed || (prior_is_unclear && error == Error::invalid_prior)) return true;
+  require(errors.empty(), "a request with an error is answered with one of its errors", to_string(error), "instead of",
           errors.empty() ? "none" : to_string(errors.front()));
-  require(status == Status::ok || status == Status::all_selected || status == Status::deadline_reached ||
-              status == Status::target_reached,
-          "a request without an error is answered", to_string(status));
+  require(error == Error::none, "a request without an error is answered", to_string(error));
   return false;
 }
 

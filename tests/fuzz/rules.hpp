@@ -39,7 +39,7 @@ class Rules {
 
   /// Everything that is wrong with the request, for a selector of this capacity; of several errors any may be named. If
   /// the list is empty, there has to be an answer. `prior_is_unclear`: rounding decides whether the prior is valid.
-  std::vector<Status> errors(std::size_t capacity, bool& prior_is_unclear) const;
+  std::vector<Error> errors(std::size_t capacity, bool& prior_is_unclear) const;
 
  private:
   static bool is_set(const unsigned char* flags, std::size_t i) { return flags != nullptr && flags[i] != 0; }
@@ -54,7 +54,7 @@ class Rules {
 /// The prior of the options as the documentation has it: the mean of the matrix and its transpose.
 test::Matrix6 prior_of(const Options& options);
 
-/// Fails unless this status is one that Rules expects; true if it is an error.
-bool is_expected_error(const Rules& rules, std::size_t capacity, Status status);
+/// Fails unless this is an error that Rules expects, or none where it expects none; true if it is an error.
+bool is_expected_error(const Rules& rules, std::size_t capacity, Error error);
 
 }  // namespace maxlogdet::fuzz

@@ -28,10 +28,16 @@ Executor& pool() {
   return executor;
 }
 
-void check_error(const Selection& selection) {
-  require(!selection.has_answer() && selection.size == 0, "an error carries an empty answer", selection.size);
-  require(std::isnan(selection.log_det), "after an error log det is NaN", selection.log_det);
-  require(std::isnan(selection.upper_bound), "after an error there is no bound", selection.upper_bound);
+// True for an error, which carries an empty answer.
+bool is_refused(const BlockStore& blocks, const Options& options, std::size_t capacity, const Answer& answer) {
+  const bool is_error = is_expected_error(Rules(blocks, options), capacity, answer.error);
+  require(is_error == (answer.status == Status::error), "a status tells of an error", to_string(answer.status));
+  require(answer.status != Status::few_candidates, "only GoodFeatures fill an answer");
+  if (!is_error) return false;
+  require(answer.indices.empty(), "an error carries an empty answer", answer.indices.size());
+  require(std::isnan(answer.log_det), "after an error log det is NaN", answer.log_det);
+  require(std::isnan(answer.upper_bound), "after an error there is no bound", answer.upper_bound);
+  return true;
 }
 
 void check_indices(const BlockStore& blocks, const Options& options, const Answer& answer) {
@@ -74,7 +80,7 @@ void check_strategy(const BlockStore& blocks, const Options& options, const Answ
   const std::vector<std::uint32_t> required = rules.required();
   std::size_t n = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) n += !rules.is_required(i) && rules.may_add(i, {}) ? 1 : 0;
-  const std::size_t k = options.budget - required.size();
+  const std::size_t k = std::min(options.budget, blocks.size()) - required.size();
   const Strategy expected = !rules.has_groups() && 3 * k >= 2 * n ? Strategy::backward_greedy : Strategy::lazy_greedy;
   require(answer.strategy == expected, "automatic chooses by the size of the problem", to_string(answer.strategy));
 }
@@ -300,10 +306,7 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
 void check_target(std::size_t capacity, const BlockStore& blocks, const Options& options) {
   if (!has_target(options)) return;
   const Answer answer = ask_new_selector(capacity, blocks, options);
-  if (is_expected_error(Rules(blocks, options), capacity, answer.status)) {
-    require(answer.indices.empty() && std::isnan(answer.log_det), "an error carries an empty answer");
-    return;
-  }
+  if (is_refused(blocks, options, capacity, answer)) return;
   check_indices(blocks, options, answer);
   check_numbers(blocks, options, answer);
   Options plain = without_target(options);
@@ -345,12 +348,9 @@ void check_all(Bytes& bytes) {
   Selector selector(capacity, &pool());
   const Selection selection = selector.select(blocks, options);
   require(selection.invalid_candidates == blocks.invalid_count(), "invalid candidates are counted");
-  if (is_expected_error(Rules(blocks, options), capacity, selection.status)) {
-    check_error(selection);
-    return;
-  }
-  require(selection.status != Status::deadline_reached || options.time_limit > 0, "without a limit none is reached");
   const Answer timed(selection);
+  if (is_refused(blocks, options, capacity, timed)) return;
+  require(timed.status != Status::deadline_reached || options.time_limit > 0, "without a limit none is reached");
   check_answer(blocks, options, timed);
   const Options with_limit = options;
   options.time_limit = 0;

@@ -46,7 +46,7 @@ TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
       settings.blocks.depth_cue = kind.depth_cue;
       settings.search.strategy = strategy;
       settings.search.stochastic.epsilon = 0.3;
-      settings.search.stochastic.seed = random.stochastic.seed();
+      settings.search.stochastic.seed = random.seed();
       FeatureSelector selector(settings);
       for (const std::size_t n : {150U, 500U, 300U}) {
         const Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);

@@ -102,7 +102,7 @@ TEST_P(FrameOf, blocks_of_the_library_are_whitened_rows) {
     options.depth_cue = frame_.camera.depth_cue();
     if (frame_.camera.depth_sigma > 0) options.depth_sigma = frame_.camera.depth_sigma;
     BlockStore blocks;
-    ASSERT_TRUE(sim::build_blocks(frame_, options, blocks).is_done());
+    ASSERT_EQ(sim::build_blocks(frame_, options, blocks).error, Error::none);
     for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
       const Match& match = frame_.matches[i];
       LinearizedMatch at;
@@ -299,7 +299,7 @@ TEST(FrameCamera, a_rig_of_cameras_at_one_place_is_one_camera) {
   add_errors(random, frame);
   Frame rig = frame;
   const Pose T_cb = random_pose(random, 1, 1);
-  rig.camera.rig.assign(3, RigCamera(frame.camera.rig[0].camera, RigidTransform(sim::to_rows(T_cb).data())));
+  rig.camera.rig.assign(3, RigCamera(frame.camera.rig[0].camera, T_cb));
   for (Match& match : rig.matches) match.camera_id = static_cast<std::uint8_t>(random.index(3));
   const Pose T_cw = sim::pose_of(frame.T_cw_prior);
   const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all_matches(frame), T_cw, precise());

@@ -96,7 +96,7 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
     }));
     EXPECT_GT(differing, 0U);
     EXPECT_EQ(outcomes[i].k, search.budget);
-    EXPECT_EQ(outcomes[i].stochastic.epsilon, search.stochastic.epsilon);
+    EXPECT_EQ(outcomes[i].epsilon, search.stochastic.epsilon);
     EXPECT_EQ(outcomes[i].differing, differing);
     EXPECT_DOUBLE_EQ(outcomes[i].gap_nats, log_det_of_greedy - found.log_det);
     const double log_det_prior = 6 * std::log(1e-5);

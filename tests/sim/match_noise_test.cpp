@@ -89,8 +89,7 @@ TEST(MatchNoise, whitening_is_that_of_the_library) {
       noise.depth_cue = stereo && match.is_stereo() ? DepthCue::stereo : DepthCue::none;
       const auto rows = static_cast<Eigen::Index>(residual_rows(noise.depth_cue));
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> expected(rows, rows);
-      ASSERT_TRUE(match_whitening(frame.camera, RigidTransform(sim::to_rows(T_cw).data()), match.point, noise,
-                                  expected.data()));
+      ASSERT_TRUE(match_whitening(frame.camera, T_cw, match.point, noise, expected.data()));
       const Eigen::MatrixXd W = whitening_of(frame.camera, T_cw, match, stereo, map_covariance).matrix();
       const Eigen::VectorXd spectrum = singular_values(expected);
       const double condition = spectrum(0) / spectrum(rows - 1);

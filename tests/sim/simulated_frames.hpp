@@ -48,7 +48,7 @@ inline Pose to_pose(const RigidTransform& T) {
 }
 
 inline RigidTransform random_transform(Random& random, double metres, double radians) {
-  return RigidTransform(sim::to_rows(random_pose(random, metres, radians)).data());
+  return random_pose(random, metres, radians);
 }
 
 inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {

@@ -174,7 +174,7 @@ TEST_F(Matching, tells_the_library_which_points_are_candidates_and_allocates_not
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
   options.depth_cue = DepthCue::stereo;
-  append_blocks(RenderedWorld::camera(), sim::to_rows(T_cw()).data(), matches, options, blocks);
+  append_blocks(RenderedWorld::camera(), T_cw(), matches, options, blocks);
   EXPECT_EQ(Indices(blocks.indices(), blocks.indices() + blocks.stored()), points);
 
   matcher.search(radius);

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/adapters/left_out.hpp>
-#include <maxlogdet/eigen.hpp>
+#include <maxlogdet/adapters/hook.hpp>
+#include <maxlogdet/sophus.hpp>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
-#include <type_traits>
-#include <utility>
 
 // Basalt. In include/basalt/vi_estimator/sqrt_keypoint_vio.h include this header and add a member to the class
 //
@@ -41,26 +38,24 @@ class Basalt : public LeftOutHook {
   /// `budget`: how many landmarks to observe. `capacity`: maximum number that a frame sees.
   explicit Basalt(std::size_t budget = 100, std::size_t capacity = 5000) : LeftOutHook(budget, capacity) {}
 
-  /// Decides which landmarks should get no observation: see leaves_out(). None on any error; cost().status says why.
-  /// `seen`: the observations of camera 0, whose keys are landmark ids; T_w_i: the pose of the body as the IMU predicts
-  /// it; pose_of(frame_id): T_w_i of a frame of the window.
+  /// Decides which landmarks should get no observation: see leaves_out(). `seen`: the observations of camera 0, whose
+  /// keys are landmark ids; T_w_i: the pose of the body as the IMU predicts it; pose_of(frame_id): T_w_i of a frame of
+  /// the window.
   template <class Landmarks, class Observations, class Calibration, class SE3, class PoseOf>
   void ask(const Landmarks& lmdb, const Observations& seen, const Calibration& calib, const SE3& T_w_i,
            const PoseOf& pose_of) {
     ask_about([&] {
       const SE3 T_c_w = (T_w_i * calib.T_i_c[0]).inverse();
-      features.start(Camera(1, 1, 0, 0), RigidTransform(T_c_w.matrix3x4()), DepthCue::none);
+      features.start(Camera(1, 1, 0, 0), T_c_w);
       for (const auto& observation : seen) {
         if (!lmdb.landmarkExists(static_cast<int>(observation.first))) continue;
         const auto& landmark = lmdb.getLandmark(observation.first);
         const auto p_w = position_of(landmark, calib, pose_of);
         const auto J = jacobian_of(calib.intrinsics[0], (T_c_w * p_w).eval());
-        FeatureMatch match;
-        for (int d = 0; d < 3; ++d) match.point[d] = static_cast<double>(p_w(d));
+        FeatureMatch match(p_w, sigma_pixels);
         match.jacobian = J.data();
-        match.sigma = sigma_pixels;
         match.is_required = landmark.obs.size() <= 2;
-        add(match, static_cast<std::uint64_t>(observation.first));
+        add(match, observation.first);
       }
     });
   }
@@ -68,10 +63,8 @@ class Basalt : public LeftOutHook {
  private:
   // A landmark is a direction, by stereographic projection, and an inverse distance in its host camera. One at infinity
   // has no position, but informs the rotation: 10 km is as good.
-  template <class Landmark, class Calibration, class PoseOf,
-            class Scalar = typename std::decay<decltype(std::declval<const Landmark&>().inv_dist)>::type>
-  static Eigen::Matrix<Scalar, 3, 1> position_of(const Landmark& landmark, const Calibration& calib,
-                                                 const PoseOf& pose_of) {
+  template <class Landmark, class Calib, class PoseOf, class Scalar = typename decltype(Landmark::direction)::Scalar>
+  static Eigen::Matrix<Scalar, 3, 1> position_of(const Landmark& landmark, const Calib& calib, const PoseOf& pose_of) {
     using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
     const Scalar two_over = 2 / (1 + landmark.direction.squaredNorm());
     const Vector3 ray(landmark.direction.x() * two_over, landmark.direction.y() * two_over, two_over - 1);

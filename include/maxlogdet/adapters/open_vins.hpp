@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/adapters/hook_cost.hpp>
+#include <maxlogdet/adapters/hook.hpp>
 #include <maxlogdet/eigen.hpp>
-#include <maxlogdet/good_features.hpp>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
 // OpenVINS. In ov_msckf/src/update/UpdaterMSCKF.h include this header and add a member to the class
@@ -33,88 +31,55 @@ namespace maxlogdet {
 /// in OpenVINS as it is (docs/trackers.md): triangulating all features costs more than the update saves. Its images
 /// cannot be recorded (GoodFeatures::record): most features have lost their track, so that the newest clone has no
 /// measurement of them, and the Jacobians are those of OpenVINS's own camera.
-class OpenVins {
+class OpenVins : public TrackerHook {
  public:
-  GoodFeatures features;    ///< of the last image; its block_options may be changed
-  Options options;          ///< of the selection
   double sigma_pixels = 1;  ///< standard deviation of a measurement, px
-  HookLog log;              ///< open() it for a line per image
 
   /// `budget`: how many features to update with. `capacity`: maximum number of features offered at once.
-  explicit OpenVins(std::size_t budget = 40, std::size_t capacity = 5000) : features(capacity) {
-    options.budget = budget;
-  }
+  explicit OpenVins(std::size_t budget = 40, std::size_t capacity = 5000) : TrackerHook(budget, capacity) {}
 
   /// Erases from `offered` (std::vector<std::shared_ptr<ov_core::Feature>>, triangulated) what is not selected, without
-  /// setting to_delete, so that it is offered again while clones that saw it exist. Features behind camera 0 stay. On
-  /// any error all stay; cost().status says why.
+  /// setting to_delete, so that it is offered again while clones that saw it exist. Features without a block, such as
+  /// those behind camera 0, stay.
   template <class State, class Feature>
   void keep_selected(const State& state, std::vector<std::shared_ptr<Feature>>& offered) {
-    HookTimer timer;
-    cost_ = HookCost();
-    gather(state, offered);
-    cost_.gather_us = timer.lap();
-    cost_.candidates = offered.size();
-    const Status status = features.select(options);
-    cost_.status = features.reason();
-    cost_.select_us = timer.lap();
-    if (status == Status::ok) {
-      std::size_t kept = 0;
-      for (std::size_t i = 0; i < features.size(); ++i) {
-        if (features.is_selected(i) || !features.blocks().is_valid(i)) std::swap(offered[kept++], offered[i]);
-      }
-      offered.resize(kept);
-    }
-    cost_.selected = offered.size();
-    cost_.restore_us = timer.lap();
+    select([&] { gather(state, offered); }, true);
+    for (const std::uint32_t i : left_out_) offered[i] = nullptr;
+    offered.erase(std::remove(offered.begin(), offered.end(), nullptr), offered.end());
+    cost_.restore_us = lap();
     log.write(cost_);
   }
 
-  /// The cost of the last keep_selected().
-  const HookCost& cost() const noexcept { return cost_; }
-
-  /// Returns T_cw of a camera at the newest clone. OpenVINS keeps R_GtoI and p_IinG of a clone (JPL quaternions, whose
-  /// Rot() is R_GtoI), and R_ItoC, p_IinC of a camera.
+  /// Returns T_cw of a camera at the newest clone; zeros, which are no pose, without a clone. OpenVINS keeps R_GtoI and
+  /// p_IinG of a clone (JPL quaternions, whose Rot() is R_GtoI), and R_ItoC, p_IinC of a camera.
   template <class State>
   static Eigen::Matrix<double, 3, 4> newest_camera(const State& state, std::size_t camera_id) {
+    if (state._clones_IMU.empty()) return Eigen::Matrix<double, 3, 4>::Zero();
     const auto& clone = state._clones_IMU.rbegin()->second;
     const auto& extrinsics = state._calib_IMUtoCAM.at(camera_id);
     const Eigen::Matrix3d R = extrinsics->Rot() * clone->Rot();
-    Eigen::Matrix<double, 3, 4> T_cw;
-    T_cw << R, extrinsics->pos() - R * clone->pos();
-    return T_cw;
+    return (Eigen::Matrix<double, 3, 4>() << R, extrinsics->pos() - R * clone->pos()).finished();
   }
 
  private:
   template <class State, class Feature>
   void gather(const State& state, const std::vector<std::shared_ptr<Feature>>& offered) {
-    const Camera normalised(1, 1, 0, 0);
-    if (state._clones_IMU.empty()) return features.start(normalised, nullptr, DepthCue::none);
     const Eigen::Matrix<double, 3, 4> T_cw = newest_camera(state, 0);
-    const auto& camera = state._cam_intrinsics_cameras.at(0);
-    features.start(normalised, RigidTransform(T_cw), DepthCue::none);
+    features.start(Camera(1, 1, 0, 0), T_cw);
     Eigen::MatrixXd of_distortion, of_intrinsics;
     for (std::size_t i = 0; i < offered.size(); ++i) {
-      const Eigen::Vector3d& p_w = offered[i]->p_FinG;
-      const Eigen::Vector3d p = T_cw.leftCols<3>() * p_w + T_cw.col(3);
+      const Eigen::Vector3d p = T_cw.leftCols<3>() * offered[i]->p_FinG + T_cw.col(3);
+      Eigen::Matrix<double, 2, 3> of_normalised;
+      of_normalised << 1, 0, -p.x() / p.z(), 0, 1, -p.y() / p.z();
       // d (u, v) / d p by the camera's own model, whichever it is.
-      Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>::Zero();
-      if (p.z() > 0) {
-        Eigen::Matrix<double, 2, 3> of_normalised;
-        of_normalised << 1, 0, -p.x() / p.z(), 0, 1, -p.y() / p.z();
-        camera->compute_distort_jacobian(p.head<2>() / p.z(), of_distortion, of_intrinsics);
-        J = of_distortion * of_normalised / p.z();
-      }
-      FeatureMatch match;
+      state._cam_intrinsics_cameras.at(0)->compute_distort_jacobian(p.head<2>() / p.z(), of_distortion, of_intrinsics);
+      const Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J = of_distortion * of_normalised / p.z();
+      FeatureMatch match(offered[i]->p_FinG, sigma_pixels);
       match.id = static_cast<std::uint32_t>(i);
-      for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
-      match.sigma = sigma_pixels;
       match.jacobian = J.data();
       features.add(match);
     }
   }
-
-  HookCost cost_;
 };
 
 /// Appends the exact block of a feature for the newest clone, with the others held fixed: the six columns of the clone,
@@ -128,8 +93,7 @@ inline std::size_t push_back_projected(const Eigen::MatrixXd& H_x, Eigen::Index 
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(H);  // pivoted: the columns of the rotation alone have rank 2
   const Eigen::Index rows = std::min<Eigen::Index>(max_block_rows, H.rows());
   const Eigen::MatrixXd R = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();
-  const Eigen::MatrixXd block = R * qr.colsPermutation().transpose();
-  return push_back(blocks, block);
+  return push_back(blocks, (R * qr.colsPermutation().transpose()).eval());
 }
 
 }  // namespace maxlogdet

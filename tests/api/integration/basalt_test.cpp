@@ -7,6 +7,7 @@
 #include "tests/support/support.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -181,7 +182,7 @@ TEST(BasaltAdapter, observations_of_what_is_left_out_are_not_entered_but_counted
   EXPECT_EQ(world.estimator.connected0, 150U);
 }
 
-TEST(BasaltAdapter, nothing_is_left_out_when_there_is_no_selection) {
+TEST(BasaltAdapter, of_few_landmarks_and_after_an_error_none_is_left_out) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
@@ -189,12 +190,41 @@ TEST(BasaltAdapter, nothing_is_left_out_when_there_is_no_selection) {
     EXPECT_TRUE(world.left_out(good).empty()) << why;
     EXPECT_EQ(good.cost().status, why);
   };
-  expect_all(Basalt(40, 50), "capacity_exceeded");
   expect_all(Basalt(150), "all_selected");
   Basalt good(100);
   EXPECT_FALSE(world.left_out(good).empty());
   world.estimator.calib.T_i_c[0] = Sophus::SE3d(2 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
   expect_all(std::move(good), "invalid_pose");
+}
+
+TEST(BasaltAdapter, at_a_deadline_all_but_the_budget_are_left_out_and_beyond_the_capacity_none) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 300);
+  Basalt good(100);
+  good.options.time_limit = 1e-9;
+  EXPECT_EQ(world.left_out(good).size(), 50U);
+  EXPECT_STREQ(good.cost().status, "deadline_reached");
+  good = Basalt(40, 50);
+  EXPECT_EQ(world.left_out(good).size(), 10U);
+  EXPECT_STREQ(good.cost().status, "capacity_exceeded");
+}
+
+TEST(BasaltAdapter, landmarks_that_are_not_finite_or_behind_the_camera_stay_in) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  Basalt good(100);
+  const std::set<KeypointId> before = world.left_out(good);
+  basalt::Keypoint<double> landmark = world.estimator.lmdb.getLandmark(*before.begin());
+  landmark.direction.x() = std::numeric_limits<double>::quiet_NaN();
+  world.estimator.lmdb.addLandmark(*before.begin(), landmark);
+  landmark.direction = basalt::StereographicParam<double>::project({0.1, 0, -1, 0});
+  landmark.host_kf_id = {3, 0};
+  world.estimator.lmdb.addLandmark(*before.rbegin(), landmark);
+  const std::set<KeypointId> after = world.left_out(good);
+  EXPECT_EQ(after.count(*before.begin()) + after.count(*before.rbegin()), 0U);
+  EXPECT_EQ(good.cost().selected, 102U);
 }
 
 }  // namespace

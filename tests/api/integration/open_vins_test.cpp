@@ -148,25 +148,44 @@ TEST(OpenVinsAdapter, selected_features_and_those_without_a_block_are_kept_in_or
   EXPECT_EQ(updater.good_features.cost().selected, 41U);
 }
 
-TEST(OpenVinsAdapter, all_features_are_kept_when_there_is_no_selection) {
+// Of the world's features, how many are kept.
+std::size_t kept_by(OpenVins good, const World& world, const std::string& why) {
+  Features features = world.features;
+  good.keep_selected(*world.state, features);
+  EXPECT_EQ(good.cost().status, why);
+  EXPECT_EQ(good.cost().candidates, world.features.size());
+  EXPECT_EQ(good.cost().selected, features.size());
+  return features.size();
+}
+
+TEST(OpenVinsAdapter, few_features_and_after_an_error_all_are_kept) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 120);
-  const auto expect_all = [&](OpenVins good, const std::string& why) {
-    Features features = world.features;
-    good.keep_selected(*world.state, features);
-    EXPECT_EQ(features, world.features) << why;
-    EXPECT_EQ(good.cost().status, why);
-    EXPECT_EQ(good.cost().candidates, 120U);
-    EXPECT_EQ(good.cost().selected, 120U);
-  };
-  expect_all(OpenVins(40, 50), "capacity_exceeded");
-  expect_all(OpenVins(120), "all_selected");
+  EXPECT_EQ(kept_by(OpenVins(120), world, "all_selected"), 120U);
+  OpenVins good(40);
+  good.options.time_limit = -1;
+  EXPECT_EQ(kept_by(std::move(good), world, "invalid_time_limit"), 120U);
+  world.state->_clones_IMU.clear();
+  EXPECT_EQ(kept_by(OpenVins(40), world, "invalid_pose"), 120U);
+}
+
+TEST(OpenVinsAdapter, at_a_deadline_the_budget_is_kept_and_beyond_the_capacity_all) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 120);
   OpenVins good(40);
   good.options.time_limit = 1e-9;
-  expect_all(std::move(good), "deadline_reached");
-  world.state->_clones_IMU.clear();
-  expect_all(OpenVins(40), "invalid_pose");
+  EXPECT_EQ(kept_by(std::move(good), world, "deadline_reached"), 40U);
+  EXPECT_EQ(kept_by(OpenVins(40, 50), world, "capacity_exceeded"), 40U + 70);
+}
+
+TEST(OpenVinsAdapter, a_feature_that_is_not_finite_is_kept) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 120);
+  world.features[7]->p_FinG.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(kept_by(OpenVins(40), world, "ok"), 41U);
 }
 
 struct Placed {

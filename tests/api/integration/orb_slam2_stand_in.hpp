@@ -4,10 +4,9 @@
 // What the adapter sees of ORB-SLAM2, under its names and with its const and missing const (master, 2017). What the
 // functions do is for a test to define.
 
-#include "tests/api/integration/opencv_stand_in.hpp"
-
 #include <cstddef>
 #include <map>
+#include <opencv2/core/core.hpp>
 #include <vector>
 
 namespace ORB_SLAM2 {

@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -142,27 +143,34 @@ TEST(OrbSlam2Adapter, tracking_counts_all_inliers_not_only_the_selected) {
   EXPECT_EQ(found, tracking.mnMatchesInliers);
 }
 
-TEST(OrbSlam2Adapter, all_matches_are_used_when_there_is_no_selection) {
+// Optimises the world's frame, and returns the slots that entered the optimiser; all matches are in the frame again,
+// and the inliers are those without a flag.
+std::set<std::size_t> slots_optimised_with(OrbSlam2& good, World& world) {
+  calls = Calls();
+  const std::vector<MapPoint*> before = world.frame.mvpMapPoints;
+  const int inliers = good.optimize(world.frame, ORB_SLAM2::Optimizer::PoseOptimization);
+  EXPECT_EQ(calls.optimiser_calls, 1);
+  EXPECT_EQ(world.frame.mvpMapPoints, before);
+  EXPECT_EQ(good.cost().candidates, world.match_count());
+  EXPECT_EQ(good.cost().selected, calls.optimised.size());
+  int counted = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) counted += before[i] != nullptr && !world.frame.mvbOutlier[i] ? 1 : 0;
+  if (!world.frame.mTcw.empty()) {
+    EXPECT_EQ(inliers, counted);
+  }
+  return {calls.optimised.begin(), calls.optimised.end()};
+}
+
+TEST(OrbSlam2Adapter, few_matches_and_after_an_error_all_are_optimised_with) {
   Random random;
   SCOPED_TRACE(random.name());
   const auto expect_all = [&](OrbSlam2 good, World world, const std::string& why) {
     SCOPED_TRACE(why);
-    const std::size_t matches = world.match_count();
-    calls = Calls();
-    const std::vector<MapPoint*> before = world.frame.mvpMapPoints;
-    const int inliers = good.optimize(world.frame, ORB_SLAM2::Optimizer::PoseOptimization);
-    EXPECT_EQ(calls.optimised.size(), matches);
-    EXPECT_EQ(calls.optimiser_calls, 1);
-    EXPECT_EQ(world.frame.mvpMapPoints, before);
+    EXPECT_EQ(slots_optimised_with(good, world).size(), world.match_count());
     EXPECT_EQ(good.cost().status, why);
-    EXPECT_EQ(good.cost().candidates, good.cost().selected);
-    if (!world.frame.mTcw.empty() && why != "invalid_pose") {
-      EXPECT_GT(inliers, static_cast<int>(matches / 2));
-    }
   };
   expect_all(OrbSlam2(100), World(random, 90, true), "all_selected");
-  expect_all(OrbSlam2(100, 300), World(random, 400, true), "capacity_exceeded");
-  expect_all(OrbSlam2(400, 300), World(random, 290, true), "invalid_budget");
+  expect_all(OrbSlam2(400, 300), World(random, 290, true), "all_selected");
   World world(random, 400, true);
   world.frame.mTcw.at<float>(0, 0) = 5;  // no rotation
   expect_all(OrbSlam2(100), std::move(world), "invalid_pose");
@@ -170,11 +178,60 @@ TEST(OrbSlam2Adapter, all_matches_are_used_when_there_is_no_selection) {
   world.frame.mTcw = cv::Mat();
   expect_all(OrbSlam2(100), std::move(world), "invalid_pose");
   OrbSlam2 good(100);
-  good.options.time_limit = 1e-9;
-  expect_all(std::move(good), World(random, 400, true), "deadline_reached");
-  good = OrbSlam2(100);
   good.features.block_options.min_depth = -1;
-  expect_all(std::move(good), World(random, 400, true), "invalid_options");
+  expect_all(std::move(good), World(random, 400, true), "invalid_block_options");
+  const double no_prior[36] = {};
+  good = OrbSlam2(100);
+  good.options.prior = no_prior;
+  expect_all(std::move(good), World(random, 400, true), "invalid_prior");
+}
+
+TEST(OrbSlam2Adapter, at_a_deadline_a_full_budget_is_optimised_with) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 400, true);
+  OrbSlam2 good(100);
+  good.options.time_limit = 1e-9;
+  EXPECT_EQ(slots_optimised_with(good, world).size(), 100U);
+  EXPECT_STREQ(good.cost().status, "deadline_reached");
+  EXPECT_GT(std::count(world.frame.mvbOutlier.begin(), world.frame.mvbOutlier.end(), false), 300);
+}
+
+TEST(OrbSlam2Adapter, matches_beyond_the_capacity_are_optimised_with) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 400, true);
+  OrbSlam2 good(100, 300);
+  const std::set<std::size_t> optimised = slots_optimised_with(good, world);
+  EXPECT_EQ(optimised.size(), 200U);
+  EXPECT_EQ(optimised.count(world.frame.mvpMapPoints.size() - 1), 1U);
+  EXPECT_STREQ(good.cost().status, "capacity_exceeded");
+}
+
+TEST(OrbSlam2Adapter, a_match_that_is_not_finite_is_an_outlier_that_never_enters_the_optimiser) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const bool has_error : {false, true}) {
+    for (const std::size_t budget : {100U, 500U}) {
+      World world(random, 400, true);
+      MapPoint* const nowhere = world.new_point(random, {0, 0, 5});
+      nowhere->mWorldPos.at<float>(1) = nan;
+      world.add_slot(nowhere, cv::KeyPoint(), -1);
+      world.add_slot(world.new_point(random, {0, 0, 5}), cv::KeyPoint(), -1);
+      world.frame.mvKeysUn.back().pt.y = nan;
+      const std::size_t size = world.frame.mvpMapPoints.size();
+      OrbSlam2 good(budget);
+      good.use_covariances = true;
+      good.options.time_limit = has_error ? -1 : 0;
+      const std::set<std::size_t> optimised = slots_optimised_with(good, world);
+      EXPECT_EQ(optimised.size(), has_error ? 400U : std::min<std::size_t>(budget, 400));
+      for (const std::size_t slot : {size - 2, size - 1}) {
+        EXPECT_EQ(optimised.count(slot), 0U);
+        EXPECT_TRUE(world.frame.mvbOutlier[slot]);
+      }
+    }
+  }
 }
 
 TEST(OrbSlam2Adapter, matches_come_back_if_the_optimiser_throws) {
@@ -200,7 +257,7 @@ TEST(OrbSlam2Adapter, a_recorded_frame_has_all_matches_as_they_were_before_the_o
     OrbSlam2 good(100);
     good.use_covariances = stereo;
     ASSERT_TRUE(good.record(folder.path().c_str()));
-    const RigidTransform T_cw(world.frame.mTcw.ptr<float>());
+    const RigidTransform T_cw(world.frame.mTcw);
     good.optimize(world.frame, ORB_SLAM2::Optimizer::PoseOptimization);
     const RecordedFrame recorded(folder / "frame_000000.csv");
     EXPECT_EQ(recorded.numbers("Tcw_prior"), std::vector<double>(T_cw.data(), T_cw.data() + 12));

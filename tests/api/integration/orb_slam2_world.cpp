@@ -79,7 +79,7 @@ sim::Match match_of(const ORB_SLAM2::Frame& frame, std::size_t i) {
 }
 
 cv::Mat to_mat(const sim::Pose& T_cw) {
-  cv::Mat mat(4, 4);
+  cv::Mat mat(4, 4, CV_32F);
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) {
       mat.at<float>(row, column) = static_cast<float>(T_cw.matrix()(row, column));
@@ -118,7 +118,7 @@ MapPoint* World::new_point(Random& random, const Eigen::Vector3d& in_camera) {
   MapPoint& point = *points.back();
   point.mnId = points.size();
   point.mnFirstKFid = static_cast<long int>(points.size() / 50) - 1;
-  point.mWorldPos = cv::Mat(3, 1);
+  point.mWorldPos = cv::Mat(3, 1, CV_32F);
   for (int row = 0; row < 3; ++row) point.mWorldPos.at<float>(row) = static_cast<float>(p(row));
   for (const auto& keyframe : keyframes) observe(random, point, *keyframe, keyframe == keyframes[0]);
   return &point;

@@ -4,12 +4,12 @@
 // What the adapter sees of ORB-SLAM3, under its names and with its const and missing const (1.0, 2021). What the
 // functions do is for a test to define.
 
-#include "tests/api/integration/opencv_stand_in.hpp"
 #include "tests/api/integration/sophus_stand_in.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <map>
+#include <opencv2/core/core.hpp>
 #include <tuple>
 #include <utility>
 #include <vector>

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -217,7 +218,7 @@ TEST(VinsFusionAdapter, features_keep_their_places_in_para_feature) {
   EXPECT_EQ(world.estimator.added, expected);
 }
 
-TEST(VinsFusionAdapter, nothing_is_left_out_when_there_is_no_selection) {
+TEST(VinsFusionAdapter, of_few_features_and_after_an_error_none_is_left_out) {
   Random random;
   SCOPED_TRACE(random.name());
   World world(random, 300);
@@ -226,13 +227,42 @@ TEST(VinsFusionAdapter, nothing_is_left_out_when_there_is_no_selection) {
     EXPECT_TRUE(world.left_out(good).empty()) << why;
     EXPECT_EQ(good.cost().status, why);
   };
-  expect_all(VinsFusion(40, 50), "capacity_exceeded");
   expect_all(VinsFusion(400), "all_selected");
   VinsFusion good(100);
   good.ask(world.estimator);
   EXPECT_FALSE(world.left_out(good).empty());
   world.estimator.Rs[WINDOW_SIZE] *= 2;  // no rotation
   expect_all(std::move(good), "invalid_pose");
+}
+
+TEST(VinsFusionAdapter, at_a_deadline_all_but_the_budget_are_left_out_and_beyond_the_capacity_none) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const World world(random, 300);
+  VinsFusion good(100);
+  good.options.time_limit = 1e-9;
+  good.ask(world.estimator);
+  EXPECT_EQ(world.left_out(good).size(), world.candidates().size() - 100);
+  EXPECT_STREQ(good.cost().status, "deadline_reached");
+  good = VinsFusion(40, 50);
+  good.ask(world.estimator);
+  EXPECT_EQ(world.left_out(good).size(), 10U);
+  EXPECT_STREQ(good.cost().status, "capacity_exceeded");
+}
+
+TEST(VinsFusionAdapter, a_feature_that_is_not_finite_stays_in) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 300);
+  VinsFusion good(40);
+  good.ask(world.estimator);
+  const int id = *world.left_out(good).begin();
+  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
+    if (feature.feature_id == id) feature.feature_per_frame[0].point.x() = std::numeric_limits<double>::quiet_NaN();
+  }
+  good.ask(world.estimator);
+  EXPECT_EQ(world.left_out(good).count(id), 0U);
+  EXPECT_EQ(good.cost().selected, 41U);
 }
 
 }  // namespace
