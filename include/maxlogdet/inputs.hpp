@@ -59,16 +59,15 @@ struct PointTraits<
         !HasMemberY<Vector>::value &&
         std::is_arithmetic<typename std::decay<decltype(std::declval<const Vector&>()[0])>::type>::value>::type> {
   /// Copies [0], [1] to `to`.
-  static void read_two(const Vector& v, double* to) { read(v, 2, to); }
+  static void read_two(const Vector& v, double* to) {
+    const bool is_long_enough = entry_count(v, 0) >= 2;
+    to[0] = is_long_enough ? static_cast<double>(v[0]) : std::numeric_limits<double>::quiet_NaN();
+    to[1] = is_long_enough ? static_cast<double>(v[1]) : std::numeric_limits<double>::quiet_NaN();
+  }
   /// Copies [0], [1], [2] to `to`.
-  static void read_three(const Vector& v, double* to) { read(v, 3, to); }
-
- private:
-  static void read(const Vector& v, int count, double* to) {
-    const bool is_long_enough = entry_count(v, 0) >= static_cast<std::size_t>(count);
-    for (int i = 0; i < count; ++i) {
-      to[i] = is_long_enough ? static_cast<double>(v[i]) : std::numeric_limits<double>::quiet_NaN();
-    }
+  static void read_three(const Vector& v, double* to) {
+    read_two(v, to);
+    to[2] = entry_count(v, 0) >= 3 ? static_cast<double>(v[2]) : std::numeric_limits<double>::quiet_NaN();
   }
 };
 

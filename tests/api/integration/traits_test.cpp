@@ -200,8 +200,8 @@ TEST(Traits, opencv_matrices_are_points_if_they_are_a_row_or_a_column_of_the_len
 // As of a point and a pixel in the wrong order.
 TEST(Traits, vectors_that_are_too_short_are_points_that_nothing_selects) {
   EXPECT_TRUE(std::isnan(WorldPoint(Eigen::Vector2d(1, 2)).xyz[2]));
-  EXPECT_TRUE(std::isnan(WorldPoint(Eigen::VectorXf(2)).xyz[0]));
-  EXPECT_TRUE(std::isnan(WorldPoint(std::vector<float>{1, 2}).xyz[0]));
+  EXPECT_TRUE(std::isnan(WorldPoint(Eigen::VectorXf(2)).xyz[2]));
+  EXPECT_TRUE(std::isnan(WorldPoint(std::vector<float>{1, 2}).xyz[2]));
   EXPECT_TRUE(std::isnan(Pixel(std::vector<float>{}).uv[0]));
 }
 
