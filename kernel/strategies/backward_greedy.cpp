@@ -152,6 +152,7 @@ Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily) noex
   const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
   if (kept > 0) removal.list();
   search.remaining = free_count - kept;
+  if (status == Status::deadline_reached) search.filled = kept;
   return status;
 }
 
