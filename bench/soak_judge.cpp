@@ -30,9 +30,13 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
   if (selection.size > options.budget) return "more candidates than the budget";
   if (selection.status == Status::ok && selection.size < options.budget) return "fewer candidates than the budget";
   if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline without a time limit";
-  if (selection.status == Status::all_selected && !options.excluded && !options.groups.ids &&
-      selection.size != request.store->size() - request.store->invalid_count()) {
-    return "not all candidates, with the status all_selected";
+  if (selection.searched > selection.size) return "more were searched than selected";
+  const std::size_t valid = request.store->size() - request.store->invalid_count();
+  if (!options.excluded && !options.groups.ids) {
+    if (selection.status == Status::all_selected && selection.size != valid)
+      return "not all candidates, with the status all_selected";
+    if (selection.status == Status::deadline_reached && selection.size != std::min(options.budget, valid))
+      return "fewer candidates at a deadline";
   }
   if (!std::isfinite(selection.log_det)) return "a log det that is not finite";
   if (options.certificate.compute && !(selection.upper_bound >= selection.log_det))

@@ -30,7 +30,8 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command
-      .add_option("--time-limit-ms", arguments.time_limit_ms, "Terminates a search with what it has by then; 0: none")
+      .add_option("--time-limit-ms", arguments.time_limit_ms,
+                  "Ends a search; the rest of the budget is filled at once. 0: none")
       ->capture_default_str();
   command
       .add_option("--exchange-sweeps", arguments.exchange_sweeps,

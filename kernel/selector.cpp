@@ -3,6 +3,7 @@
 
 #include "kernel/base/limits.hpp"
 #include "kernel/information/certificate.hpp"
+#include "kernel/search/fill.hpp"
 #include "kernel/search/search.hpp"
 #include "kernel/selector_checks.hpp"
 #include "kernel/strategies/exchange.hpp"
@@ -74,6 +75,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining, method.crossover);
   memory_->search.team.run(executor_, selection.threads, [&] {
     status = method.run(search, options, memory_->strategies.of(selection.strategy));
+    if (status == Status::deadline_reached) fill(search, memory_->certificate.traces);
     if (status == Status::ok && options.exchange.sweeps > 0)
       status = exchange(search, options.exchange.sweeps, memory_->exchange);
     if (options.certificate.compute)

@@ -20,7 +20,7 @@ std::string text_of(const Answer& answer) {
 constexpr PlainMembers numbers(&Selection::status, &Selection::log_det, &Selection::evaluations,
                                &Selection::float64_decisions, &Selection::invalid_candidates, &Selection::upper_bound,
                                &Selection::strategy, &Selection::threads, &Selection::efficiency_of_all,
-                               &Selection::translation_sigma, &Selection::rotation_sigma);
+                               &Selection::translation_sigma, &Selection::rotation_sigma, &Selection::searched);
 
 Answer unpickled(const py::tuple& state) {
   check_state(state, 3);
@@ -61,8 +61,11 @@ len() is the number selected; iteration gives their indices.)")
           "(det M / det of the bound)^(1/6); NaN unless certify=True.")
       .def_property_readonly(
           "status", [](const Answer& self) { return to_string(self.selection.status); },
-          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': the answer so far; "
+          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': the budget is filled, see searched; "
           "'target_reached': all targets given are met.")
+      .def_property_readonly("searched", number(&Selection::searched),
+                             "How many of these the search itself selected, the first ones; fewer than len() only at a "
+                             "deadline, where the rest fill the budget.")
       .def_property_readonly(
           "strategy", [](const Answer& self) { return to_string(self.selection.strategy); },
           "The requested one, or what 'automatic' chose.")

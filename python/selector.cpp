@@ -95,7 +95,7 @@ log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionErr
 strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster; 'stochastic_greedy' uses epsilon
   and seed; 'automatic' chooses by the size of the problem.
 prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
-time_limit: s; 0: none. The answer so far is then returned, with the status 'deadline_reached'.
+time_limit: s; 0: none. The rest of the budget is then filled at once, with the status 'deadline_reached'.
 threads: as of Selector(); None: the value given there.
 certify: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
 exchange_sweeps: maximum number of sweeps of swaps after the search; pays for budgets of 20 or less.

@@ -72,8 +72,8 @@ struct Options {
   std::size_t budget = 200;       ///< k, how many to select; all, if there are fewer
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric positive definite, in the units and the frame of
                                   ///< the blocks; nullptr: 1e-5 * I
-  double time_limit = 0;  ///< s, after which the budget is filled by the highest gains last known; it is read between
-                          ///< rounds, and exceeded by one of them and a pass over all. 0: none
+  double time_limit = 0;  ///< s, after which the budget is filled at once; it is read between rounds, and exceeded by
+                          ///< one of them and a pass over all. 0: none
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   int threads = 0;  ///< 1: only the calling one; 0: as many of the selector's executor as pay off; n: at most n, and at
                     ///< most 16; always 1 without an executor. The answer does not depend on it

@@ -33,8 +33,8 @@ struct Selection {
   const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection;
                                   ///< backward_greedy's by index; an exchange puts a candidate where it takes one out
   std::size_t size;               ///< number selected
-  std::size_t searched;           ///< how many of these the search itself selected; fewer than `size` only at a
-                                  ///< deadline, where the rest are those of highest gain last known
+  std::size_t searched;           ///< how many of these the search itself selected, the first ones; fewer than `size`
+                                  ///< only at a deadline, where the rest fill the budget
   const double* gains;            ///< `size` gains: the increase in log det when each is added to those before it, nats
   double log_det;                 ///< log det(prior + sum of selected H^T H), nats
   std::size_t evaluations;        ///< gains computed in float32, and losses in float64; may differ between machines

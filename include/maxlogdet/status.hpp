@@ -9,7 +9,7 @@ enum class Status {
   all_selected,      ///< no more may be selected: all that constraints allow, perhaps none, are in
   target_reached,    ///< every target given is met. Reported also if the budget or the candidates are used up at the
                      ///< same time. With any other status the targets are not met
-  deadline_reached,  ///< the time limit passed: the answer is filled up by the highest gains last known
+  deadline_reached,  ///< the time limit passed: the rest of the answer was filled up at once
   few_candidates,    ///< GoodFeatures: fewer matches than the budget have blocks; others fill it
   error,             ///< Error says why
 };

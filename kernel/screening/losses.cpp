@@ -130,19 +130,4 @@ void Losses::remove(std::size_t lane) noexcept {
   keep_bound(tile);
 }
 
-std::size_t Losses::list_all_but(std::size_t kept, std::uint32_t* candidates) noexcept {
-  std::uint32_t* const lanes = shared_.survivors;
-  std::size_t count = 0;
-  for (std::uint32_t lane = 0; lane < tiles_.lanes(); ++lane) {
-    if (tiles_.remains(lane)) lanes[count++] = lane;
-  }
-  const std::size_t dropped = count - std::min(kept, count);
-  std::nth_element(lanes, lanes + dropped, lanes + count, [this](std::uint32_t a, std::uint32_t b) {
-    const double* const losses = memory_.losses;
-    return losses[a] < losses[b] || (losses[a] == losses[b] && candidate(a) > candidate(b));
-  });
-  for (std::size_t j = 0; j < dropped; ++j) candidates[j] = candidate(lanes[j]);
-  return dropped;
-}
-
 }  // namespace maxlogdet

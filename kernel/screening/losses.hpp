@@ -41,9 +41,6 @@ class Losses {
   /// Removes a candidate.
   void remove(std::size_t lane) noexcept;
 
-  /// Lists all but the `kept` candidates of maximum loss when last evaluated; returns how many.
-  std::size_t list_all_but(std::size_t kept, std::uint32_t* candidates) noexcept;
-
   /// Losses evaluated so far.
   std::size_t evaluations() const noexcept { return evaluations_; }
 

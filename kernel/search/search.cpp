@@ -212,7 +212,8 @@ void Search::report(Status status, Selection& selection) const noexcept {
                                                          : status;
   selection.indices = reported;
   selection.gains = gains;
-  selection.size = selection.searched = selected;
+  selection.size = selected;
+  selection.searched = selected - filled;
   selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
   target.report(factor, selection);
   selection.evaluations = screening.evaluations() + unscreened;

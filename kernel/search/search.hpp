@@ -73,6 +73,7 @@ struct Search {
   bool has_candidates;                ///< whether the store has any, valid or not
   std::size_t remaining = 0;          ///< candidates that may still be selected
   std::size_t selected = 0;           ///< entries of the answer so far
+  std::size_t filled = 0;             ///< of these, how many the deadline kept the search from selecting
   std::size_t float64_decisions = 0;  ///< survivors evaluated in float64
   std::size_t unscreened = 0;         ///< gains and losses that float64 alone evaluated
   std::uint32_t* indices;             ///< the answer, in order of selection

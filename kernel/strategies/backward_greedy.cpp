@@ -26,12 +26,16 @@ class Removal {
 
   // Removes candidates until `kept` remain.
   Status run(std::size_t kept, bool lazily) noexcept {
+    if (search_.deadline.has_passed()) return Status::deadline_reached;
     if (search_.remaining > few) {
       const Status status = remove_many(kept, lazily);
       if (status != Status::ok) return status;
     }
     return search_.remaining > kept ? remove_from_few(kept) : Status::ok;
   }
+
+  // Leaves what is required selected.
+  void undo() noexcept { search_.factor = required_; }
 
   // Makes the remaining candidates the answer, by index.
   void list() noexcept {
@@ -47,10 +51,6 @@ class Removal {
     Losses losses(search_.evaluator, search_.candidates.column_max(), search_.memory.screening, own_.losses);
     losses.start(left_, search_.candidates.size(), search_.factor);
     const Status status = remove_one_by_one(losses, std::max(kept, few), lazily);
-    if (status != Status::ok) {
-      const std::size_t count = losses.list_all_but(kept, own_.dropped.data());
-      for (std::size_t j = 0; j < count; ++j) left_[own_.dropped[j]] = 0;
-    }
     search_.unscreened += losses.evaluations();
     return status;
   }
@@ -87,13 +87,10 @@ class Removal {
     for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
       if (left_[i] != 0) list[count++] = i;
     }
-    bool is_late = false;
     double relative_gains[few];
-    for (bool is_first = true; count > kept; is_first = false) {
-      is_late = is_late || (!is_first && search_.deadline.has_passed());
-      if (!is_late) {  // else by the gains of the last round
-        for (std::size_t j = 0; j < count; ++j) relative_gains[j] = relative_gain_of(list, count, j);
-      }
+    while (count > kept) {
+      if (search_.deadline.has_passed()) return Status::deadline_reached;
+      for (std::size_t j = 0; j < count; ++j) relative_gains[j] = relative_gain_of(list, count, j);
       std::size_t worst = 0;
       for (std::size_t j = 1; j < count; ++j) {
         if (relative_gains[j] <= relative_gains[worst] || is_same(list[j], list[worst])) worst = j;
@@ -102,9 +99,8 @@ class Removal {
       --search_.remaining;
       --count;
       std::copy(list + worst + 1, list + count + 1, list + worst);
-      std::copy(relative_gains + worst + 1, relative_gains + count + 1, relative_gains + worst);
     }
-    return is_late ? Status::deadline_reached : Status::ok;
+    return Status::ok;
   }
 
   // The relative gain of adding the j-th candidate to all others.
@@ -150,9 +146,14 @@ Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily) noex
   const std::size_t free_count = search.remaining;
   Removal removal(search, own);
   const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
+  search.remaining = free_count;
+  if (status != Status::ok) {
+    removal.undo();
+    return status;
+  }
   if (kept > 0) removal.list();
-  search.remaining = free_count - kept;
-  return status;
+  search.remaining -= kept;
+  return Status::ok;
 }
 
 namespace {

@@ -12,17 +12,15 @@
 namespace maxlogdet {
 
 struct BackwardWorkspace : Workspace {
-  explicit BackwardWorkspace(std::size_t capacity)
-      : is_left(capacity), is_counted(capacity), dropped(capacity), losses(capacity) {}
+  explicit BackwardWorkspace(std::size_t capacity) : is_left(capacity), is_counted(capacity), losses(capacity) {}
   std::vector<unsigned char> is_left;     ///< per candidate: whether it has not been removed
   std::vector<unsigned char> is_counted;  ///< per candidate: whether its information is summed
-  std::vector<std::uint32_t> dropped;     ///< candidates removed together at the deadline
   LossesMemory losses;
 };
 
 /// Backward elimination: starts from all candidates and removes the one of minimum loss, -log det(I - Y Y^T), until the
 /// budget remains; ties go to the highest index. The answer is listed by index. `lazily`: without evaluating candidates
-/// that cannot have the minimum loss; the same answer. At the deadline the candidates of maximum known loss are kept.
+/// that cannot have the minimum loss; the same answer. At the deadline it leaves all to fill().
 Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily = true) noexcept;
 
 }  // namespace maxlogdet

@@ -10,8 +10,9 @@ import pytest
 
 import maxlogdet
 
-SELECTION_NUMBERS = ["status", "strategy", "log_det", "upper_bound", "efficiency", "evaluations", "float64_decisions",
-                     "invalid_candidates", "threads", "efficiency_of_all", "translation_sigma", "rotation_sigma"]
+SELECTION_NUMBERS = ["status", "searched", "strategy", "log_det", "upper_bound", "efficiency", "evaluations",
+                     "float64_decisions", "invalid_candidates", "threads", "efficiency_of_all", "translation_sigma",
+                     "rotation_sigma"]
 WAYS = [copy.copy, copy.deepcopy] + [
     lambda it, protocol=protocol: pickle.loads(pickle.dumps(it, protocol)) for protocol in range(2, 6)]
 

@@ -164,6 +164,7 @@ inline void expect_same(const maxlogdet_selection& in_c, const Selection& in_cpp
   EXPECT_TRUE(same_value(in_c.efficiency, in_cpp.efficiency));
   EXPECT_TRUE(same_value(in_c.translation_sigma, in_cpp.translation_sigma));
   EXPECT_TRUE(same_value(in_c.rotation_sigma, in_cpp.rotation_sigma));
+  EXPECT_EQ(in_c.searched, in_cpp.searched);
   EXPECT_EQ(in_c.evaluations, in_cpp.evaluations);
   EXPECT_EQ(in_c.float64_decisions, in_cpp.float64_decisions);
   EXPECT_EQ(in_c.invalid_candidates, in_cpp.invalid_candidates);

@@ -60,6 +60,7 @@ static void check_time_limits(maxlogdet_selector* selector, const maxlogdet_bloc
   options.time_limit = 1e-9;
   const maxlogdet_selection* answer = maxlogdet_selector_select(selector, blocks, &options);
   CHECK(answer->status == MAXLOGDET_STATUS_DEADLINE_REACHED && maxlogdet_selection_has_answer(answer) == 1);
+  CHECK(answer->size == options.budget && answer->searched == 0);
   options.time_limit = (double)NAN;
   answer = maxlogdet_selector_select(selector, blocks, &options);
   CHECK(answer->error == MAXLOGDET_ERROR_INVALID_TIME_LIMIT && maxlogdet_selection_has_answer(answer) == 0);

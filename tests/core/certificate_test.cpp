@@ -291,6 +291,7 @@ TEST(Certificate, holds_for_the_whole_budget_when_the_deadline_cuts_an_answer_sh
   options.time_limit = 1e-9;
   const Selection cut = selector.select(blocks, options);
   EXPECT_EQ(cut.status, Status::deadline_reached);
+  EXPECT_EQ(cut.size, 100U);
   EXPECT_GE(cut.upper_bound, whole);
 }
 

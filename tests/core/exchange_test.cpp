@@ -237,7 +237,8 @@ TEST(Exchange, stops_at_the_deadline_with_a_valid_answer_that_is_not_worse) {
     const Selection selection = selector.select(blocks, options);
     ASSERT_TRUE(selection.has_answer());
     was_cut = was_cut || selection.status == Status::deadline_reached;
-    if (selection.size == 60) {
+    EXPECT_EQ(selection.size, 60U);
+    if (selection.searched == 60) {
       EXPECT_GE(selection.log_det, before);
     }
     expect_distinct_and_consistent(blocks, selection);

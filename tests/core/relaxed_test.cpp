@@ -185,6 +185,7 @@ TEST(Relaxed, has_an_answer_whenever_it_is_interrupted) {
     options.time_limit = limit;
     const Selection selection = selector.select(blocks, options);
     expect_sound(blocks, selection, options);
+    EXPECT_EQ(selection.size, 100U);
     EXPECT_LE(selection.log_det, whole + 0.1);
     EXPECT_NEAR(selection.log_det, static_cast<double>(log_det_of(blocks, indices_of(selection))), 1e-8);
   }

@@ -222,7 +222,9 @@ TEST(Target, is_looked_at_before_the_deadline) {
   options.target.rotation_sigma = 1.8;
   EXPECT_EQ(selector.select(axes.blocks, options).status, Status::target_reached) << "there is nothing to do";
   options.target.rotation_sigma = 0.1;
-  EXPECT_EQ(selector.select(axes.blocks, options).status, Status::deadline_reached);
+  const Selection late = selector.select(axes.blocks, options);
+  EXPECT_EQ(late.status, Status::deadline_reached);
+  EXPECT_EQ(late.size, 100U);
 }
 
 }  // namespace

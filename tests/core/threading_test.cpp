@@ -248,7 +248,7 @@ TEST(Threads, a_negative_number_is_refused) {
   EXPECT_EQ(selector.select(blocks, options).error, Error::invalid_threads);
 }
 
-TEST(Threads, a_deadline_still_gives_a_prefix) {
+TEST(Threads, a_deadline_still_gives_a_prefix_and_fills_the_budget) {
   PoolExecutor pool(1);
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
   Selector selector(20000, &pool);
@@ -259,8 +259,9 @@ TEST(Threads, a_deadline_still_gives_a_prefix) {
   for (const double limit : {1e-9, 1e-4, 5e-4, 1e-3}) {
     options.time_limit = limit;
     const Selection selection = selector.select(blocks, options);
-    EXPECT_TRUE(std::equal(selection.begin(), selection.end(), full.begin()));
-    EXPECT_EQ(selection.status, selection.size < full.size() ? Status::deadline_reached : Status::ok);
+    ASSERT_EQ(selection.size, full.size());
+    EXPECT_TRUE(std::equal(selection.begin(), selection.begin() + selection.searched, full.begin()));
+    EXPECT_EQ(selection.status, selection.searched < full.size() ? Status::deadline_reached : Status::ok);
   }
 }
 

@@ -21,6 +21,7 @@ struct Answer {
         error(selection.error),
         strategy(selection.strategy),
         indices(selection.begin(), selection.end()),
+        searched(selection.searched),
         gains(selection.gains, selection.gains + selection.size),
         log_det(selection.log_det),
         upper_bound(selection.upper_bound),
@@ -32,6 +33,7 @@ struct Answer {
   Error error = Error::none;
   Strategy strategy = Strategy::greedy;
   std::vector<std::uint32_t> indices;
+  std::size_t searched = 0;
   std::vector<double> gains;
   double log_det = 0;
   double upper_bound = 0;

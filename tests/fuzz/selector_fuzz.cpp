@@ -64,8 +64,10 @@ void check_size(const BlockStore& blocks, const Options& options, const Answer& 
   const Rules rules(blocks, options);
   bool is_more = false;
   for (std::size_t i = 0; i < blocks.size() && !is_more; ++i) is_more = rules.may_add(i, answer.indices);
-  if (answer.status == Status::deadline_reached) return;
   require(answer.indices.size() == options.budget || !is_more, "as many are selected as may be", answer.indices.size());
+  require(answer.searched <= answer.indices.size(), "what was searched is selected", answer.searched);
+  if (answer.status == Status::deadline_reached) return;
+  require(answer.searched == answer.indices.size(), "only a deadline ends a search", answer.searched);
   const bool says_all = blocks.size() > 0 && options.budget > 0 && !is_more;
   require(answer.status == (says_all ? Status::all_selected : Status::ok), "all_selected says that no more may be",
           to_string(answer.status));
@@ -217,9 +219,10 @@ void check_deadline(const Options& options, const Answer& timed, const Answer& f
   const bool selects_one_by_one =
       is_greedy(options) || (options.strategy == Strategy::stochastic_greedy && options.exchange.sweeps == 0);
   if (!selects_one_by_one) return;
-  require(timed.indices.size() <= full.indices.size() &&
-              std::equal(timed.indices.begin(), timed.indices.end(), full.indices.begin()),
-          "what a deadline leaves is a prefix of the full answer", timed.indices.size());
+  require(timed.indices.size() == full.indices.size(), "a deadline leaves as many", timed.indices.size());
+  require(std::equal(full.indices.begin(), full.indices.begin() + static_cast<std::ptrdiff_t>(timed.searched),
+                     timed.indices.begin()),
+          "what was searched is a prefix of the full answer", timed.searched);
 }
 
 void check_instruction_sets(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& expected) {
