@@ -13,8 +13,12 @@
 #include <vector>
 
 #include "budget_in_accuracy.inc"
+#include "match_actively.inc"
 #include "match_in_batches.inc"
+#include "more_options.inc"
+#include "own_jacobians.inc"
 #include "own_tracker.inc"
+#include "own_types.inc"
 #include "per_thread.inc"
 #include "priors.inc"
 #include "record.inc"

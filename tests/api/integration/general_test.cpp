@@ -104,8 +104,8 @@ struct OwnTracker {
       for (int d = 0; d < 3; ++d) match.point[d] = static_cast<float>(p_w(d));
       match.sigma = static_cast<float>(1 + i % 3);
       const double u = camera.fx * p_c.x() / p_c.z() + camera.cx;
-      match.u = static_cast<float>(u + (i % 7 == 0 ? 10 * match.sigma : 0));
-      match.v = static_cast<float>(camera.fy * p_c.y() / p_c.z() + camera.cy);
+      match.pixel[0] = static_cast<float>(u + (i % 7 == 0 ? 10 * match.sigma : 0));
+      match.pixel[1] = static_cast<float>(camera.fy * p_c.y() / p_c.z() + camera.cy);
       match.u_right = i % 3 == 0 ? static_cast<float>(u - camera.bf / p_c.z()) : -1;
       match.is_outlier = random.chance(0.5);
       matches.push_back(match);
@@ -121,18 +121,16 @@ TEST(OwnTrackerGuide, the_selected_are_optimised_with_and_the_others_judged_at_t
   SCOPED_TRACE(random.name());
   OwnTracker tracker(random, 400);
   const std::vector<TrackedMatch> before = tracker.matches;
-  const auto guess = sim::to_rows(Pose(sim::exp_se3((Vector6() << 0.2, 0.2, 0, 0, 0.1, 0).finished()) * tracker.T_cw));
-  std::vector<std::size_t> optimised;
+  const Pose guess = sim::exp_se3((Vector6() << 0.2, 0.2, 0, 0, 0.1, 0).finished()) * tracker.T_cw;
+  std::set<std::size_t> selected;
   GoodFeatures good(1000);
-  const auto optimize = [&](const std::vector<std::size_t>& selected) {
-    optimised = selected;
-    return RigidTransform(sim::to_rows(tracker.T_cw).data());
-  };
-  track(good, tracker.camera, guess.data(), tracker.matches, optimize);
-  EXPECT_EQ(optimised.size(), 200U);
-  const std::set<std::size_t> selected(optimised.begin(), optimised.end());
+  track(good, tracker.camera, guess, tracker.matches, [&](const Selection& selection) {
+    selected.insert(selection.begin(), selection.end());
+    return RigidTransform(tracker.T_cw);
+  });
+  EXPECT_EQ(selected.size(), 200U);
   for (std::size_t i = 0; i < 400; ++i) {
-    EXPECT_EQ(tracker.matches[i].is_outlier, selected.count(i) > 0 ? before[i].is_outlier : i % 7 == 0) << i;
+    EXPECT_EQ(tracker.matches[i].is_outlier, before[i].is_outlier || (selected.count(i) == 0 && i % 7 == 0)) << i;
   }
 }
 
@@ -140,26 +138,21 @@ TEST(OwnTrackerGuide, all_are_optimised_with_when_there_is_no_selection) {
   Random random;
   SCOPED_TRACE(random.name());
   OwnTracker tracker(random, 400);
-  const double no_pose[12] = {};
   std::size_t optimised = 0;
   GoodFeatures good(1000);
-  track(good, tracker.camera, no_pose, tracker.matches, [&](const std::vector<std::size_t>& selected) {
-    optimised = selected.size();
-    return RigidTransform(no_pose);
+  track(good, tracker.camera, nullptr, tracker.matches, [&](const Selection& selection) {
+    optimised = selection.size;
+    return RigidTransform(nullptr);
   });
   EXPECT_EQ(optimised, 400U);
   EXPECT_STREQ(good.reason(), "invalid_pose");
 }
 
 void gather(const sim::Frame& frame, GoodFeatures& good) {
-  good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), DepthCue::stereo);
+  good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()));
   for (const sim::Match& m : frame.matches) {
-    FeatureMatch match;
-    std::copy(std::begin(m.point), std::end(m.point), match.point);
-    match.measured[0] = m.u;
-    match.measured[1] = m.v;
-    if (m.is_stereo()) match.depth_cue = m.u_right;
-    match.sigma = 1 / std::sqrt(m.inv_sigma2);
+    FeatureMatch match(m.point, Eigen::Vector2d(m.u, m.v), 1 / std::sqrt(m.inv_sigma2));
+    match.u_right = m.u_right;
     good.add(match);
   }
 }
@@ -168,9 +161,9 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
   const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
   GoodFeatures good(1000);
   gather(frame, good);
-  ASSERT_EQ(good.select(with_budget(100)), Status::ok);
-  EXPECT_GT(good.share_of_all(), 0.2);
-  EXPECT_LT(good.share_of_all(), 0.34);
+  ASSERT_EQ(good.select(100).status, Status::ok);
+  EXPECT_GT(good.efficiency(), 0.2);
+  EXPECT_LT(good.efficiency(), 0.34);
 }
 
 TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_needs) {
@@ -178,15 +171,13 @@ TEST(BudgetGuide, a_budget_in_accuracy_takes_as_many_matches_as_the_accuracy_nee
   GoodFeatures good(1000);
   gather(frame, good);
   Options options = budget_in_accuracy();
-  ASSERT_EQ(good.select(options), Status::ok);
-  ASSERT_TRUE(good.is_target_reached());
-  const std::size_t needed = good.selected_count();
+  ASSERT_EQ(good.select(options).status, Status::target_reached);
+  const std::size_t needed = good.selection().size;
   EXPECT_LT(needed, options.budget);
-  EXPECT_GE(good.share_of_all(), 0.7 - 1e-9);
+  EXPECT_GE(good.efficiency(), 0.7 - 1e-9);
   options.budget = needed - 1;
   gather(frame, good);
-  ASSERT_EQ(good.select(options), Status::ok);
-  EXPECT_FALSE(good.is_target_reached());
+  ASSERT_EQ(good.select(options).status, Status::ok);
 }
 
 // GoodFeatures and a Selector select the same, and no two matches of a cell.
@@ -198,8 +189,8 @@ TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_one_match) {
   std::vector<double> uv;
   for (const sim::Match& match : frame.matches) uv.insert(uv.end(), {match.u, match.v});
   Options options = with_budget(100);
-  ASSERT_EQ(good.select(options), Status::ok);
-  EXPECT_EQ(good.selected_count(), 100U);
+  ASSERT_EQ(good.select(options).status, Status::ok);
+  EXPECT_EQ(good.selection().size, 100U);
 
   ImageCells cells(1000);
   spread_over_image(cells, uv, options);
@@ -240,15 +231,14 @@ StereoMap random_stereo_map(Random& random, std::size_t n) {
 double log_det_of_selected(const StereoMap& map, bool with_covariances) {
   GoodFeatures good(map.points.size());
   good.block_options.weighting = with_covariances ? Weighting::measurement : Weighting::map_bias;
-  good.start(map.camera, RigidTransform::identity(), DepthCue::stereo);
+  good.start(map.camera, RigidTransform::identity());
   for (std::size_t i = 0; i < map.points.size(); ++i) {
-    FeatureMatch match;
-    std::copy_n(map.points[i].data(), 3, match.point);
-    match.depth_cue = 0;  // which rows there are; their values change no block
+    FeatureMatch match(map.points[i]);
+    match.u_right = 0;  // which rows there are; their values change no block
     if (with_covariances) match.covariance = map.covariances[i].data();
     good.add(match);
   }
-  EXPECT_EQ(good.select(with_budget(50)), Status::ok);
+  EXPECT_EQ(good.select(50).status, Status::ok);
   Matrix6 information = Matrix6::Zero();
   for (std::size_t i = 0; i < map.points.size(); ++i) {
     if (!good.is_selected(i)) continue;
@@ -278,11 +268,9 @@ TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
                           2,
                           Eigen::Map<const Eigen::Matrix3d>(covariance)};
   GoodFeatures good(1);
-  good.start(camera, RigidTransform::identity(), DepthCue::stereo);
-  FeatureMatch match;
-  std::copy_n(seen.p_c.data(), 3, match.point);
-  match.depth_cue = 0;
-  match.sigma = 2;
+  good.start(camera, RigidTransform::identity());
+  FeatureMatch match(seen.p_c, 2);
+  match.u_right = 0;
   match.covariance = covariance;
   good.add(match);
   Eigen::Matrix<double, 3, 6> H = Derivatives(seen).H_x;
@@ -307,7 +295,7 @@ TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
   ActiveSelection active(300);
   Options options;
   options.budget = 50;
-  ASSERT_EQ(active.start(blocks, options), Status::ok);
+  ASSERT_EQ(active.start(blocks, options), Error::none);
   std::vector<std::uint32_t> tried, found;
   match_in_batches(active, [&](const std::uint32_t* indices, std::size_t count, unsigned char* was_found) {
     for (std::size_t j = 0; j < count; ++j) {
@@ -322,6 +310,72 @@ TEST(ActiveGuide, batches_are_answered_until_enough_are_found) {
   EXPECT_EQ(std::vector<std::uint32_t>(selection.begin(), selection.end()), found);
 }
 
+TEST(ActiveGuide, points_are_tried_until_enough_are_found_and_judged_by_what_was_measured) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const Camera camera(458, 457, 367, 248);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 300; ++i) points.push_back(random_point_in_camera(random));
+  std::vector<std::uint32_t> found;
+  std::set<std::size_t> tried;
+  GoodFeatures good(300);
+  const auto find = [&](std::size_t i, double* pixel) {
+    EXPECT_TRUE(tried.insert(i).second) << "tried twice";
+    if (random.chance(0.4) || !project(camera, points[i].data(), pixel)) return false;
+    pixel[0] += found.size() % 3 == 0 ? 50 : 0;
+    found.push_back(static_cast<std::uint32_t>(i));
+    return true;
+  };
+  const Selection matched = match_actively(good, camera, RigidTransform::identity(), points, find);
+  EXPECT_EQ(matched.status, Status::ok);
+  EXPECT_EQ(std::vector<std::uint32_t>(matched.begin(), matched.end()), found);
+  EXPECT_EQ(found.size(), 100U);
+  EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), 0U) << "all that are matched are selected";
+  const Selection selected = good.select(20);
+  ASSERT_EQ(selected.size, 20U);
+  for (const std::uint32_t i : selected) EXPECT_EQ(std::count(found.begin(), found.end(), i), 1);
+  std::size_t wrong = 0;
+  for (std::size_t j = 0; j < found.size(); ++j) wrong += j % 3 == 0 && !good.is_selected(found[j]) ? 1 : 0;
+  EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), wrong);
+  EXPECT_EQ(good.select(1000).status, Status::all_selected);
+  EXPECT_EQ(good.selection().size, 100U) << "what was not matched is not selected";
+}
+
+TEST(OwnTrackerGuide, more_options_and_own_types) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  const OwnPose identity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  GoodFeatures good(400);
+  good.start(Camera(458, 457, 367, 248), identity);
+  std::vector<unsigned char> excluded(400, 0);
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    good.add(random_point_in_camera(random));
+    excluded[i] = i % 4 == 0 ? 1 : 0;
+    cells.push_back(i % 48);
+  }
+  const Selection selection = select_more(good, excluded, cells);
+  EXPECT_TRUE(selection.has_answer());
+  std::vector<int> of_cell(48);
+  for (const std::uint32_t i : selection) {
+    EXPECT_NE(i % 4, 0U);
+    EXPECT_LE(++of_cell[i % 48], 2);
+  }
+  if (selection.status == Status::deadline_reached) return;
+  EXPECT_GT(selection.certified_efficiency(), 0.9);
+  EXPECT_EQ(selection.size, 72U) << "36 cells are not excluded";
+}
+
+TEST(OwnTrackerGuide, own_jacobians) {
+  Random random;
+  SCOPED_TRACE(random.name());
+  std::vector<Eigen::Matrix<double, 2, 6>> jacobians;
+  for (int i = 0; i < 300; ++i) jacobians.emplace_back(Eigen::Matrix<double, 2, 6>(random_block(random, 2, 1)));
+  BlockStore blocks(300);
+  Selector selector(300);
+  EXPECT_EQ(select_rows(jacobians, blocks, selector).size, 100U);
+}
+
 TEST(RecordGuide, frames_are_written_into_the_folder) {
   const TemporaryFolder folder;
   const std::filesystem::path before = std::filesystem::current_path();
@@ -329,7 +383,7 @@ TEST(RecordGuide, frames_are_written_into_the_folder) {
   GoodFeatures good(1000);
   EXPECT_TRUE(record_frames(good));
   gather(make_scene(sim::Scene::euroc_like, 300, Random().seed()), good);
-  EXPECT_EQ(good.select(Options()), Status::ok);
+  EXPECT_EQ(good.select(Options()).status, Status::ok);
   std::filesystem::current_path(before);
   EXPECT_EQ(RecordedFrame(folder / "frames/frame_000000.csv").rows.size(), 300U);
 }
