@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <new>
 
 namespace maxlogdet {
 namespace {
@@ -33,6 +35,7 @@ bool are_usable(const FeatureMatch& match) noexcept {
 }  // namespace
 
 FrameMatches::FrameMatches(std::size_t capacity) : capacity_(capacity) {
+  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
   ids.reserve(capacity);
   points.reserve(3 * capacity);
   measured.reserve(3 * capacity);

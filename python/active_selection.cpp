@@ -31,8 +31,7 @@ class OwnActiveSelection {
     Lease lease(store_of(blocks));  // before converting arguments, which may run Python code that changes the store
     SelectOptions asked(SelectionKind::active, lease.blocks().size(), budget, keywords);
     if (lease_) throw std::runtime_error("another thread started this ActiveSelection meanwhile");
-    const Status status = active_.start(lease.blocks(), asked.options);
-    if (status != Status::ok) throw StatusError(status);
+    check(active_.start(lease.blocks(), asked.options));
     asked_.emplace(std::move(asked));
     lease_.emplace(std::move(lease));
   }
@@ -78,14 +77,14 @@ class OwnActiveSelection {
 
   void answer(const py::object& matched) {
     if (matched.is_none()) throw py::type_error("matched: expected an array of bools, got None");
-    if (unanswered_ == 0) throw StatusError(Status::nothing_proposed);
+    if (unanswered_ == 0) throw SelectionError(Error::nothing_proposed);
     const Array<bool> flags = optional_mask(matched, "matched", unanswered_);
     give([&] { return active_.answer(data_or_null(flags), static_cast<std::size_t>(flags.size())); });
     unanswered_ = 0;
   }
 
   Answer selection() const {
-    if (!lease_) throw StatusError(Status::nothing_proposed);
+    if (!lease_) throw SelectionError(Error::nothing_proposed);
     return answer_of(active_.selection());
   }
 
@@ -113,9 +112,8 @@ class OwnActiveSelection {
 
   template <class Give>
   void give(const Give& give_answer) {
-    if (!lease_) throw StatusError(Status::nothing_proposed);
-    const Status status = give_answer();
-    if (status != Status::ok) throw StatusError(status);
+    if (!lease_) throw SelectionError(Error::nothing_proposed);
+    check(give_answer());
   }
 
   ActiveSelection active_;
@@ -142,7 +140,7 @@ From start() to stop() the store cannot change; the next start(), the end of `wi
       .def(py::init<const py::object&>(), py::arg("capacity"))
       .def(
           "start", &OwnActiveSelection::start, py::arg("blocks"), py::arg("budget") = 200,
-          R"(start(self, blocks, budget=200, *, strategy='lazy_greedy', prior=None, time_limit=0.0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          R"(start(self, blocks, budget=200, *, prior=None, time_limit=0.0, strategy='lazy_greedy', required=None, excluded=None, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, groups=None, group_maximum=1, group_maxima=None)
 --
 
 Starts a new selection, with the arguments of Selector.select(); the time limit includes the matching, groups count

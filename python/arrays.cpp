@@ -48,10 +48,6 @@ Array<T> converted(const py::array& array, const char* name) {
   return result;
 }
 
-bool is_bool(const py::handle& object) {
-  return py::isinstance<py::bool_>(object) || py::isinstance(object, py::dtype::of<bool>().attr("type"));
-}
-
 // Refuses bools, which Python takes for 0 and 1.
 py::int_ integer_from(const py::handle& object, const char* name) {
   auto integer = py::reinterpret_steal<py::int_>(is_bool(object) ? nullptr : PyNumber_Index(object.ptr()));
@@ -63,6 +59,10 @@ py::int_ integer_from(const py::handle& object, const char* name) {
 }
 
 }  // namespace
+
+bool is_bool(const py::handle& object) {
+  return py::isinstance<py::bool_>(object) || py::isinstance(object, py::dtype::of<bool>().attr("type"));
+}
 
 Array<double> real_array(const py::handle& object, const char* name, const Shape& shape) {
   return converted<double>(array_of(object, name, "fiu", "floats", shape), name);
@@ -113,15 +113,32 @@ Array<bool> optional_mask(const py::handle& object, const char* name, std::size_
   return converted<bool>(array_of(object, name, "b", entries, {static_cast<py::ssize_t>(n)}), name);
 }
 
-std::vector<std::uint32_t> small_integers(const py::handle& object, const char* name, const Shape& shape) {
+namespace {
+
+template <class T>
+constexpr const char* range_of = nullptr;
+template <>
+constexpr const char* range_of<std::uint8_t> = "[0, 256)";
+template <>
+constexpr const char* range_of<std::uint32_t> = "[0, 2^32)";
+template <>
+constexpr const char* range_of<std::int64_t> = "[-2^63, 2^63)";
+
+}  // namespace
+
+template <class T>
+std::vector<T> integers(const py::handle& object, const char* name, const Shape& shape) {
   const py::array array = array_of(object, name, "iu", "integers", shape);
   if (array.size() == 0) return {};
-  const bool is_small = py::int_(array.attr("min")()) >= py::int_(0) &&
-                        py::int_(array.attr("max")()) <= py::int_(std::numeric_limits<std::uint32_t>::max());
-  if (!is_small) throw py::value_error(std::string(name) + ": expected integers in [0, 2^32)");
-  const Array<std::uint32_t> small = converted<std::uint32_t>(array, name);
-  return {small.data(), small.data() + small.size()};
+  const bool fit = py::int_(array.attr("min")()) >= py::int_(std::numeric_limits<T>::min()) &&
+                   py::int_(array.attr("max")()) <= py::int_(std::numeric_limits<T>::max());
+  if (!fit) throw py::value_error(std::string(name) + ": expected integers in " + range_of<T>);
+  const Array<T> entries = converted<T>(array, name);
+  return {entries.data(), entries.data() + entries.size()};
 }
+template std::vector<std::uint8_t> integers(const py::handle&, const char*, const Shape&);
+template std::vector<std::uint32_t> integers(const py::handle&, const char*, const Shape&);
+template std::vector<std::int64_t> integers(const py::handle&, const char*, const Shape&);
 
 const double* data_or_null(const Array<double>& array) { return array.size() == 0 ? nullptr : array.data(); }
 
@@ -147,6 +164,16 @@ int int_from(const py::handle& object, const char* name) {
   constexpr long long highest = std::numeric_limits<int>::max();
   if (overflow != 0) return static_cast<int>(overflow < 0 ? lowest : highest);
   return static_cast<int>(std::clamp(value, lowest, highest));
+}
+
+bool bool_from(const py::handle& object, const char* name) {
+  if (!is_bool(object)) throw py::type_error(std::string(name) + ": expected True or False");
+  return object.cast<bool>();
+}
+
+std::string string_from(const py::handle& object, const char* name) {
+  if (!py::isinstance<py::str>(object)) throw py::type_error(std::string(name) + ": expected a string");
+  return object.cast<std::string>();
 }
 
 double number_from(const py::handle& object, const char* name) {

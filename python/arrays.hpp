@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace maxlogdet::python {
@@ -37,8 +38,9 @@ py::array point_array(const py::handle& object, const char* name);
 Points points_of(const py::array& points);
 /// n bools; empty for None. Integers are refused: NumPy would read them as indices, the library as flags.
 Array<bool> optional_mask(const py::handle& object, const char* name, std::size_t n);
-/// Integers in [0, 2^32).
-std::vector<std::uint32_t> small_integers(const py::handle& object, const char* name, const Shape& shape);
+/// Integers that the type holds: std::uint8_t, std::uint32_t or std::int64_t.
+template <class T>
+std::vector<T> integers(const py::handle& object, const char* name, const Shape& shape);
 
 /// The entries themselves; null if there are none.
 const double* data_or_null(const Array<double>& array);
@@ -48,10 +50,16 @@ const T* data_or_null(const std::vector<T>& entries) {
   return entries.empty() ? nullptr : entries.data();
 }
 
+/// Whether it is a bool of Python or NumPy.
+bool is_bool(const py::handle& object);
 /// A Python or NumPy integer that is not negative. No integer is a bool.
 std::size_t count_from(const py::handle& object, const char* name);
 /// An integer, clamped to the range of int.
 int int_from(const py::handle& object, const char* name);
+/// True or False.
+bool bool_from(const py::handle& object, const char* name);
+/// A string.
+std::string string_from(const py::handle& object, const char* name);
 /// A Python or NumPy number.
 double number_from(const py::handle& object, const char* name);
 

@@ -18,5 +18,6 @@ void bind_match_weights(py::module_& module);
 void bind_selection(py::module_& module);
 void bind_selector(py::module_& module);
 void bind_active_selection(py::module_& module);
+void bind_good_features(py::module_& module);
 
 }  // namespace maxlogdet::python

@@ -148,26 +148,28 @@ bool is_camera(const py::handle& object) {
 
 }  // namespace
 
-RigidTransform pose_of(const py::handle& T, const char* name) {
+RigidTransform pose_of(const py::handle& T, const char* name, WrongPose wrong) {
   const Array<double> pose = real_array(T, name, {});
   if (pose.ndim() != 2 || pose.shape(1) != 4 || (pose.shape(0) != 3 && pose.shape(0) != 4)) {
     throw py::value_error(std::string(name) + ": expected shape (3, 4) or (4, 4), got " +
                           std::string(py::str(pose.attr("shape"))));
   }
   const double* const entries = pose.data();
-  if (!std::all_of(entries, entries + pose.size(), [](double entry) { return std::isfinite(entry); })) {
-    throw StatusError(BlockStatus::invalid_pose,
-                      std::string(name) + " is not finite: expected numbers, no NaN or infinity");
-  }
   const double last_row[] = {0, 0, 0, 1};
-  if (pose.shape(0) == 4 && !std::equal(last_row, last_row + 4, entries + 12)) {
+  const bool has_last_row = pose.shape(0) == 3 || std::equal(last_row, last_row + 4, entries + 12);
+  if (wrong == WrongPose::passes) return RigidTransform::row_major(has_last_row ? entries : nullptr);
+  if (!std::all_of(entries, entries + pose.size(), [](double entry) { return std::isfinite(entry); })) {
+    throw SelectionError(Error::invalid_pose,
+                         std::string(name) + " is not finite: expected numbers, no NaN or infinity");
+  }
+  if (!has_last_row) {
     throw py::value_error(std::string(name) + ": expected the last row 0, 0, 0, 1, got " +
                           std::string(py::str(pose[py::int_(3)])) + "; is it transposed?");
   }
-  return entries;
+  return RigidTransform::row_major(entries);
 }
 
-Cameras cameras_of(const py::object& camera) {
+Cameras cameras_of(const py::object& camera, WrongPose wrong) {
   if (is_camera(camera)) {
     return {{RigCamera{camera.cast<Camera>(), RigidTransform::identity()}}, false};
   }
@@ -180,7 +182,7 @@ Cameras cameras_of(const py::object& camera) {
     if (!is_pair || !is_camera(pair[0])) {
       throw py::type_error(expected);
     }
-    cameras.all.emplace_back(pair[0].cast<Camera>(), pose_of(pair[1], "T_cb"));
+    cameras.all.emplace_back(pair[0].cast<Camera>(), pose_of(pair[1], "T_cb", wrong));
   }
   return cameras;
 }

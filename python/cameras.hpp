@@ -16,11 +16,14 @@ struct Cameras {
   bool is_rig;
 };
 
+/// What becomes of a pose of the right shape that cannot be one: an exception, or a transform that the library refuses.
+enum class WrongPose { raises, passes };
+
 /// Throws TypeError unless it is one of these.
-Cameras cameras_of(const py::object& camera);
+Cameras cameras_of(const py::object& camera, WrongPose wrong = WrongPose::raises);
 
 /// A pose as 3 x 4, or as 4 x 4 with the last row 0, 0, 0, 1: nothing else reveals a transposed one. Throws ValueError,
-/// and StatusError if it is not finite; whether it is a rotation is left to the library.
-RigidTransform pose_of(const py::handle& T, const char* name);
+/// and SelectionError if it is not finite; whether it is a rotation is left to the library.
+RigidTransform pose_of(const py::handle& T, const char* name, WrongPose wrong = WrongPose::raises);
 
 }  // namespace maxlogdet::python

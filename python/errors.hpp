@@ -1,25 +1,29 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/jacobian.hpp>
-#include <maxlogdet/selection.hpp>
+#include <maxlogdet/status.hpp>
 
 #include <stdexcept>
 #include <string>
 
 namespace maxlogdet::python {
 
-/// A status without an answer; in Python it is a SelectionError whose attribute is the name of the status.
-class StatusError : public std::runtime_error {
+/// The library refused a request; in Python a maxlogdet.SelectionError.
+class SelectionError : public std::runtime_error {
  public:
-  explicit StatusError(Status status);
-  explicit StatusError(BlockStatus status);
-  StatusError(BlockStatus status, const std::string& explanation);
-  const char* status() const noexcept { return status_; }
+  explicit SelectionError(Error error) : SelectionError(error, explain(error)) {}
+  /// Says more than explain(error).
+  SelectionError(Error error, const std::string& explanation)
+      : std::runtime_error(to_string(error) + (": " + explanation)), error_(error) {}
+  Error error() const noexcept { return error_; }
 
  private:
-  StatusError(const char* status, const std::string& explanation);
-  const char* status_;
+  Error error_;
 };
+
+/// Throws it unless the error is `none`.
+inline void check(Error error) {
+  if (error != Error::none) throw SelectionError(error);
+}
 
 }  // namespace maxlogdet::python

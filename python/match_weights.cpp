@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <maxlogdet/match_information.hpp>
+#include "python/match_weights.hpp"
 
 #include "python/matches.hpp"
+
+#include <maxlogdet/match_information.hpp>
 
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -20,31 +23,21 @@ void check(const Cameras& cameras, const RigidTransform& pose, const Matches& ma
   append(cameras, pose, matches, options, blocks);
 }
 
-// Writes the weight of a match, which has `rows` rows, as r x r: zero in a third row that it lacks, NaN if it has no
-// weight.
-template <class Write>
-void write_weight(const Write& write, std::size_t rows, std::size_t r, double* to) {
-  double entries[9];
-  const bool is_there = write(entries);
-  std::fill_n(to, r * r, is_there ? 0 : std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t a = 0; is_there && a < rows; ++a) std::copy_n(entries + rows * a, rows, to + r * a);
-}
-
 template <bool is_whitening>
 py::array_t<double> weights_of(const py::object& camera, const py::object& T_cw, const py::object& points,
-                               const py::object& sigmas, const py::object& has_third, const py::object& map_covariances,
-                               const py::object& jacobians, const py::object& camera_ids,
-                               const std::optional<std::string>& weighting, const std::string& third, double map_sigma,
-                               double depth_sigma) {
+                               const py::object& sigmas, const py::object& has_depth_cue,
+                               const py::object& map_covariances, const py::object& jacobians,
+                               const py::object& camera_ids, const std::optional<std::string>& weighting,
+                               const std::string& depth_cue, double map_sigma, double depth_sigma) {
   const Cameras cameras = cameras_of(camera);
   const RigidTransform pose = pose_of(T_cw, "T_cw");
   const Array<double> positions = real_array(points, "points", {any_n, 3});
-  const MatchArrays arrays(positions, sigmas, has_third, map_covariances, jacobians, camera_ids);
+  const MatchArrays arrays(positions, sigmas, has_depth_cue, map_covariances, jacobians, camera_ids);
   const Matches matches = arrays.view();
-  const BlockOptions options = options_of(weighting, !map_covariances.is_none(), third, map_sigma, depth_sigma);
+  const BlockOptions options = options_of(weighting, !map_covariances.is_none(), depth_cue, map_sigma, depth_sigma);
   check(cameras, pose, matches, options);
 
-  const std::size_t r = residual_rows(options.third);
+  const std::size_t r = residual_rows(options.depth_cue);
   py::array_t<double> weights({arrays.size(), static_cast<py::ssize_t>(r), static_cast<py::ssize_t>(r)});
   for (std::size_t i = 0; i < matches.size; ++i) {
     const RigCamera& seen_by = cameras.all[matches.camera_ids == nullptr ? 0 : matches.camera_ids[i]];
@@ -54,7 +47,9 @@ py::array_t<double> weights_of(const py::object& camera, const py::object& T_cw,
       return is_whitening ? match_whitening(seen_by, pose, p_w, noise, to)
                           : match_information(seen_by, pose, p_w, noise, to);
     };
-    write_weight(write, residual_rows(noise.third), r, weights.mutable_data() + r * r * i);
+    double weight[9] = {std::numeric_limits<double>::quiet_NaN()};
+    write(weight);
+    put_weight(weight, residual_rows(noise.depth_cue), r, weights.mutable_data() + r * r * i);
   }
   return weights;
 }
@@ -62,17 +57,24 @@ py::array_t<double> weights_of(const py::object& camera, const py::object& T_cw,
 template <class Function>
 void def_weights(py::module_& module, const char* name, const Function& function, const char* documentation) {
   module.def(name, function, py::arg("camera"), py::arg("T_cw"), py::arg("points"), py::kw_only(),
-             py::arg("sigmas") = py::none(), py::arg("has_third") = py::none(), py::arg("map_covariances") = py::none(),
-             py::arg("jacobians") = py::none(), py::arg("camera_ids") = py::none(), py::arg("weighting") = py::none(),
-             py::arg("third") = "none", py::arg("map_sigma") = 0.05, py::arg("depth_sigma") = 0.05, documentation);
+             py::arg("sigmas") = py::none(), py::arg("has_depth_cue") = py::none(),
+             py::arg("map_covariances") = py::none(), py::arg("jacobians") = py::none(),
+             py::arg("camera_ids") = py::none(), py::arg("weighting") = py::none(), py::arg("depth_cue") = "none",
+             py::arg("map_sigma") = 0.05, py::arg("depth_sigma") = 0.05, documentation);
 }
 
 }  // namespace
 
+void put_weight(const double* weight, std::size_t rows, std::size_t r, double* to) {
+  const bool is_there = !std::isnan(weight[0]);
+  std::fill_n(to, r * r, is_there ? 0 : std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t a = 0; is_there && a < rows; ++a) std::copy_n(weight + rows * a, rows, to + r * a);
+}
+
 void bind_match_weights(py::module_& module) {
   def_weights(
       module, "match_information", &weights_of<false>,
-      R"(match_information(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
+      R"(match_information(camera, T_cw, points, *, sigmas=None, has_depth_cue=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, depth_cue='none', map_sigma=0.05, depth_sigma=0.05)
 --
 
 Returns (n, r, r): the weight of each match's residual, (u, v) or (u, v, third), in an optimiser that holds points
@@ -83,7 +85,7 @@ numbers are unusable.
 Arguments are those of BlockStore.append_blocks. map_covariances count only with weighting 'measurement_and_map'.)");
   def_weights(
       module, "match_whitening", &weights_of<true>,
-      R"(match_whitening(camera, T_cw, points, *, sigmas=None, has_third=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, third='none', map_sigma=0.05, depth_sigma=0.05)
+      R"(match_whitening(camera, T_cw, points, *, sigmas=None, has_depth_cue=None, map_covariances=None, jacobians=None, camera_ids=None, weighting=None, depth_cue='none', map_sigma=0.05, depth_sigma=0.05)
 --
 
 Returns (n, r, r): W of each match, lower triangular, W^T W its match_information: W times the residual has independent

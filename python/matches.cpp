@@ -13,8 +13,8 @@ namespace {
 std::vector<unsigned char> ids_of(const py::object& camera_ids, py::ssize_t n) {
   if (camera_ids.is_none()) return {};
   std::vector<unsigned char> ids;
-  for (const std::uint32_t id : small_integers(camera_ids, "camera_ids", {n})) {
-    if (id > 255) throw StatusError(BlockStatus::invalid_camera_id);
+  for (const std::uint32_t id : integers<std::uint32_t>(camera_ids, "camera_ids", {n})) {
+    if (id > 255) throw SelectionError(Error::invalid_camera_id);
     ids.push_back(static_cast<unsigned char>(id));
   }
   return ids;
@@ -28,11 +28,11 @@ Weighting weighting_from(const std::optional<std::string>& weighting, bool has_c
 
 }  // namespace
 
-MatchArrays::MatchArrays(const py::object& points, const py::object& sigmas, const py::object& has_third,
+MatchArrays::MatchArrays(const py::object& points, const py::object& sigmas, const py::object& has_depth_cue,
                          const py::object& map_covariances, const py::object& jacobians, const py::object& camera_ids)
     : points_(point_array(points, "points")),
       sigmas_(optional_real_array(sigmas, "sigmas", {size()})),
-      has_third_(optional_mask(has_third, "has_third", static_cast<std::size_t>(size()))),
+      has_depth_cue_(optional_mask(has_depth_cue, "has_depth_cue", static_cast<std::size_t>(size()))),
       map_covariances_(optional_real_array(map_covariances, "map_covariances", {size(), 3, 3})),
       jacobians_(optional_real_array(jacobians, "jacobians", {size(), 2, 3})),
       camera_ids_(ids_of(camera_ids, size())) {}
@@ -47,7 +47,7 @@ Matches MatchArrays::view() const {
   matches.size = static_cast<std::size_t>(size());
   matches.points = points_of(points_);
   matches.sigmas = data_or_null(sigmas_);
-  matches.has_third = data_or_null(has_third_);
+  matches.has_depth_cue = data_or_null(has_depth_cue_);
   matches.usable = data_or_null(usable_);
   matches.weights = data_or_null(weights_);
   matches.map_covariances = data_or_null(map_covariances_);
@@ -56,11 +56,11 @@ Matches MatchArrays::view() const {
   return matches;
 }
 
-BlockOptions options_of(const std::optional<std::string>& weighting, bool has_covariances, const std::string& third,
+BlockOptions options_of(const std::optional<std::string>& weighting, bool has_covariances, const std::string& depth_cue,
                         double map_sigma, double depth_sigma) {
   BlockOptions options;
   options.weighting = weighting_from(weighting, has_covariances);
-  options.third = third_measurement_of(third);
+  options.depth_cue = depth_cue_of(depth_cue);
   options.map_sigma = map_sigma;
   options.depth_sigma = depth_sigma;
   return options;
@@ -72,7 +72,12 @@ BlockReport append(const Cameras& cameras, const RigidTransform& pose, const Mat
       cameras.is_rig ? maxlogdet::append_blocks(Rig{cameras.all.data(), cameras.all.size()}, pose, matches, options,
                                                 blocks, executor())
                      : maxlogdet::append_blocks(cameras.all[0].camera, pose, matches, options, blocks, executor());
-  if (!report.is_done()) throw StatusError(report.status);
+  if (report.error == Error::invalid_pose) {
+    throw SelectionError(report.error,
+                         "the left 3 x 3 part R of T_cw, or of a T_cb, is no rotation: expected R R^T = I within 1e-3, "
+                         "det R > 0");
+  }
+  check(report.error);
   return report;
 }
 

@@ -17,7 +17,7 @@ namespace maxlogdet::python {
 /// The arrays of append_blocks and of the weights of residuals, converted and checked against their shapes.
 class MatchArrays {
  public:
-  MatchArrays(const py::object& points, const py::object& sigmas, const py::object& has_third,
+  MatchArrays(const py::object& points, const py::object& sigmas, const py::object& has_depth_cue,
               const py::object& map_covariances, const py::object& jacobians, const py::object& camera_ids);
 
   /// Only blocks have these.
@@ -31,7 +31,7 @@ class MatchArrays {
  private:
   py::array points_;
   Array<double> sigmas_;
-  Array<bool> has_third_;
+  Array<bool> has_depth_cue_;
   Array<double> map_covariances_;
   Array<double> jacobians_;
   std::vector<unsigned char> camera_ids_;
@@ -40,10 +40,10 @@ class MatchArrays {
 };
 
 /// The options that blocks and weights share.
-BlockOptions options_of(const std::optional<std::string>& weighting, bool has_covariances, const std::string& third,
+BlockOptions options_of(const std::optional<std::string>& weighting, bool has_covariances, const std::string& depth_cue,
                         double map_sigma, double depth_sigma);
 
-/// As maxlogdet::append_blocks, for one camera or a rig; throws StatusError.
+/// As maxlogdet::append_blocks, for one camera or a rig; throws SelectionError.
 BlockReport append(const Cameras& cameras, const RigidTransform& pose, const Matches& matches,
                    const BlockOptions& options, BlockStore& blocks);
 

@@ -50,6 +50,7 @@ PYBIND11_MODULE(_core, module) {
   bind_selection(module);
   bind_selector(module);
   bind_active_selection(module);
+  bind_good_features(module);
   protect_classes(module);
 
   module.def("isa", &maxlogdet::active_isa, R"(isa()
@@ -59,6 +60,7 @@ The instruction set of a Selector made now, one of `isas`, those built in; the e
 selects one. 'none' if that is not built in or not supported by this machine: selecting then raises SelectionError
 ('unsupported_isa'). Answers do not depend on it.)");
   module.attr("__version__") = maxlogdet::version();
+  module.attr("errors") = explanations();
   module.attr("strategies") = strategy_names();
   module.attr("camera_models") = camera_model_names();
   module.attr("isas") = isa_names();

@@ -2,6 +2,7 @@
 #include "python/names.hpp"
 
 #include <maxlogdet/isa.hpp>
+#include <maxlogdet/status.hpp>
 
 #include <cstddef>
 
@@ -9,11 +10,11 @@ namespace maxlogdet::python {
 namespace {
 
 // The library does not name these enumerators.
-const char* name_of(ThirdMeasurement third) noexcept {
-  switch (third) {
-    case ThirdMeasurement::none: return "none";
-    case ThirdMeasurement::stereo: return "stereo";
-    case ThirdMeasurement::depth: return "depth";
+const char* name_of(DepthCue cue) noexcept {
+  switch (cue) {
+    case DepthCue::none: return "none";
+    case DepthCue::stereo: return "stereo";
+    case DepthCue::depth: return "depth";
   }
   return "unknown";
 }
@@ -21,8 +22,7 @@ const char* name_of(Strategy strategy) noexcept { return to_string(strategy); }
 const char* name_of(Weighting weighting) noexcept { return to_string(weighting); }
 const char* name_of(CameraModel model) noexcept { return to_string(model); }
 
-constexpr ThirdMeasurement third_measurements[] = {ThirdMeasurement::none, ThirdMeasurement::stereo,
-                                                   ThirdMeasurement::depth};
+constexpr DepthCue depth_cues[] = {DepthCue::none, DepthCue::stereo, DepthCue::depth};
 
 template <class Enum, std::size_t n>
 Enum find(const std::string& name, const char* argument, const Enum (&all)[n]) {
@@ -47,7 +47,7 @@ Strategy strategy_of(const std::string& name) { return find(name, "strategy", st
 
 Weighting weighting_of(const std::string& name) { return find(name, "weighting", weightings); }
 
-ThirdMeasurement third_measurement_of(const std::string& name) { return find(name, "third", third_measurements); }
+DepthCue depth_cue_of(const std::string& name) { return find(name, "depth_cue", depth_cues); }
 
 CameraModel camera_model_of(const std::string& name) { return find(name, "model", camera_models); }
 
@@ -59,6 +59,14 @@ py::tuple isa_names() {
   py::list names;
   for (int i = 0; built_in_isa(i) != nullptr; ++i) names.append(built_in_isa(i));
   return names;
+}
+
+py::dict explanations() {
+  py::dict all;
+#define MAXLOGDET_ENTRY(name, explanation) all[#name] = explanation;
+  MAXLOGDET_ERRORS(MAXLOGDET_ENTRY)
+#undef MAXLOGDET_ENTRY
+  return all;
 }
 
 }  // namespace maxlogdet::python

@@ -15,7 +15,7 @@ namespace maxlogdet::python {
 
 Strategy strategy_of(const std::string& name);
 Weighting weighting_of(const std::string& name);
-ThirdMeasurement third_measurement_of(const std::string& name);
+DepthCue depth_cue_of(const std::string& name);
 
 CameraModel camera_model_of(const std::string& name);
 
@@ -23,5 +23,8 @@ CameraModel camera_model_of(const std::string& name);
 py::tuple strategy_names();
 py::tuple camera_model_names();
 py::tuple isa_names();
+
+/// What each error means, by its name.
+py::dict explanations();
 
 }  // namespace maxlogdet::python

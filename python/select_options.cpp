@@ -16,39 +16,37 @@ std::vector<unsigned char> mask_of(const py::object& object, const char* name, s
   return {flags, flags + n};
 }
 
-bool bool_from(const py::object& object, const std::string& name) {
-  if (!py::isinstance<py::bool_>(object)) throw py::type_error(name + ": expected True or False");
-  return object.cast<bool>();
-}
-
 }  // namespace
+
+void throw_unexpected(const std::string& keyword) {
+  throw py::type_error("unexpected keyword argument '" + keyword + "'");
+}
 
 // Keywords of both kinds of selection.
 bool SelectOptions::take(const std::string& name, const py::object& value, std::size_t n) {
   if (name == "strategy") {
-    if (!py::isinstance<py::str>(value)) throw py::type_error("strategy: expected a string");
-    options.strategy = strategy_of(value.cast<std::string>());
+    options.strategy = strategy_of(string_from(value, "strategy"));
   } else if (name == "prior") {
     const Array<double> prior = optional_real_array(value, "prior", {state_dimension, state_dimension});
     prior_.assign(prior.data(), prior.data() + prior.size());
   } else if (name == "time_limit") {
     options.time_limit = number_from(value, "time_limit");
   } else if (name == "target_efficiency") {
-    options.target_efficiency = number_from(value, "target_efficiency");
+    options.target.efficiency = number_from(value, "target_efficiency");
   } else if (name == "target_translation_sigma") {
-    options.target_translation_sigma = number_from(value, "target_translation_sigma");
+    options.target.translation_sigma = number_from(value, "target_translation_sigma");
   } else if (name == "target_rotation_sigma") {
-    options.target_rotation_sigma = number_from(value, "target_rotation_sigma");
+    options.target.rotation_sigma = number_from(value, "target_rotation_sigma");
   } else if (name == "required") {
     required_ = mask_of(value, "required", n);
   } else if (name == "excluded") {
     excluded_ = mask_of(value, "excluded", n);
   } else if (name == "groups") {
-    if (!value.is_none()) groups_ = small_integers(value, "groups", {static_cast<py::ssize_t>(n)});
+    if (!value.is_none()) groups_ = integers<std::uint32_t>(value, "groups", {static_cast<py::ssize_t>(n)});
   } else if (name == "group_maxima") {
-    if (!value.is_none()) group_maxima_ = small_integers(value, "group_maxima", {any_n});
-  } else if (name == "max_per_group") {
-    options.max_per_group = count_from(value, "max_per_group");
+    if (!value.is_none()) group_maxima_ = integers<std::uint32_t>(value, "group_maxima", {any_n});
+  } else if (name == "group_maximum") {
+    options.groups.maximum = count_from(value, "group_maximum");
   } else {
     return false;
   }
@@ -57,18 +55,18 @@ bool SelectOptions::take(const std::string& name, const py::object& value, std::
 
 bool SelectOptions::take_for_whole(const std::string& name, const py::object& value) {
   if (name == "epsilon") {
-    options.epsilon = number_from(value, "epsilon");
+    options.stochastic.epsilon = number_from(value, "epsilon");
   } else if (name == "seed") {
-    options.seed = count_from(value, "seed");
+    options.stochastic.seed = count_from(value, "seed");
   } else if (name == "threads") {
     has_threads = !value.is_none();
     if (has_threads) options.threads = int_from(value, "threads");
-  } else if (name == "certify") {
-    options.certify = bool_from(value, name);
+  } else if (name == "certificate") {
+    options.certificate.compute = bool_from(value, "certificate");
   } else if (name == "certificate_passes") {
-    options.certificate_passes = count_from(value, "certificate_passes");
+    options.certificate.passes = count_from(value, "certificate_passes");
   } else if (name == "exchange_sweeps") {
-    options.exchange_sweeps = count_from(value, "exchange_sweeps");
+    options.exchange.sweeps = count_from(value, "exchange_sweeps");
   } else {
     return false;
   }
@@ -83,7 +81,7 @@ SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object
     const auto value = py::reinterpret_borrow<py::object>(item);
     const bool is_known = take(name, value, n) || (kind == SelectionKind::whole && take_for_whole(name, value));
     has_maxima = has_maxima || (name == "group_maxima" && !value.is_none());
-    if (!is_known) throw py::type_error("unexpected keyword argument '" + name + "'");
+    if (!is_known) throw_unexpected(name);
   }
   if (groups_.empty() && !group_maxima_.empty() && n > 0) {
     throw py::value_error("group_maxima: expected groups as well, which give the group of each candidate");
@@ -91,11 +89,13 @@ SelectOptions::SelectOptions(SelectionKind kind, std::size_t n, const py::object
   options.prior = data_or_null(prior_);
   options.required = data_or_null(required_);
   options.excluded = data_or_null(excluded_);
-  options.groups = data_or_null(groups_);
-  options.group_maxima = data_or_null(group_maxima_);
-  options.group_count = has_maxima                  ? group_maxima_.size()
-                        : options.groups != nullptr ? *std::max_element(groups_.begin(), groups_.end()) + std::size_t{1}
-                                                    : 0;
+  options.groups.ids = data_or_null(groups_);
+  options.groups.maxima = data_or_null(group_maxima_);
+  if (has_maxima) {
+    options.groups.count = group_maxima_.size();
+  } else if (!groups_.empty()) {
+    options.groups.count = *std::max_element(groups_.begin(), groups_.end()) + std::size_t{1};
+  }
 }
 
 }  // namespace maxlogdet::python

@@ -12,6 +12,9 @@
 
 namespace maxlogdet::python {
 
+/// Throws TypeError for a keyword argument that a function does not have.
+[[noreturn]] void throw_unexpected(const std::string& keyword);
+
 enum class SelectionKind { whole, active };
 
 /// Options from Python's keyword arguments. The arrays are copied, because the library checks them once and then relies

@@ -12,15 +12,15 @@ namespace {
 
 std::string text_of(const Answer& answer) {
   return py::str("<maxlogdet.Selection: {}, {} selected by {}, log_det {:.6g}>")
-      .format(to_string(answer.selection.status), answer.selection.size, to_string(answer.selection.strategy),
+      .format(answer.selection.reason(), answer.selection.size, to_string(answer.selection.strategy),
               answer.selection.log_det);
 }
 
 // All members that the arrays do not determine.
-constexpr PlainMembers numbers(&Selection::status, &Selection::log_det, &Selection::evaluations,
-                               &Selection::float64_decisions, &Selection::invalid_candidates, &Selection::upper_bound,
-                               &Selection::strategy, &Selection::threads, &Selection::efficiency_of_all,
-                               &Selection::translation_sigma, &Selection::rotation_sigma, &Selection::searched);
+constexpr PlainMembers numbers(&Selection::status, &Selection::error, &Selection::searched, &Selection::log_det,
+                               &Selection::evaluations, &Selection::float64_decisions, &Selection::invalid_candidates,
+                               &Selection::upper_bound, &Selection::strategy, &Selection::threads,
+                               &Selection::efficiency, &Selection::translation_sigma, &Selection::rotation_sigma);
 
 Answer unpickled(const py::tuple& state) {
   check_state(state, 3);
@@ -33,7 +33,11 @@ Answer unpickled(const py::tuple& state) {
 }  // namespace
 
 Answer answer_of(const Selection& selection) {
-  if (!selection.has_answer()) throw StatusError(selection.status);
+  check(selection.error);
+  return copy_of(selection);
+}
+
+Answer copy_of(const Selection& selection) {
   const auto size = static_cast<py::ssize_t>(selection.size);
   Answer answer{selection, py::array_t<py::ssize_t>(size), py::array_t<double>(size)};
   std::copy_n(selection.indices, selection.size, answer.indices.mutable_data());
@@ -55,21 +59,27 @@ len() is the number selected; iteration gives their indices.)")
       .def_property_readonly("log_det", number(&Selection::log_det), "log det(prior + sum of selected H^T H), nats.")
       .def_property_readonly("upper_bound", number(&Selection::upper_bound),
                              "Proved bound, nats: no selection within the budget that respects required and excluded "
-                             "has a greater log det. NaN unless certify=True.")
+                             "has a greater log det. NaN unless certificate=True.")
       .def_property_readonly(
-          "efficiency", [](const Answer& self) { return self.selection.efficiency(); },
-          "(det M / det of the bound)^(1/6); NaN unless certify=True.")
+          "certified_efficiency", [](const Answer& self) { return self.selection.certified_efficiency(); },
+          "(det M / det of the bound)^(1/6); NaN unless certificate=True.")
       .def_property_readonly(
           "status", [](const Answer& self) { return to_string(self.selection.status); },
-          "'ok'; 'all_selected': no more may be selected; 'deadline_reached': the budget is filled, see searched; "
-          "'target_reached': all targets given are met.")
+          "'ok'; 'all_selected': no more may be selected; 'target_reached': all targets given are met; "
+          "'deadline_reached': the highest gains last known fill the answer; 'few_candidates' and 'error': see "
+          "GoodFeatures.select().")
+      .def_property_readonly(
+          "error", [](const Answer& self) { return to_string(self.selection.error); },
+          "What is wrong, a key of maxlogdet.errors; 'none' unless status is 'error'.")
+      .def_property_readonly(
+          "reason", [](const Answer& self) { return self.selection.reason(); }, "For a log: the error, or the status.")
       .def_property_readonly("searched", number(&Selection::searched),
-                             "How many of these the search itself selected, the first ones; fewer than len() only at a "
-                             "deadline, where the rest fill the budget.")
+                             "How many of the indices, from the first on, the search itself selected: fewer than all "
+                             "only at a deadline.")
       .def_property_readonly(
           "strategy", [](const Answer& self) { return to_string(self.selection.strategy); },
           "The requested one, or what 'automatic' chose.")
-      .def_property_readonly("efficiency_of_all", number(&Selection::efficiency_of_all),
+      .def_property_readonly("efficiency", number(&Selection::efficiency),
                              "(det M / det M_all)^(1/6), the share of the information of all valid candidates that are "
                              "not excluded; NaN without target_efficiency.")
       .def_property_readonly("translation_sigma", number(&Selection::translation_sigma),

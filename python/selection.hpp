@@ -14,7 +14,9 @@ struct Answer {
   py::array_t<double> gains;
 };
 
-/// Throws StatusError if it is no answer.
+/// Throws SelectionError after an error.
 Answer answer_of(const Selection& selection);
+/// Also of a selection after an error.
+Answer copy_of(const Selection& selection);
 
 }  // namespace maxlogdet::python

@@ -7,11 +7,10 @@
 #include "python/select_options.hpp"
 #include "python/selection.hpp"
 #include "python/store.hpp"
+#include "python/turn.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 namespace maxlogdet::python {
@@ -28,25 +27,9 @@ struct OwnSelector {
   bool is_busy = false;  // changed with the GIL held
 };
 
-class Turn {
- public:
-  explicit Turn(OwnSelector& selector) : selector_(selector) {
-    if (selector.is_busy) {
-      throw std::runtime_error("this Selector is selecting in another thread: give each thread a Selector of its own");
-    }
-    selector.is_busy = true;
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  ~Turn() { selector_.is_busy = false; }
-
- private:
-  OwnSelector& selector_;
-};
-
 // The caller holds a lease of `blocks`.
 Answer run(OwnSelector& self, const BlockStore& blocks, const Options& options) {
-  const Turn turn(self);
+  const Turn turn(self.is_busy, "this Selector is selecting in another thread: give each thread a Selector of its own");
   Selection selection{};
   {
     const py::gil_scoped_release others_may_run;
@@ -62,13 +45,11 @@ Answer select(OwnSelector& self, const py::object& blocks, const py::object& bud
   return run(self, lease.blocks(), asked.options);
 }
 
-// A budget above the number of candidates asks for all of them, so the selector's capacity need not be larger.
-Answer select_once(const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
+Answer select_blocks(const py::object& blocks, const py::object& budget, const py::kwargs& keywords) {
   const Lease lease(store_of(blocks));
   const std::size_t n = lease.blocks().size();
-  SelectOptions asked(SelectionKind::whole, n, budget, keywords);
+  const SelectOptions asked(SelectionKind::whole, n, budget, keywords);
   OwnSelector selector(n, 0);
-  asked.options.budget = std::min(asked.options.budget, n);
   return run(selector, lease.blocks(), asked.options);
 }
 
@@ -86,37 +67,37 @@ depend on it. select() releases the GIL, and raises RuntimeError in a second thr
            py::arg("capacity"), py::arg("threads") = 0)
       .def(
           "select", &select, py::arg("blocks"), py::arg("budget") = 200,
-          R"(select(self, blocks, budget=200, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+          R"(select(self, blocks, budget=200, *, prior=None, time_limit=0.0, strategy='lazy_greedy', threads=None, required=None, excluded=None, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, groups=None, group_maximum=1, group_maxima=None, certificate=False, certificate_passes=0, epsilon=0.1, seed=0, exchange_sweeps=0)
 --
 
-Selects `budget` candidates of a BlockStore (or of what makes one): those that maximise
-log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError, whose status names the error.
+Selects `budget` candidates of a BlockStore (or of what makes one), or all if there are fewer: those that maximise
+log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError.
 
+prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
+time_limit: s, after which the highest gains last known fill the answer, with the status 'deadline_reached'; 0: none.
 strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster; 'stochastic_greedy' uses epsilon
   and seed; 'automatic' chooses by the size of the problem.
-prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
-time_limit: s; 0: none. The rest of the budget is then filled at once, with the status 'deadline_reached'.
 threads: as of Selector(); None: the value given there.
-certify: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
-exchange_sweeps: maximum number of sweeps of swaps after the search; pays for budgets of 20 or less.
+required, excluded: (n,) bool: selected in any case, never selected.
 target_efficiency: in (0, 1]; 0: none. Stops, with the status 'target_reached', when (det M / det M_all)^(1/6) is that
   high, M the information of prior and selected, M_all with all valid candidates that are not excluded.
 target_translation_sigma, target_rotation_sigma: m, rad; 0: none. Stops when the expected standard deviations are at
   most these, the root of the trace of the block of M^-1. Several targets must all be met; greedy strategies take them.
-required, excluded: (n,) bool: selected in any case, never selected.
-groups: (n,) integers from 0 on, the group of each; at most group_maxima[g], (groups,), of each are selected, or
-  max_per_group if that is None.
+groups: (n,) integers from 0 on, the group of each; at most group_maximum of each are selected, or, unless that is None,
+  group_maxima[g], (groups,).
+certificate: fills upper_bound; certificate_passes Frank-Wolfe passes tighten it.
+exchange_sweeps: maximum number of sweeps of swaps after the search; pays for budgets of 20 or less.
 
 All arrays are copied before the search begins.)")
       .def_property_readonly(
           "capacity", [](const OwnSelector& self) { return self.selector.capacity(); },
-          "The maximum number of candidates, and the maximum budget, of select().")
+          "The maximum number of candidates of select().")
       .def("__repr__", [](const OwnSelector& self) {
         return "<maxlogdet.Selector: capacity " + std::to_string(self.selector.capacity()) + ">";
       });
   module.def(
-      "select", &select_once, py::arg("blocks"), py::arg("budget") = 200,
-      R"(select(blocks, budget=200, *, strategy='lazy_greedy', epsilon=0.1, seed=0, prior=None, time_limit=0.0, threads=None, certify=False, certificate_passes=0, exchange_sweeps=0, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, required=None, excluded=None, groups=None, group_maxima=None, max_per_group=1)
+      "select_blocks", &select_blocks, py::arg("blocks"), py::arg("budget") = 200,
+      R"(select_blocks(blocks, budget=200, *, prior=None, time_limit=0.0, strategy='lazy_greedy', threads=None, required=None, excluded=None, target_efficiency=0.0, target_translation_sigma=0.0, target_rotation_sigma=0.0, groups=None, group_maximum=1, group_maxima=None, certificate=False, certificate_passes=0, epsilon=0.1, seed=0, exchange_sweeps=0)
 --
 
 Calls select() of a temporary Selector, just large enough; in a loop over frames keep a Selector instead.

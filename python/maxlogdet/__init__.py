@@ -5,14 +5,14 @@
 
 Y. Zhao, P. A. Vela: Good Feature Selection for Least Squares Pose Optimization in VO/VSLAM, IROS 2018.
 """
-from ._core import (ActiveSelection, BlockReport, BlockStore, Camera, PinholeCamera, Selection, SelectionError,
-                    Selector, __version__, camera_models, has_tbb, isa, isas, match_information, match_whitening,
-                    select, strategies)
+from ._core import (ActiveSelection, BlockReport, BlockStore, Camera, GoodFeatures, PinholeCamera, Selection,
+                    SelectionError, Selector, __version__, camera_models, errors, has_tbb, isa, isas,
+                    match_information, match_whitening, select, select_blocks, strategies)
 
-__all__ = ["ActiveSelection", "BlockReport", "BlockStore", "Camera", "PinholeCamera", "Selection", "SelectionError",
-           "Selector", "camera_models", "has_tbb", "isa", "isas", "match_information", "match_whitening", "select",
-           "strategies"]
+__all__ = ["ActiveSelection", "BlockReport", "BlockStore", "Camera", "GoodFeatures", "PinholeCamera", "Selection",
+           "SelectionError", "Selector", "camera_models", "errors", "has_tbb", "isa", "isas", "match_information",
+           "match_whitening", "select", "select_blocks", "strategies"]
 
-for _public in (ActiveSelection, BlockReport, BlockStore, Camera, PinholeCamera, Selection, Selector):
+for _public in (ActiveSelection, BlockReport, BlockStore, Camera, GoodFeatures, PinholeCamera, Selection, Selector):
     _public.__module__ = __name__  # where they are imported from
 del _public

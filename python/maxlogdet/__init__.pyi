@@ -1,26 +1,29 @@
 # SPDX-License-Identifier: MIT
+from os import PathLike
 from types import TracebackType
-from typing import Iterator, Literal, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, Literal, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _Blocks = Union[ArrayLike, Sequence[Optional[ArrayLike]]]
 _Strategy = str  # one of `strategies`
-_Status = Literal["ok", "all_selected", "deadline_reached", "target_reached"]
+_Status = Literal["ok", "all_selected", "target_reached", "deadline_reached", "few_candidates", "error"]
+_Error = str  # a key of `errors`
 _Weighting = Literal["map_bias", "map_bias_world", "measurement", "measurement_and_map"]
-_Third = Literal["none", "stereo", "depth"]
+_DepthCue = Literal["none", "stereo", "depth"]
 
 __version__: str
 has_tbb: bool
 strategies: Tuple[str, ...]
 camera_models: Tuple[str, ...]
 isas: Tuple[str, ...]
+errors: Dict[str, str]
 
 def isa() -> str: ...
 
 class SelectionError(ValueError):
-    status: str
+    error: _Error
 
 class PinholeCamera:
     fx: float
@@ -51,10 +54,11 @@ class Camera:
     def project(self, points: ArrayLike) -> NDArray[np.float64]: ...
 
 _Camera = Union[PinholeCamera, Camera]
+_CameraOrRig = Union[_Camera, Sequence[Tuple[_Camera, ArrayLike]]]
 
 class BlockReport:
     @property
-    def status(self) -> Literal["ok", "singular_rays", "invalid_jacobians"]: ...
+    def error(self) -> _Error: ...
     @property
     def appended(self) -> int: ...
     @property
@@ -68,7 +72,7 @@ class BlockReport:
     @property
     def singular_rays(self) -> int: ...
     @property
-    def unsound_covariances(self) -> int: ...
+    def invalid_covariances(self) -> int: ...
     @property
     def invalid_jacobians(self) -> int: ...
 
@@ -78,19 +82,19 @@ class BlockStore:
     def extend(self, blocks: _Blocks) -> None: ...
     def append_blocks(
         self,
-        camera: Union[_Camera, Sequence[Tuple[_Camera, ArrayLike]]],
+        camera: _CameraOrRig,
         T_cw: ArrayLike,
         points: ArrayLike,
         *,
         sigmas: Optional[ArrayLike] = None,
-        has_third: Optional[ArrayLike] = None,
+        has_depth_cue: Optional[ArrayLike] = None,
         usable: Optional[ArrayLike] = None,
         weights: Optional[ArrayLike] = None,
         map_covariances: Optional[ArrayLike] = None,
         jacobians: Optional[ArrayLike] = None,
         camera_ids: Optional[ArrayLike] = None,
         weighting: Optional[_Weighting] = None,
-        third: _Third = 'none',
+        depth_cue: _DepthCue = 'none',
         map_sigma: float = 0.05,
         depth_sigma: float = 0.05,
         min_depth: float = 0.01,
@@ -125,15 +129,19 @@ class Selection:
     @property
     def upper_bound(self) -> float: ...
     @property
-    def efficiency(self) -> float: ...
+    def certified_efficiency(self) -> float: ...
     @property
-    def efficiency_of_all(self) -> float: ...
+    def efficiency(self) -> float: ...
     @property
     def translation_sigma(self) -> float: ...
     @property
     def rotation_sigma(self) -> float: ...
     @property
     def status(self) -> _Status: ...
+    @property
+    def error(self) -> _Error: ...
+    @property
+    def reason(self) -> str: ...
     @property
     def searched(self) -> int: ...
     @property
@@ -149,6 +157,87 @@ class Selection:
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[int]: ...
 
+class GoodFeatures:
+    weighting: _Weighting
+    map_sigma: float
+    depth_sigma: float
+    min_depth: float
+    spread: float
+    is_weighted: bool
+    def __init__(self, capacity: int, threads: int = 0) -> None: ...
+    def start(self, camera: _CameraOrRig, T_cw: ArrayLike) -> None: ...
+    def add(
+        self,
+        points: ArrayLike,
+        measured: Optional[ArrayLike] = None,
+        sigmas: Optional[ArrayLike] = None,
+        *,
+        u_right: Optional[ArrayLike] = None,
+        depth: Optional[ArrayLike] = None,
+        covariances: Optional[ArrayLike] = None,
+        jacobians: Optional[ArrayLike] = None,
+        camera_ids: Optional[ArrayLike] = None,
+        required: Optional[ArrayLike] = None,
+        point_ids: Optional[ArrayLike] = None,
+        keyframes: Optional[ArrayLike] = None,
+    ) -> None: ...
+    def select(
+        self,
+        budget: int = 200,
+        *,
+        prior: Optional[ArrayLike] = None,
+        time_limit: float = 0.0,
+        strategy: _Strategy = 'lazy_greedy',
+        threads: Optional[int] = None,
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
+        target_efficiency: float = 0.0,
+        target_translation_sigma: float = 0.0,
+        target_rotation_sigma: float = 0.0,
+        groups: Optional[ArrayLike] = None,
+        group_maximum: int = 1,
+        group_maxima: Optional[ArrayLike] = None,
+        certificate: bool = False,
+        certificate_passes: int = 0,
+        epsilon: float = 0.1,
+        seed: int = 0,
+        exchange_sweeps: int = 0,
+    ) -> Selection: ...
+    def match(
+        self,
+        try_to_match: Callable[[int], Union[None, bool, ArrayLike, Dict[str, Any]]],
+        budget: int = 200,
+        *,
+        prior: Optional[ArrayLike] = None,
+        time_limit: float = 0.0,
+        strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
+        target_efficiency: float = 0.0,
+        target_translation_sigma: float = 0.0,
+        target_rotation_sigma: float = 0.0,
+        groups: Optional[ArrayLike] = None,
+        group_maximum: int = 1,
+        group_maxima: Optional[ArrayLike] = None,
+    ) -> Selection: ...
+    def outliers(self, T_cw: ArrayLike) -> NDArray[np.intp]: ...
+    def efficiency(self) -> float: ...
+    def information(self) -> NDArray[np.float64]: ...
+    def whitening(self) -> NDArray[np.float64]: ...
+    def blocks(self) -> BlockStore: ...
+    def record(self, folder: Union[str, bytes, PathLike[str]]) -> bool: ...
+    @property
+    def selection(self) -> Selection: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def block_report(self) -> BlockReport: ...
+    @property
+    def chi2(self) -> NDArray[np.float64]: ...
+    @property
+    def capacity(self) -> int: ...
+    def __len__(self) -> int: ...
+
 class Selector:
     def __init__(self, capacity: int, threads: int = 0) -> None: ...
     def select(
@@ -156,23 +245,23 @@ class Selector:
         blocks: Union[BlockStore, _Blocks],
         budget: int = 200,
         *,
-        strategy: _Strategy = 'lazy_greedy',
-        epsilon: float = 0.1,
-        seed: int = 0,
         prior: Optional[ArrayLike] = None,
         time_limit: float = 0.0,
+        strategy: _Strategy = 'lazy_greedy',
         threads: Optional[int] = None,
-        certify: bool = False,
-        certificate_passes: int = 0,
-        exchange_sweeps: int = 0,
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
         target_efficiency: float = 0.0,
         target_translation_sigma: float = 0.0,
         target_rotation_sigma: float = 0.0,
-        required: Optional[ArrayLike] = None,
-        excluded: Optional[ArrayLike] = None,
         groups: Optional[ArrayLike] = None,
+        group_maximum: int = 1,
         group_maxima: Optional[ArrayLike] = None,
-        max_per_group: int = 1,
+        certificate: bool = False,
+        certificate_passes: int = 0,
+        epsilon: float = 0.1,
+        seed: int = 0,
+        exchange_sweeps: int = 0,
     ) -> Selection: ...
     @property
     def capacity(self) -> int: ...
@@ -184,17 +273,17 @@ class ActiveSelection:
         blocks: Union[BlockStore, _Blocks],
         budget: int = 200,
         *,
-        strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
         prior: Optional[ArrayLike] = None,
         time_limit: float = 0.0,
+        strategy: Literal["greedy", "lazy_greedy", "automatic"] = 'lazy_greedy',
+        required: Optional[ArrayLike] = None,
+        excluded: Optional[ArrayLike] = None,
         target_efficiency: float = 0.0,
         target_translation_sigma: float = 0.0,
         target_rotation_sigma: float = 0.0,
-        required: Optional[ArrayLike] = None,
-        excluded: Optional[ArrayLike] = None,
         groups: Optional[ArrayLike] = None,
+        group_maximum: int = 1,
         group_maxima: Optional[ArrayLike] = None,
-        max_per_group: int = 1,
     ) -> None: ...
     def next(self) -> Optional[int]: ...
     def next_batch(self, count: int) -> NDArray[np.uint32]: ...
@@ -216,40 +305,76 @@ class ActiveSelection:
     ) -> None: ...
 
 def select(
-    blocks: Union[BlockStore, _Blocks],
-    budget: int = 200,
+    camera: _CameraOrRig,
+    T_cw: ArrayLike,
+    points: ArrayLike,
+    measured: Optional[ArrayLike] = None,
+    sigmas: Optional[ArrayLike] = None,
     *,
-    strategy: _Strategy = 'lazy_greedy',
-    epsilon: float = 0.1,
-    seed: int = 0,
+    u_right: Optional[ArrayLike] = None,
+    depth: Optional[ArrayLike] = None,
+    covariances: Optional[ArrayLike] = None,
+    jacobians: Optional[ArrayLike] = None,
+    camera_ids: Optional[ArrayLike] = None,
+    weighting: _Weighting = 'measurement',
+    map_sigma: float = 0.05,
+    depth_sigma: float = 0.05,
+    min_depth: float = 0.01,
+    budget: int = 200,
     prior: Optional[ArrayLike] = None,
     time_limit: float = 0.0,
+    strategy: _Strategy = 'lazy_greedy',
     threads: Optional[int] = None,
-    certify: bool = False,
-    certificate_passes: int = 0,
-    exchange_sweeps: int = 0,
+    required: Optional[ArrayLike] = None,
+    excluded: Optional[ArrayLike] = None,
     target_efficiency: float = 0.0,
     target_translation_sigma: float = 0.0,
     target_rotation_sigma: float = 0.0,
+    groups: Optional[ArrayLike] = None,
+    group_maximum: int = 1,
+    group_maxima: Optional[ArrayLike] = None,
+    certificate: bool = False,
+    certificate_passes: int = 0,
+    epsilon: float = 0.1,
+    seed: int = 0,
+    exchange_sweeps: int = 0,
+) -> Selection: ...
+
+def select_blocks(
+    blocks: Union[BlockStore, _Blocks],
+    budget: int = 200,
+    *,
+    prior: Optional[ArrayLike] = None,
+    time_limit: float = 0.0,
+    strategy: _Strategy = 'lazy_greedy',
+    threads: Optional[int] = None,
     required: Optional[ArrayLike] = None,
     excluded: Optional[ArrayLike] = None,
+    target_efficiency: float = 0.0,
+    target_translation_sigma: float = 0.0,
+    target_rotation_sigma: float = 0.0,
     groups: Optional[ArrayLike] = None,
+    group_maximum: int = 1,
     group_maxima: Optional[ArrayLike] = None,
-    max_per_group: int = 1,
+    certificate: bool = False,
+    certificate_passes: int = 0,
+    epsilon: float = 0.1,
+    seed: int = 0,
+    exchange_sweeps: int = 0,
 ) -> Selection: ...
 
 def match_information(
-    camera: Union[_Camera, Sequence[Tuple[_Camera, ArrayLike]]],
+    camera: _CameraOrRig,
     T_cw: ArrayLike,
     points: ArrayLike,
     *,
     sigmas: Optional[ArrayLike] = None,
-    has_third: Optional[ArrayLike] = None,
+    has_depth_cue: Optional[ArrayLike] = None,
     map_covariances: Optional[ArrayLike] = None,
     jacobians: Optional[ArrayLike] = None,
     camera_ids: Optional[ArrayLike] = None,
     weighting: Optional[_Weighting] = None,
-    third: _Third = 'none',
+    depth_cue: _DepthCue = 'none',
     map_sigma: float = 0.05,
     depth_sigma: float = 0.05,
 ) -> NDArray[np.float64]: ...

@@ -34,13 +34,13 @@ def of_pose(p_c):
                      ([i, o, o, o, z, -y], [o, i, o, -z, o, x], [o, o, i, y, -x, o])], 1)
 
 
-def projection(p_c, third="none"):
+def projection(p_c, depth_cue="none"):
     """d z / d p_c, n x rows x 3."""
     x, y, z = p_c.T
     o = np.zeros_like(x)
     u = [CAMERA.fx / z, o, -CAMERA.fx * x / z**2]
     v = [o, CAMERA.fy / z, -CAMERA.fy * y / z**2]
-    rows = {"none": [], "stereo": [[u[0], o, u[2] + CAMERA.bf / z**2]], "depth": [[o, o, np.ones_like(z)]]}[third]
+    rows = {"none": [], "stereo": [[u[0], o, u[2] + CAMERA.bf / z**2]], "depth": [[o, o, np.ones_like(z)]]}[depth_cue]
     return np.stack([np.stack(row, -1) for row in [u, v, *rows]], 1)
 
 
@@ -63,24 +63,24 @@ def assert_close(actual, expected):
 def test_map_bias_is_the_papers_block(rng):
     T_cw, points, p_c = random_scene(rng)
     blocks, report = appended(T_cw, points, weighting="map_bias")
-    assert report.status == "ok" and report.appended == 60
+    assert report.error == "none" and report.appended == 60
     to_plane = np.eye(3) - p_c[:, :, None] * np.array([0, 0, 1]) / p_c[:, 2, None, None]
     assert_close(blocks, (to_plane @ of_pose(p_c))[:, :2])
-    with_depth, _ = appended(T_cw, points, weighting="map_bias", third="depth")
+    with_depth, _ = appended(T_cw, points, weighting="map_bias", depth_cue="depth")
     assert_close(with_depth, of_pose(p_c))
 
 
-@pytest.mark.parametrize("third", ["none", "stereo", "depth"])
-def test_measurement_is_the_rotated_jacobian_divided_by_sigma(rng, third):
+@pytest.mark.parametrize("depth_cue", ["none", "stereo", "depth"])
+def test_measurement_is_the_rotated_jacobian_divided_by_sigma(rng, depth_cue):
     T_cw, points, p_c = random_scene(rng)
     sigmas = 1.2 ** rng.integers(0, 8, size=60)
-    blocks, _ = appended(T_cw, points, sigmas=sigmas, weighting="measurement", third=third, depth_sigma=0.02)
+    blocks, _ = appended(T_cw, points, sigmas=sigmas, weighting="measurement", depth_cue=depth_cue, depth_sigma=0.02)
     deviations = np.repeat(sigmas[:, None], blocks.shape[1], axis=1)
-    if third == "depth":
+    if depth_cue == "depth":
         deviations[:, 2] = 0.02
-    expected = projection(p_c, third) @ of_pose(p_c) / deviations[:, :, None]
+    expected = projection(p_c, depth_cue) @ of_pose(p_c) / deviations[:, :, None]
     assert_close(informations(blocks), informations(expected))
-    if third == "stereo":
+    if depth_cue == "stereo":
         u, u_right = expected[:, 0].copy(), expected[:, 2].copy()
         expected[:, 0], expected[:, 2] = (u + u_right) / np.sqrt(2), (u_right - u) / np.sqrt(2)
     assert_close(blocks, expected)
@@ -128,18 +128,18 @@ def test_matches_without_a_block_keep_their_index(rng):
     assert np.array_equal(store.planes.transpose(2, 0, 1), alone)
 
 
-def test_only_matches_with_a_third_measurement_have_a_third_row(rng):
+def test_only_matches_with_a_depth_cue_have_a_third_row(rng):
     T_cw, points, _ = random_scene(rng)
-    has_third = rng.random(60) < 0.5
-    blocks, _ = appended(T_cw, points, weighting="measurement", third="stereo", has_third=has_third)
-    assert np.array_equal(blocks[:, 2].any(axis=1), has_third)
+    has_depth_cue = rng.random(60) < 0.5
+    blocks, _ = appended(T_cw, points, weighting="measurement", depth_cue="stereo", has_depth_cue=has_depth_cue)
+    assert np.array_equal(blocks[:, 2].any(axis=1), has_depth_cue)
 
 
 def test_singular_rays_are_reported(rng):
     level = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]])  # looks along the world's y
     points = np.array([[0.0, 5, 0], [1, 5, 1]])
     _, report = appended(level, points, weighting="map_bias_world")
-    assert (report.status, report.singular_rays, report.invalid) == ("singular_rays", 1, 1)
+    assert (report.error, report.singular_rays, report.invalid) == ("none", 1, 1)
 
 
 def test_contiguous_float64_is_read_in_place_and_all_else_is_converted(rng):
@@ -258,9 +258,9 @@ def test_reasons_for_invalid_matches_are_counted():
     jacobians[0, 0, 0] = np.nan
     usable = np.array([True] * 4 + [False])
     _, report = appended(np.eye(4), points, map_covariances=covariances, jacobians=jacobians, usable=usable)
-    assert (report.status, report.invalid) == ("invalid_jacobians", 5)
+    assert (report.error, report.invalid) == ("none", 5)
     assert (report.unusable, report.behind_camera, report.too_near) == (1, 1, 1)
-    assert (report.unsound_covariances, report.invalid_jacobians) == (1, 1)
+    assert (report.invalid_covariances, report.invalid_jacobians) == (1, 1)
     _, report = appended(np.eye(4), points, min_depth=2.5)
     assert (report.behind_camera, report.too_near) == (1, 3)
 
@@ -287,18 +287,18 @@ def test_poses_may_be_3x4_or_4x4(rng):
     assert np.array_equal(square, flat)
 
 
-@pytest.mark.parametrize("third", ["none", "stereo", "depth"])
+@pytest.mark.parametrize("depth_cue", ["none", "stereo", "depth"])
 @pytest.mark.parametrize("kind", ["measurement", "map_sigma", "covariances"])
-def test_weights_are_the_inverse_noise_of_the_blocks(third, kind):
+def test_weights_are_the_inverse_noise_of_the_blocks(depth_cue, kind):
     rng = np.random.default_rng(5)
     T_cw, points, p_c = random_scene(rng)
-    options = dict(third=third, depth_sigma=0.1, sigmas=rng.uniform(0.5, 3, size=len(points)))
+    options = dict(depth_cue=depth_cue, depth_sigma=0.1, sigmas=rng.uniform(0.5, 3, size=len(points)))
     if kind == "map_sigma":
         options.update(weighting="measurement_and_map", map_sigma=0.2)
     if kind == "covariances":
         root = rng.normal(scale=0.1, size=(len(points), 3, 3))
         options["map_covariances"] = root @ root.transpose(0, 2, 1)
-    H = projection(p_c, third) @ of_pose(p_c)
+    H = projection(p_c, depth_cue) @ of_pose(p_c)
     omega = maxlogdet.match_information(CAMERA, T_cw, points, **options)
     blocks, _ = appended(T_cw, points, **options)
     assert_close(H.transpose(0, 2, 1) @ omega @ H, informations(blocks))
@@ -307,10 +307,10 @@ def test_weights_are_the_inverse_noise_of_the_blocks(third, kind):
     np.testing.assert_allclose(W.transpose(0, 2, 1) @ W, omega, rtol=1e-10, atol=1e-12 * np.abs(omega).max())
 
 
-def test_weights_without_a_third_measurement_have_two_rows():
+def test_weights_without_a_depth_cue_have_two_rows():
     points = np.array([[0.0, 0, 5], [1, 0, 5], [0, 0, -5]])
-    has_third = np.array([True, False, True])
-    omega = maxlogdet.match_information(CAMERA, np.eye(4), points, third="stereo", has_third=has_third)
+    has_depth_cue = np.array([True, False, True])
+    omega = maxlogdet.match_information(CAMERA, np.eye(4), points, depth_cue="stereo", has_depth_cue=has_depth_cue)
     np.testing.assert_array_equal(omega[0], np.eye(3))
     np.testing.assert_array_equal(omega[1], np.diag([1.0, 1, 0]))
     assert np.isnan(omega[2]).all()
@@ -338,15 +338,15 @@ def test_weights_of_an_unknown_camera_are_refused(wrong):
 
 REFUSED = [
     ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(0, 1))),
-    ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1), third="stereo")),
+    ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1), depth_cue="stereo")),
     ("invalid_pose", dict(T_cw=2 * np.eye(4)[:3])),
     ("invalid_pose", dict(T_cw=np.full((3, 4), np.nan))),
-    ("invalid_options", dict(map_sigma=-1.0)),
-    ("invalid_options", dict(depth_sigma=0.0)),
-    ("invalid_options", dict(threads=-1)),
-    ("invalid_options", dict(min_depth=-1.0)),
+    ("invalid_block_options", dict(map_sigma=-1.0)),
+    ("invalid_block_options", dict(depth_sigma=0.0)),
+    ("invalid_block_options", dict(threads=-1)),
+    ("invalid_block_options", dict(min_depth=-1.0)),
     ("invalid_camera", dict(camera=maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, np.nan))),
-    ("invalid_camera", dict(camera=maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, 0), third="stereo")),
+    ("invalid_camera", dict(camera=maxlogdet.Camera.kannala_brandt(CAMERA, 0, 0, 0, 0), depth_cue="stereo")),
     ("invalid_camera_id", dict(camera_ids=[0, 0, 0])),
     ("invalid_camera_id", dict(camera=[])),
     ("invalid_camera_id", dict(camera=[(CAMERA, np.eye(4))], camera_ids=[0, 0, 1])),
@@ -355,20 +355,20 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize("status, wrong", REFUSED)
-def test_a_refused_call_appends_nothing(status, wrong):
+@pytest.mark.parametrize("reason, wrong", REFUSED)
+def test_a_refused_call_appends_nothing(reason, wrong):
     store = maxlogdet.BlockStore()
     arguments = {"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong}
-    with pytest.raises(maxlogdet.SelectionError, match=status) as error:
+    with pytest.raises(maxlogdet.SelectionError, match=f"^{reason}: ") as error:
         store.append_blocks(**arguments)
-    assert error.value.status == status
+    assert error.value.error == reason
     assert len(store) == 0
 
 
 @pytest.mark.parametrize("weigh", [maxlogdet.match_information, maxlogdet.match_whitening])
-@pytest.mark.parametrize("status, wrong", [case for case in REFUSED if not {"threads", "min_depth"} & set(case[1])])
-def test_arguments_refused_for_blocks_are_refused_for_weights(weigh, status, wrong):
-    with pytest.raises(maxlogdet.SelectionError, match=status):
+@pytest.mark.parametrize("reason, wrong", [case for case in REFUSED if not {"threads", "min_depth"} & set(case[1])])
+def test_arguments_refused_for_blocks_are_refused_for_weights(weigh, reason, wrong):
+    with pytest.raises(maxlogdet.SelectionError, match=f"^{reason}: "):
         weigh(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((3, 3)), **wrong})
 
 
@@ -377,7 +377,7 @@ def test_arguments_refused_for_blocks_are_refused_for_weights(weigh, status, wro
     (ValueError, r"sigmas: expected shape \(5,\), got \(4,\)", dict(sigmas=np.ones(4))),
     (ValueError, r"map_covariances: expected shape \(5, 3, 3\)", dict(map_covariances=np.ones((5, 9)))),
     (ValueError, r"usable: expected shape \(5,\)", dict(usable=np.ones(6, bool))),
-    (TypeError, "has_third: expected an array of bools", dict(has_third=np.ones(5, int))),
+    (TypeError, "has_depth_cue: expected an array of bools", dict(has_depth_cue=np.ones(5, int))),
     (TypeError, "points: expected an array of floats, got complex128", dict(points=np.ones((5, 3), complex))),
     (TypeError, "weights: expected an array of floats, got <U1", dict(weights=list("abcde"))),
     (ValueError, "weighting: expected one of 'map_bias'", dict(weighting="none")),
@@ -386,7 +386,7 @@ def test_arguments_refused_for_blocks_are_refused_for_weights(weigh, status, wro
     (ValueError, r"T_cb: expected shape \(3, 4\)", dict(camera=[(CAMERA, np.eye(3))])),
     (TypeError, r"camera: expected a PinholeCamera, a Camera, or a list of \(camera, T_cb\)", dict(camera=[CAMERA])),
     (TypeError, "camera: expected a PinholeCamera", dict(camera=None)),
-    (ValueError, "third: expected one of 'none', 'stereo', 'depth'", dict(third="rgbd")),
+    (ValueError, "depth_cue: expected one of 'none', 'stereo', 'depth'", dict(depth_cue="rgbd")),
 ])
 def test_messages_name_the_wrong_argument(error, text, wrong):
     store = maxlogdet.BlockStore()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Errors: exceptions name what is wrong, and nothing is selected."""
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -10,8 +11,7 @@ import maxlogdet
 BLOCKS = np.random.default_rng(5).normal(size=(20, 2, 6))
 MASK = np.zeros(20, bool)
 
-STATUSES = [
-    ("invalid_budget", dict(budget=41)),
+REFUSED = [
     ("capacity_exceeded", dict(blocks=np.ones((41, 1, 6)))),
     ("invalid_epsilon", dict(strategy="stochastic_greedy", epsilon=1.0)),
     ("invalid_epsilon", dict(strategy="stochastic_greedy", epsilon=float("nan"))),
@@ -38,15 +38,15 @@ STATUSES = [
 ]
 
 
-@pytest.mark.parametrize("status, wrong", STATUSES)
-def test_refusals_carry_their_status(status, wrong):
+@pytest.mark.parametrize("reason, wrong", REFUSED)
+def test_refusals_carry_their_reason(reason, wrong):
     selector = maxlogdet.Selector(40)
     arguments = {"blocks": BLOCKS, "budget": 20, **wrong}
-    with pytest.raises(maxlogdet.SelectionError, match=f"^{status}: ") as error:
+    with pytest.raises(maxlogdet.SelectionError, match=f"^{reason}: {re.escape(maxlogdet.errors[reason])}$") as error:
         selector.select(**arguments)
     assert isinstance(error.value, ValueError)
-    assert error.value.status == status
-    assert pickle.loads(pickle.dumps(error.value)).status == status
+    assert error.value.error == reason
+    assert pickle.loads(pickle.dumps(error.value)).error == reason
     assert len(selector.select(BLOCKS, 20)) == 20  # the selector still works
 
 
@@ -68,7 +68,7 @@ ARGUMENTS = [
     (TypeError, "strategy: expected a string", dict(strategy=1)),
     (TypeError, "epsilon: expected a number", dict(epsilon="0.1")),
     (TypeError, "time_limit: expected a number", dict(time_limit=None)),
-    (TypeError, "certify: expected True or False", dict(certify=1)),
+    (TypeError, "certificate: expected True or False", dict(certificate=1)),
     (TypeError, "threads: expected an integer", dict(threads=1.5)),
     (ValueError, r"prior: expected shape \(6, 6\), got \(3, 3\)", dict(prior=np.eye(3))),
     (TypeError, "prior: expected an array of floats", dict(prior=np.eye(6) * 1j)),
@@ -88,7 +88,7 @@ ARGUMENTS = [
 
 @pytest.mark.parametrize("error, text, wrong", ARGUMENTS)
 def test_messages_name_the_wrong_argument(error, text, wrong):
-    for select in (maxlogdet.select, maxlogdet.Selector(20).select):
+    for select in (maxlogdet.select_blocks, maxlogdet.Selector(20).select):
         with pytest.raises(error, match=text) as raised:
             select(**{"blocks": BLOCKS, "budget": 20, **wrong})
         assert type(raised.value) is error
@@ -100,8 +100,8 @@ def test_a_bool_is_no_integer(true):
     active = maxlogdet.ActiveSelection(20)
     active.start(BLOCKS, 20)
     proposal = active.next()
-    calls = [(name, lambda name=name: maxlogdet.select(BLOCKS, **{name: true}))
-             for name in ("budget", "seed", "threads", "certificate_passes", "exchange_sweeps", "max_per_group")]
+    calls = [(name, lambda name=name: maxlogdet.select_blocks(BLOCKS, **{name: true}))
+             for name in ("budget", "seed", "threads", "certificate_passes", "exchange_sweeps", "group_maximum")]
     calls += [
         ("capacity", lambda: maxlogdet.Selector(true)),
         ("threads", lambda: maxlogdet.Selector(20, threads=true)),
@@ -123,15 +123,21 @@ def test_a_bool_is_no_integer(true):
     active.accept(index=np.uint32(proposal))
 
 
+def test_every_error_is_explained():
+    assert maxlogdet.errors["none"] == "nothing is wrong"
+    assert {reason for reason, _ in REFUSED} <= set(maxlogdet.errors)
+    assert all(text and "\n" not in text for text in maxlogdet.errors.values())
+
+
 def test_none_means_the_default():
     arrays = dict.fromkeys(["prior", "required", "excluded", "groups", "group_maxima", "threads"])
-    assert maxlogdet.select(BLOCKS, 5, **arrays).indices.tolist() == maxlogdet.select(BLOCKS, 5).indices.tolist()
+    assert maxlogdet.select_blocks(BLOCKS, 5, **arrays).indices.tolist() == maxlogdet.select_blocks(BLOCKS, 5).indices.tolist()
 
 
 def test_numbers_may_come_from_numpy():
-    expected = maxlogdet.select(BLOCKS, 5).indices.tolist()
+    expected = maxlogdet.select_blocks(BLOCKS, 5).indices.tolist()
     selection = maxlogdet.Selector(np.int64(20), np.int8(1)).select(
-        BLOCKS, np.uint16(5), time_limit=np.float32(9), max_per_group=np.int64(3), certificate_passes=np.uint8(2))
+        BLOCKS, np.uint16(5), time_limit=np.float32(9), group_maximum=np.int64(3), certificate_passes=np.uint8(2))
     assert selection.indices.tolist() == expected
 
 
@@ -148,4 +154,4 @@ def test_an_exception_in_index_becomes_a_type_error():
             raise KeyError("within")
 
     with pytest.raises(TypeError, match="budget"):
-        maxlogdet.select(BLOCKS, Broken())
+        maxlogdet.select_blocks(BLOCKS, Broken())

@@ -91,7 +91,7 @@ def test_an_installed_package_can_be_imported(tmp_path):
     assert len(packages) == 1
     site = packages[0].parents[1]
     program = ("import maxlogdet, numpy; print(maxlogdet.__file__); "
-               "print(len(maxlogdet.select(numpy.random.default_rng(1).normal(size=(50, 2, 6)), 7)))")
+               "print(len(maxlogdet.select_blocks(numpy.random.default_rng(1).normal(size=(50, 2, 6)), 7)))")
     environment = {**os.environ, "PYTHONPATH": str(site)}
     run = subprocess.run([sys.executable, "-B", "-c", program], env=environment, text=True, capture_output=True,
                          cwd=tmp_path)

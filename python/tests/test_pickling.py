@@ -10,9 +10,9 @@ import pytest
 
 import maxlogdet
 
-SELECTION_NUMBERS = ["status", "searched", "strategy", "log_det", "upper_bound", "efficiency", "evaluations",
-                     "float64_decisions", "invalid_candidates", "threads", "efficiency_of_all", "translation_sigma",
-                     "rotation_sigma"]
+SELECTION_NUMBERS = ["status", "error", "reason", "searched", "strategy", "log_det", "upper_bound", "certified_efficiency",
+                     "evaluations", "float64_decisions", "invalid_candidates", "threads", "efficiency",
+                     "translation_sigma", "rotation_sigma"]
 WAYS = [copy.copy, copy.deepcopy] + [
     lambda it, protocol=protocol: pickle.loads(pickle.dumps(it, protocol)) for protocol in range(2, 6)]
 
@@ -26,17 +26,20 @@ def assert_same_selection(one, other):
     for name in SELECTION_NUMBERS:
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=0, abs=0, nan_ok=True), name
     assert one.indices.dtype == other.indices.dtype and np.array_equal(one.indices, other.indices)
-    assert np.array_equal(one.gains, other.gains)
+    assert np.array_equal(one.gains, other.gains, equal_nan=True)
     assert len(one) == len(other) and list(one) == list(other) and repr(one) == repr(other)
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_selections(rng, way):
     store = store_of(rng)
-    for options in (dict(), dict(certify=True, strategy="automatic"), dict(budget=0), dict(budget=50),
+    for options in (dict(), dict(certificate=True, strategy="automatic"), dict(budget=0), dict(budget=50),
                     dict(target_efficiency=0.3, target_rotation_sigma=0.5)):
-        selection = maxlogdet.select(store, **{"budget": 10, **options})
+        selection = maxlogdet.select_blocks(store, **{"budget": 10, **options})
         assert_same_selection(way(selection), selection)
+    refused = maxlogdet.select(maxlogdet.PinholeCamera(400, 400), np.zeros((3, 4)), rng.normal(size=(40, 3)))
+    assert (refused.status, len(refused)) == ("error", 40)
+    assert_same_selection(way(refused), refused)
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -46,7 +49,7 @@ def test_cameras_and_reports(rng, way):
     rays = np.array([[1.0, 0, 0], [0, 0, 5]])
     turned = np.array([[0, -1.0, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
     singular = maxlogdet.BlockStore().append_blocks(camera, turned, rays + [5, 0, 0], weighting="map_bias_world")
-    assert singular.status == "singular_rays"
+    assert singular.singular_rays == 1
     others = [maxlogdet.Camera(camera), maxlogdet.Camera.radial_tangential(camera, 0.1, 0.02, 1e-3, 2e-3, 0.3),
               maxlogdet.Camera.kannala_brandt(camera, 0.1, 0.02, 0.003, 0.0004),
               maxlogdet.Camera.double_sphere(camera, -0.2, 0.6)]
@@ -88,7 +91,7 @@ def test_stores(rng, way):
         assert same is not store and repr(same) == repr(store)
         for name in ("planes", "indices", "valid"):
             assert np.array_equal(getattr(same, name), getattr(store, name)), name
-        assert_same_selection(maxlogdet.select(same, 20), maxlogdet.select(store, 20))
+        assert_same_selection(maxlogdet.select_blocks(same, 20), maxlogdet.select_blocks(store, 20))
         same.append(None)
         assert len(same) == len(store) + 1
 
@@ -96,14 +99,14 @@ def test_stores(rng, way):
 def test_stores_and_selections_pass_between_processes(rng):
     store = store_of(rng)
     program = ("import pickle, sys, maxlogdet; store, budget = pickle.load(sys.stdin.buffer); "
-               "pickle.dump(maxlogdet.select(store, budget), sys.stdout.buffer)")
+               "pickle.dump(maxlogdet.select_blocks(store, budget), sys.stdout.buffer)")
     run = subprocess.run([sys.executable, "-B", "-c", program], input=pickle.dumps((store, 10)), check=True,
                          stdout=subprocess.PIPE)
-    assert_same_selection(pickle.loads(run.stdout), maxlogdet.select(store, 10))
+    assert_same_selection(pickle.loads(run.stdout), maxlogdet.select_blocks(store, 10))
 
 
 def test_objects_with_working_memory_cannot_be_pickled():
-    for it in (maxlogdet.Selector(10), maxlogdet.ActiveSelection(10)):
+    for it in (maxlogdet.Selector(10), maxlogdet.ActiveSelection(10), maxlogdet.GoodFeatures(10)):
         with pytest.raises(TypeError, match="cannot pickle"):
             pickle.dumps(it)
 

@@ -14,7 +14,7 @@ def with_entry(row, column, value):
     return pose
 
 
-@pytest.mark.parametrize("status, text, pose", [
+@pytest.mark.parametrize("reason, text, pose", [
     ("invalid_pose", "{} is not finite: expected numbers", np.full((4, 4), np.nan)),
     ("invalid_pose", "{} is not finite: expected numbers", np.full((3, 4), np.inf)),
     ("invalid_pose", "{} is not finite: expected numbers", with_entry(0, 3, np.nan)),
@@ -27,8 +27,8 @@ def with_entry(row, column, value):
     (None, r"^{}: expected shape \(3, 4\) or \(4, 4\), got \(2, 4\)$", np.eye(4)[:2]),
     (None, r"^{}: expected shape \(3, 4\) or \(4, 4\), got \(4,\)$", np.ones(4)),
 ])
-def test_messages_say_what_is_wrong_with_a_pose(status, text, pose):
+def test_messages_say_what_is_wrong_with_a_pose(reason, text, pose):
     for name, wrong in (("T_cw", dict(T_cw=pose)), ("T_cb", dict(camera=[(CAMERA, pose)]))):
         with pytest.raises(ValueError, match=text.format(name)) as raised:
             maxlogdet.match_information(**{"camera": CAMERA, "T_cw": np.eye(4), "points": np.ones((1, 3)), **wrong})
-        assert getattr(raised.value, "status", None) == status
+        assert getattr(raised.value, "error", None) == reason

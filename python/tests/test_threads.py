@@ -17,7 +17,7 @@ def test_other_python_threads_run_meanwhile_but_cannot_share_the_selector(rng):
     """While one thread selects for about a second, this one tries the same selector and a selector of its own."""
     large = maxlogdet.BlockStore(rng.normal(size=(50000, 2, 6)))
     small = rng.normal(size=(50, 2, 6))
-    expected = maxlogdet.select(small, 5).indices.tolist()
+    expected = maxlogdet.select_blocks(small, 5).indices.tolist()
     shared, own = maxlogdet.Selector(50000), maxlogdet.Selector(50)
     answers = []
 
@@ -52,7 +52,7 @@ def test_other_python_threads_run_meanwhile_but_cannot_share_the_selector(rng):
 
 def test_several_selectors_may_use_one_store_at_once(rng):
     store = maxlogdet.BlockStore(pinhole_blocks(rng, 3000))
-    expected = maxlogdet.select(store, 50).indices.tolist()
+    expected = maxlogdet.select_blocks(store, 50).indices.tolist()
 
     def many(_):
         selector = maxlogdet.Selector(3000)
@@ -81,7 +81,7 @@ def test_helpers_work_where_there_are_some(rng):
     blocks = rng.normal(size=(1000, 2, 6))
     processors = len(os.sched_getaffinity(0))
     expected = 2 if maxlogdet.has_tbb and processors > 1 else 1
-    assert maxlogdet.select(blocks, 10, threads=2).threads == expected
+    assert maxlogdet.select_blocks(blocks, 10, threads=2).threads == expected
     assert maxlogdet.Selector(1000, threads=2).select(blocks, 10).threads == expected
     assert maxlogdet.Selector(1000, threads=2).select(blocks, 10, threads=1).threads == 1
     assert maxlogdet.Selector(1000).select(blocks, 10).threads == 1  # threads do not pay for so few
@@ -93,13 +93,13 @@ blocks = np.load(sys.argv[1])
 print(maxlogdet.isa())
 if maxlogdet.isa() != 'none':
     for strategy in ('lazy_greedy', 'stochastic_greedy', 'backward_greedy'):
-        s = maxlogdet.select(blocks, 200, strategy=strategy)
+        s = maxlogdet.select_blocks(blocks, 200, strategy=strategy)
         print(s.indices.tolist(), s.gains.tobytes().hex(), s.log_det.hex())
 else:
     try:
-        maxlogdet.select(blocks, 200)
+        maxlogdet.select_blocks(blocks, 200)
     except maxlogdet.SelectionError as error:
-        print(error.status)
+        print(error.error)
 """
 
 

@@ -14,8 +14,10 @@ CAMERA = maxlogdet.PinholeCamera(458, 457)
 ARGUMENTS = {
     "__deepcopy__": [{}], "__exit__": [None, None, None], "append": [None], "extend": [[]], "reserve": [1],
     "next_batch": [1], "answer": [[True]], "project": [np.ones((1, 3))], "start": [[]], "select": [[]],
-    "append_blocks": [CAMERA, np.eye(4), np.ones((1, 3))],
+    "append_blocks": [CAMERA, np.eye(4), np.ones((1, 3))], "add": [np.ones((1, 3))], "match": [bool],
+    "outliers": [np.eye(4)], "record": [""],
 }
+ARGUMENTS_OF = {maxlogdet.GoodFeatures: {"start": [CAMERA, np.eye(4)], "select": []}}
 
 
 def raw(kind):
@@ -33,6 +35,7 @@ def derived(kind):
 @pytest.mark.parametrize("kind", CLASSES)
 def test_every_member_refuses(kind):
     refused = pytest.raises(TypeError, match="the object is not initialised")
+    arguments = {**ARGUMENTS, **ARGUMENTS_OF.get(kind, {})}
     for it in (raw(kind), raw(derived(kind))):
         for name, member in vars(kind).items():
             if isinstance(member, property):
@@ -40,13 +43,15 @@ def test_every_member_refuses(kind):
                     getattr(it, name)
             elif callable(member) and not isinstance(member, staticmethod) and name not in EXEMPT:
                 with refused:
-                    member(it, *ARGUMENTS.get(name, []))
+                    member(it, *arguments.get(name, []))
 
 
 @pytest.mark.parametrize("use", [
-    lambda: maxlogdet.select(raw(maxlogdet.BlockStore), 1),
+    lambda: maxlogdet.select_blocks(raw(maxlogdet.BlockStore), 1),
     lambda: maxlogdet.Selector(3).select(raw(maxlogdet.BlockStore)),
     lambda: maxlogdet.ActiveSelection(3).start(raw(maxlogdet.BlockStore)),
+    lambda: maxlogdet.select(raw(maxlogdet.PinholeCamera), np.eye(4), np.ones((1, 3))),
+    lambda: maxlogdet.GoodFeatures(3).start(raw(maxlogdet.Camera), np.eye(4)),
     lambda: next(raw(maxlogdet.ActiveSelection)),
     lambda: list(raw(maxlogdet.Selection)),
     lambda: maxlogdet.Camera(raw(maxlogdet.PinholeCamera)),
