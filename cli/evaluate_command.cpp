@@ -9,12 +9,14 @@
 #include "sim/names.hpp"
 #include "sim/output_file.hpp"
 #include "sim/table.hpp"
+#include "sim/text.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <system_error>
@@ -38,6 +40,11 @@ struct EvaluateArguments {
   void add_to(CLI::App& command);
 };
 
+std::string refused_deviation(const std::string& text) {
+  const std::optional<double> value = sim::finite_number(text);
+  return value && *value >= 0 ? std::string() : "expected a finite number of 0 or more";
+}
+
 void EvaluateArguments::add_to(CLI::App& command) {
   command.add_option("FRAMES", inputs, "Folders of recorded frames, or files (docs/frame_format.md)")->required();
   command.add_option("--budgets", budgets, "Numbers of matches to select")
@@ -52,7 +59,7 @@ void EvaluateArguments::add_to(CLI::App& command) {
                   "Noise of blocks and residuals; by default measurement_and_map if frames have covariances")
       ->check(CLI::IsMember({to_string(Weighting::measurement), to_string(Weighting::measurement_and_map)}));
   command.add_option("--map-sigma", map_sigma, "Deviation of map points without a covariance, m")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Validator(refused_deviation, "NUMBER"))
       ->capture_default_str();
   command.add_option("--threads", threads, "Threads; 0: all")->check(CLI::Range(0, 1024))->capture_default_str();
   command.add_option("--seed", seed, "Of the random selections")->capture_default_str();

@@ -145,8 +145,8 @@ std::string explained(Error error, const Options& options) {
     case Error::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
     case Error::invalid_target:
-      return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or more for --target-translation-sigma and "
-             "--target-rotation-sigma";
+      return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or a positive finite number for "
+             "--target-translation-sigma and --target-rotation-sigma";
     case Error::unsupported_target:
       return std::string(to_string(options.strategy)) +
              (options.exchange.sweeps == 0 ? "" : " with --exchange-sweeps") +

@@ -58,7 +58,7 @@ void check(const PnpOptions& options) {
   }
   for (const double noise : options.noises)
     require_input(noise > 0 && noise <= 100, "--noise: expected numbers above 0 px, at most 100 px");
-  require_input(std::abs(options.map_bias) <= 1, "--map-bias: expected at most 1 m");
+  require_input(std::abs(options.map_bias) <= 1, "--map-bias: expected -1 to 1 m");
   require_input(options.map_deviation > 0 && options.map_deviation <= 1,
                 "--map-deviation: expected a number above 0 m, at most 1 m");
   require_input(options.nearest > 0.5 && options.farthest > options.nearest && options.farthest <= 1e4,

@@ -201,6 +201,16 @@ MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) co
   return noise;
 }
 
+bool FrameMatches::weigh(std::size_t i, const BlockOptions& options, bool is_whitening, double* to) const noexcept {
+  if (!has_camera(i)) return false;
+  const double* const p_w = &points[3 * i];
+  const MatchNoise noise = noise_of(i, options);
+  const auto write = [&](const auto& camera) {
+    return is_whitening ? match_whitening(camera, T, p_w, noise, to) : match_information(camera, T, p_w, noise, to);
+  };
+  return has_rig ? write(camera_of(i)) : write(only.camera);
+}
+
 // z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
 bool FrameMatches::residual_of(const RigidTransform& pose, std::size_t i, double (&e)[3]) const noexcept {
   if (!has_camera(i)) return false;
@@ -222,7 +232,7 @@ double FrameMatches::chi2_of(const RigidTransform& pose, std::size_t i, const Bl
   if (has_jacobians || uses[i] == MatchUse::unmatched || !is_measured(i)) return not_a_number;
   double e[3], omega[9];
   if (!residual_of(pose, i, e)) return infinity;
-  if (options != nullptr && match_information(camera_of(i), T, &points[3 * i], noise_of(i, *options), omega)) {
+  if (options != nullptr && weigh(i, *options, false, omega)) {
     return square_of(e, omega, has_depth_cue[i] != 0 ? 3 : 2);
   }
   const double of_cue = e[2] / (depth_cue == DepthCue::depth ? depth_sigma_ : sigmas[i]);

@@ -51,6 +51,8 @@ class FrameMatches {
                double (&rows)[max_block_rows][state_dimension]) const noexcept;
   /// The noise that the block of match i is whitened by.
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
+  /// Writes the weight of match i, or its root, by the camera that its block is made with: alone, or one of the rig.
+  bool weigh(std::size_t i, const BlockOptions& options, bool is_whitening, double* to) const noexcept;
   /// Squared error of match i in standard deviations at another pose; `options`: nullptr for those of the measurement
   /// alone. NaN where there is no saying.
   double chi2_of(const RigidTransform& pose, std::size_t i, const BlockOptions* options) const noexcept;

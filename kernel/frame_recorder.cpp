@@ -70,11 +70,8 @@ double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma *
 // -1, as in a file, for what is not measured.
 double measured_or_none(double cue) noexcept { return cue >= 0 && std::isfinite(cue) ? cue : -1; }
 
-// Whether the reader takes the camera, too, of which cx and cy enter no block.
-bool is_recordable(const RigCamera& camera, DepthCue third) noexcept {
-  const PinholeCamera& pinhole = camera.camera.pinhole;
-  return check(camera.camera, false, third) == Error::none && std::isfinite(pinhole.cx) && std::isfinite(pinhole.cy) &&
-         is_rigid(camera.T_cb);
+bool is_recordable(const RigCamera& camera, DepthCue depth_cue) noexcept {
+  return check(camera.camera, false, depth_cue) == Error::none && is_rigid(camera.T_cb);
 }
 
 bool is_frame_file(std::string_view name) noexcept {

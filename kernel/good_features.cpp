@@ -355,13 +355,10 @@ bool GoodFeatures::is_selected(std::size_t i) const noexcept {
 }
 
 bool GoodFeatures::information(std::size_t i, double* omega) const noexcept {
-  const FrameMatches& m = state_->matches;
-  return m.has_camera(i) &&
-         match_information(m.camera_of(i), m.T, &m.points[3 * i], m.noise_of(i, block_options), omega);
+  return state_->matches.weigh(i, block_options, false, omega);
 }
 bool GoodFeatures::whitening(std::size_t i, double* W) const noexcept {
-  const FrameMatches& m = state_->matches;
-  return m.has_camera(i) && match_whitening(m.camera_of(i), m.T, &m.points[3 * i], m.noise_of(i, block_options), W);
+  return state_->matches.weigh(i, block_options, true, W);
 }
 
 IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {

@@ -43,9 +43,11 @@ py::array_t<double> weights_of(const py::object& camera, const py::object& T_cw,
     const RigCamera& seen_by = cameras.all[matches.camera_ids == nullptr ? 0 : matches.camera_ids[i]];
     const MatchNoise noise = match_noise(matches, i, options);
     const double* const p_w = positions.data() + 3 * i;
+    const auto write_by = [&](const auto& by, double* to) {
+      return is_whitening ? match_whitening(by, pose, p_w, noise, to) : match_information(by, pose, p_w, noise, to);
+    };
     const auto write = [&](double* to) {
-      return is_whitening ? match_whitening(seen_by, pose, p_w, noise, to)
-                          : match_information(seen_by, pose, p_w, noise, to);
+      return cameras.is_rig ? write_by(seen_by, to) : write_by(seen_by.camera, to);
     };
     double weight[9] = {std::numeric_limits<double>::quiet_NaN()};
     write(weight);

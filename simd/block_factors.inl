@@ -3,14 +3,12 @@
 
 namespace {
 
+using maxlogdet::simd::whiten_along_ray;
+
 constexpr double singular_ray_cosine = 1e-6;  // below it H_p^n has lost more digits than float32 has
 
-// A block is A [ I | -[p]x ], with an upper triangular A: its rows are those of the measurements after a rotation among
-// them, which changes no gain, and keeps them from being nearly parallel (as u and u_right are).
 template <int Rows>
-struct Factor {
-  Doubles a[Rows][3];  // zero below the diagonal, and not read there
-};
+using Factor = maxlogdet::simd::FactorOf<Doubles, Rows>;
 
 // From a factor in coordinates along the ray, (dX - x dZ, dY - y dZ, dZ), x = X / Z, y = Y / Z, to one in (dX, dY, dZ).
 template <int Rows>
@@ -96,125 +94,6 @@ inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Poi
   return is_singular;
 }
 
-// A symmetric 3 x 3 matrix.
-struct Symmetric {
-  Doubles xx, xy, xz, yy, yz, zz;
-};
-
-inline void add(const Symmetric& from, Symmetric& to) {
-  to.xx += from.xx;
-  to.xy += from.xy;
-  to.xz += from.xz;
-  to.yy += from.yy;
-  to.yz += from.yz;
-  to.zz += from.zz;
-}
-
-// R Sigma_p R^T.
-inline Symmetric in_camera_frame(const double* T_cw, const Doubles (&s)[6]) {
-  Doubles rows[3][3];  // R Sigma_p
-  for (int a = 0; a < 3; ++a) {
-    const double* const r = T_cw + 4 * a;
-    for (int c = 0; c < 3; ++c) {
-      rows[a][c] = Doubles(r[0]) * s[symmetric_entry[0][c]] + Doubles(r[1]) * s[symmetric_entry[1][c]] +
-                   Doubles(r[2]) * s[symmetric_entry[2][c]];
-    }
-  }
-  const auto entry = [&](int a, int b) {
-    const double* const r = T_cw + 4 * b;
-    return rows[a][0] * Doubles(r[0]) + rows[a][1] * Doubles(r[1]) + rows[a][2] * Doubles(r[2]);
-  };
-  return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
-}
-
-// V S V^T with V = [1 0 -x; 0 1 -y; 0 0 1]: from the camera's axes to (dX - x dZ, dY - y dZ, dZ).
-[[gnu::always_inline]] inline Symmetric along_ray(const Symmetric& s, const Doubles& x, const Doubles& y) {
-  const Doubles xz = s.xz - x * s.zz;
-  const Doubles yz = s.yz - y * s.zz;
-  return {s.xx - x * (s.xz + xz), s.xy - y * s.xz - x * yz, xz, s.yy - y * (s.yz + yz), yz, s.zz};
-}
-
-// The square of the Frobenius norm of a symmetric matrix, its upper triangle by rows.
-inline Doubles frobenius_squared(const Doubles (&s)[6]) {
-  return s[0] * s[0] + s[3] * s[3] + s[5] * s[5] + Doubles(2.0) * (s[1] * s[1] + s[2] * s[2] + s[4] * s[4]);
-}
-
-// Whether rounding leaves A S A^T = I to 1e-3, S = Sigma_z + B Sigma_p B^T (docs/numerics.md). `square`: |Sigma_p|^2;
-// `norms`: the sum of the squares of |A| (|b_1|, |b_2|, ...), |b_i| sums of magnitudes.
-inline Mask keeps_digits(const Doubles& square, const Doubles& norms) {
-  return square * (norms * norms) <= Doubles(max_whitened_covariance * max_whitened_covariance);
-}
-
-// The covariance of the point as measured, along its ray: dX - x dZ = Z / fx du, dY - y dZ = Z / fy dv, and dZ = -Z^2 /
-// bf (du - du_right) of a stereo row, or that of the depth. Returns where no variance has underflowed to zero.
-template <ThirdRow third>
-inline Mask measured_along_ray(const BlockInput& input, const Doubles& sigma, const Point& p, const Mask& has_third,
-                               Symmetric& s) {
-  const Doubles zero(0.0);
-  const Doubles variance = sigma * sigma;
-  const Doubles a = p.z * Doubles(1 / input.fx);
-  const Doubles b = p.z * Doubles(1 / input.fy);
-  s.xx = a * a * variance;
-  s.yy = b * b * variance;
-  s.xy = s.xz = s.yz = s.zz = zero;
-  Mask is_definite = variance > zero;
-  if constexpr (third == ThirdRow::stereo) {
-    const Doubles per_pixel = p.z * p.z * Doubles(1 / input.bf);
-    s.xz = negated(a * per_pixel * variance);
-    s.zz = per_pixel * per_pixel * (variance + variance);
-  } else if constexpr (third == ThirdRow::depth) {
-    s.zz = Doubles(input.depth_sigma * input.depth_sigma);
-    is_definite = is_definite & ((s.zz > zero) | !has_third);
-  }
-  return is_definite;
-}
-
-// A with A^T A = S^-1, along the ray, from S = U U^T, U upper triangular; without a third measurement only of the first
-// two coordinates, S as if there were none. Returns where S is positive definite.
-template <ThirdRow third, int Rows>
-inline Mask whiten(const Symmetric& s, const Mask& has_third, Factor<Rows>& factor) {
-  const Doubles zero(0.0);
-  const Doubles one(1.0);
-  Doubles xz = zero, yz = zero, inverse_zz = zero;
-  Mask is_definite(true);
-  if constexpr (Rows == 3) {
-    is_definite = is_positive(s.zz) | !has_third;
-    inverse_zz = xsimd::select(has_third, one / xsimd::sqrt(s.zz), zero);
-    xz = xsimd::select(has_third, s.xz * inverse_zz, zero);
-    yz = xsimd::select(has_third, s.yz * inverse_zz, zero);
-  }
-  const Doubles yy = s.yy - yz * yz;
-  const Doubles inverse_yy = one / xsimd::sqrt(yy);
-  const Doubles xy = (s.xy - xz * yz) * inverse_yy;
-  const Doubles xx = s.xx - xz * xz - xy * xy;
-  const Doubles inverse_xx = one / xsimd::sqrt(xx);
-  is_definite = is_definite & is_positive(yy) & is_positive(xx);
-  factor.a[0][0] = inverse_xx;
-  factor.a[0][1] = negated(xy * inverse_yy * inverse_xx);
-  factor.a[1][1] = inverse_yy;
-  factor.a[0][2] = factor.a[1][2] = zero;
-  if constexpr (Rows == 3) {
-    factor.a[1][2] = negated(yz * inverse_zz * inverse_yy);
-    factor.a[0][2] = negated((xz * inverse_xx + yz * factor.a[0][1]) * inverse_zz);
-    factor.a[2][2] = inverse_zz;
-  }
-  return is_definite;
-}
-
-// The norms of keeps_digits for a factor along the ray, whose B is V R.
-template <int Rows>
-inline Doubles norms_along_ray(const Factor<Rows>& factor, const Doubles& x, const Doubles& y) {
-  const Doubles one(1.0);
-  const Doubles of_x = one + xsimd::abs(x);
-  const Doubles of_y = one + xsimd::abs(y);
-  Doubles first = factor.a[0][0] * of_x + xsimd::abs(factor.a[0][1]) * of_y;
-  Doubles second = factor.a[1][1] * of_y;
-  if constexpr (Rows == 2) return first * first + second * second;
-  first += xsimd::abs(factor.a[0][2]);
-  second += xsimd::abs(factor.a[1][2]);
-  return first * first + second * second + factor.a[Rows - 1][2] * factor.a[Rows - 1][2];
-}
-
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
 // which the last depends on the depth alone. Returns where sigma^2 has not underflowed to zero.
 template <ThirdRow third, int Rows>
@@ -246,32 +125,17 @@ inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std:
   return is_definite;
 }
 
-// Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, by the sum of the point's covariances as measured and as mapped.
-// Returns where there is one.
+// Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T. Returns where there is one.
 template <ThirdRow third, int Rows>
 inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                             const Mask& has_third, Factor<Rows>& factor) {
-  const Doubles zero(0.0);
   const Doubles one(1.0);
   const Doubles sigma = input.sigmas == nullptr ? one : load(batch.sigma, i);
   const Doubles inverse_z = one / p.z;
-  const Doubles x = p.x * inverse_z;
-  const Doubles y = p.y * inverse_z;
-  Symmetric s;
-  Mask is_definite = measured_along_ray<third>(input, sigma, p, has_third, s);
-  Doubles square(3 * input.map_sigma * input.map_sigma * input.map_sigma * input.map_sigma);
-  if (input.map_covariances == nullptr) {
-    const Doubles variance(input.map_sigma * input.map_sigma);
-    add(along_ray({variance, zero, zero, variance, zero, variance}, x, y), s);
-  } else {
-    Doubles covariance[6];
-    for (int e = 0; e < 6; ++e) covariance[e] = load(batch.map_covariance[e], i);
-    add(along_ray(in_camera_frame(input.T_cw, covariance), x, y), s);
-    square = frobenius_squared(covariance);
-  }
-  is_definite = is_definite & whiten<third>(s, has_third, factor);
-  is_definite = is_definite & keeps_digits(square, norms_along_ray(factor, x, y));
-  from_ray(x, y, factor);
+  const Point ray = {p.x * inverse_z, p.y * inverse_z, p.z};
+  const auto covariance = [&](int e) { return load(batch.map_covariance[e], i); };
+  const Mask is_definite = whiten_along_ray<third>(input, sigma, covariance, ray, has_third, factor);
+  from_ray(ray.x, ray.y, factor);
   return is_definite;
 }
 

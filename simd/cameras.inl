@@ -4,8 +4,10 @@
 
 namespace {
 
+using maxlogdet::simd::add_third;
 using maxlogdet::simd::CameraInput;
 using maxlogdet::simd::Derivative;
+using maxlogdet::simd::rotate_to_body;
 
 // Why a match has no J; a double, as all else of a batch.
 constexpr double is_accepted = 0;
@@ -86,32 +88,6 @@ inline Doubles linearise_bias(const BlockInput& input, const Point& p, const Mas
   return xsimd::select(p.z <= zero, Doubles(is_behind), near);
 }
 
-// The third row, that of the depth, scaled; a stereo row is rotated with that of u to (u + u_right, u_right - u) /
-// sqrt(2), as in measurement_factor.
-template <BlockWeighting weighting, ThirdRow third>
-inline void add_third(const CameraInput& camera, const Point& p, const Mask& has_third, Doubles (&rows)[3][3]) {
-  const Doubles zero(0.0);
-  rows[2][0] = rows[2][1] = zero;
-  rows[2][2] = xsimd::select(has_third, Doubles(1.0), zero);
-  if constexpr (third == ThirdRow::stereo &&
-                (weighting == BlockWeighting::measurement || weighting == BlockWeighting::measurement_and_map)) {
-    rows[2][2] = xsimd::select(has_third, Doubles(camera.bf * root_half) / (p.z * p.z), zero);
-    for (Doubles& entry : rows[0]) entry = xsimd::select(has_third, Doubles(2 * root_half) * entry, entry);
-    rows[0][2] = rows[0][2] + rows[2][2];
-  }
-}
-
-// From derivatives by p_c to derivatives by p_b.
-inline void rotate_to_body(const double* T_cb, Doubles (&rows)[3][3]) {
-  for (auto& row : rows) {
-    Doubles rotated[3];
-    for (int j = 0; j < 3; ++j) {
-      rotated[j] = row[0] * Doubles(T_cb[j]) + row[1] * Doubles(T_cb[4 + j]) + row[2] * Doubles(T_cb[8 + j]);
-    }
-    for (int j = 0; j < 3; ++j) row[j] = rotated[j];
-  }
-}
-
 // Writes only the lanes of `mask`.
 inline void put(const Doubles& values, const Mask& mask, double* to) {
   xsimd::select(mask, values, Doubles::load_aligned(to)).store_aligned(to);
@@ -134,7 +110,7 @@ inline void linearise_with(const BlockInput& input, std::size_t number, SeenBatc
     Doubles rows[3][3];
     const Doubles refusal =
         is_by_map ? linearise_bias(input, p, has_third, rows) : linearise(input, camera, batch, i, p, rows);
-    add_third<weighting, third>(camera, p, has_third, rows);
+    add_third<third == ThirdRow::stereo && !is_by_map>(camera.bf, p.z, has_third, rows);
     if (input.is_rig) rotate_to_body(T, rows);
     put(refusal, is_its, batch.refusal + i);
     for (int e = 0; e < 9; ++e) put(rows[e / 3][e % 3], is_its, batch.jacobian[e] + i);

@@ -6,6 +6,7 @@
 #include "simd/cameras/models.hpp"
 #include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
+#include "simd/whitening.hpp"
 #include "simd/xsimd_compat.hpp"
 
 #include <cstring>
@@ -18,7 +19,6 @@ using maxlogdet::simd::dimension;
 using maxlogdet::simd::entries_of;
 using maxlogdet::simd::factored;
 using maxlogdet::simd::Form;
-using maxlogdet::simd::max_whitened_covariance;
 using maxlogdet::simd::next_below;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;

@@ -9,14 +9,14 @@ using maxlogdet::simd::BlockInput;
 using maxlogdet::simd::BlockOutput;
 using maxlogdet::simd::BlockWeighting;
 using maxlogdet::simd::is_finite;
+using maxlogdet::simd::is_positive;
 using maxlogdet::simd::negated;
+using maxlogdet::simd::root_half;
 using maxlogdet::simd::ThirdRow;
+using maxlogdet::simd::upper_triangle;
 using Mask = xsimd::batch_bool<double>;
 
 constexpr double largest_double = 1.7976931348623157e308;
-constexpr double root_half = 0.70710678118654752;
-
-inline Mask is_positive(const Doubles& value) { return (value > Doubles(0.0)) & (value <= Doubles(largest_double)); }
 
 // The input of some matches, an array per value, so that packs load whole vectors, and filled well before: a vector
 // load right after the scalar stores it reads from would stall. The last match is repeated up to a whole pack, which
@@ -33,9 +33,6 @@ struct Batch {
   alignas(64) double has_third[batch_size];
   alignas(64) double map_covariance[6][batch_size];  // upper triangle, by rows
 };
-constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};  // of 3 x 3, row-major
-// Which of these six is entry (a, b).
-constexpr int symmetric_entry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 inline Doubles load(const double (&values)[batch_size], std::size_t i) { return Doubles::load_aligned(values + i); }
 

@@ -24,54 +24,6 @@ inline Mask weigh_rows(const BlockInput& input, const Batch& batch, std::size_t 
   return is_definite;
 }
 
-// J Sigma_p J^T, and what bounds its rounding: entry (a, b) is off by at most 3u norm[a] norm[b] sqrt(square), square =
-// |Sigma_p|^2.
-template <int Rows>
-struct Mapped {
-  Doubles entries[Rows][Rows];  // the lower triangle
-  Doubles norms[Rows];
-  Doubles square;
-};
-
-template <int Rows>
-inline Mapped<Rows> map_rows(const BlockInput& input, const Batch& batch, std::size_t i,
-                             const Doubles (&rows)[Rows][3]) {
-  const auto dot = [](const Doubles* a, const Doubles* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  Mapped<Rows> mapped;
-  Doubles world[Rows][3];    // J R
-  Doubles product[Rows][3];  // J R Sigma_p
-  const bool is_round = input.map_covariances == nullptr;
-  const Doubles variance(input.map_sigma * input.map_sigma);
-  Doubles s[6];
-  for (int e = 0; e < 6; ++e) s[e] = is_round ? variance : load(batch.map_covariance[e], i);
-  for (int a = 0; a < Rows; ++a) {
-    for (int j = 0; j < 3; ++j) {
-      const double* const r = input.T_cw + j;
-      world[a][j] =
-          is_round ? rows[a][j] : rows[a][0] * Doubles(r[0]) + rows[a][1] * Doubles(r[4]) + rows[a][2] * Doubles(r[8]);
-    }
-    for (int j = 0; j < 3; ++j) {
-      product[a][j] = is_round ? world[a][j] * variance
-                               : world[a][0] * s[symmetric_entry[0][j]] + world[a][1] * s[symmetric_entry[1][j]] +
-                                     world[a][2] * s[symmetric_entry[2][j]];
-    }
-    mapped.norms[a] = xsimd::abs(world[a][0]) + xsimd::abs(world[a][1]) + xsimd::abs(world[a][2]);
-    for (int b = 0; b <= a; ++b) mapped.entries[a][b] = dot(product[a], world[b]);
-  }
-  mapped.square = is_round ? Doubles(3.0) * variance * variance : frobenius_squared(s);
-  return mapped;
-}
-
-// The deviation of row a, squared; `is_definite` is false where it has underflowed to zero.
-template <ThirdRow third>
-inline Doubles variance_of_row(const BlockInput& input, const Doubles& sigma, const Mask& has_third, int a,
-                               Mask& is_definite) {
-  if (third != ThirdRow::depth || a != 2) return sigma * sigma;
-  const Doubles variance = xsimd::select(has_third, Doubles(input.depth_sigma * input.depth_sigma), Doubles(1.0));
-  is_definite = is_definite & (variance > Doubles(0.0));
-  return variance;
-}
-
 // rows <- L rows, L lower triangular.
 template <int Rows>
 inline void multiply_by_lower(const Doubles (&lower)[Rows][Rows], Doubles (&rows)[Rows][3]) {
@@ -84,40 +36,16 @@ inline void multiply_by_lower(const Doubles (&lower)[Rows][Rows], Doubles (&rows
   }
 }
 
-// C^-1 J with C C^T = Sigma_z + J Sigma_p J^T, C lower triangular. Returns where that is positive definite, and keeps
-// its digits.
+// C^-1 J with C C^T = Sigma_z + J Sigma_p J^T, C lower triangular. Returns where there is one.
 template <ThirdRow third, int Rows>
 inline Mask whiten_rows(const BlockInput& input, const Batch& batch, std::size_t i, const Mask& has_third,
                         Doubles (&rows)[Rows][3]) {
-  const Doubles zero(0.0);
-  const Doubles one(1.0);
-  const Doubles sigma = input.sigmas == nullptr ? one : load(batch.sigma, i);
-  const Mapped<Rows> mapped = map_rows(input, batch, i, rows);
-  Mask is_definite = sigma * sigma > zero;
-  Doubles c[Rows][Rows];
-  Doubles inverse[Rows][Rows];  // of C
-  Doubles norms = zero;         // | |C^-1| norms |^2
-  for (int a = 0; a < Rows; ++a) {
-    for (int b = 0; b < a; ++b) {
-      Doubles rest = mapped.entries[a][b];
-      for (int k = 0; k < b; ++k) rest -= c[a][k] * c[b][k];
-      c[a][b] = rest * inverse[b][b];
-    }
-    Doubles pivot = mapped.entries[a][a] + variance_of_row<third>(input, sigma, has_third, a, is_definite);
-    for (int k = 0; k < a; ++k) pivot -= c[a][k] * c[a][k];
-    is_definite = is_definite & is_positive(pivot);
-    inverse[a][a] = one / xsimd::sqrt(pivot);
-    Doubles norm = inverse[a][a] * mapped.norms[a];
-    for (int b = 0; b < a; ++b) {
-      Doubles sum = zero;
-      for (int k = b; k < a; ++k) sum += c[a][k] * inverse[k][b];
-      inverse[a][b] = negated(sum * inverse[a][a]);
-      norm += xsimd::abs(inverse[a][b]) * mapped.norms[b];
-    }
-    norms += norm * norm;
-  }
+  const Doubles sigma = input.sigmas == nullptr ? Doubles(1.0) : load(batch.sigma, i);
+  const auto covariance = [&](int e) { return load(batch.map_covariance[e], i); };
+  Doubles inverse[Rows][Rows];
+  const Mask is_definite = maxlogdet::simd::whiten_rows<third>(input, sigma, covariance, has_third, rows, inverse);
   multiply_by_lower(inverse, rows);
-  return is_definite & keeps_digits(mapped.square, norms);
+  return is_definite;
 }
 
 // Rotates rows a and b, so that b has a zero in `column`.

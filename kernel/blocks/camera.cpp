@@ -67,6 +67,7 @@ bool has_valid_parameters(const Camera& camera) noexcept {
   const PinholeCamera& pinhole = camera.pinhole;
   const double* const k = camera.parameters;
   if (!(pinhole.fx > 0 && std::isfinite(pinhole.fx) && pinhole.fy > 0 && std::isfinite(pinhole.fy))) return false;
+  if (!std::isfinite(pinhole.cx) || !std::isfinite(pinhole.cy)) return false;
   for (std::size_t i = 0; i < parameter_count(camera.model); ++i) {
     if (!std::isfinite(k[i])) return false;
   }

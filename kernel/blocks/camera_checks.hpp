@@ -13,8 +13,8 @@ constexpr std::size_t max_cameras = 256;
 /// Whether it is one of the enumerators.
 bool is_known(CameraModel model) noexcept;
 
-/// Whether fx and fy are positive and finite, and the model's parameters finite and in their ranges. The model is
-/// known.
+/// Whether fx and fy are positive and finite, cx and cy finite, and the model's parameters finite and in their ranges.
+/// The model is known.
 bool has_valid_parameters(const Camera& camera) noexcept;
 
 }  // namespace maxlogdet

@@ -338,6 +338,7 @@ def test_weights_of_an_unknown_camera_are_refused(wrong):
 
 REFUSED = [
     ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(0, 1))),
+    ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1, np.nan, 0))),
     ("invalid_camera", dict(camera=maxlogdet.PinholeCamera(1, 1), depth_cue="stereo")),
     ("invalid_pose", dict(T_cw=2 * np.eye(4)[:3])),
     ("invalid_pose", dict(T_cw=np.full((3, 4), np.nan))),

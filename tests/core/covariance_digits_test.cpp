@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Covariances that leave no digits: blocks by measurement_and_map are right, or there is none.
+// Covariances that leave no digits: blocks by measurement_and_map and weights are right, or there is neither.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+
+#include <maxlogdet/good_features.hpp>
+#include <maxlogdet/match_information.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +13,8 @@
 namespace maxlogdet::test {
 namespace {
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // A point of which little is known along its ray, seen by a pinhole camera alone or on a rig.
 struct Ray {
   PinholeCamera camera;
@@ -17,6 +22,8 @@ struct Ray {
   Eigen::Vector3d p_w;
   double sigma;
   Eigen::Matrix3d covariance;
+  RowMajor jacobian;  // d (u, v) / d p_c of the caller's own, if it has rows
+  unsigned char has_depth_cue = 1;
 };
 
 Ray random_ray(Random& random, double depth, double deviation) {
@@ -36,38 +43,69 @@ Ray random_ray(Random& random, double depth, double deviation) {
   return ray;
 }
 
-WideMatrix textbook_information(const Ray& ray, DepthCue depth_cue) {
-  const WideMatrix R_cb = ray.T_cb.linear();
-  const WideVector3 p_b = ray.T_bw * ray.p_w.cast<long double>();
-  const WideVector3 p = ray.T_cb * p_b;
-  WideMatrix j = WideMatrix::Zero(3, 3);
+// d (u, v) / d p_c.
+WideMatrix jacobian_in_camera(const Ray& ray) {
+  if (ray.jacobian.rows() > 0) return ray.jacobian.cast<long double>();
+  const WideVector3 p = ray.T_cb * (ray.T_bw * ray.p_w.cast<long double>());
   const long double z = p.z();
-  j.row(0) << ray.camera.fx / z, 0, -ray.camera.fx * p.x() / (z * z);
-  j.row(1) << 0, ray.camera.fy / z, -ray.camera.fy * p.y() / (z * z);
-  if (depth_cue == DepthCue::stereo) j.row(2) << j(0, 0), 0, j(0, 2) + ray.camera.bf / (z * z);
-  if (depth_cue == DepthCue::depth) j.row(2) << 0, 0, 1;
-  const int rows = depth_cue == DepthCue::none ? 2 : 3;
-  WideMatrix noise = WideMatrix::Identity(rows, rows) * (static_cast<long double>(ray.sigma) * ray.sigma);
-  if (depth_cue == DepthCue::depth) noise(2, 2) = 0.05 * 0.05;
-  const WideMatrix j_b = wide_product(j, R_cb).topRows(rows);
-  const WideMatrix j_w = wide_product(j_b, WideMatrix(ray.T_bw.linear()));
-  noise += wide_product(wide_product(j_w, ray.covariance.cast<long double>()), j_w.transpose());
-  WideMatrix by_pose(3, 6);
-  by_pose << 1, 0, 0, 0, p_b.z(), -p_b.y(), 0, 1, 0, -p_b.z(), 0, p_b.x(), 0, 0, 1, p_b.y(), -p_b.x(), 0;
-  const WideMatrix h = wide_product(j_b, by_pose);
-  return wide_product(wide_product(h.transpose(), wide_inverse(noise)), h);
+  WideMatrix j(2, 3);
+  j << ray.camera.fx / z, 0, -ray.camera.fx * p.x() / (z * z), 0, ray.camera.fy / z, -ray.camera.fy * p.y() / (z * z);
+  return j;
 }
 
-// On a rig the blocks are about the body's pose; alone, about the camera's own, T_cb being a part of it.
-BlockReport append(const Ray& ray, DepthCue depth_cue, bool is_rig, BlockStore& blocks) {
+// d (u, v, third) / d p_b, the third of a stereo row u_right - u: of u and u_right, which are nearly parallel, Sigma
+// would lose the digits of long double.
+WideMatrix jacobian_of(const Ray& ray, DepthCue depth_cue) {
+  const long double z = (ray.T_cb * (ray.T_bw * ray.p_w.cast<long double>())).z();
+  WideMatrix j = WideMatrix::Zero(3, 3);
+  j.topRows(2) = jacobian_in_camera(ray);
+  if (depth_cue == DepthCue::stereo) j.row(2) << 0, 0, ray.camera.bf / (z * z);
+  if (depth_cue == DepthCue::depth) j.row(2) << 0, 0, 1;
+  return wide_product(j, WideMatrix(ray.T_cb.linear())).topRows(depth_cue == DepthCue::none ? 2 : 3);
+}
+
+// Sigma of these.
+WideMatrix noise_of(const Ray& ray, DepthCue depth_cue) {
+  const WideMatrix j_w = wide_product(jacobian_of(ray, depth_cue), WideMatrix(ray.T_bw.linear()));
+  WideMatrix noise = WideMatrix::Identity(j_w.rows(), j_w.rows()) * (static_cast<long double>(ray.sigma) * ray.sigma);
+  if (depth_cue == DepthCue::depth) noise(2, 2) = 0.05 * 0.05;
+  if (depth_cue == DepthCue::stereo) {
+    noise(0, 2) = noise(2, 0) = -noise(0, 0);
+    noise(2, 2) = 2 * noise(0, 0);
+  }
+  return noise + wide_product(wide_product(j_w, ray.covariance.cast<long double>()), j_w.transpose());
+}
+
+WideMatrix textbook_information(const Ray& ray, DepthCue depth_cue) {
+  const WideVector3 p_b = ray.T_bw * ray.p_w.cast<long double>();
+  WideMatrix by_pose(3, 6);
+  by_pose << 1, 0, 0, 0, p_b.z(), -p_b.y(), 0, 1, 0, -p_b.z(), 0, p_b.x(), 0, 0, 1, p_b.y(), -p_b.x(), 0;
+  const WideMatrix h = wide_product(jacobian_of(ray, depth_cue), by_pose);
+  return wide_product(wide_product(h.transpose(), wide_inverse(noise_of(ray, depth_cue))), h);
+}
+
+Matches matches_of(const Ray& ray) {
   Matches matches;
   matches.size = 1;
   matches.points = ray.p_w.data();
   matches.sigmas = &ray.sigma;
   matches.map_covariances = ray.covariance.data();
+  matches.has_depth_cue = &ray.has_depth_cue;
+  if (ray.jacobian.rows() > 0) matches.jacobians = ray.jacobian.data();
+  return matches;
+}
+
+BlockOptions options_for(DepthCue depth_cue) {
   BlockOptions options;
   options.weighting = Weighting::measurement_and_map;
   options.depth_cue = depth_cue;
+  return options;
+}
+
+// On a rig the blocks are about the body's pose; alone, about the camera's own, T_cb being a part of it.
+BlockReport append(const Ray& ray, DepthCue depth_cue, bool is_rig, BlockStore& blocks) {
+  const Matches matches = matches_of(ray);
+  const BlockOptions options = options_for(depth_cue);
   if (!is_rig)
     return append_blocks(ray.camera, RigidTransform((ray.T_cb * ray.T_bw).matrix()), matches, options, blocks);
   const RigCamera camera{ray.camera, RigidTransform(ray.T_cb.matrix())};
@@ -78,6 +116,16 @@ WideIsometry rounded_to_double(const WideIsometry& T) {
   WideIsometry result;
   result.matrix() = T.matrix().cast<double>().cast<long double>();
   return result;
+}
+
+// To double; alone, the camera is its own body.
+void round_poses(bool is_rig, Ray& ray) {
+  if (!is_rig) {
+    ray.T_bw = ray.T_cb * ray.T_bw;
+    ray.T_cb = WideIsometry::Identity();
+  }
+  ray.T_bw = rounded_to_double(ray.T_bw);
+  ray.T_cb = rounded_to_double(ray.T_cb);
 }
 
 // Kept and dropped blocks of many rays, and the largest error of the kept ones.
@@ -120,12 +168,7 @@ TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance)
         const double depth = std::pow(10, random.uniform(-0.5, 2));
         const double deviation = std::pow(10, random.uniform(-3, 6));
         Ray ray = random_ray(random, depth, deviation);
-        if (!is_rig) {
-          ray.T_bw = ray.T_cb * ray.T_bw;
-          ray.T_cb = WideIsometry::Identity();
-        }
-        ray.T_bw = rounded_to_double(ray.T_bw);
-        ray.T_cb = rounded_to_double(ray.T_cb);
+        round_poses(is_rig, ray);
         check_block(ray, depth_cue, is_rig, depth, deviation, tally);
         if (::testing::Test::HasFatalFailure()) return;
       }
@@ -152,6 +195,104 @@ TEST(Camera, a_monocular_point_newly_triangulated_is_accepted) {
       ray.covariance = 1e14 * along + 1e-4 * Eigen::Matrix3d::Identity();
       EXPECT_EQ(append(ray, DepthCue::none, is_rig, blocks).invalid_covariances, 1U);
     }
+  }
+}
+
+// Known to deviations of 1e-3 to 1e7 m along 1 to 3 axes, one of them often near the ray.
+Eigen::Matrix3d random_covariance(Random& random, const Ray& ray) {
+  const WideVector3 direction = (ray.T_bw * ray.p_w.cast<long double>()).normalized();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  const int rank = random.integer(1, 3);
+  for (int k = 0; k < rank; ++k) {
+    WideVector3 axis = random_direction(random);
+    if (k == 0 && random.chance(0.5)) axis = direction + std::pow(10, random.uniform(-8, 0)) * axis;
+    axis = ray.T_bw.linear().transpose() * axis.normalized();
+    const Eigen::Vector3d deviation = std::pow(10, random.uniform(-3, 7)) * axis.cast<double>();
+    covariance += deviation * deviation.transpose();
+  }
+  return covariance;
+}
+
+bool weigh(const Ray& ray, DepthCue depth_cue, bool is_rig, double* W) {
+  const MatchNoise noise = match_noise(matches_of(ray), 0, options_for(depth_cue));
+  const RigidTransform T_bw = RigidTransform(ray.T_bw.matrix());
+  double omega[9];
+  const RigCamera camera{ray.camera, RigidTransform(ray.T_cb.matrix())};
+  const bool is_there = is_rig ? match_information(camera, T_bw, ray.p_w.data(), noise, omega)
+                               : match_information(ray.camera, T_bw, ray.p_w.data(), noise, omega);
+  EXPECT_EQ(is_rig ? match_whitening(camera, T_bw, ray.p_w.data(), noise, W)
+                   : match_whitening(ray.camera, T_bw, ray.p_w.data(), noise, W),
+            is_there);
+  return is_there;
+}
+
+void check_weight(const Ray& ray, DepthCue depth_cue, bool is_rig, Tally& tally) {
+  BlockStore blocks;
+  ASSERT_EQ(append(ray, depth_cue, is_rig, blocks).error, Error::none);
+  double entries[9];
+  const bool is_there = weigh(ray, depth_cue, is_rig, entries);
+  ASSERT_EQ(is_there, blocks.is_valid(0)) << "covariance\n" << ray.covariance;
+  ++(is_there ? tally.kept : tally.dropped);
+  if (!is_there) return;
+  const DepthCue own = ray.has_depth_cue != 0 ? depth_cue : DepthCue::none;
+  const auto rows = static_cast<Eigen::Index>(residual_rows(own));
+  WideMatrix W = Eigen::Map<const RowMajor>(entries, rows, rows).cast<long double>();
+  if (own == DepthCue::stereo) W.col(0) += W.col(2);  // of (u, v, u_right - u)
+  const WideMatrix error =
+      wide_product(wide_product(W, noise_of(ray, own)), W.transpose()) - WideMatrix::Identity(rows, rows);
+  tally.largest_error = std::max(tally.largest_error, error.cwiseAbs().maxCoeff());
+  ASSERT_LT(error.cwiseAbs().maxCoeff(), 1e-3L) << "W\n" << W << "\ncovariance\n" << ray.covariance;
+}
+
+TEST(MatchInformation, has_a_weight_right_to_a_thousandth_just_where_there_is_a_block) {
+  const std::size_t variations = std::max<std::size_t>(100, trials(3000));
+  for (const DepthCue depth_cue : thirds) {
+    Tally tally;
+    for (const bool is_rig : {false, true}) {
+      for (const bool has_jacobian : {false, true}) {
+        for (std::uint64_t variation = 0; variation < variations; ++variation) {
+          Random random(variation);
+          SCOPED_TRACE(random.name() + (is_rig ? ", rig" : "") + (has_jacobian ? ", Jacobian" : "") + ", " +
+                       name_of(depth_cue));
+          Ray ray = random_ray(random, std::pow(10, random.uniform(-0.5, 2)), 1);
+          round_poses(is_rig, ray);
+          ray.covariance = random_covariance(random, ray);
+          ray.has_depth_cue = random.chance(0.8) ? 1 : 0;
+          if (has_jacobian) ray.jacobian = jacobian_in_camera(ray).cast<double>();
+          check_weight(ray, depth_cue, is_rig, tally);
+          if (::testing::Test::HasFatalFailure()) return;
+        }
+      }
+    }
+    std::printf("%zu weights kept, %zu dropped, off by at most %.2Le\n", tally.kept, tally.dropped,
+                tally.largest_error);
+    EXPECT_GT(tally.kept, variations / 2);
+    EXPECT_GT(tally.dropped, variations / 2);
+  }
+}
+
+// A camera alone is not a rig of one: its blocks have another limit.
+TEST(GoodFeatures, has_a_weight_just_where_there_is_a_block) {
+  GoodFeatures good(1);
+  good.block_options = options_for(DepthCue::none);
+  for (std::uint64_t variation = 0; variation < 2000; ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    Ray ray = random_ray(random, std::pow(10, random.uniform(-0.5, 2)), 1);
+    const bool is_rig = random.chance(0.5);
+    round_poses(is_rig, ray);
+    ray.covariance = random_covariance(random, ray);
+    const RigCamera camera{ray.camera, RigidTransform(ray.T_cb.matrix())};
+    const RigidTransform T_bw = RigidTransform(ray.T_bw.matrix());
+    is_rig ? good.start(Rig{&camera, 1}, T_bw) : good.start(ray.camera, T_bw);
+    FeatureMatch match(ray.p_w, ray.sigma);
+    match.u_right = 0;
+    match.covariance = ray.covariance.data();
+    good.add(match);
+    ASSERT_EQ(good.select(1).error, Error::none);
+    double entries[9];
+    EXPECT_EQ(good.information(0, entries), good.blocks().is_valid(0));
+    EXPECT_EQ(good.whitening(0, entries), good.blocks().is_valid(0));
   }
 }
 

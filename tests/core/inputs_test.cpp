@@ -3,6 +3,9 @@
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
 
+#include <maxlogdet/good_features.hpp>
+#include <maxlogdet/match_information.hpp>
+
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -225,6 +228,49 @@ TEST(Camera, parameters_out_of_their_range_are_refused) {
   EXPECT_EQ(two.status_of(Camera::kannala_brandt(pinhole, 0, 0, 0, 0)), Error::invalid_camera);
   two.cameras[1].camera.pinhole.bf = 0;
   EXPECT_EQ(two.status_of_rig(2), Error::invalid_camera);
+}
+
+// By append_blocks, match_information and project, of a camera alone and within a rig; GoodFeatures then takes all.
+TEST(Camera, numbers_that_are_not_finite_are_refused_everywhere) {
+  for (double PinholeCamera::*const number :
+       {&PinholeCamera::fx, &PinholeCamera::fy, &PinholeCamera::cx, &PinholeCamera::cy, &PinholeCamera::bf}) {
+    for (const double value : {nan, infinity, -infinity}) {
+      TwoMatches two;
+      two.options.depth_cue = DepthCue::stereo;
+      EXPECT_EQ(two.status_of(two.pinhole), Error::none);
+      PinholeCamera& bad = two.cameras[1].camera.pinhole;
+      bad.*number = value;
+      const bool is_bf = number == &PinholeCamera::bf;
+      EXPECT_EQ(two.status_of(bad), Error::invalid_camera);
+      EXPECT_EQ(two.status_of_rig(2), Error::invalid_camera);
+      MatchNoise noise;
+      noise.depth_cue = DepthCue::stereo;
+      double entries[9];
+      EXPECT_FALSE(match_information(bad, identity_pose, two.points, noise, entries));
+      EXPECT_FALSE(match_information(two.cameras[1], identity_pose, two.points, noise, entries));
+      EXPECT_EQ(project(bad, two.points, entries), is_bf) << "bf is of stereo rows alone";
+      noise.depth_cue = two.options.depth_cue = DepthCue::none;
+      EXPECT_EQ(two.status_of(bad) == Error::none, is_bf);
+      EXPECT_EQ(match_information(bad, identity_pose, two.points, noise, entries), is_bf);
+      two.matches.jacobians = two.jacobians;
+      noise.jacobian = two.jacobians;
+      EXPECT_EQ(two.status_of(bad), Error::none) << "the camera's numbers are not read";
+      EXPECT_TRUE(match_information(bad, identity_pose, two.points, noise, entries));
+      two.options.depth_cue = DepthCue::stereo;
+      EXPECT_EQ(two.status_of(bad) == Error::none, !is_bf);
+    }
+  }
+}
+
+TEST(GoodFeatures, judges_nobody_by_a_camera_without_a_principal_point) {
+  GoodFeatures good(2);
+  good.start(Camera(400, 400, nan, 240), identity_pose);
+  const double point[3] = {0, 0, 1};
+  for (int i = 0; i < 2; ++i) good.add(point, point);
+  EXPECT_EQ(good.select(1).size, 2U);
+  EXPECT_STREQ(good.reason(), "invalid_camera");
+  good.outliers(identity_pose);
+  EXPECT_FALSE(good.is_outlier(0) || good.is_outlier(1));
 }
 
 TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {

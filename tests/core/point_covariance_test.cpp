@@ -132,16 +132,63 @@ TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finit
   EXPECT_EQ(point.observations(), 0) << "behind the camera";
   EXPECT_FALSE(point.covariance(covariance));
   const double in_front[3] = {0, 0, 3};
-  for (const double sigma : {0.0, nan}) {
-    PointCovariance wrong(in_front);
-    wrong.observe(stereo_camera, RigidTransform::identity(), sigma, true);
-    EXPECT_FALSE(wrong.covariance(covariance)) << sigma;
+  for (double sigma = 1e-60; sigma < 1e60; sigma *= 1.7) {  // also where the determinant is denormal
+    PointCovariance extreme(in_front);
+    extreme.observe(stereo_camera, RigidTransform::identity(), sigma, true);
+    EXPECT_EQ(extreme.observations(), 1);
+    double entries[9] = {7, 7, 7, 7, 7, 7, 7, 7, 7};
+    const bool is_there = extreme.covariance(entries);
+    EXPECT_TRUE(is_there || sigma < 1e-40 || sigma > 1e50) << sigma;
+    for (const double entry : entries) EXPECT_TRUE(is_there ? std::isfinite(entry) : entry == 7) << sigma;
   }
   const double nowhere[3] = {0, 0, nan};
   PointCovariance lost(nowhere);
   lost.observe(stereo_camera, RigidTransform::identity(), 1, true);
   EXPECT_FALSE(lost.covariance(covariance));
   EXPECT_EQ(covariance[0], 7) << "nothing is written";
+}
+
+// What is added to one observation, and changes nothing.
+void expect_ignored(const char* what, const PinholeCamera& camera, const RigidTransform& T_cw, double sigma) {
+  SCOPED_TRACE(what);
+  const double p_w[3] = {0.1, 0.2, 3};
+  PointCovariance point(p_w);
+  point.observe(stereo_camera, RigidTransform::identity(), 1, true);
+  double expected[9], actual[9];
+  ASSERT_TRUE(point.covariance(expected));
+  point.observe(camera, T_cw, sigma, true);
+  EXPECT_EQ(point.observations(), 1);
+  ASSERT_TRUE(point.covariance(actual));
+  for (int e = 0; e < 9; ++e) EXPECT_EQ(actual[e], expected[e]);
+}
+
+TEST(PointCovariance, ignores_observations_by_unusable_numbers) {
+  const RigidTransform identity = RigidTransform::identity();
+  for (const double sigma : {0.0, -1.0, nan, infinity, 1e-200}) expect_ignored("sigma", stereo_camera, identity, sigma);
+  for (double PinholeCamera::*const number :
+       {&PinholeCamera::fx, &PinholeCamera::fy, &PinholeCamera::cx, &PinholeCamera::cy, &PinholeCamera::bf}) {
+    for (const double value : {nan, infinity, -infinity}) {
+      PinholeCamera camera = stereo_camera;
+      camera.*number = value;
+      expect_ignored("camera", camera, identity, 1);
+    }
+  }
+  expect_ignored("fx", {-458, 457, 367, 248, 50}, identity, 1);
+  expect_ignored("no pose", stereo_camera, nullptr, 1);
+  for (std::size_t e = 0; e < 12; ++e) {
+    for (const double value : {nan, infinity, -infinity}) {
+      double T_cw[12];
+      std::copy_n(identity.data(), 12, T_cw);
+      T_cw[e] = value;
+      expect_ignored("pose", stereo_camera, RigidTransform::row_major(T_cw), 1);
+    }
+  }
+  PinholeCamera monocular = stereo_camera;
+  monocular.bf = nan;
+  const double p_w[3] = {0, 0, 3};
+  PointCovariance point(p_w);
+  point.observe(monocular, identity, 1, false);
+  EXPECT_EQ(point.observations(), 1) << "without a stereo row bf is not read";
 }
 
 // What the cameras at these poses measure of a point, one below the other: u and v, of a stereo camera u_right too.

@@ -129,7 +129,12 @@ TEST_F(Program, stops_at_targets) {
   EXPECT_NE(table.out.find("D-efficiency against all candidates"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("expected deviation of the rotation"), std::string::npos) << table.out;
   expect_refused(run("select --target-efficiency 1.1"), "--target-efficiency");
-  expect_refused(run("select --target-rotation-sigma -1"), "--target-rotation-sigma");
+  for (const char* const option : {"translation", "rotation"}) {
+    for (const char* const value : {"-1", "inf", "nan"}) {
+      expect_refused(run(std::string("select --target-") + option + "-sigma " + value),
+                     "0 (none) or a positive finite number for --target-translation-sigma and --target-rotation-sigma");
+    }
+  }
   expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at targets");
   expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at targets");
 }
@@ -167,7 +172,12 @@ TEST_F(Program, refuses_invalid_arguments) {
     expect_refused(run(std::string("select --strategy stochastic_greedy --seed ") + seed), "--seed '");
   }
   EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy --seed 18446744073709551615").exit_code, 0);
-  expect_refused(run("select --weighting measurement_and_map --map-sigma -1"), "--map-sigma of 0 or more");
+  for (const char* const sigma : {"-1", "inf", "nan"}) {
+    expect_refused(run(std::string("select --weighting measurement_and_map --map-sigma ") + sigma),
+                   "a finite --map-sigma of 0 or more");
+    expect_refused(run(std::string("evaluate frames --map-sigma ") + sigma),
+                   "--map-sigma: expected a finite number of 0 or more");
+  }
   expect_refused(run("select --plot-data frames"), "ends in .json");
   std::filesystem::create_directories(folder_ + "/folder.json");
   expect_refused(run("select --plot-data folder.json"), "is a folder");

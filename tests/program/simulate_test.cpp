@@ -167,7 +167,7 @@ TEST_F(Simulate, refuses_invalid_arguments) {
   expect_refused(run("simulate metrics --prior 1e-21"), "--prior: expected a number from 1e-20 to 1e6");
   EXPECT_EQ(run(std::string(small_metrics) + " --prior 1e-20").exit_code, 0) << "the smallest that the library takes";
   expect_refused(run("simulate metrics --nearest 30"), "--nearest");
-  expect_refused(run("simulate metrics --map-bias nan"), "--map-bias");
+  expect_refused(run("simulate metrics --map-bias inf"), "--map-bias: expected -1 to 1 m");
   std::ofstream(folder_ + "/file") << "no folder\n";
   expect_refused(run("simulate metrics --output file/out"), "file/out");
   expect_refused(run("simulate epsilon --sizes 5"), "--sizes");
