@@ -92,7 +92,8 @@ TEST(Deadline, what_was_searched_is_kept_and_the_rest_filled) {
     for (const std::size_t searched :
          {std::size_t{0}, std::size_t{1}, std::size_t{3}, std::size_t{10}, random.index(90), std::size_t{99}}) {
       SCOPED_TRACE(searched);
-      const Selection selection = Interrupted(blocks, options, searched).selection;
+      const Interrupted interrupted(blocks, options, searched);
+      const Selection& selection = interrupted.selection;
       ASSERT_EQ(selection.size, 100U);
       EXPECT_EQ(selection.searched, searched);
       EXPECT_TRUE(std::equal(full.begin(), full.begin() + static_cast<std::ptrdiff_t>(searched), selection.begin()));
