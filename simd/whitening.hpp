@@ -4,7 +4,8 @@
 #include "simd/blocks.hpp"
 
 // Factors of Sigma = Sigma_z + J Sigma_p J^T, and whether they keep digits (docs/numerics.md): of packs, for blocks,
-// and of a double, for the weight of a match (kernel/blocks/match_information.cpp). So a match has both or neither. C++14, as kernel/.
+// and of a double, for the weight of a match (kernel/blocks/match_information.cpp). So a match has both or neither.
+// C++14, as kernel/.
 
 namespace maxlogdet {
 namespace simd {

@@ -9,8 +9,8 @@
 // Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
 // image as the model has it: distorted, unless the tracker has rectified it.
 //
-// A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and in
-// their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. append_blocks,
+// A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
+// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. append_blocks,
 // match_information and project refuse every other one, also within a rig (BlockStatus::invalid_camera). With the
 // caller's Jacobians append_blocks and match_information read no number of the camera but the bf of a stereo row, and
 // check no other.

@@ -51,9 +51,9 @@ MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions
 /// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.depth_cue), in the
 /// order u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
 /// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
-/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::invalid_covariances): just where the match
-/// has no block for this reason by append_blocks of a camera alone. An optimiser then uses I / sigma^2, as without this
-/// function.
+/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::invalid_covariances): just where the
+/// match has no block for this reason by append_blocks of a camera alone. An optimiser then uses I / sigma^2, as
+/// without this function.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
 /// The same for a camera of a rig, as by append_blocks of a rig; T_bw: world to body.
