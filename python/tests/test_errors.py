@@ -143,6 +143,7 @@ def test_numbers_may_come_from_numpy():
 
 def test_a_capacity_beyond_memory_raises_memory_error():
     for make in (lambda: maxlogdet.Selector(2**40), lambda: maxlogdet.ActiveSelection(2**62),
+                 lambda: maxlogdet.GoodFeatures(2**32), lambda: maxlogdet.GoodFeatures(2**63),
                  lambda: maxlogdet.BlockStore(capacity=2**63)):
         with pytest.raises(MemoryError):
             make()
