@@ -25,8 +25,9 @@ estimation best conditioned (Max-logDet).
 .
 This package holds the headers, the static libraries, and what CMake's
 find_package, pkg-config and colcon need to find them. The library
-libmaxlogdet_tbb.a needs libtbb-dev, the header maxlogdet/eigen.hpp needs
-libeigen3-dev; the rest needs no other package.")
+libmaxlogdet_tbb.a needs libtbb-dev, the headers maxlogdet/eigen.hpp and
+sophus.hpp need libeigen3-dev, opencv.hpp needs libopencv-core-dev; the rest
+needs no other package.")
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
