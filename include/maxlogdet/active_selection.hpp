@@ -46,8 +46,8 @@ class ActiveSelection {
   /// arrays of the options (groups above all), which must not change until the last call of any other function. The
   /// options in use are budget, prior, time_limit, the targets and the constraints (groups count accepted candidates;
   /// required ones are accepted at the start); strategy must be greedy, lazy_greedy or automatic, which are the same
-  /// here. There is neither certificate nor exchange; exchange_sweeps with a target is an error, as in
-  /// Selector::select. target_efficiency compares with all blocks as offered, including those rejected later; measured
+  /// here. There is neither certificate nor exchange; exchange.sweeps with a target is an error, as in
+  /// Selector::select. target.efficiency compares with all blocks as offered, including those rejected later; measured
   /// blocks may thus reach more than 1. The statuses are those of Selector::select; after an error nothing is proposed.
   Error start(const BlockStore& candidates, const Options& options) noexcept;
 

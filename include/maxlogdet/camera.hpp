@@ -11,7 +11,7 @@
 //
 // A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
 // in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. append_blocks,
-// match_information and project refuse every other one, also within a rig (BlockStatus::invalid_camera). With the
+// match_information and project refuse every other one, also within a rig (Error::invalid_camera). With the
 // caller's Jacobians append_blocks and match_information read no number of the camera but the bf of a stereo row, and
 // check no other.
 

@@ -41,7 +41,7 @@ class ImageCells {
   /// The number of groups: cells, and matches that are groups of their own.
   std::size_t count() const noexcept;
 
-  /// Sets Options::groups.ids, group_count, max_per_group to at most one match of a group.
+  /// Sets Options::groups to at most one match of a group.
   void limit(Options& options) const noexcept;
 
  private:

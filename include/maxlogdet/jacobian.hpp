@@ -44,7 +44,7 @@ namespace maxlogdet {
 enum class Weighting {
   map_bias,  ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
              ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi. With a
-             ///< third measurement H_p is square: H_c = [I | -[p_c]x], 3 x 6. No sigma.
+             ///< depth cue H_p is square: H_c = [I | -[p_c]x], 3 x 6. No sigma.
   map_bias_world,       ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as in the paper.
                         ///< Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
   measurement,          ///< Q H_x / sigma: measurement noise alone.
@@ -75,10 +75,9 @@ struct Matches {
   std::size_t size = 0;            ///< n
   Points points;                   ///< n: p_w, m, float or double, with any stride
   const double* sigmas = nullptr;  ///< n: sigma, px: scale_factor^octave times the base standard deviation; default 1
-  const unsigned char* has_depth_cue =
-      nullptr;                              ///< n: nonzero where the third measurement exists; default: all have it
-  const unsigned char* usable = nullptr;    ///< n: zero keeps a match as an invalid candidate (an empty slot, an
-                                            ///< outlier); default: all are usable
+  const unsigned char* has_depth_cue = nullptr;  ///< n: nonzero where a depth cue is measured; default: all have it
+  const unsigned char* usable = nullptr;         ///< n: zero keeps a match as an invalid candidate (an empty slot, an
+                                                 ///< outlier); default: all are usable
   const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
   const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
                                             ///< (the upper triangle is read, row-major); default

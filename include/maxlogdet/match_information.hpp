@@ -8,9 +8,9 @@
 #include <cstddef>
 
 // The weight of a match in a pose optimiser that holds the map points fixed, from the noise model of the blocks: with
-// the residual e = z - h(T_cw, p_w), z = (u, v) or (u, v, third),
+// the residual e = z - h(T_cw, p_w), z = (u, v) or (u, v, cue), where cue is u_right or a depth,
 //
-//   Sigma = Sigma_z + J Sigma_p J^T,   J = d h / d p_w at T_cw,   Sigma_z = diag(sigma^2, sigma^2, that of the third),
+//   Sigma = Sigma_z + J Sigma_p J^T,   J = d h / d p_w at T_cw,   Sigma_z = diag(sigma^2, sigma^2, that of the cue),
 //
 // where Sigma_p is the covariance of the point. Omega = Sigma^-1 is g2o's information matrix of an edge; W = L^-1,
 // Sigma = L L^T, is what Ceres calls its square root: W e has independent entries of variance 1, and W^T W = Omega.
@@ -41,7 +41,7 @@ struct MatchNoise {
                                         ///< camera's
 };
 
-/// The number of rows of a residual: 2, or 3 with a third measurement.
+/// The number of rows of a residual: 2, or 3 with a depth cue.
 constexpr std::size_t residual_rows(DepthCue third) noexcept { return third == DepthCue::none ? 2 : 3; }
 
 /// The noise of match i as append_blocks assumes it: Sigma_p counts only with Weighting::measurement_and_map. It points
@@ -49,7 +49,7 @@ constexpr std::size_t residual_rows(DepthCue third) noexcept { return third == D
 MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept;
 
 /// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.depth_cue), in the
-/// order u, v, third. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
+/// order u, v, cue. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
 /// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
 /// finite, or Sigma is not positive definite or keeps no digits (BlockReport::invalid_covariances): just where the
 /// match has no block for this reason by append_blocks of a camera alone. An optimiser then uses I / sigma^2, as

@@ -20,6 +20,12 @@ struct Point2f {
   float y = 0;
 };
 
+struct Point3f {
+  float x = 0;
+  float y = 0;
+  float z = 0;
+};
+
 struct Point3d {
   double x = 0;
   double y = 0;
