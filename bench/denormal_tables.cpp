@@ -21,11 +21,22 @@ BlockStore scaled(const BlockStore& blocks, double scale, std::size_t step) {
   BlockStore result(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     double block[max_block_entries] = {};
-    read_block(blocks, i, block);
+    blocks.block(i, block);
     for (double& entry : block) entry *= i % step == 0 ? scale : 1;
     result.push_back(block, blocks.rows());
   }
   return result;
+}
+
+// The largest |entry|.
+double largest_of(const BlockStore& blocks) {
+  double largest = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    double block[max_block_entries] = {};
+    blocks.block(i, block);
+    for (const double entry : block) largest = std::max(largest, std::abs(entry));
+  }
+  return largest;
 }
 
 struct Case {
@@ -35,7 +46,7 @@ struct Case {
 };
 
 std::vector<Case> cases_of(const BlockStore& blocks) {
-  const double largest = *std::max_element(blocks.column_max(), blocks.column_max() + state_dimension);
+  const double largest = largest_of(blocks);
   const double to_normal = 1e-30 / largest;
   const double to_denormal = 1e-38 / largest;  // float32 is denormal below 1.2e-38
   std::vector<Case> cases;

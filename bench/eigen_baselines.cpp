@@ -44,12 +44,8 @@ class FixedSizeSelector : public EigenSelector {
     blocks_.clear();
     store_indices_.clear();
     for (std::size_t i = 0; i < store.size(); ++i) {
-      if (!store.is_valid(i)) continue;
       Block block;
-      for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < 6; ++column)
-          block.col(row)[column] = static_cast<double>(store.plane(row, column)[store.place(i)]);
-      }
+      if (store.block(i, block.data()) == 0) continue;  // rows of H are columns of its transpose
       blocks_.push_back(block);
       store_indices_.push_back(static_cast<std::uint32_t>(i));
     }

@@ -33,13 +33,8 @@ BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
 BlockStore first_rows(const BlockStore& blocks) {
   BlockStore rows(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (!blocks.is_valid(i)) {
-      rows.push_back_invalid();
-      continue;
-    }
     double block[max_block_entries];
-    read_block(blocks, i, block);
-    rows.push_back(block, 1);
+    blocks.block(i, block) > 0 ? rows.push_back(block, 1) : rows.push_back_invalid();
   }
   return rows;
 }
@@ -48,7 +43,7 @@ BlockStore first_rows(const BlockStore& blocks) {
 // `steps`: changes one entry of each copy by one float32 ulp, so that only float64 can tell the copies apart.
 BlockStore copies_of_first(const BlockStore& blocks, std::size_t n, bool steps) {
   double block[max_block_entries];
-  read_block(blocks, 0, block);
+  blocks.block(0, block);
   BlockStore copies(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t entry = i % static_cast<std::size_t>(blocks.rows() * state_dimension);
@@ -102,15 +97,6 @@ std::string real_frames_folder() {
   const std::string folder = sim::data_folder() + "/orb_slam2_frames";
   std::error_code error;
   return std::filesystem::is_directory(folder, error) ? folder : "";
-}
-
-void read_block(const BlockStore& blocks, std::size_t candidate, double* block) {
-  const std::size_t place = blocks.place(candidate);
-  for (int row = 0; row < blocks.rows(); ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      *block++ = static_cast<double>(blocks.plane(row, column)[place]);
-    }
-  }
 }
 
 BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed) {

@@ -33,9 +33,6 @@ std::string real_frames_folder();
 
 constexpr std::size_t max_block_entries = std::size_t{max_block_rows} * state_dimension;
 
-/// Writes the block of a valid candidate as it is stored, blocks.rows() x 6 row-major.
-void read_block(const BlockStore& blocks, std::size_t candidate, double* block);
-
 /// Makes a store of n candidates. The family may not be `real_frames`, nor the blocks `one_row`.
 BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed);
 

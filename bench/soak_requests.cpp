@@ -43,7 +43,7 @@ const Prior bad_priors[] = {diagonal(0), diagonal(-1), with_entry(1, 1, 0.5), wi
 
 void push_copy(const BlockStore& source, std::size_t candidate, BlockStore& store) {
   double block[max_block_entries];
-  read_block(source, candidate, block);
+  source.block(candidate, block);
   store.push_back(block, source.rows());
 }
 

@@ -183,9 +183,7 @@ int FrameMatches::block_of(std::size_t i, BlockStore& one, const BlockOptions& o
                            double (&rows)[max_block_rows][state_dimension]) const noexcept {
   one.clear();
   append_arrays(arrays_from(i, 1), options, one, nullptr);
-  if (one.size() == 0 || !one.is_valid(0)) return 0;
-  read_rows(all_of(one), 0, rows);
-  return one.rows();
+  return one.block(0, &rows[0][0]);
 }
 
 MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) const noexcept {

@@ -2,6 +2,7 @@
 #include <maxlogdet/good_features.hpp>
 
 #include "kernel/base/limits.hpp"
+#include "kernel/blocks/block_planes.hpp"
 #include "kernel/frame_matches.hpp"
 
 #include <maxlogdet/active_selection.hpp>
@@ -128,9 +129,10 @@ void GoodFeatures::State::select_usable(Error why, const unsigned char* left_out
 
 // Required matches count towards the budget, but may be neighbours; the others share the cells.
 void GoodFeatures::State::spread_over_image(double cells_per_match, Options& options) noexcept {
+  const unsigned char* const has_block = planes_of(store).validity();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const bool is_free = !is_set(options.required, i) && !is_set(options.excluded, i);
-    is_spread[i] = store.is_valid(i) && matches.is_measured(i) && is_free ? 1 : 0;
+    is_spread[i] = is_set(has_block, i) && matches.is_measured(i) && is_free ? 1 : 0;
   }
   const double wanted = std::fmax(cells_per_match, 1) * static_cast<double>(options.budget);
   const auto count = static_cast<std::size_t>(std::fmin(std::round(wanted), static_cast<double>(matches.size())));
@@ -156,13 +158,14 @@ void GoodFeatures::State::select_as_asked(const Options& asked, double cells_per
   begin_answer();
   std::size_t usable = 0;
   bool is_any_required = false;
+  const unsigned char* const has_block = planes_of(store).validity();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const bool is_allowed = matches.is_usable(i) && (!is_set(asked.excluded, i) || is_set(asked.required, i));
     const bool is_needed = is_allowed && (matches.is_required[i] != 0 || is_set(asked.required, i));
     usable += is_allowed ? 1 : 0;
-    required[i] = is_needed && store.is_valid(i) ? 1 : 0;
+    required[i] = is_needed && is_set(has_block, i) ? 1 : 0;
     is_any_required = is_any_required || required[i] != 0;
-    if (is_needed && !store.is_valid(i)) take(i, not_a_number);  // no candidate, but wanted in any case
+    if (is_needed && !is_set(has_block, i)) take(i, not_a_number);  // no candidate, but wanted in any case
   }
   options.required = is_any_required ? required.data() : nullptr;
   keep_prior(options);

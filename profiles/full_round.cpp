@@ -54,7 +54,8 @@ FullRound::~FullRound() = default;
 
 void FullRound::operator()() noexcept {
   State& state = *state_;
-  const simd::Tiles tiles{state.blocks.plane(0, 0), simd::tile_size, state.blocks.stride(), state.remaining.data()};
+  const simd::Planes planes = all_of(state.blocks).planes;
+  const simd::Tiles tiles{planes.data, simd::tile_size, planes.stride, state.remaining.data()};
   state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(),
                                        state.relative_gains.data(), state.highest.data());
 }

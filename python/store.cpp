@@ -64,40 +64,38 @@ std::size_t append(Store& store, const py::object& object) {
   return store.changeable_with_room_for(1).push_back(block.data(), static_cast<int>(block.shape(0)));
 }
 
-// A read-only array over the store's memory, which holds a lease; arrays derived from it hold the array.
-py::array view(Store& store, const py::dtype& type, const std::vector<py::ssize_t>& shape,
-               const std::vector<py::ssize_t>& strides, const void* memory) {
-  py::array array;
-  if (store.blocks().size() == 0 || shape.front() == 0) {
-    array = py::array(type, shape);
-  } else {
-    const py::capsule lease(new Lease(store.shared_from_this()),
-                            [](void* pointer) { delete static_cast<Lease*>(pointer); });
-    array = py::array(type, shape, strides, memory, lease);
+// The blocks of the valid candidates, (stored, rows, 6).
+py::array_t<float> blocks_of(const Store& store) {
+  const BlockStore& blocks = store.blocks();
+  py::array_t<float> array({static_cast<py::ssize_t>(blocks.stored()), static_cast<py::ssize_t>(blocks.rows()),
+                            static_cast<py::ssize_t>(state_dimension)});
+  float* to = array.mutable_data();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    double entries[max_block_rows * state_dimension];
+    const int rows = blocks.block(i, entries);
+    to = std::transform(entries, entries + rows * state_dimension, to, [](double e) { return static_cast<float>(e); });
   }
-  array.attr("setflags")(py::arg("write") = false);
   return array;
 }
 
-py::array planes(Store& store) {
+py::object planes(const Store& store) { return blocks_of(store).attr("transpose")(1, 2, 0); }
+
+py::array_t<std::uint32_t> indices(const Store& store) {
   const BlockStore& blocks = store.blocks();
-  constexpr py::ssize_t entry = sizeof(float);
-  const py::ssize_t plane = entry * static_cast<py::ssize_t>(blocks.stride());
-  return view(store, py::dtype::of<float>(),
-              {blocks.rows(), state_dimension, static_cast<py::ssize_t>(blocks.stored())},
-              {plane * state_dimension, plane, entry}, blocks.plane(0, 0));
+  py::array_t<std::uint32_t> array(static_cast<py::ssize_t>(blocks.stored()));
+  std::uint32_t* to = array.mutable_data();
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (blocks.is_valid(i)) *to++ = i;
+  }
+  return array;
 }
 
-py::array indices(Store& store) {
+py::array_t<bool> validity(const Store& store) {
   const BlockStore& blocks = store.blocks();
-  constexpr py::ssize_t entry = sizeof(std::uint32_t);
-  return view(store, py::dtype::of<std::uint32_t>(), {static_cast<py::ssize_t>(blocks.stored())}, {entry},
-              blocks.indices());
-}
-
-py::array validity(Store& store) {
-  const BlockStore& blocks = store.blocks();
-  return view(store, py::dtype::of<bool>(), {static_cast<py::ssize_t>(blocks.size())}, {1}, blocks.validity());
+  py::array_t<bool> array(static_cast<py::ssize_t>(blocks.size()));
+  bool* const to = array.mutable_data();
+  for (std::size_t i = 0; i < blocks.size(); ++i) to[i] = blocks.is_valid(i);
+  return array;
 }
 
 // Whether it is a Python or NumPy integer.
@@ -125,9 +123,7 @@ std::shared_ptr<Store> copy(const Store& store) {
 }
 
 // The blocks of the stored candidates, and which candidates these are.
-py::tuple state_of(Store& store) {
-  return py::make_tuple(planes(store).attr("transpose")(2, 0, 1).attr("copy")(), validity(store).attr("copy")());
-}
+py::tuple state_of(const Store& store) { return py::make_tuple(blocks_of(store), validity(store)); }
 
 std::shared_ptr<Store> unpickled(const py::tuple& state) {
   check_state(state, 2);
@@ -161,8 +157,8 @@ std::string text_of(const Store& store) {
 
 BlockStore& Store::changeable() {
   if (leases_ > 0) {
-    throw py::buffer_error("the store cannot change while arrays view it or a selection uses it (" +
-                           std::to_string(leases_) + " of them): delete or stop them, or change store.copy()");
+    throw py::buffer_error("the store cannot change while a selection uses it (" + std::to_string(leases_) +
+                           " of them): stop them, or change store.copy()");
   }
   return blocks_;
 }
@@ -196,7 +192,7 @@ None in the list, and a block that float32 cannot hold (NaN, infinity, overflow)
 takes an index and is never selected. `capacity` candidates fit without allocating; BlockStore(1000) is empty and has
 a capacity of 1000.
 
-While arrays view the store (planes, indices, valid) or a selection uses it, changing it raises BufferError.)");
+While a selection uses the store, changing it raises BufferError.)");
   store.def(py::init(&make), py::arg("blocks") = py::none(), py::arg("capacity") = 0)
       .def("append", &append, py::arg("block"), R"(append(self, block)
 --
@@ -239,15 +235,14 @@ Returns an independent store with the same candidates.)")
       .def_property_readonly(
           "stored", [](const Store& self) { return self.blocks().stored(); },
           "The number of candidates with a block: len(store) - invalid_count.")
-      .def_property_readonly("planes", &planes,
-                             "(rows, 6, stored) float32, read-only: the store's own memory, not a copy. Column j is "
-                             "candidate indices[j]: invalid ones have none. The array keeps the store alive, and the "
-                             "store unchanged. planes.transpose(2, 0, 1) is (stored, rows, 6).")
+      .def_property_readonly(
+          "planes", &planes,
+          "(rows, 6, stored) float32, a copy. Column j is candidate indices[j]: invalid ones have none. "
+          "planes.transpose(2, 0, 1) is (stored, rows, 6).")
       .def_property_readonly("indices", &indices,
-                             "(stored,) uint32, read-only: which candidates have a block, in ascending order; the "
-                             "store's own memory, as planes. numpy.searchsorted(indices, i) is the column of "
-                             "candidate i.")
-      .def_property_readonly("valid", &validity, "(n,) bool, read-only: the store's own memory, as planes.");
+                             "(stored,) uint32, a copy: which candidates have a block, in ascending order. "
+                             "numpy.searchsorted(indices, i) is the column of candidate i.")
+      .def_property_readonly("valid", &validity, "(n,) bool, a copy: whether each candidate has a block.");
   bind_append_blocks(store);
 }
 

@@ -10,14 +10,14 @@
 
 namespace maxlogdet::python {
 
-/// A BlockStore that cannot change while arrays view its memory or selections use it: these hold a Lease. The GIL,
+/// A BlockStore that cannot change while selections use it: these hold a Lease. The GIL,
 /// which is held meanwhile, protects the count of leases.
 class Store : public std::enable_shared_from_this<Store> {
  public:
   explicit Store(std::size_t capacity) : blocks_(capacity) {}
 
   const BlockStore& blocks() const noexcept { return blocks_; }
-  /// Throws BufferError, as a bytearray does, while a lease exists.
+  /// Throws BufferError while a lease exists.
   BlockStore& changeable();
   /// changeable(), with capacity for `count` more candidates, so that appending them cannot fail halfway.
   BlockStore& changeable_with_room_for(std::size_t count);

@@ -11,13 +11,11 @@ namespace maxlogdet::sim {
 
 /// Returns H^T H of a candidate that has a block.
 inline Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
-  const std::size_t place = blocks.place(i);
+  double entries[max_block_rows * state_dimension];
+  const int rows = blocks.block(i, entries);
   Matrix6 information = Matrix6::Zero();
-  for (int row = 0; row < blocks.rows(); ++row) {
-    Vector6 h;
-    for (int column = 0; column < state_dimension; ++column) {
-      h[column] = static_cast<double>(blocks.plane(row, column)[place]);
-    }
+  for (int row = 0; row < rows; ++row) {
+    const Vector6 h(entries + state_dimension * row);
     information += h * h.transpose();
   }
   return information;

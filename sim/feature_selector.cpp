@@ -214,13 +214,13 @@ void FeatureSelector::search_spread(const Frame& frame, std::vector<std::uint32_
 // weight among the rest (Efraimidis & Spirakis 2006).
 void FeatureSelector::draw_by_leverage(std::vector<std::uint32_t>& selected) {
   Matrix6 information = prior();
-  for (std::size_t place = 0; place < blocks_.stored(); ++place) {
-    information += information_of(blocks_, blocks_.indices()[place]);
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+    if (blocks_.is_valid(i)) information += information_of(blocks_, i);
   }
   const Matrix6 covariance = invert_information(information);
   keys_.clear();
-  for (std::size_t place = 0; place < blocks_.stored(); ++place) {
-    const std::uint32_t i = blocks_.indices()[place];
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+    if (!blocks_.is_valid(i)) continue;
     const double leverage = covariance.cwiseProduct(information_of(blocks_, i)).sum();  // trace(H covariance H^T)
     keys_.emplace_back(-std::log(1 - draws_.uniform(0, 1)) / leverage, i);
   }

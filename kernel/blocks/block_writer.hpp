@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/blocks/block_planes.hpp"
 #include "simd/blocks.hpp"
 #include "threading/team.hpp"
-
-#include <maxlogdet/block_store.hpp>
 
 #include <cstddef>
 
@@ -24,7 +23,7 @@ class BlockWriter {
 
   void close_up(const simd::BlockOutput& part, std::size_t place) const noexcept;
 
-  BlockStore& blocks_;
+  BlockPlanes& planes_;
 };
 
 }  // namespace maxlogdet

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/blocks/candidates.hpp"
 
+#include "kernel/blocks/block_planes.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -43,14 +45,15 @@ CandidatesMemory::CandidatesMemory(std::size_t capacity)
       indices(capacity) {}
 
 Candidates all_of(const BlockStore& blocks) noexcept {
-  const simd::Form by_rows = simd::form_of_rows(std::max(blocks.rows(), 1));
-  return {{blocks.plane(0, 0), blocks.stride()},
-          blocks.stored(),
-          blocks.rows(),
-          blocks.is_factored() ? simd::factored : by_rows,
-          blocks.column_max(),
-          blocks.is_factored() ? blocks.factored_max_ : blocks.column_max(),
-          blocks.indices()};
+  const BlockPlanes& planes = planes_of(blocks);
+  const simd::Form by_rows = simd::form_of_rows(std::max(planes.rows(), 1));
+  return {{planes.plane(0, 0), planes.stride()},
+          planes.stored(),
+          planes.rows(),
+          planes.is_factored() ? simd::factored : by_rows,
+          planes.column_max(),
+          planes.is_factored() ? planes.factored_max() : planes.column_max(),
+          planes.indices()};
 }
 
 Candidates without_excluded(const BlockStore& blocks, const Options& options, const simd::Kernel& kernel,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search/constraints.hpp"
 
+#include "kernel/blocks/block_planes.hpp"
+
 #include <algorithm>
 #include <numeric>
 
@@ -66,8 +68,10 @@ Error Constraints::reset(const BlockStore& blocks, const Candidates& candidates,
   if (options.required == nullptr && options.excluded == nullptr && options.groups.ids == nullptr) return Error::none;
   if (groups_ != nullptr && !list_members(options, blocks.size())) return Error::invalid_groups;
 
-  for (std::size_t i = 0; i < blocks.size() && options.required != nullptr; ++i) {
-    if (options.required[i] != 0 && (is_set(options.excluded, i) || !blocks.is_valid(i))) return Error::infeasible;
+  const BlockPlanes& planes = planes_of(blocks);
+  for (std::size_t i = 0; i < planes.size() && options.required != nullptr; ++i) {
+    if (options.required[i] != 0 && (is_set(options.excluded, i) || !is_set(planes.validity(), i)))
+      return Error::infeasible;
   }
   for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
     if (options.required[candidates.indices[i]] == 0) continue;

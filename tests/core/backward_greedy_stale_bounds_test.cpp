@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Backward greedy with stale bounds of losses gives the answer that it gives without them, on every instruction set.
+#include "kernel/blocks/candidates.hpp"
 #include "kernel/information/information_factor.hpp"
 #include "tests/core/removals.hpp"
 #include "tests/support/forced_isa.hpp"
@@ -145,7 +146,8 @@ TEST(BackwardGreedy, losses_are_the_same_bits_on_all_and_near_the_exact_ones) {
     }
     std::vector<float> remaining(lanes, 1.0F);
     remaining[7] = 0;
-    const simd::Tiles tiles{blocks.plane(0, 0), simd::tile_size, blocks.stride(), remaining.data()};
+    const simd::Planes planes = all_of(blocks).planes;
+    const simd::Tiles tiles{planes.data, simd::tile_size, planes.stride, remaining.data()};
     const std::uint32_t list[] = {1, 0};
     std::vector<double> expected;
     for (const simd::Kernel* const kernel : supported_kernels()) {

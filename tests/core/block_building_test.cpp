@@ -2,6 +2,7 @@
 // append_blocks on every instruction set, against the same operations of plain_blocks.hpp, match by match in plain
 // float64: the same bits, for all weightings and third measurements, all lengths of the last pack, broken matches
 // anywhere. jacobian_test.cpp shows that the equations are right.
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/plain_blocks.hpp"
 
@@ -13,10 +14,10 @@ namespace {
 
 // Bit for bit, except for the sign of zeros in a missing row.
 void expect_entries(const BlockStore& blocks, std::size_t candidate, const ExpectedBlock& expected) {
-  const std::size_t place = blocks.place(candidate);
+  const std::size_t place = planes_of(blocks).place(candidate);
   for (int row = 0; row < blocks.rows(); ++row) {
     for (int column = 0; column < 6; ++column) {
-      const float stored = blocks.plane(row, column)[place];
+      const float stored = planes_of(blocks).plane(row, column)[place];
       const float wanted = expected.entries[row][column];
       EXPECT_EQ(stored, wanted) << "entry " << row << ", " << column;
       if (row >= expected.rows) continue;
@@ -41,7 +42,7 @@ void expect_column_max(const BlockStore& blocks) {
     const Block stored = stored_block(blocks, i);
     for (int row = 0; row < stored.rows(); ++row) largest = largest.cwiseMax(stored.row(row).cwiseAbs());
   }
-  for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], largest(column));
+  for (int column = 0; column < 6; ++column) EXPECT_EQ(planes_of(blocks).column_max()[column], largest(column));
 }
 
 void expect_built(const BlockStore& before, const PinholeBatch& batch, const BlockReport& report,
@@ -153,10 +154,11 @@ TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
       BlockStore blocks;
       append_blocks(batch.camera, batch.T_cw, batch.matches, batch.options, blocks);
       EXPECT_GT(blocks.stored(), 50U);
-      for (const double largest : {blocks.column_max()[0], blocks.column_max()[5]}) EXPECT_GT(largest, 0);
+      for (const double largest : {planes_of(blocks).column_max()[0], planes_of(blocks).column_max()[5]})
+        EXPECT_GT(largest, 0);
       for (std::size_t i = 0; i < blocks.stored(); ++i) {
-        EXPECT_EQ(blocks.plane(1, 0)[i], 0);
-        for (const int column : {0, 1, 5}) EXPECT_EQ(blocks.rows() == 3 ? blocks.plane(2, column)[i] : 0, 0);
+        EXPECT_EQ(planes_of(blocks).plane(1, 0)[i], 0);
+        for (const int column : {0, 1, 5}) EXPECT_EQ(blocks.rows() == 3 ? planes_of(blocks).plane(2, column)[i] : 0, 0);
       }
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "tests/support/support.hpp"
+#include "kernel/blocks/block_planes.hpp"
+#include "tests/core/slots.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -31,7 +32,7 @@ TEST(BlockStore, holds_what_was_pushed_rounded_to_float32_and_padded_with_zero_r
     }
     ASSERT_EQ(blocks.size(), 300U);
     EXPECT_EQ(blocks.rows(), 3);
-    for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], largest(column));
+    for (int column = 0; column < 6; ++column) EXPECT_EQ(planes_of(blocks).column_max()[column], largest(column));
     for (std::size_t i = 0; i < 300; ++i) expect_holds(blocks, i, pushed[i]);
   }
 }
@@ -42,7 +43,7 @@ TEST(BlockStore, planes_are_aligned_to_64_bytes) {
     EXPECT_EQ(blocks.capacity(), capacity);
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 6; ++column) {
-        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(blocks.plane(row, column)) % 64, 0U);
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(planes_of(blocks).plane(row, column)) % 64, 0U);
       }
     }
   }
@@ -66,7 +67,7 @@ TEST(BlockStore, grows_keeps_and_clears) {
   EXPECT_EQ(blocks.size(), 0U);
   EXPECT_EQ(blocks.rows(), 0);
   EXPECT_EQ(blocks.invalid_count(), 0U);
-  for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], 0);
+  for (int column = 0; column < 6; ++column) EXPECT_EQ(planes_of(blocks).column_max()[column], 0);
   EXPECT_EQ(blocks.capacity(), 5000U);
   const Block tall = random_block(random, 3);
   push_back(blocks, first);
@@ -127,6 +128,80 @@ TEST(BlockStore, copies_are_independent_and_moves_leave_an_empty_store) {
   EXPECT_EQ(moved.size(), 1U);
 }
 
+TEST(BlockStore, reads_a_block_as_stored) {
+  Random random;
+  BlockStore blocks;
+  const Block pushed[] = {random_block(random, 1), random_block(random, 2)};
+  push_back(blocks, pushed[0]);
+  blocks.push_back_invalid();
+  push_back(blocks, pushed[1]);
+  double entries[max_block_rows * state_dimension];
+  std::fill(std::begin(entries), std::end(entries), 7.0);
+  EXPECT_EQ(blocks.block(1, entries), 0);
+  EXPECT_EQ(blocks.block(3, entries), 0);
+  EXPECT_FALSE(blocks.is_valid(3));
+  for (const double entry : entries) EXPECT_EQ(entry, 7) << "written to";
+  for (const std::size_t i : {0U, 2U}) {
+    ASSERT_EQ(blocks.block(i, entries), 2);
+    Block expected = Block::Zero(2, 6);
+    expected.topRows(pushed[i / 2].rows()) = rounded(pushed[i / 2]);
+    EXPECT_EQ(Eigen::Map<const Block>(entries, 2, 6), expected) << i;
+    EXPECT_EQ(entries[12], 7) << "written beyond its rows";
+  }
+}
+
+// Each in turn, as the first call after the move.
+TEST(BlockStore, takes_any_call_once_moved_from) {
+  Random random;
+  const Block block = random_block(random, 2);
+  const auto after_a_move = [&](const auto& call) {
+    BlockStore blocks = store_of({block});
+    const BlockStore moved = std::move(blocks);
+    EXPECT_EQ(moved.size(), 1U);
+    call(blocks);  // NOLINT(bugprone-use-after-move)
+    EXPECT_EQ(blocks.size(), blocks.stored() + blocks.invalid_count());
+    blocks.clear();
+    push_back(blocks, block);
+    expect_holds(blocks, 0, block);
+  };
+  after_a_move([](BlockStore& blocks) {
+    double entries[max_block_rows * state_dimension];
+    EXPECT_EQ(blocks.size() + blocks.capacity() + blocks.stored() + blocks.invalid_count(), 0U);
+    EXPECT_EQ(blocks.rows(), 0);
+    EXPECT_FALSE(blocks.is_valid(0));
+    EXPECT_EQ(blocks.block(0, entries), 0);
+  });
+  after_a_move([](BlockStore& blocks) { blocks.reserve(0); });
+  after_a_move([](BlockStore& blocks) {
+    EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
+    EXPECT_EQ(blocks.capacity(), 0U);
+  });
+  after_a_move([](BlockStore& blocks) { EXPECT_EQ(blocks.push_back_invalid(), 0U); });
+  after_a_move([](BlockStore& blocks) {
+    BlockStore copy = blocks;
+    BlockStore moved = std::move(blocks);
+    EXPECT_EQ(copy.size() + moved.size(), 0U);
+    moved = copy;
+    blocks = std::move(moved);
+    blocks = copy;
+    EXPECT_EQ(blocks.size(), 0U);
+  });
+  after_a_move([](BlockStore& blocks) {
+    Selector selector(1);
+    EXPECT_EQ(selector.select(blocks, with_budget(1)).status, Status::ok);
+  });
+  after_a_move([](BlockStore& blocks) {
+    const double p_w[] = {0.1, 0.2, 3};
+    Matches matches;
+    matches.points = Points(p_w);
+    matches.size = 1;
+    EXPECT_EQ(
+        append_blocks(Camera(500, 500, 320, 240), RigidTransform::identity(), matches, BlockOptions(), blocks).invalid,
+        0U);
+    EXPECT_EQ(blocks.stored(), 1U);
+  });
+}
+
 TEST(BlockStore, refuses_a_capacity_beyond_memory) {
   BlockStore blocks;
   EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
@@ -136,7 +211,8 @@ TEST(BlockStore, refuses_a_capacity_beyond_memory) {
 
 TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
   const auto expect_largest = [](const BlockStore& blocks, const Eigen::Matrix<double, 6, 1>& expected) {
-    for (int column = 0; column < 6; ++column) EXPECT_EQ(blocks.column_max()[column], expected(column)) << column;
+    for (int column = 0; column < 6; ++column)
+      EXPECT_EQ(planes_of(blocks).column_max()[column], expected(column)) << column;
   };
   Random random;
   SCOPED_TRACE(random.name());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A store with empty slots against a model that is a list of blocks, after any change.
+#include "kernel/blocks/block_planes.hpp"
 #include "sim/frame.hpp"
 #include "tests/core/slots.hpp"
 
@@ -26,24 +27,25 @@ void expect_holds(const BlockStore& blocks, const Slots& slots) {
   ASSERT_EQ(blocks.stored(), valid.size());
   ASSERT_EQ(blocks.invalid_count(), slots.size() - valid.size());
   ASSERT_LE(blocks.size(), blocks.capacity());
-  ASSERT_EQ(std::vector<std::uint32_t>(blocks.indices(), blocks.indices() + blocks.stored()), valid);
+  ASSERT_EQ(std::vector<std::uint32_t>(planes_of(blocks).indices(), planes_of(blocks).indices() + blocks.stored()),
+            valid);
   int rows = 0;
   Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
   for (std::size_t j = 0; j < valid.size(); ++j) {
-    ASSERT_EQ(blocks.place(valid[j]), j);
+    ASSERT_EQ(planes_of(blocks).place(valid[j]), j);
     rows = std::max(rows, static_cast<int>(slots[valid[j]]->rows()));
   }
   ASSERT_EQ(blocks.rows(), rows);
   for (std::size_t i = 0; i < slots.size(); ++i) {
     ASSERT_EQ(blocks.is_valid(i), slots[i].has_value()) << i;
-    ASSERT_EQ(blocks.validity()[i], slots[i] ? 1 : 0);
+    ASSERT_EQ(planes_of(blocks).validity()[i], slots[i] ? 1 : 0);
     if (!slots[i]) continue;
     Block padded = Block::Zero(rows, 6);
     padded.topRows(slots[i]->rows()) = rounded(*slots[i]);
     ASSERT_EQ(stored_block(blocks, i), padded) << i;
     largest = largest.cwiseMax(padded.cwiseAbs().colwise().maxCoeff());
   }
-  for (int column = 0; column < 6; ++column) ASSERT_EQ(blocks.column_max()[column], largest(column));
+  for (int column = 0; column < 6; ++column) ASSERT_EQ(planes_of(blocks).column_max()[column], largest(column));
 }
 
 // Appends the blocks of a random frame with random options to both; some matches have none.
@@ -63,7 +65,7 @@ void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
   const BlockReport report =
       append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
   EXPECT_EQ(report.invalid, alone.invalid_count());
-  const std::vector<std::uint32_t> listed(alone.indices(), alone.indices() + alone.stored());
+  const std::vector<std::uint32_t> listed(planes_of(alone).indices(), planes_of(alone).indices() + alone.stored());
   for (std::uint32_t i = 0; i < n; ++i) {
     slots.emplace_back();
     if (!std::binary_search(listed.begin(), listed.end(), i)) continue;

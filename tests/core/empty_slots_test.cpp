@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Candidates without a block take an index and nothing else: the answer is that of a store that holds only the others,
 // bit for bit, whatever is asked for.
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/core/slots.hpp"
 
 #include <algorithm>
@@ -39,7 +40,7 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
       options.depth_cue = kind.depth_cue;
       BlockStore holed;
       append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, holed);
-      const std::vector<std::uint32_t> kept(holed.indices(), holed.indices() + holed.stored());
+      const std::vector<std::uint32_t> kept(planes_of(holed).indices(), planes_of(holed).indices() + holed.stored());
       ASSERT_GT(kept.size(), 200U);
       ASSERT_LT(kept.size(), 1500U);
       BlockStore dense;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The incremental factor and the bound of its error.
 #include "kernel/information/information_factor.hpp"
+#include "kernel/blocks/block_planes.hpp"
 #include "simd/kernel.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
@@ -214,17 +215,18 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
   long double tightest = 0;
   for_every_family(300, [&](const BlockStore& blocks) {
     const std::size_t count = 293;
-    const auto planes_of = std::size_t{6} * static_cast<std::size_t>(blocks.rows());
+    const auto plane_count = std::size_t{6} * static_cast<std::size_t>(blocks.rows());
     const std::size_t stride = 304;
-    std::vector<float> planes(planes_of * stride, std::numeric_limits<float>::quiet_NaN());
+    std::vector<float> planes(plane_count * stride, std::numeric_limits<float>::quiet_NaN());
     std::vector<unsigned char> counted(count);
     GreedyOracle<long double> oracle(blocks);
     for (std::size_t i = 0; i < count; ++i) {
       counted[i] = blocks.is_valid(i) && i % 5 != 0 ? 1 : 0;
       if (counted[i] != 0) oracle.take(i);
-      for (std::size_t p = 0; p < planes_of; ++p) {
+      for (std::size_t p = 0; p < plane_count; ++p) {
         if (!blocks.is_valid(i)) continue;
-        planes[p * stride + i] = blocks.plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[blocks.place(i)];
+        planes[p * stride + i] =
+            planes_of(blocks).plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[planes_of(blocks).place(i)];
       }
     }
     std::vector<double> expected;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The same answer on every instruction set, and MAXLOGDET_ISA.
+#include "kernel/blocks/candidates.hpp"
 #include "simd/kernel.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/support.hpp"
@@ -76,7 +77,7 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     for (int j = random.integer(1, 50); j > 0; --j) {
       listed.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1)));
     }
-    const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+    const simd::Planes planes = all_of(blocks).planes;
     std::vector<double> expected;
     for (const simd::Kernel* const kernel : supported_kernels()) {
       std::vector<double> results(listed.size() + 2, -1);

@@ -27,12 +27,12 @@ TEST(Limits, ends_of_float32) {
   }
   EXPECT_TRUE(blocks.is_valid(0));
   EXPECT_TRUE(blocks.is_valid(1));
-  EXPECT_EQ(blocks.plane(0, 0)[1], std::numeric_limits<float>::max());
+  EXPECT_EQ(stored_block(blocks, 1)(0, 0), largest);
   EXPECT_FALSE(blocks.is_valid(2));
   EXPECT_FALSE(blocks.is_valid(3));
-  EXPECT_EQ(blocks.plane(0, 0)[blocks.place(4)], std::numeric_limits<float>::denorm_min());
+  EXPECT_EQ(stored_block(blocks, 4)(0, 0), smallest);
   EXPECT_TRUE(blocks.is_valid(5));
-  EXPECT_EQ(blocks.plane(0, 0)[blocks.place(5)], 0);
+  EXPECT_EQ(stored_block(blocks, 5)(0, 0), 0);
   Selector selector(6);
   const Selection selection = selector.select(blocks, with_budget(6, Strategy::lazy_greedy));
   EXPECT_EQ(indices_of(selection), (std::vector<std::uint32_t>{0, 1, 4, 5}));

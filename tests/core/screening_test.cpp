@@ -2,6 +2,7 @@
 // Float32 screening: its bounds hold, the float64 winner survives it, and on ordinary frames hardly any other
 // candidate.
 #include "kernel/screening/screening.hpp"
+#include "kernel/blocks/block_planes.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
 #include "tests/support/flushed_denormals.hpp"
@@ -339,7 +340,7 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 300);
   const std::uint32_t listed[] = {5, 130, 131, 299};
-  const simd::Planes planes{blocks.plane(0, 0), blocks.stride()};
+  const simd::Planes planes = all_of(blocks).planes;
   for (const simd::Kernel* const kernel : supported_kernels()) {
     SCOPED_TRACE(kernel->isa);
     threading::Team team;
@@ -347,8 +348,8 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
     const Evaluator evaluator(*kernel, planes, blocks.rows(), team);
     ScreeningMemory of_all(blocks.size());
     ScreeningMemory of_list(blocks.size());
-    Screening(evaluator, form, blocks.column_max(), of_all).make_records(blocks.size());
-    Screening(evaluator, form, blocks.column_max(), of_list).make_records_of(listed, std::size(listed));
+    Screening(evaluator, form, planes_of(blocks).column_max(), of_all).make_records(blocks.size());
+    Screening(evaluator, form, planes_of(blocks).column_max(), of_list).make_records_of(listed, std::size(listed));
     const std::size_t size = simd::record_size(form);
     for (const std::uint32_t i : listed) {
       EXPECT_TRUE(std::equal(&of_all.tiles.records[i * size], &of_all.tiles.records[i * size] + size,

@@ -116,8 +116,7 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       const auto remaining = static_cast<std::uint32_t>(n - round);
       for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);
       std::vector<double> relative_gains(s);
-      kernel.decide[rows - 1]({blocks.plane(0, 0), blocks.stride()}, factor.inverse(), pool.data(), s,
-                              relative_gains.data());
+      kernel.decide[rows - 1](all_of(blocks).planes, factor.inverse(), pool.data(), s, relative_gains.data());
       const std::uint32_t best = place_of_best(relative_gains, pool);
       ASSERT_EQ(selected[round], pool[best]) << "round " << round;
       double h[max_block_rows][state_dimension];

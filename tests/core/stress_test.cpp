@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Thousands of selections with changing numbers of threads, by several callers at once: what ThreadSanitizer watches.
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/support.hpp"
 
@@ -45,8 +46,9 @@ class Problem {
     blocks.clear();
     append_blocks(frame_.camera, RigidTransform::row_major(frame_.T_cw_prior.data()), matches_.view(), wanted, blocks,
                   &executor);
-    const float* const plane = blocks.plane(1, 3);
-    return blocks.size() == blocks_.size() && std::equal(plane, plane + blocks.stored(), blocks_.plane(1, 3));
+    const float* const plane = planes_of(blocks).plane(1, 3);
+    return blocks.size() == blocks_.size() &&
+           std::equal(plane, plane + blocks.stored(), planes_of(blocks_).plane(1, 3));
   }
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Targets where float64 has few digits: information of any condition number, and numbers from the smallest to the
 // largest.
+#include "kernel/blocks/candidates.hpp"
 #include "kernel/information/information_factor.hpp"
 #include "tests/core/targets.hpp"
 #include "tests/support/numbers.hpp"
@@ -30,8 +31,7 @@ long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32
   // The sum of all at once, where its bound is small.
   const std::vector<unsigned char> counted(blocks.stored(), 1);
   double sum[state_dimension * state_dimension];
-  kernel.sum_information[blocks.rows() - 1]({blocks.plane(0, 0), blocks.stride()}, counted.data(), blocks.stored(),
-                                            sum);
+  kernel.sum_information[blocks.rows() - 1](all_of(blocks).planes, counted.data(), blocks.stored(), sum);
   const double roundings = simd::sum_roundings(blocks.stored(), blocks.rows());
   InformationFactor all;
   double error = all.reset(nullptr, sum, roundings) ? all.determinant_error(nullptr, sum, roundings) : infinity;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/fuzz/rules.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
@@ -22,7 +23,7 @@ class Exact {
   Exact(const BlockStore& candidates, const Options& options) : oracle_(candidates, prior_of(options)) {
     squares_ = 0;
     for (int column = 0; column < state_dimension; ++column) {
-      squares_ += std::pow(static_cast<Wide>(candidates.column_max()[column]), 2);
+      squares_ += std::pow(static_cast<Wide>(planes_of(candidates).column_max()[column]), 2);
     }
     error_ = update_error * std::pow(norm(), 2) * trace();
     prior_error_ = error_;

@@ -92,11 +92,10 @@ void check_blocks(sim::Frame frame) {
             to_string(report.error));
     require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
     require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
-    for (std::size_t i = 0; i < blocks.stored(); ++i) {
-      for (int e = 0; e < blocks.rows() * state_dimension; ++e) {
-        const float entry = blocks.plane(e / state_dimension, e % state_dimension)[i];
-        require(std::isfinite(entry), "valid blocks are finite", i);
-      }
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      double block[max_block_rows * state_dimension] = {};
+      blocks.block(i, block);
+      for (const double entry : block) require(std::isfinite(entry), "valid blocks are finite", i);
     }
   }
 }

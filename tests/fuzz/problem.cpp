@@ -23,11 +23,7 @@ void fill(AnyBlock& block, double (*entry)(Bytes&), Bytes& bytes) {
 AnyBlock stored(const BlockStore& store, std::size_t i) {
   AnyBlock block;
   block.rows = std::max(store.rows(), 1);
-  for (int row = 0; row < store.rows() && store.is_valid(i); ++row) {
-    for (int column = 0; column < n; ++column) {
-      block.entries[n * row + column] = static_cast<double>(store.plane(row, column)[store.place(i)]);
-    }
-  }
+  store.block(i, block.entries);
   return block;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
@@ -40,17 +41,18 @@ inline void expect_near(const WideMatrix& actual, const WideMatrix& expected) {
 
 /// All that a store says of its candidates, byte by byte.
 inline std::vector<unsigned char> bytes_of(const BlockStore& blocks) {
-  std::vector<unsigned char> bytes(blocks.validity(), blocks.validity() + blocks.size());
+  const BlockPlanes& planes = planes_of(blocks);
+  std::vector<unsigned char> bytes(planes.validity(), planes.validity() + planes.size());
   const auto append = [&](const void* data, std::size_t size) {
     const std::size_t end = bytes.size();
     bytes.resize(end + size);
     if (size > 0) std::memcpy(bytes.data() + end, data, size);
   };
-  for (int row = 0; row < blocks.rows(); ++row) {
-    for (int column = 0; column < 6; ++column) append(blocks.plane(row, column), blocks.stored() * sizeof(float));
+  for (int row = 0; row < planes.rows(); ++row) {
+    for (int column = 0; column < 6; ++column) append(planes.plane(row, column), planes.stored() * sizeof(float));
   }
-  append(blocks.indices(), blocks.stored() * sizeof(std::uint32_t));
-  append(blocks.column_max(), 6 * sizeof(double));
+  append(planes.indices(), planes.stored() * sizeof(std::uint32_t));
+  append(planes.column_max(), 6 * sizeof(double));
   return bytes;
 }
 

@@ -47,11 +47,7 @@ Matrix6 random_prior(Random& random) {
 
 Block stored_block(const BlockStore& blocks, std::size_t i) {
   Block block = Block::Zero(blocks.rows(), state_dimension);
-  for (int row = 0; row < blocks.rows() && blocks.is_valid(i); ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      block(row, column) = static_cast<double>(blocks.plane(row, column)[blocks.place(i)]);
-    }
-  }
+  blocks.block(i, block.data());
   return block;
 }
 

@@ -175,7 +175,11 @@ TEST_F(Matching, tells_the_library_which_points_are_candidates_and_allocates_not
   options.weighting = Weighting::measurement_and_map;
   options.depth_cue = DepthCue::stereo;
   append_blocks(RenderedWorld::camera(), T_cw(), matches, options, blocks);
-  EXPECT_EQ(Indices(blocks.indices(), blocks.indices() + blocks.stored()), points);
+  Indices valid;
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (blocks.is_valid(i)) valid.push_back(i);
+  }
+  EXPECT_EQ(valid, points);
 
   matcher.search(radius);
   const long before = allocations();
