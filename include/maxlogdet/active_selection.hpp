@@ -13,19 +13,14 @@
 namespace maxlogdet {
 
 /// Active matching (Zhao & Vela, Good Feature Matching, 2020): candidates are map points that are not matched yet,
-/// next() proposes those of maximum gain, and the tracker tries to match them and answers. Only proposals need
-/// matching.
+/// next() proposes those of maximum gain, and the tracker tries to match them and answers. Trackers use
+/// GoodFeatures::match; here they answer in batches, or with blocks of their own.
 ///
 ///   active.start(candidates, options);
 ///   for (std::uint32_t i; (i = active.next()) != ActiveSelection::none;) match(i) ? active.accept() : active.reject();
 ///
-/// One at a time, this is greedy on the candidates that are not rejected: if everything is accepted as proposed, the
-/// answer is that of lazy_greedy, index for index. A batch is proposed by the gains before any of it is accepted, which
-/// saves time, here and in matching, and loses a little log det (docs/performance.md).
-///
-/// What has been evaluated since the last acceptance is not evaluated again: a proposal after a rejection reads the
-/// maxima of evaluated tiles, at most a sixteenth of the candidates, and fewer once some are selected. Owns its memory
-/// as a Selector does; only the constructor allocates, and only the calling thread is used.
+/// One at a time, this is lazy_greedy on the candidates that are not rejected, index for index. Only the constructor
+/// allocates, and only the calling thread is used.
 class ActiveSelection {
  public:
   /// What next() returns when there is nothing to propose.
@@ -42,26 +37,19 @@ class ActiveSelection {
   /// The maximum number of candidates, and the maximum budget, of start(); 0 after a move.
   std::size_t capacity() const noexcept;
 
-  /// Starts a new selection and its time limit, which includes the matching. The caller owns the candidates and all
-  /// arrays of the options (groups above all), which must not change until the last call of any other function. The
-  /// options in use are budget, prior, time_limit, the targets and the constraints (groups count accepted candidates;
-  /// required ones are accepted at the start); strategy must be greedy, lazy_greedy or automatic, which are the same
-  /// here. There is neither certificate nor exchange; exchange.sweeps with a target is an error, as in
-  /// Selector::select. target.efficiency compares with all blocks as offered, including those rejected later; measured
-  /// blocks may thus reach more than 1. The statuses are those of Selector::select; after an error nothing is proposed.
+  /// Starts a new selection, and its time limit, which includes the matching. Candidates and arrays of the options must
+  /// not change before the last call of any other function. For options and errors see the guide; after an error
+  /// nothing is proposed.
   Error start(const BlockStore& candidates, const Options& options) noexcept;
 
-  /// Returns the candidate of maximum gain that is neither accepted nor rejected; while proposals are unanswered, the
-  /// first of these again, also after the time limit. Returns `none` when the budget is reached, nothing is left, or
-  /// the time limit has passed; and once the targets are met, even if proposals of a batch are unanswered, which may
-  /// still be answered.
+  /// Returns the candidate of maximum gain that is neither accepted nor rejected, or the first unanswered proposal.
+  /// Returns `none` when the budget is reached, nothing is left, the time limit has passed with all answered, or the
+  /// targets are met; proposals of a batch may then still be answered.
   std::uint32_t next() noexcept;
 
-  /// Writes the `count` candidates of maximum current gain to `indices`, best first, ties to the lowest index, and
-  /// returns how many. There are fewer only if no more could all be accepted: for lack of candidates, by the budget,
-  /// or by the maximum of a group; instead of candidates beyond that maximum the next best are proposed. While
-  /// proposals are unanswered, returns these again, at most `count`. `count` = 1 is next(). Returns 0 where next() is
-  /// `none`, and for a `count` of 0 or a null pointer, which change nothing.
+  /// Writes the `count` candidates of maximum current gain that may all be accepted, best first, and returns how many;
+  /// fewer if the budget, groups or the candidates allow no more. While proposals are unanswered, returns these again.
+  /// Returns 0 where next() is `none`, and for a `count` of 0 or a null pointer, which change nothing.
   std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
 
   /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.

@@ -10,10 +10,16 @@
 // image as the model has it: distorted, unless the tracker has rectified it.
 //
 // A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
-// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. append_blocks,
-// match_information and project refuse every other one, also within a rig (Error::invalid_camera). With the
-// caller's Jacobians append_blocks and match_information read no number of the camera but the bf of a stereo row, and
-// check no other.
+// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. Any other is refused
+// (Error::invalid_camera); with the caller's Jacobians only the bf of a stereo row is read.
+//
+// A point has no image
+//   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
+//     (its paper has w_2);
+//   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
+//     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
+//     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two test the point alone:
+//     far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
 
 namespace maxlogdet {
 
@@ -52,15 +58,8 @@ struct Camera {
   static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
 };
 
-/// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that append_blocks
-/// refuses as unknown_camera_model or invalid_camera, for input that is not finite, and where the model has no image of
-/// the point:
-///   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
-///     (its paper has w_2);
-///   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
-///     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
-///     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two test the point
-///     alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
+/// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that is not valid, for
+/// input that is not finite, and where the model has no image of the point (see above).
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
 /// Also writes d (u, v) / d p_c, 2 x 3 row-major, px per m.
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;

@@ -54,8 +54,7 @@ enum {
   MAXLOGDET_STATUS_OK = 0,                ///< as many as the budget asks for were selected
   MAXLOGDET_STATUS_ALL_SELECTED = 1,      ///< no more may be selected: all that constraints allow, perhaps none, are in
   MAXLOGDET_STATUS_TARGET_REACHED = 2,    ///< every target given is met
-  MAXLOGDET_STATUS_DEADLINE_REACHED = 3,  ///< the time limit passed: the answer is filled up by the highest gains last
-                                          ///< known
+  MAXLOGDET_STATUS_DEADLINE_REACHED = 3,  ///< the time limit passed: the rest of the answer was filled up at once
   MAXLOGDET_STATUS_FEW_CANDIDATES = 4,    ///< good features: fewer matches than the budget have blocks; others fill it
   MAXLOGDET_STATUS_ERROR = 5              ///< the error says why
 };

@@ -15,10 +15,9 @@ class Executor {
   /// The maximum number of workers of a run() called from this thread, including the caller; at least 1.
   virtual int concurrency() const noexcept = 0;
 
-  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to other threads.
-  /// Helpers may come late or never: the caller does not need them. A helper that starts after body(context, 0) has
-  /// ended returns at once, on whatever thread. Returns when body(context, 0) and all helpers that have started have
-  /// returned, and none will start any more.
+  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to other threads,
+  /// which may come late (body then returns at once) or never. Returns when body(context, 0) and all helpers that have
+  /// started have returned, and none will start any more.
   virtual void run(int workers, Body body, void* context) noexcept = 0;
 
  protected:

@@ -27,9 +27,8 @@ struct FrameDetails {
 ///   for (match of the frame) recorder.add(match, is_selected);
 ///   recorder.finish();                                           // writes the file
 ///
-/// Doubles are written with the fewest digits that read back as the same double, whatever the locale is. Nothing
-/// throws. A problem is said once, in one line on stderr, and ends the recording; the other functions are then no-ops.
-/// It allocates and does I/O. Use one per thread.
+/// Doubles read back as the same double, whatever the locale is. Allocates, does I/O, throws nothing: a problem is said
+/// once, in one line on stderr, and ends the recording. Use one per thread.
 class FrameRecorder {
  public:
   FrameRecorder() = default;
@@ -51,10 +50,9 @@ class FrameRecorder {
   /// The same on a rig; T_bw: world to body. The file has no place for right columns of a rig: with
   /// DepthCue::stereo the recording ends.
   bool start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details = FrameDetails()) noexcept;
-  /// Adds a match, also one behind the camera. Returns false, and leaves the match out, if a number of it is not finite
-  /// (point, u, v, 1 / sigma^2, covariance), or has a value that the file uses for "unknown" (a negative variance), and
-  /// for a camera_id that the rig has not. A right column below 0 and a depth up to 0 are read as not measured. With
-  /// the caller's Jacobians, whose projection the file cannot say, the recording ends.
+  /// Adds a match, also one behind the camera. Returns false, and leaves it out, if a number of it is not finite
+  /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or the rig has no such camera_id. With the
+  /// caller's Jacobians, whose projection the file cannot say, the recording ends.
   bool add(const FeatureMatch& match, bool is_selected, double descriptor_distance = 0) noexcept;
   /// Writes the file of the frame. Returns whether it was written. If that fails, for example because the disk is full,
   /// no part of the file stays.

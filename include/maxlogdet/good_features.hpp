@@ -63,22 +63,14 @@ class GoodFeatures {
   /// The id() of a match beyond the capacity.
   static constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 
-  /// Selects so many matches, or what Options ask for; their arrays are by match number. Returns the numbers in order
-  /// of selection, valid until the next select() or match(). They are as many as the budget, or all usable ones if
-  /// there are fewer (groups and a target may leave them shorter); after an error, all usable ones. A match is usable
-  /// if its point, measurement and sigma are finite, sigma is positive, and it is not excluded. In this order: required
-  /// matches; those of maximum gain; at a deadline, those of highest gain last known; last, usable matches without a
-  /// block, such as those behind the camera, whose gains are NaN (Status::few_candidates). The time limit counts from
-  /// the call.
+  /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
+  /// next select() or match(). Groups and a target may leave them fewer than the budget; after an error they are all
+  /// usable ones: finite, with a positive sigma, and not excluded.
   Selection select(const Options& options) noexcept;
 
-  /// Active matching: proposes the points of maximum gain, one after the other, to
-  ///
-  ///   bool try_to_match(std::size_t i, FeatureMatch& match)
-  ///
-  /// which fills in what it measures and returns whether it has found match i, until so many are matched as the options
-  /// ask for (ActiveSelection). Returns those matched, in that order. select(), outliers() and record() then go on with
-  /// them: what was not matched, or not tried, is neither selected nor an outlier.
+  /// Active matching: calls bool try_to_match(std::size_t i, FeatureMatch& match), which fills in what it measures and
+  /// returns whether it has found match i, for the points of maximum gain until enough are found. Returns these, in
+  /// that order; what was not found, or not tried, is then neither selected nor an outlier.
   template <class TryToMatch>
   Selection match(const Options& options, TryToMatch&& try_to_match) {
     using Function = typename std::remove_reference<TryToMatch>::type;
@@ -124,9 +116,8 @@ class GoodFeatures {
   bool whitening(std::size_t i, double* W) const noexcept;
 
   /// From the next start() on, writes every frame that is selected from into the folder, for `maxlogdet evaluate
-  /// FOLDER` (docs/evaluate.md). Call it once. Returns whether frames will be recorded; a problem, also a later one, is
-  /// said in one line on stderr, ends the recording, and changes no selection: see FrameRecorder. While it is on,
-  /// select() allocates and does I/O, about 1 us a match.
+  /// FOLDER` (docs/evaluate.md), by a FrameRecorder, which allocates and does I/O. Call it once. Returns whether frames
+  /// will be recorded; a problem, also a later one, is said in one line on stderr, and changes no selection.
   bool record(const char* folder) noexcept;
 
  private:

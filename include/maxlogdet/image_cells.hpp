@@ -27,12 +27,9 @@ class ImageCells {
   /// Takes over the memory; the source may then only be assigned to or destroyed.
   ImageCells& operator=(ImageCells&&) noexcept;
 
-  /// Divides matches into `cells` cells, or into one for each match if that is fewer; 0 counts as 1. The (u, v) of
-  /// match i < n, in any unit, are at uv[stride * i]. `is_spread`: n bytes; a match with 0, such as a required or an
-  /// excluded one, is a group of its own, and so is one whose u or v is not finite; nullptr: all are spread.
-  /// `camera_ids`: n; no cell has matches of two cameras, so that there are at least as many cells as cameras; nullptr:
-  /// one camera. Equal input gives equal cells, on every machine. Returns false, and changes nothing, if n is above the
-  /// capacity.
+  /// Divides n matches, with (u, v) at uv[stride * i], into at most `cells` cells, at least 1; returns false, without
+  /// effect, if n is above the capacity. `is_spread`: n; a match with 0, or whose (u, v) is not finite, is a group of
+  /// its own. `camera_ids`: n; no cell has matches of two cameras. Null pointers: all are spread; one camera.
   bool assign(const double* uv, std::size_t stride, std::size_t n, std::size_t cells,
               const unsigned char* is_spread = nullptr, const std::uint8_t* camera_ids = nullptr) noexcept;
 

@@ -3,10 +3,9 @@
 
 namespace maxlogdet {
 
-/// The instruction set of a Selector made now: "sse2", "avx2", "avx512" or "neon". It is the widest one that is built
-/// in and supported by this machine, unless the environment variable MAXLOGDET_ISA names another (an empty value counts
-/// as unset; names are lower case). "none" if that is not built in or not supported: select() then returns
-/// Error::unsupported_isa.
+/// The instruction set of a Selector made now: "sse2", "avx2", "avx512" or "neon", the widest one that is built in and
+/// supported by this machine, unless the environment variable MAXLOGDET_ISA names another. "none" if that is not
+/// available: select() then answers Error::unsupported_isa.
 const char* active_isa() noexcept;
 
 /// Name of the i-th instruction set built in, narrowest first; nullptr when there are fewer.

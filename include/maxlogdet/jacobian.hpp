@@ -31,11 +31,7 @@
 // `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` only up to
 // the variance of the map error.
 //
-// Which weighting? `measurement`, the default, assumes that pixel noise dominates, and makes the information that of
-// the tracker's own optimiser. `measurement_and_map` weighs noise and map errors when both are known, with the
-// covariance of each point. `map_bias` is the paper's: it assumes that errors of the map dominate, and considers only
-// geometry, not octaves. It assumes the same error in metres for all points; of a stereo or triangulated map, where the
-// error grows with distance, it selects the farthest points (docs/tracker.md).
+// docs/integration.md tells which weighting to use.
 
 namespace maxlogdet {
 
@@ -116,11 +112,9 @@ struct BlockReport {
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Weighting weighting) noexcept;
 
-/// Appends one block per match, in their order: candidate first + i is match i, where first = blocks.size() before. A
-/// match becomes an invalid candidate if it is behind the camera, nearer than min_depth or not usable, has a value that
-/// is not finite, a sigma that is not positive, a negative weight, or a covariance with which Sigma is not positive
-/// definite or keeps no digits. Allocates only when the capacity of the blocks does not suffice. `executor` provides
-/// helper threads; nullptr: the calling thread alone.
+/// Appends one block per match, in their order; a match without one (BlockReport tells why) becomes an invalid
+/// candidate. Allocates only when the capacity of the blocks does not suffice. `executor` provides helper threads;
+/// nullptr: the calling thread alone.
 BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 

@@ -49,11 +49,8 @@ constexpr std::size_t residual_rows(DepthCue third) noexcept { return third == D
 MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept;
 
 /// Writes Omega, px^-2 (m^-1 for each index of a depth): r x r row-major, r = residual_rows(noise.depth_cue), in the
-/// order u, v, cue. p_w: 3 entries, world frame, m; T_cw: world to camera. Returns false, and writes nothing, where
-/// append_blocks would refuse the camera, the point has no image, a standard deviation is not positive, an entry is not
-/// finite, or Sigma is not positive definite or keeps no digits (BlockReport::invalid_covariances): just where the
-/// match has no block for this reason by append_blocks of a camera alone. An optimiser then uses I / sigma^2, as
-/// without this function.
+/// order u, v, cue. p_w: 3 entries, m. Returns false, and writes nothing, just where append_blocks of a camera alone
+/// would refuse the camera or make no block for a reason of this noise; an optimiser then uses I / sigma^2.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
 /// The same for a camera of a rig, as by append_blocks of a rig; T_bw: world to body.

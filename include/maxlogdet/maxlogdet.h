@@ -10,26 +10,8 @@
 //   selection = maxlogdet_good_features_select(good, &options);     // optimise the pose with selection->indices
 //   count = maxlogdet_good_features_outliers(good, T_cw, &indices); // unselected, and far off at the optimised pose
 //
-// The C++ headers of the same names document what the functions compute; these document what a caller in C must know.
-//
-// Handles. Good features, block stores, selectors and active selections are opaque. create makes one (or returns an
-// error that says why not, and then stores a null pointer), destroy destroys it; null is a no-op. One thread at a time
-// may use a handle; several may read a block store. What is returned by pointer belongs to the handle, and is
-// read-only.
-//
-// Structs, and later versions. A struct that the caller fills begins with struct_size; NAME_init(&s, sizeof s) sets
-// that and the defaults. A later version of the library may append fields: it reads at most struct_size bytes, and uses
-// the defaults of fields beyond. A program or binding made for this header therefore works with every later library of
-// the same major version, and while that is 0, of the same minor version. struct_size must be a multiple of 8, at least
-// 16, and at most the size of the library's own struct. Any other (a struct without init, or a longer one, of a header
-// newer than the library) is refused as invalid_argument. Structs that the library fills are reached through pointers,
-// and may also grow at their ends. Within such versions, values of enumerators, and the order and types of fields, do
-// not change.
-//
-// Errors. No pointer may be null where its comment does not allow it: functions answer invalid_argument, or where they
-// return no error 0, none or NaN. Neither pointers nor lengths of arrays are checked otherwise. No function throws or
-// ends the program, and only record prints; only create, reserve, push_back, push_back_invalid, append_blocks,
-// append_blocks_of_rig, record, start_rig and match allocate, the last two where they need more than ever before.
+// The C++ headers of the same names document what the functions compute; docs/c_api.md the rules of handles, of structs
+// in later versions, and of errors. Functions without a maxlogdet_error answer 0, none or NaN for a null pointer.
 
 // NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
 #include <maxlogdet/enumerators.h>
@@ -107,21 +89,18 @@ size_t maxlogdet_good_features_size(const maxlogdet_good_features* good);
 /// The id of match i; MAXLOGDET_NONE beyond the capacity.
 uint32_t maxlogdet_good_features_id(const maxlogdet_good_features* good, size_t i);
 
-/// Selects options->budget matches, or what else the options ask for; their arrays are by match number. Neither
-/// allocates nor locks. The selection holds match numbers in order of selection, valid until the next select, match or
-/// start, or destroy; never null. They are as many as the budget, or all usable ones if there are fewer (groups and a
-/// target may leave them shorter); after an error, also for options that are refused, all usable ones. A match is
-/// usable if its point, measurement and sigma are finite, sigma is positive, and it is not excluded.
+/// Selects options->budget matches, or what else the options ask for. The selection holds match numbers, is never null,
+/// and is valid until the next select, match or start. Groups and a target may leave it shorter than the budget; after
+/// an error, also for refused options, it is all usable ones: finite, with a positive sigma, and not excluded.
 const maxlogdet_selection* maxlogdet_good_features_select(maxlogdet_good_features* good,
                                                           const maxlogdet_options* options);
 
 /// Fills in what it measures of match i, and returns nonzero if it has found it. May not call functions with the
 /// handle.
 typedef int32_t (*maxlogdet_match_function)(void* context, size_t i, maxlogdet_match* match);
-/// Active matching: calls try_to_match(context, i, &match) for the points of maximum gain, one after the other, until
-/// as many are matched as the options ask for. Returns those matched, as select does; select, outliers and record then
-/// go on with them. After an error, also for options that are refused, points are tried in their order; nothing is
-/// tried without try_to_match, and when the first call of a handle finds no memory.
+/// Active matching: calls try_to_match(context, i, &match) for the points of maximum gain until enough are found, and
+/// returns these, as select does. After an error, also for refused options, points are tried in their order; nothing
+/// is tried without try_to_match, and when the first call of a handle finds no memory.
 const maxlogdet_selection* maxlogdet_good_features_match(maxlogdet_good_features* good,
                                                          const maxlogdet_options* options,
                                                          maxlogdet_match_function try_to_match, void* context);

@@ -23,9 +23,8 @@ class PointCovariance {
   explicit PointCovariance(const Scalar* p_w) noexcept : p_w_{double(p_w[0]), double(p_w[1]), double(p_w[2])} {}
 
   /// Adds an observation by a rectified pinhole at T_cw (world to camera) with standard deviation sigma, px, with a
-  /// stereo row if `is_stereo` and the camera's bf is above 0. No-op for a point that is not in front of it (Z <= 0), a
-  /// sigma that is not positive and finite, a camera that is not valid (camera.hpp) or has, with `is_stereo`, a bf that
-  /// is not finite, and a pose, point or information that is not finite.
+  /// stereo row if `is_stereo` and bf > 0. No-op for a point that is not in front of the camera, a sigma that is not
+  /// positive, a camera that is not valid, and numbers that are not finite.
   void observe(const PinholeCamera& camera, const RigidTransform& T_cw, double sigma, bool is_stereo) noexcept {
     const double* const T = T_cw.data();
     double p[3];

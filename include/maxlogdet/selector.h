@@ -2,7 +2,7 @@
 #pragma once
 
 // The parts of maxlogdet_good_features, for callers with arrays or blocks of their own: a store of blocks, a selector,
-// and active matching. maxlogdet/maxlogdet.h includes this, and its first comment holds here, too.
+// and active matching. maxlogdet/maxlogdet.h includes this.
 
 // NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
 #include <maxlogdet/structs.h>
@@ -37,10 +37,9 @@ int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size
 /// The number of candidates without a block.
 size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks);
 
-/// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32; its
-/// index is the previous size. A null block, other rows, or entries that float32 cannot hold are no error but make an
-/// invalid candidate, which is never selected. Returns none, out_of_memory (only when the capacity does not suffice) or
-/// invalid_argument.
+/// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32. A null
+/// block, other rows, or entries that float32 cannot hold make an invalid candidate, which is never selected. Returns
+/// none, out_of_memory (only when the capacity does not suffice) or invalid_argument.
 maxlogdet_error maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows);
 /// Appends an invalid candidate, a match without a block.
 maxlogdet_error maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
@@ -85,11 +84,9 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              maxlogdet_block_store* blocks,
                                                              const maxlogdet_executor* executor);
 
-/// Writes Omega, the weight of the residual of match i, (u, v) or (u, v, depth cue), in an optimiser that holds the
-/// points fixed: the inverse covariance of the noise that whitens its block (maxlogdet/match_information.hpp), r x r
-/// row-major, r = 3 where the match has a depth cue, else 2. `camera` is the one that has seen the match, also
-/// on a rig, `T_cw` its pose; usable, weights, camera_ids and min_depth are not read. Returns 1, or 0 without writing
-/// anything: for a null pointer, an invalid i, a point without an image, or unusable numbers.
+/// Writes Omega, the weight of the residual of match i in an optimiser that holds points fixed (match_information.hpp),
+/// r x r row-major, r = 3 with a depth cue, else 2. `camera` and `T_cw` are those that saw the match, also on a rig.
+/// Returns 1, or 0 without writing anything: for a null pointer, an invalid i, or where a match has no block.
 int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
                                     const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
                                     double* omega);
@@ -125,10 +122,8 @@ void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 /// The maximum number of candidates of start.
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
-/// Starts a new selection and its time limit. The candidates and all arrays of the options (groups above all) must not
-/// change until the last call of any other function. The options in use are budget, prior, time_limit, the targets and
-/// the constraints; strategy must be greedy, lazy_greedy or automatic. The errors are those of a selection; after one
-/// nothing is proposed.
+/// Starts a new selection and its time limit. Candidates and arrays of the options must not change before the last call
+/// of any other function. docs/integration.md has options and errors; after an error nothing is proposed.
 maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                  const maxlogdet_block_store* candidates,
                                                  const maxlogdet_options* options);
@@ -137,10 +132,9 @@ maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* act
 /// first of these again. MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed; and
 /// once the targets are met, even if proposals of a batch are unanswered, which may still be answered.
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
-/// Writes the `count` candidates of maximum current gain to `indices`, best first, ties to the lowest index, and
-/// returns how many. There are fewer only where no more may all be accepted: by what is left, by the budget, and by the
-/// maximum of a group, in whose place the next best are proposed. While proposals are unanswered, returns these again,
-/// at most `count`. 0 where next is MAXLOGDET_NONE, and for a `count` of 0 or a null pointer, which change nothing.
+/// Writes the `count` candidates of maximum current gain that may all be accepted, best first, and returns how many.
+/// While proposals are unanswered, returns these again. Returns 0 where next is MAXLOGDET_NONE, and for a `count` of 0
+/// or a null pointer, which change nothing.
 size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count);
 
 /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns none or nothing_proposed.

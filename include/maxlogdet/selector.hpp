@@ -31,10 +31,8 @@ class Selector {
   std::size_t capacity() const noexcept;
 
   /// Selects options.budget of the candidates, or the first of them that meet the targets. Never allocates, locks,
-  /// throws or prints. On one thread its only system call is the clock, and only when options.time_limit is set; with
-  /// helpers it may also yield, and they read the clock; for executors see docs/threading.md. Indices are the
-  /// same on every processor, compiler, instruction set and number of threads; ties (equal computed gains, as of
-  /// identical blocks) go to the lowest index. Selection::status names errors.
+  /// throws or prints; reads the clock only for a time limit, and with helpers. Indices are the same on every processor,
+  /// compiler, instruction set and number of threads; ties go to the lowest index. After an error none are selected.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;
   /// The selection would point into a destroyed selector: name the selector, or see maxlogdet/select.hpp.
   Selection select(const BlockStore& candidates, const Options& options) && = delete;

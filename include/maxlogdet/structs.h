@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The structs of maxlogdet/maxlogdet.h, whose first comment says how they may grow. Fields are those of C++, in their
+// The structs of maxlogdet/maxlogdet.h; docs/c_api.md tells how they may grow. Fields are those of C++, in their
 // order; Options::target.efficiency is target_efficiency here.
 
 // NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
@@ -65,8 +65,7 @@ typedef struct maxlogdet_options {
   size_t budget;        ///< how many to select; all, if there are fewer; default 200
   const double* prior;  ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the
                         ///< units of the blocks; null, the default: 1e-5 I
-  double time_limit;    ///< s, after which the budget is filled by the highest gains last known; 0, the default:
-                        ///< none
+  double time_limit;    ///< s, after which the budget is filled at once; 0, the default: none
   maxlogdet_strategy strategy;  ///< default lazy_greedy
   int32_t threads;              ///< 1: only the calling one; 0, the default: as many of the executor as pay off; m: at
                                 ///< most m

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <type_traits>
 #include <unordered_map>
+#include <vector>
 
 // Shared by the adapters of ORB-SLAM2 and ORB-SLAM3.
 
@@ -26,17 +28,22 @@ class OrbSlamHook : public TrackerHook {
   bool use_covariances = false;  ///< measurement_and_map, from the keyframes that observe each map point
 
   /// `budget`: how many matches to optimise with. `capacity`: those of a frame beyond it are optimised with, too.
-  explicit OrbSlamHook(std::size_t budget = 200, std::size_t capacity = 10000) : TrackerHook(budget, capacity) {}
+  explicit OrbSlamHook(std::size_t budget = 200, std::size_t capacity = 10000) : TrackerHook(budget, capacity) {
+    removed_.reserve(capacity);
+  }
 
   /// Calls pose_optimization(&frame) with the selected matches only; returns the number of inliers among all. Matches
   /// that are not finite are outliers.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     select([&] { gather(frame); }, false);
-    const auto all = frame.mvpMapPoints;
+    using Pointer = typename std::decay<decltype(frame.mvpMapPoints[0])>::type;
     const auto put_back = [&](const Frame* /*of_guard*/) {
-      for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = all[slot];
+      std::size_t i = 0;
+      for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = static_cast<Pointer>(removed_[i++]);
     };
+    removed_.clear();
+    for (const std::uint32_t slot : left_out_) removed_.push_back(frame.mvpMapPoints[slot]);
     std::unique_ptr<Frame, decltype(put_back)> guard(&frame, put_back);  // also if the optimiser throws
     for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = nullptr;
     cost_.restore_us = lap();
@@ -142,6 +149,7 @@ class OrbSlamHook : public TrackerHook {
 
   std::unordered_map<std::uint64_t, Covariance> covariances_;
   std::uint64_t frame_ = 0;
+  std::vector<void*> removed_;  // map points of left_out_, which the frame lacks during the optimisation
 };
 
 }  // namespace maxlogdet

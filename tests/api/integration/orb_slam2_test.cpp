@@ -2,6 +2,7 @@
 // The adapter of ORB-SLAM2 and the guide's lines for it: the optimisation with the selected matches alone.
 #include "sim/outlier_rejection.hpp"
 #include "tests/api/integration/orb_slam2_world.hpp"
+#include "tests/support/allocation_counter.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/recording.hpp"
@@ -195,6 +196,21 @@ TEST(OrbSlam2Adapter, at_a_deadline_a_full_budget_is_optimised_with) {
   EXPECT_EQ(slots_optimised_with(good, world).size(), 100U);
   EXPECT_STREQ(good.cost().status, "deadline_reached");
   EXPECT_GT(std::count(world.frame.mvbOutlier.begin(), world.frame.mvbOutlier.end(), false), 300);
+}
+
+TEST(OrbSlam2Adapter, nothing_but_the_trackers_map_points_allocates_in_a_frame) {
+  if (allocations() < 0) GTEST_SKIP() << "allocations cannot be counted here";
+  Random random;
+  SCOPED_TRACE(random.name());
+  World world(random, 400, true);
+  OrbSlam2 good(100);
+  const auto keep_the_pose = [](const Frame* /*frame*/) { return 100; };
+  const long copies = allocations_in([&] {
+    for (MapPoint* const point : world.frame.mvpMapPoints) {
+      if (point != nullptr) point->GetWorldPos();
+    }
+  });
+  EXPECT_EQ(allocations_in([&] { good.optimize(world.frame, keep_the_pose); }), copies);
 }
 
 TEST(OrbSlam2Adapter, matches_beyond_the_capacity_are_optimised_with) {
