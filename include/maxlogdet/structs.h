@@ -61,11 +61,11 @@ typedef struct maxlogdet_block_report {
 
 /// What to select and how; n is the number of candidates. Arrays belong to the caller.
 typedef struct maxlogdet_options {
-  size_t struct_size;   ///< set by init
-  size_t budget;        ///< how many to select; all, if there are fewer; default 200
-  const double* prior;  ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the
-                        ///< units of the blocks; null, the default: 1e-5 I
-  double time_limit;    ///< s, after which the budget is filled at once; 0, the default: none
+  size_t struct_size;           ///< set by init
+  size_t budget;                ///< how many to select; all, if there are fewer; default 200
+  const double* prior;          ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the
+                                ///< units of the blocks; null, the default: 1e-5 I
+  double time_limit;            ///< s, after which the budget is filled at once; 0, the default: none
   maxlogdet_strategy strategy;  ///< default lazy_greedy
   int32_t threads;              ///< 1: only the calling one; 0, the default: as many of the executor as pay off; m: at
                                 ///< most m

@@ -78,7 +78,7 @@ BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& k
   options.weighting = kind.weighting;
   options.depth_cue = kind.depth_cue;
   BlockStore blocks;
-  append_blocks(camera, T_cw, matches, options, blocks);
+  append_blocks(camera, RigidTransform::row_major(T_cw), matches, options, blocks);
   return blocks;
 }
 
