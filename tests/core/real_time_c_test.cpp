@@ -138,7 +138,8 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
 #endif
   constexpr long arrays_of_store = 3;  // planes, validity and indices
   maxlogdet_block_store* blocks = nullptr;
-  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }), 2 + arrays_of_store);  // handle, store
+  EXPECT_EQ(failures_of([&] { return maxlogdet_block_store_create(10, &blocks); }),
+            2 + arrays_of_store);  // handle, store
   const CBlocks owned_blocks(blocks);
   maxlogdet_selector* selector = nullptr;
   const long of_selector = failures_of([&] { return maxlogdet_selector_create(10, nullptr, &selector); });
