@@ -66,9 +66,8 @@ len() is the number selected; iteration gives their indices.)")
       .def_property_readonly(
           "status", [](const Answer& self) { return to_string(self.selection.status); },
           "'ok'; 'all_selected': no more may be selected; 'target_reached': all targets given are met; "
-          "'deadline_reached': those of most information fill the answer in one pass; 'few_candidates' and 'error': "
-          "see "
-          "GoodFeatures.select().")
+          "'deadline_reached': those of most information fill the answer in one pass; 'few_candidates' and "
+          "'error': see GoodFeatures.select().")
       .def_property_readonly(
           "error", [](const Answer& self) { return to_string(self.selection.error); },
           "What is wrong, a key of maxlogdet.errors; 'none' unless status is 'error'.")

@@ -74,7 +74,8 @@ Selects `budget` candidates of a BlockStore (or of what makes one), or all if th
 log det(prior + sum of selected H^T H). Returns a Selection; raises SelectionError.
 
 prior: (6, 6), symmetric positive definite, in the units and the frame of the blocks; None: 1e-5 I.
-time_limit: s, after which those of most information fill the answer in one pass, with the status 'deadline_reached'; 0: none.
+time_limit: s, after which those of most information fill the answer in one pass, with the status
+  'deadline_reached'; 0: none.
 strategy: one of maxlogdet.strategies; 'lazy_greedy' gives greedy's answer, faster; 'stochastic_greedy' uses epsilon
   and seed; 'automatic' chooses by the size of the problem.
 threads: as of Selector(); None: the value given there.

@@ -10,8 +10,8 @@
 
 namespace maxlogdet::python {
 
-/// A BlockStore that cannot change while selections use it: these hold a Lease. The GIL,
-/// which is held meanwhile, protects the count of leases.
+/// A BlockStore that cannot change while selections use it: these hold a Lease. The GIL, which is held meanwhile,
+/// protects the count of leases.
 class Store : public std::enable_shared_from_this<Store> {
  public:
   explicit Store(std::size_t capacity) : blocks_(capacity) {}

@@ -168,7 +168,7 @@ int32_t maxlogdet_block_store_rows(const maxlogdet_block_store* blocks) {
 }
 
 int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size_t index) {
-  return blocks != nullptr && index < blocks->blocks.size() && blocks->blocks.is_valid(index) ? 1 : 0;
+  return blocks != nullptr && blocks->blocks.is_valid(index) ? 1 : 0;
 }
 
 size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks) {
