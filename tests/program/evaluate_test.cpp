@@ -86,11 +86,11 @@ std::set<std::string> keys_of(const Json& object) {
 }
 
 const Json& row_of(const Json& evaluation, const std::string& selector, int budget) {
-  for (const Json& row : evaluation["selectors"]) {
-    if (row["selector"] == selector && row["budget"] == budget) return row;
+  for (const Json& row : evaluation.at("selectors")) {
+    if (row.at("selector") == selector && row.at("budget") == budget) return row;
   }
   ADD_FAILURE() << "no row of " << selector << ' ' << budget;
-  return evaluation["selectors"][0];
+  return evaluation.at("selectors")[0];
 }
 
 void expect_interval_around(const Json& object, const std::string& value, const std::string& prefix) {
@@ -106,23 +106,23 @@ TEST_F(Evaluate, prints_one_object_with_the_keys_of_the_page) {
                                    "shares_errors", "chi2_by_leverage", "chi2_by_leverage_intervals",
                                    "cell_correlation", "cell_correlation_interval", "cell_correlation_selected",
                                    "cell_correlation_selected_interval", "cell_correlation_static", "selectors"}));
-  EXPECT_EQ(json["frames"], 12);
-  EXPECT_EQ(json["frames_unusable"], 0);
-  EXPECT_TRUE(json["verdict"].is_string());
-  EXPECT_EQ(json["recommended"], "md");
-  EXPECT_EQ(json["shares_errors"], false);
-  ASSERT_EQ(json["chi2_by_leverage"].size(), 10U);
-  ASSERT_EQ(json["chi2_by_leverage_intervals"].size(), 10U);
-  for (const Json& chi2 : json["chi2_by_leverage"]) EXPECT_NEAR(chi2.get<double>(), 1, 0.35);
-  EXPECT_NEAR(json["cell_correlation"].get<double>(), 0, 0.1);
-  EXPECT_NEAR(json["cell_correlation_selected"].get<double>(), 0, 0.15);
-  EXPECT_TRUE(json["cell_correlation_static"].is_null()) << "too few frames";
+  EXPECT_EQ(json.at("frames"), 12);
+  EXPECT_EQ(json.at("frames_unusable"), 0);
+  EXPECT_TRUE(json.at("verdict").is_string());
+  EXPECT_EQ(json.at("recommended"), "md");
+  EXPECT_EQ(json.at("shares_errors"), false);
+  ASSERT_EQ(json.at("chi2_by_leverage").size(), 10U);
+  ASSERT_EQ(json.at("chi2_by_leverage_intervals").size(), 10U);
+  for (const Json& chi2 : json.at("chi2_by_leverage")) EXPECT_NEAR(chi2.get<double>(), 1, 0.35);
+  EXPECT_NEAR(json.at("cell_correlation").get<double>(), 0, 0.1);
+  EXPECT_NEAR(json.at("cell_correlation_selected").get<double>(), 0, 0.15);
+  EXPECT_TRUE(json.at("cell_correlation_static").is_null()) << "too few frames";
 
   std::map<std::string, std::set<int>> budgets;
-  for (const Json& row : json["selectors"]) {
-    budgets[row["selector"]].insert(row["budget"].get<int>());
-    EXPECT_EQ(row["frames"], 12);
-    const bool draws = row["selector"] == "random" || row["selector"] == "bucket";
+  for (const Json& row : json.at("selectors")) {
+    budgets[row.at("selector")].insert(row.at("budget").get<int>());
+    EXPECT_EQ(row.at("frames"), 12);
+    const bool draws = row.at("selector") == "random" || row.at("selector") == "bucket";
     for (const char* const part : {"translation_mm", "rotation_mrad"}) {
       const Json& deviation = row[part];
       EXPECT_EQ(keys_of(deviation), (std::set<std::string>{"median", "low", "high", "p90", "predicted", "predicted_p90",
@@ -130,22 +130,22 @@ TEST_F(Evaluate, prints_one_object_with_the_keys_of_the_page) {
       for (const auto& [key, value] : deviation.items()) EXPECT_GT(value.get<double>(), 0) << key;
       expect_interval_around(deviation, "median", "");
       expect_interval_around(deviation, "ratio", "ratio_");
-      EXPECT_GE(deviation["p90"], deviation["median"]);
-      EXPECT_NEAR(deviation["ratio"].get<double>(),
-                  deviation["median"].get<double>() / deviation["predicted"].get<double>(), 1e-9);
+      EXPECT_GE(deviation.at("p90"), deviation.at("median"));
+      EXPECT_NEAR(deviation.at("ratio").get<double>(),
+                  deviation.at("median").get<double>() / deviation.at("predicted").get<double>(), 1e-9);
     }
     for (const char* const worth : {"worth_random", "worth_bucket"}) {
-      EXPECT_EQ(row.contains(worth), !draws) << row["selector"];
+      EXPECT_EQ(row.contains(worth), !draws) << row.at("selector");
       if (!draws) expect_interval_around(row, worth, std::string(worth) + "_");
     }
-    EXPECT_EQ(row["truth"]["steps"], 11);
-    expect_interval_around(row["truth"], "translation_of_all", "translation_of_all_");
-    expect_interval_around(row["truth"], "rotation_of_all", "rotation_of_all_");
+    EXPECT_EQ(row.at("truth").at("steps"), 11);
+    expect_interval_around(row.at("truth"), "translation_of_all", "translation_of_all_");
+    expect_interval_around(row.at("truth"), "rotation_of_all", "rotation_of_all_");
   }
   for (const char* const name : {"md", "md_cells", "md_spread", "bucket", "random", "quality"}) {
     EXPECT_EQ(budgets[name], (std::set<int>{30, 60})) << name;
   }
-  EXPECT_EQ(budgets["own"].size(), 1U) << "of the tracker's own number";
+  EXPECT_EQ(budgets.at("own").size(), 1U) << "of the tracker's own number";
   EXPECT_EQ(budgets.size(), 7U);
 }
 
@@ -183,11 +183,11 @@ TEST_F(Evaluate, files_of_a_folder_are_its_recording) {
   EXPECT_EQ(evaluated("frames/ --budgets 30"), of_folder);
   write_recording("more", 6, FrameKind::monocular);
   const Json both = evaluated("frames more --budgets 30");
-  EXPECT_EQ(both["frames"], 12);
-  EXPECT_EQ(row_of(both, "md", 30)["truth"]["steps"], 10) << "no step leads from one recording to the next";
+  EXPECT_EQ(both.at("frames"), 12);
+  EXPECT_EQ(row_of(both, "md", 30).at("truth").at("steps"), 10) << "no step leads from one recording to the next";
   EXPECT_EQ(evaluated("frames/frame_*.csv more --budgets 30"), both);
   EXPECT_EQ(evaluated("frames more/frame_*.csv --budgets 30"), both);
-  EXPECT_EQ(evaluated("frames/frame_103.csv --budgets 30")["frames"], 1);
+  EXPECT_EQ(evaluated("frames/frame_103.csv --budgets 30").at("frames"), 1);
 }
 
 TEST_F(Evaluate, draws_by_its_seed_alone) {
@@ -196,15 +196,15 @@ TEST_F(Evaluate, draws_by_its_seed_alone) {
   EXPECT_EQ(evaluated("frames --budgets 30 --threads 2 --seed 3"), one);
   const Json other = evaluated("frames --budgets 30 --threads 1 --seed 4");
   EXPECT_NE(row_of(other, "random", 30), row_of(one, "random", 30));
-  EXPECT_EQ(row_of(other, "md", 30)["translation_mm"], row_of(one, "md", 30)["translation_mm"]);
+  EXPECT_EQ(row_of(other, "md", 30).at("translation_mm"), row_of(one, "md", 30).at("translation_mm"));
 }
 
 TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_to) {
   write_recording("frames", 5);
   const Json plain = evaluated("frames --budgets 30");
   const Json weighed = evaluated("frames --budgets 30 --weighting measurement_and_map --map-sigma 0.1");
-  EXPECT_GT(row_of(weighed, "md", 30)["translation_mm"]["predicted"],
-            row_of(plain, "md", 30)["translation_mm"]["predicted"]);
+  EXPECT_GT(row_of(weighed, "md", 30).at("translation_mm").at("predicted"),
+            row_of(plain, "md", 30).at("translation_mm").at("predicted"));
   for (const auto& file : std::filesystem::directory_iterator(folder_ + "/frames")) {
     std::istringstream lines(contents_of(file.path()));
     std::ofstream stream(file.path());
@@ -220,8 +220,8 @@ TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_
     }
   }
   const Json given = evaluated("frames --budgets 30");
-  EXPECT_NEAR(row_of(given, "md", 30)["translation_mm"]["predicted"].get<double>(),
-              row_of(weighed, "md", 30)["translation_mm"]["predicted"].get<double>(), 1e-6);
+  EXPECT_NEAR(row_of(given, "md", 30).at("translation_mm").at("predicted").get<double>(),
+              row_of(weighed, "md", 30).at("translation_mm").at("predicted").get<double>(), 1e-6);
   EXPECT_EQ(evaluated("frames --budgets 30 --weighting measurement"), plain);
 }
 
@@ -232,7 +232,7 @@ TEST_F(Evaluate, writes_its_files) {
   const std::string deviation = contents_of(folder_ + "/results/today/deviation.csv");
   EXPECT_EQ(deviation.rfind("selector,budget,frames,translation_mm,", 0), 0U) << deviation;
   EXPECT_EQ(static_cast<std::size_t>(std::count(deviation.begin(), deviation.end(), '\n')),
-            1 + json["selectors"].size());
+            1 + json.at("selectors").size());
   const std::string leverage = contents_of(folder_ + "/results/today/leverage.csv");
   EXPECT_EQ(leverage.rfind("decile,chi2,low,high\n1,", 0), 0U) << leverage;
   EXPECT_EQ(std::count(leverage.begin(), leverage.end(), '\n'), 11);
@@ -258,9 +258,9 @@ TEST_F(Evaluate, counts_frames_without_a_pose) {
   write_recording("frames", 4);
   write_frame("frame_200.csv", 5);
   const Json json = evaluated("frames --budgets 30");
-  EXPECT_EQ(json["frames"], 5);
-  EXPECT_EQ(json["frames_unusable"], 1);
-  EXPECT_EQ(row_of(json, "md", 30)["frames"], 4);
+  EXPECT_EQ(json.at("frames"), 5);
+  EXPECT_EQ(json.at("frames_unusable"), 1);
+  EXPECT_EQ(row_of(json, "md", 30).at("frames"), 4);
   EXPECT_NE(run("evaluate frames --budgets 30 --repeats 1").out.find("(1 frames without a pose left out)"),
             std::string::npos);
 }
@@ -333,7 +333,7 @@ void expect_known(const std::string& folder, const Json& evaluation) {
       const Json& row = row_of(evaluation, known.selector, known_budgets[b]);
       for (const auto& [part, value] :
            {std::pair("translation_mm", known.translation_mm[b]), std::pair("rotation_mrad", known.rotation_mrad[b])}) {
-        const double low = row[part]["low"].get<double>(), high = row[part]["high"].get<double>();
+        const double low = row[part].at("low").get<double>(), high = row[part].at("high").get<double>();
         const bool is_within = low <= value && value <= high;
         within += is_within;
         ++all;
@@ -370,19 +370,19 @@ TEST_F(RealFrames, of_orb_slam2_say_that_max_logdet_pays) {
     SCOPED_TRACE(name);
     ++found;
     const Json json = evaluated(frames_of(data + "/" + name) + " --budgets 30,60,100,150,200");
-    EXPECT_NE(json["verdict"].get<std::string>().find("Max-logDet pays"), std::string::npos) << json["verdict"];
+    EXPECT_NE(json.at("verdict").get<std::string>().find("Max-logDet pays"), std::string::npos) << json.at("verdict");
     expect_known(name, json);
     const Json& md = row_of(json, "md", 100);
-    EXPECT_GT(md["worth_random"], 150);
-    EXPECT_LT(md["worth_random"], 260);
-    EXPECT_GT(md["worth_random_low"], 130);
-    EXPECT_LT(std::abs(json["cell_correlation"].get<double>()), 0.06);
-    EXPECT_LT(json["cell_correlation_selected"], 0.12);
-    for (const Json& chi2 : json["chi2_by_leverage"]) EXPECT_NEAR(chi2.get<double>(), 1.1, 0.45);
+    EXPECT_GT(md.at("worth_random"), 150);
+    EXPECT_LT(md.at("worth_random"), 260);
+    EXPECT_GT(md.at("worth_random_low"), 130);
+    EXPECT_LT(std::abs(json.at("cell_correlation").get<double>()), 0.06);
+    EXPECT_LT(json.at("cell_correlation_selected"), 0.12);
+    for (const Json& chi2 : json.at("chi2_by_leverage")) EXPECT_NEAR(chi2.get<double>(), 1.1, 0.45);
     for (const int budget : known_budgets) {
       const Json &selected = row_of(json, "md", budget), &random = row_of(json, "random", budget);
       for (const char* const part : {"translation_mm", "rotation_mrad"}) {
-        EXPECT_LT(selected[part]["high"], random[part]["median"]) << budget << ' ' << part;
+        EXPECT_LT(selected[part].at("high"), random[part].at("median")) << budget << ' ' << part;
       }
     }
   }

@@ -51,23 +51,23 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
         options.strategy = sim::find_named(sim::strategies, strategy).value();
         const auto expected = select_indices(blocks_of(frames[i], kind), options);
         const auto& object = objects[i];
-        EXPECT_EQ(object["frame"], frames[i].name);
-        EXPECT_EQ(object["candidates"], frames[i].matches.size());
-        EXPECT_EQ(object["budget"], 40);
-        EXPECT_EQ(object["status"], i == 0 ? "ok" : "all_selected");
-        EXPECT_EQ(object["strategy"], strategy);
-        EXPECT_EQ(object["weighting"], to_string(kind.weighting));
-        EXPECT_EQ(object["isa"], active_isa());
-        EXPECT_EQ(object["indices"].get<std::vector<std::uint32_t>>(), expected);
-        EXPECT_EQ(object["gains"].size(), expected.size());
-        EXPECT_TRUE(object["log_det"].is_number());
+        EXPECT_EQ(object.at("frame"), frames[i].name);
+        EXPECT_EQ(object.at("candidates"), frames[i].matches.size());
+        EXPECT_EQ(object.at("budget"), 40);
+        EXPECT_EQ(object.at("status"), i == 0 ? "ok" : "all_selected");
+        EXPECT_EQ(object.at("strategy"), strategy);
+        EXPECT_EQ(object.at("weighting"), to_string(kind.weighting));
+        EXPECT_EQ(object.at("isa"), active_isa());
+        EXPECT_EQ(object.at("indices").get<std::vector<std::uint32_t>>(), expected);
+        EXPECT_EQ(object.at("gains").size(), expected.size());
+        EXPECT_TRUE(object.at("log_det").is_number());
         for (std::size_t j = 0; j < expected.size(); ++j) {
-          EXPECT_EQ(object["ids"][j], frames[i].matches[expected[j]].map_point_id);
+          EXPECT_EQ(object.at("ids")[j], frames[i].matches[expected[j]].map_point_id);
         }
-        const auto& latency = object["latency_us"];
-        EXPECT_GT(latency["median"], 0);
-        EXPECT_LE(latency["median"], latency["p99"]);
-        EXPECT_LE(latency["p99"], latency["max"]);
+        const auto& latency = object.at("latency_us");
+        EXPECT_GT(latency.at("median"), 0);
+        EXPECT_LE(latency.at("median"), latency.at("p99"));
+        EXPECT_LE(latency.at("p99"), latency.at("max"));
       }
     }
   }
@@ -76,54 +76,54 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
 TEST_F(Program, certifies_exchanges_and_reports_threads) {
   write_frame("frame_001.csv", 300);
   const auto plain = run_json("select --input frames --budget 8 --certify").at(0);
-  EXPECT_GE(plain["upper_bound"], plain["log_det"]);
-  EXPECT_GT(plain["certified_efficiency"], 0);
-  EXPECT_LE(plain["certified_efficiency"], 1);
-  EXPECT_EQ(plain["threads"], 1);
+  EXPECT_GE(plain.at("upper_bound"), plain.at("log_det"));
+  EXPECT_GT(plain.at("certified_efficiency"), 0);
+  EXPECT_LE(plain.at("certified_efficiency"), 1);
+  EXPECT_EQ(plain.at("threads"), 1);
   const auto tighter = run_json("select --input frames --budget 8 --certify --certificate-passes 8").at(0);
-  EXPECT_LE(tighter["upper_bound"], plain["upper_bound"]);
-  EXPECT_EQ(tighter["indices"], plain["indices"]);
+  EXPECT_LE(tighter.at("upper_bound"), plain.at("upper_bound"));
+  EXPECT_EQ(tighter.at("indices"), plain.at("indices"));
   const auto better = run_json("select --input frames --budget 8 --exchange-sweeps 2 --certify").at(0);
-  EXPECT_GE(better["log_det"], plain["log_det"]);
-  EXPECT_LE(better["log_det"], tighter["upper_bound"]);
+  EXPECT_GE(better.at("log_det"), plain.at("log_det"));
+  EXPECT_LE(better.at("log_det"), tighter.at("upper_bound"));
   EXPECT_FALSE(run_json("select --input frames --budget 8").at(0).contains("upper_bound"));
   const auto chosen = run_json("select --input frames --budget 250 --strategy automatic --threads 2").at(0);
-  EXPECT_EQ(chosen["strategy_chosen"], "backward_greedy");
+  EXPECT_EQ(chosen.at("strategy_chosen"), "backward_greedy");
 }
 
 TEST_F(Program, respects_a_grid_and_a_time_limit) {
   write_frame("frame_001.csv", 300);
   const sim::Frame frame = sim::read_frames(folder_ + "/frames").at(0);
   const auto object = run_json("select --input frames --budget 60 --grid 4x3 --max-per-cell 2").at(0);
-  EXPECT_LE(object["indices"].size(), 24U);
+  EXPECT_LE(object.at("indices").size(), 24U);
   std::map<std::pair<int, int>, int> taken;
-  for (const std::size_t i : object["indices"]) {
+  for (const std::size_t i : object.at("indices")) {
     const int column = std::min(3, static_cast<int>(frame.matches[i].u / frame.width * 4));
     const int row = std::min(2, static_cast<int>(frame.matches[i].v / frame.height * 3));
     ++taken[{column, row}];
   }
   for (const auto& [cell, count] : taken) EXPECT_LE(count, 2);
   const auto late = run_json("select --input frames --budget 60 --time-limit-ms 0.000001").at(0);
-  EXPECT_EQ(late["status"], "deadline_reached");
-  EXPECT_EQ(late["indices"].size(), 60U);
+  EXPECT_EQ(late.at("status"), "deadline_reached");
+  EXPECT_EQ(late.at("indices").size(), 60U);
 }
 
 TEST_F(Program, stops_at_targets) {
   write_frame("frame_001.csv", 300);
   const auto full = run_json("select --input frames --budget 200").at(0);
-  EXPECT_FALSE(full.contains("efficiency_of_all") || full.contains("translation_sigma"));
+  EXPECT_FALSE(full.contains("efficiency") || full.contains("translation_sigma"));
   const auto share = run_json("select --input frames --budget 200 --target-efficiency 0.3").at(0);
-  EXPECT_EQ(share["status"], "target_reached");
-  EXPECT_GE(share["efficiency_of_all"], 0.3 - 1e-12);
+  EXPECT_EQ(share.at("status"), "target_reached");
+  EXPECT_GE(share.at("efficiency"), 0.3 - 1e-12);
   EXPECT_FALSE(share.contains("rotation_sigma"));
-  const std::size_t size = share["indices"].size();
+  const std::size_t size = share.at("indices").size();
   ASSERT_LT(size, 200U);
-  EXPECT_TRUE(std::equal(share["indices"].begin(), share["indices"].end(), full["indices"].begin()));
+  EXPECT_TRUE(std::equal(share.at("indices").begin(), share.at("indices").end(), full.at("indices").begin()));
   const std::string options = " --target-translation-sigma 0.05 --target-rotation-sigma 0.01";
   const auto sigmas = run_json("select --input frames --budget 200" + options).at(0);
-  EXPECT_EQ(sigmas["status"], "target_reached");
-  EXPECT_LE(sigmas["translation_sigma"], 0.05 + 1e-12);
-  EXPECT_LE(sigmas["rotation_sigma"], 0.01 + 1e-12);
+  EXPECT_EQ(sigmas.at("status"), "target_reached");
+  EXPECT_LE(sigmas.at("translation_sigma"), 0.05 + 1e-12);
+  EXPECT_LE(sigmas.at("rotation_sigma"), 0.01 + 1e-12);
   const Outcome table = run("select --input frames --repeat 1 --target-efficiency 0.1" + options);
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_NE(table.out.find("D-efficiency against all candidates"), std::string::npos) << table.out;
@@ -258,7 +258,7 @@ TEST_F(Program, leaves_no_partial_file) {
   std::filesystem::create_symlink("old.json", folder_ + "/link.json");
   EXPECT_EQ(run(select + "link.json").exit_code, 0);
   EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/link.json"));
-  EXPECT_EQ(nlohmann::json::parse(contents_of(folder_ + "/old.json"))["selected"].size(), 100U);
+  EXPECT_EQ(nlohmann::json::parse(contents_of(folder_ + "/old.json")).at("selected").size(), 100U);
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".new") << entry.path();
   }
@@ -300,7 +300,7 @@ TEST_F(Program, reports_rays_without_a_world_frame_block) {
   const Outcome outcome = run("select --input frames --json --weighting map_bias_world");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
-  EXPECT_EQ(nlohmann::json::parse(outcome.out)["invalid_candidates"], 1);
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("invalid_candidates"), 1);
 }
 
 TEST_F(Program, answers_for_a_frame_behind_the_camera) {
@@ -310,10 +310,10 @@ TEST_F(Program, answers_for_a_frame_behind_the_camera) {
          "mp_id,X,Y,Z,u,v\n1,5,1,-3,296,240\n2,5,0,-1,376,160\n";
   const auto objects = run_json("select --input frames --budget 10");
   ASSERT_EQ(objects.size(), 2U);
-  EXPECT_EQ(objects[0]["indices"].size(), 10U);
-  EXPECT_EQ(objects[1]["status"], "all_selected");
-  EXPECT_EQ(objects[1]["invalid_candidates"], 2);
-  EXPECT_EQ(objects[1]["indices"].size(), 0U);
+  EXPECT_EQ(objects[0].at("indices").size(), 10U);
+  EXPECT_EQ(objects[1].at("status"), "all_selected");
+  EXPECT_EQ(objects[1].at("invalid_candidates"), 2);
+  EXPECT_EQ(objects[1].at("indices").size(), 0U);
 }
 
 TEST_F(Program, draws_selected_matches_red_in_both_views) {
@@ -361,10 +361,10 @@ TEST_F(Program, info_prints_version_instruction_sets_and_threads) {
   EXPECT_NE(outcome.out.find(version()), std::string::npos);
   EXPECT_NE(outcome.out.find(active_isa()), std::string::npos);
   const auto info = nlohmann::json::parse(run("info --json").out);
-  EXPECT_EQ(info["version"], version());
-  EXPECT_EQ(info["isa_active"], active_isa());
-  EXPECT_GE(info["threads"], 1);
-  EXPECT_EQ(info["isa_built_in"].get<std::vector<std::string>>(), sim::built_in_isas());
+  EXPECT_EQ(info.at("version"), version());
+  EXPECT_EQ(info.at("isa_active"), active_isa());
+  EXPECT_GE(info.at("threads"), 1);
+  EXPECT_EQ(info.at("isa_built_in").get<std::vector<std::string>>(), sim::built_in_isas());
   EXPECT_EQ(run("--version").out, std::string(version()) + "\n");
   EXPECT_EQ(run("--help").exit_code, 0);
 }
@@ -375,10 +375,10 @@ TEST_F(Program, selects_on_every_real_frame) {
   const auto objects = run_json("select --budget 100 --input '" + input + "'");
   ASSERT_EQ(objects.size(), 50U);
   for (const auto& object : objects) {
-    EXPECT_EQ(object["status"], "ok");
-    const auto indices = object["indices"].get<std::vector<std::size_t>>();
+    EXPECT_EQ(object.at("status"), "ok");
+    const auto indices = object.at("indices").get<std::vector<std::size_t>>();
     EXPECT_EQ((std::set<std::size_t>(indices.begin(), indices.end()).size()), 100U);
-    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object["candidates"].get<std::size_t>());
+    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object.at("candidates").get<std::size_t>());
   }
 }
 

@@ -30,9 +30,9 @@ TEST_F(Simulate, metrics_writes_tables_runs_and_data_of_pictures) {
   EXPECT_EQ(csv("out/metrics_aligned.csv").at(0), rows.at(0));
   EXPECT_EQ(csv("out/metrics_runs.csv").size(), 1 + 4 * 2 * (2 * (3 * 4 + 1) + 2U));
   const auto json = nlohmann::json::parse(contents("out/metrics.json"));
-  EXPECT_EQ(json["runs_finished"], 4);
-  EXPECT_EQ(json["table"].size(), rows.size() - 1);
-  EXPECT_EQ(json["table"][0]["rms_translation_m"].get<double>(), std::stod(rows.at(1).at(4)));
+  EXPECT_EQ(json.at("runs_finished"), 4);
+  EXPECT_EQ(json.at("table").size(), rows.size() - 1);
+  EXPECT_EQ(json.at("table")[0].at("rms_translation_m").get<double>(), std::stod(rows.at(1).at(4)));
   EXPECT_EQ(contents("out/metrics.md") + "tables and every run: out/metrics*\n", outcome.out);
   EXPECT_EQ(draw("experiment", "out").exit_code, 0);
   for (const char* const picture : {"map_bias", "measurement", "measurement_and_map", "scene"}) {
@@ -95,8 +95,8 @@ TEST_F(Simulate, ctrl_c_keeps_finished_runs) {
   EXPECT_EQ(outcome.exit_code, 130);
   EXPECT_NE(outcome.err.find("of 1000000 runs are finished"), std::string::npos) << outcome.err;
   const auto json = nlohmann::json::parse(contents("out/metrics.json"));
-  EXPECT_GE(json["runs_finished"], 2);
-  EXPECT_EQ(json["table"][0]["runs"], json["runs_finished"]);
+  EXPECT_GE(json.at("runs_finished"), 2);
+  EXPECT_EQ(json.at("table")[0].at("runs"), json.at("runs_finished"));
 }
 
 TEST_F(Simulate, epsilon_covers_its_grid) {
@@ -120,8 +120,8 @@ TEST_F(Simulate, robustness_covers_its_cases_for_any_number_of_threads) {
   EXPECT_EQ(contents("out/robustness.md") + "tables and every run: out/robustness*\n", outcome.out);
   EXPECT_EQ(draw("experiment", "out").exit_code, 0);
   const auto json = nlohmann::json::parse(contents("out/robustness.json"));
-  EXPECT_EQ(json["runs_finished"], 3);
-  EXPECT_EQ(json["table"][0]["disturbance"], "none");
+  EXPECT_EQ(json.at("runs_finished"), 3);
+  EXPECT_EQ(json.at("table")[0].at("disturbance"), "none");
   for (const char* const picture : {"out/robustness_translation", "out/robustness_rotation"}) {
     EXPECT_NE(contents(std::string(picture) + ".svg").find("sigma_uneven"), std::string::npos) << picture;
     EXPECT_EQ(contents(std::string(picture) + ".png").substr(1, 3), "PNG") << picture;

@@ -45,10 +45,10 @@ TEST_F(RgbdProgram, tracks_a_rendered_folder) {
   const nlohmann::json list = summary();
   ASSERT_EQ(list.size(), 3U);
   for (const nlohmann::json& entry : list) {
-    SCOPED_TRACE(std::string(entry["selector"]));
-    EXPECT_EQ(entry["tracked_percent"], 100);
-    EXPECT_LT(entry["ate_m"], 0.02);
-    EXPECT_GT(entry["rpe_m_per_s"], 0);
+    SCOPED_TRACE(std::string(entry.at("selector")));
+    EXPECT_EQ(entry.at("tracked_percent"), 100);
+    EXPECT_LT(entry.at("ate_m"), 0.02);
+    EXPECT_GT(entry.at("rpe_m_per_s"), 0);
   }
 }
 
@@ -59,7 +59,7 @@ TEST_F(RgbdProgram, tells_of_black_frames_and_counts_them_but_does_without_depth
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err.rfind("stereo_odometry: inl: frame 2: ", 0), 0U) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_NEAR(summary()[0]["tracked_percent"], 80, 1e-9);
+  EXPECT_NEAR(summary()[0].at("tracked_percent"), 80, 1e-9);
 }
 
 TEST_F(RgbdProgram, gives_the_same_trajectory_whatever_the_threads) {
@@ -111,12 +111,13 @@ TEST_F(RealRgbdProgram, tracks_a_recorded_clip) {
   const Outcome outcome = run("--dataset '" + clip + "' --output results --overlays 0 --runs 1 --selectors md,inl");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   for (const nlohmann::json& entry : nlohmann::json::parse(contents_of(folder_ + "/results/summary.json"))) {
-    SCOPED_TRACE(std::string(entry["selector"]));
-    EXPECT_GE(entry["tracked_percent"], 85);
-    EXPECT_LT(entry["ate_m"], 0.1) << "typically 0.03";
-    EXPECT_LT(entry["rpe_m_per_s"], 0.5) << "0.1 to 0.2; ground truth itself has errors of millimetres between frames";
-    EXPECT_LT(entry["roe_deg_per_s"], 40) << "15 to 20, at up to 170 deg/s";
-    std::istringstream rows(contents_of(folder_ + "/results/" + std::string(entry["selector"]) + "/frames.csv"));
+    SCOPED_TRACE(std::string(entry.at("selector")));
+    EXPECT_GE(entry.at("tracked_percent"), 85);
+    EXPECT_LT(entry.at("ate_m"), 0.1) << "typically 0.03";
+    EXPECT_LT(entry.at("rpe_m_per_s"), 0.5)
+        << "0.1 to 0.2; ground truth itself has errors of millimetres between frames";
+    EXPECT_LT(entry.at("roe_deg_per_s"), 40) << "15 to 20, at up to 170 deg/s";
+    std::istringstream rows(contents_of(folder_ + "/results/" + std::string(entry.at("selector")) + "/frames.csv"));
     std::string row;
     std::getline(rows, row);
     for (std::size_t i = 0; i < 50 && std::getline(rows, row); ++i) {

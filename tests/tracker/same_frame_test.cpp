@@ -130,27 +130,29 @@ TEST_F(SameFrame, orders_of_matching_are_compared_with_the_pose_of_all_inliers) 
     const nlohmann::ordered_json list = comparison.to_json();
     const double all = searched / static_cast<double>(frames - 1);
     for (const auto& entry : list) {
-      const bool is_active = std::string(entry["order"]).rfind("active", 0) == 0;
-      EXPECT_EQ(entry["frames"], frames - 1);
-      EXPECT_EQ(entry["matched"], entry["budget"]) << "more points than the budget are found";
-      EXPECT_NEAR(entry["searched"], all, is_active ? all : 1e-9);
+      const bool is_active = std::string(entry.at("order")).rfind("active", 0) == 0;
+      EXPECT_EQ(entry.at("frames"), frames - 1);
+      EXPECT_EQ(entry.at("matched"), entry.at("budget")) << "more points than the budget are found";
+      EXPECT_NEAR(entry.at("searched"), all, is_active ? all : 1e-9);
       if (is_active) {
-        EXPECT_LT(entry["searched"], 0.9 * all);
+        EXPECT_LT(entry.at("searched"), 0.9 * all);
       }
-      EXPECT_GT(entry["translation_mm"]["median"], 0);
-      EXPECT_LT(entry["translation_mm"]["median"], 20);
+      EXPECT_GT(entry.at("translation_mm").at("median"), 0);
+      EXPECT_LT(entry.at("translation_mm").at("median"), 20);
     }
     return list;
   };
   const nlohmann::ordered_json list = compare();
   ASSERT_EQ(list.size(), 8U) << "four orders, and no budget above the number of inliers";
   for (std::size_t i = 0; i < list.size(); i += 2) {
-    EXPECT_EQ(list[i]["budget"], 30);
-    EXPECT_LT(list[i + 1]["translation_mm"]["median"], list[i]["translation_mm"]["median"]) << "more matches";
+    EXPECT_EQ(list[i].at("budget"), 30);
+    EXPECT_LT(list[i + 1].at("translation_mm").at("median"), list[i].at("translation_mm").at("median"))
+        << "more matches";
   }
-  EXPECT_NEAR(list[0]["translation_of_random_order"]["ratio"].get<double>(),
-              list[0]["translation_mm"]["median"].get<double>() / list[2]["translation_mm"]["median"].get<double>(),
-              1e-9);
+  EXPECT_NEAR(
+      list[0].at("translation_of_random_order").at("ratio").get<double>(),
+      list[0].at("translation_mm").at("median").get<double>() / list[2].at("translation_mm").at("median").get<double>(),
+      1e-9);
   EXPECT_EQ(stereo_odometry::matching_table(list).rows.size(), list.size());
   EXPECT_EQ(compare(), list) << "it depends on nothing else";
 }

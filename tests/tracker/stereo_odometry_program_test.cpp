@@ -86,21 +86,21 @@ std::vector<std::string> selectors() {
 
 // Expects the entry of a selector with two runs and a budget of 60.
 void expect_complete(const nlohmann::json& entry) {
-  const auto kind = sim::find_named(sim::selector_kinds, std::string(entry["selector"]));
+  const auto kind = sim::find_named(sim::selector_kinds, std::string(entry.at("selector")));
   if (!kind || has_budget(*kind)) {
-    EXPECT_EQ(entry["budget"], 60);
-    EXPECT_LE(entry["selected"], 60);
+    EXPECT_EQ(entry.at("budget"), 60);
+    EXPECT_LE(entry.at("selected"), 60);
   } else {
-    EXPECT_TRUE(entry["budget"].is_null());
+    EXPECT_TRUE(entry.at("budget").is_null());
   }
-  EXPECT_EQ(entry["runs"], 2);
-  EXPECT_EQ(entry["tracked_percent"], 100);
+  EXPECT_EQ(entry.at("runs"), 2);
+  EXPECT_EQ(entry.at("tracked_percent"), 100);
   for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_GT(entry[key], 0) << key;
-  EXPECT_LT(entry["ate_m"], 0.02);
+  EXPECT_LT(entry.at("ate_m"), 0.02);
   for (const char* const stage : {"base", "matching", "selection", "pose_optimization"}) {
-    EXPECT_GE(entry["ms"][stage], 0) << stage;
+    EXPECT_GE(entry.at("ms")[stage], 0) << stage;
   }
-  EXPECT_GT(entry["ms"]["total"], 0);
+  EXPECT_GT(entry.at("ms").at("total"), 0);
 }
 
 TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) {
@@ -117,7 +117,7 @@ TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) 
   ASSERT_TRUE(list.is_array());
   std::vector<std::string> names;
   for (const nlohmann::json& entry : list) {
-    names.push_back(entry["selector"]);
+    names.push_back(entry.at("selector"));
     SCOPED_TRACE(names.back());
     expect_complete(entry);
     EXPECT_NE(outcome.out.find("| " + names.back()), std::string::npos) << outcome.out;
@@ -140,10 +140,10 @@ TEST_F(StereoProgram, does_one_selector_with_several_budgets_on_the_first_frames
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const nlohmann::json list = summary();
   ASSERT_EQ(list.size(), 3U);
-  EXPECT_EQ(list[0]["budget"], 30);
-  EXPECT_EQ(list[1]["budget"], 80);
-  EXPECT_LT(list[0]["selected"], list[1]["selected"]);
-  EXPECT_TRUE(list[2]["budget"].is_null());
+  EXPECT_EQ(list[0].at("budget"), 30);
+  EXPECT_EQ(list[1].at("budget"), 80);
+  EXPECT_LT(list[0].at("selected"), list[1].at("selected"));
+  EXPECT_TRUE(list[2].at("budget").is_null());
   for (const char* const name : {"md_30", "md_80", "inl"}) {
     EXPECT_EQ(lines_of(std::string(name) + "/trajectory_kitti.txt"), 3U);
     EXPECT_FALSE(fs::exists(path(std::string("results/") + name + "/overlay_000000.png")));
@@ -173,7 +173,7 @@ TEST_F(StereoProgram, does_without_a_truth) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const nlohmann::json list = summary();
   for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_TRUE(list[0][key].is_null()) << key;
-  EXPECT_EQ(list[0]["tracked_percent"], 100);
+  EXPECT_EQ(list[0].at("tracked_percent"), 100);
 }
 
 TEST_F(StereoProgram, tells_frames_that_show_nothing_and_goes_on) {
@@ -182,7 +182,7 @@ TEST_F(StereoProgram, tells_frames_that_show_nothing_and_goes_on) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err.rfind("stereo_odometry: inl: frame 2: ", 0), 0U) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_NEAR(summary()[0]["tracked_percent"], 80, 1e-9);
+  EXPECT_NEAR(summary()[0].at("tracked_percent"), 80, 1e-9);
 }
 
 TEST_F(StereoProgram, refuses_arguments_that_make_no_sense) {
@@ -269,8 +269,8 @@ TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
     const Outcome outcome = track("--selectors md --overlays 0 --record " + folder + " " + options);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     const auto written = nlohmann::json::parse(contents_of(path("results/same_frame.json")));
-    EXPECT_EQ(written["frames"], frames - 1) << "the first begins the map";
-    EXPECT_NE(outcome.out.find(std::string(written["verdict"])), std::string::npos);
+    EXPECT_EQ(written.at("frames"), frames - 1) << "the first begins the map";
+    EXPECT_NE(outcome.out.find(std::string(written.at("verdict"))), std::string::npos);
     const std::vector<sim::Frame> recorded = sim::read_frames(path(folder));
     sim::EvaluationOptions how;
     how.weighting = options.empty() ? Weighting::measurement_and_map : Weighting::measurement;
@@ -286,17 +286,17 @@ TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
 
 TEST_F(StereoProgram, compares_orders_of_matching_on_the_same_frames) {
   ASSERT_EQ(track("--selectors active_random --budget 60 --overlays 0").exit_code, 0);
-  EXPECT_EQ(summary()[1]["selector"], "inl") << "always";
+  EXPECT_EQ(summary()[1].at("selector"), "inl") << "always";
   const auto list = nlohmann::json::parse(contents_of(path("results/matching.json")));
   std::set<std::string> orders;
   for (const auto& entry : list) {
-    orders.insert(entry["order"]);
-    EXPECT_LE(entry["frames"], frames - 1) << "those with more inliers than the budget";
-    EXPECT_EQ(entry["frames"] == frames - 1, entry["budget"] <= 100);
-    EXPECT_LE(entry["matched"], entry["budget"]);
-    EXPECT_GE(entry["searched"], entry["matched"]);
-    EXPECT_LE(entry["translation_mm"]["low"], entry["translation_mm"]["high"]);
-    EXPECT_EQ(entry.contains("rotation_of_random_order"), entry["order"] == "active");
+    orders.insert(entry.at("order"));
+    EXPECT_LE(entry.at("frames"), frames - 1) << "those with more inliers than the budget";
+    EXPECT_EQ(entry.at("frames") == frames - 1, entry.at("budget") <= 100);
+    EXPECT_LE(entry.at("matched"), entry.at("budget"));
+    EXPECT_GE(entry.at("searched"), entry.at("matched"));
+    EXPECT_LE(entry.at("translation_mm").at("low"), entry.at("translation_mm").at("high"));
+    EXPECT_EQ(entry.contains("rotation_of_random_order"), entry.at("order") == "active");
   }
   EXPECT_EQ(orders, std::set<std::string>({"active", "active_random", "md", "random"}));
 }
@@ -325,7 +325,7 @@ TEST_F(StereoProgram, writes_residuals) {
 TEST_F(StereoProgram, noise_is_used) {
   const auto errors_with = [&](const std::string& noise) {
     EXPECT_EQ(track("--selectors inl --frames 5 " + noise).exit_code, 0);
-    return summary()[0]["rpe_m_per_s"].get<double>();
+    return summary()[0].at("rpe_m_per_s").get<double>();
   };
   const double motion = errors_with("");
   EXPECT_EQ(motion, errors_with("--noise motion"));

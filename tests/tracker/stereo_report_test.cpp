@@ -145,22 +145,22 @@ TEST(StereoReport, json_has_the_keys_that_are_promised) {
                  "ate_m",    "rpe_m_per_s", "roe_deg_per_s",  "tracked_percent",   "ms",         "ms_matching_the_rest",
                  "windows",  "runs",        "rpe_1s_m_per_s", "roe_1s_deg_per_s",  "searched",   "matches",
                  "inliers",  "selected",    "efficiency"}));
-  EXPECT_EQ(keys_of(entry["ms"]),
+  EXPECT_EQ(keys_of(entry.at("ms")),
             std::set<std::string>({"base", "matching", "selection", "pose_optimization", "total"}));
-  EXPECT_EQ(entry["selector"], "md");
-  EXPECT_EQ(entry["budget"], 100);
-  EXPECT_EQ(entry["runs"], 1);
-  EXPECT_NEAR(entry["rpe_m_per_s"], 0.01, 1e-4);
-  EXPECT_NEAR(entry["tracked_percent"], 100, 1e-9);
-  const auto& ms = entry["ms"];
-  EXPECT_NEAR(ms["total"],
-              static_cast<double>(ms["base"]) + static_cast<double>(ms["matching"]) +
-                  static_cast<double>(ms["selection"]) + static_cast<double>(ms["pose_optimization"]),
+  EXPECT_EQ(entry.at("selector"), "md");
+  EXPECT_EQ(entry.at("budget"), 100);
+  EXPECT_EQ(entry.at("runs"), 1);
+  EXPECT_NEAR(entry.at("rpe_m_per_s"), 0.01, 1e-4);
+  EXPECT_NEAR(entry.at("tracked_percent"), 100, 1e-9);
+  const auto& ms = entry.at("ms");
+  EXPECT_NEAR(ms.at("total"),
+              static_cast<double>(ms.at("base")) + static_cast<double>(ms.at("matching")) +
+                  static_cast<double>(ms.at("selection")) + static_cast<double>(ms.at("pose_optimization")),
               1e-9);
-  EXPECT_TRUE(entry["efficiency"].is_null()) << "none was measured";
-  EXPECT_TRUE(list[1]["budget"].is_null());
-  EXPECT_EQ(list[1]["runs"], 2);
-  EXPECT_NEAR(entry["rpe_of_inl"]["mean"], 1, 1e-9) << "it is the same run";
+  EXPECT_TRUE(entry.at("efficiency").is_null()) << "none was measured";
+  EXPECT_TRUE(list[1].at("budget").is_null());
+  EXPECT_EQ(list[1].at("runs"), 2);
+  EXPECT_NEAR(entry.at("rpe_of_inl").at("mean"), 1, 1e-9) << "it is the same run";
 }
 
 TEST(StereoReport, errors_are_means_of_runs_and_times_medians) {
@@ -172,8 +172,8 @@ TEST(StereoReport, errors_are_means_of_runs_and_times_medians) {
   }
   const auto entry = stereo_odometry::to_json({summary_of("md", runs)})[0];
   for (const char* const key : {"ate_m", "rpe_m_per_s", "roe_deg_per_s"}) EXPECT_NEAR(entry[key], 7.0 / 3, 1e-12);
-  EXPECT_EQ(entry["ms"]["base"], 1);
-  EXPECT_EQ(entry["ms"]["total"], 2);
+  EXPECT_EQ(entry.at("ms").at("base"), 1);
+  EXPECT_EQ(entry.at("ms").at("total"), 2);
 }
 
 TEST(StereoReport, ratios_to_inl_are_of_the_same_run_with_their_range) {
@@ -183,11 +183,11 @@ TEST(StereoReport, ratios_to_inl_are_of_the_same_run_with_their_range) {
     return outcomes;
   };
   const auto ratio = stereo_odometry::to_json({summary_of("md", runs({2, 8})), summary_of("inl", runs({1, 2}))})[0];
-  EXPECT_NEAR(ratio["rpe_of_inl"]["mean"], std::sqrt(8.0), 1e-12);
-  EXPECT_NEAR(ratio["rpe_of_inl"]["low"], 2, 1e-12);
-  EXPECT_NEAR(ratio["rpe_of_inl"]["high"], 4, 1e-12);
+  EXPECT_NEAR(ratio.at("rpe_of_inl").at("mean"), std::sqrt(8.0), 1e-12);
+  EXPECT_NEAR(ratio.at("rpe_of_inl").at("low"), 2, 1e-12);
+  EXPECT_NEAR(ratio.at("rpe_of_inl").at("high"), 4, 1e-12);
   const auto alone = stereo_odometry::to_json({summary_of("md", runs({2, 8}))})[0];
-  EXPECT_TRUE(alone["rpe_of_inl"]["mean"].is_null()) << "nothing to compare with";
+  EXPECT_TRUE(alone.at("rpe_of_inl").at("mean").is_null()) << "nothing to compare with";
 }
 
 TEST(StereoReport, without_truth_errors_are_null_and_a_dash) {
@@ -294,22 +294,23 @@ TEST(StereoReport, trajectories_begin_at_the_true_pose) {
   for (FrameRecord& frame : standing.frames) frame.result.T_cw = Pose(Eigen::Translation3d(1, 2, 3));
   for (const bool has_truth : {false, true}) {
     const auto json = trajectories_to_json(contestants, {run_along_truth(0.01), standing}, dataset_of(has_truth));
-    EXPECT_EQ(json["dataset"], "it's_made");
-    EXPECT_EQ(json["axes"].dump(), "[\"z (m)\",\"x (m)\"]");
-    ASSERT_EQ(json["truth"].size(), has_truth ? frames : 0U);
-    ASSERT_EQ(json["trajectories"].size(), 2U);
+    EXPECT_EQ(json.at("dataset"), "it's_made");
+    EXPECT_EQ(json.at("axes").dump(), "[\"z (m)\",\"x (m)\"]");
+    ASSERT_EQ(json.at("truth").size(), has_truth ? frames : 0U);
+    ASSERT_EQ(json.at("trajectories").size(), 2U);
     for (const std::size_t c : {0U, 1U}) {
-      const auto& one = json["trajectories"][c];
-      EXPECT_EQ(one["selector"], contestants[c].selector);
-      EXPECT_EQ(one["name"], contestants[c].name);
-      ASSERT_EQ(one["points"].size(), frames);
+      const auto& one = json.at("trajectories")[c];
+      EXPECT_EQ(one.at("selector"), contestants[c].selector);
+      EXPECT_EQ(one.at("name"), contestants[c].name);
+      ASSERT_EQ(one.at("points").size(), frames);
       const bool is_moved = has_truth || c == 0;  // the first run begins at the truth
       const Eigen::Vector3d start = is_moved ? RenderedWorld::T_wc(0).translation() : Eigen::Vector3d(-1, -2, -3);
-      EXPECT_NEAR(one["points"][0][0], start.z(), 1e-12);
-      EXPECT_NEAR(one["points"][0][1], start.x(), 1e-12);
+      EXPECT_NEAR(one.at("points")[0][0], start.z(), 1e-12);
+      EXPECT_NEAR(one.at("points")[0][1], start.x(), 1e-12);
     }
-    EXPECT_EQ(json["trajectories"][1]["points"].front(), json["trajectories"][1]["points"].back()) << "it stands";
-    EXPECT_NE(json["trajectories"][0]["points"].front(), json["trajectories"][0]["points"].back());
+    EXPECT_EQ(json.at("trajectories")[1].at("points").front(), json.at("trajectories")[1].at("points").back())
+        << "it stands";
+    EXPECT_NE(json.at("trajectories")[0].at("points").front(), json.at("trajectories")[0].at("points").back());
   }
 }
 
