@@ -24,4 +24,7 @@ void write_backward_table();
 /// stopping: the cost of checking a target in every round.
 void write_target_table();
 
+/// deadline: what an answer costs and is worth that is filled because no time is left.
+void write_deadline_table();
+
 }  // namespace maxlogdet::bench

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Runs maxlogdet_search_tables, records its tables in bench/results, and shows a part in docs/performance.md.
 
-Usage: write_search_tables.py PROGRAM [denormals|targets]    a name: only that table
+Usage: write_search_tables.py PROGRAM [NAME]    NAME: only that table, as the program calls it
 """
 
 import datetime
@@ -27,6 +27,8 @@ COLUMNS = {
                  "min_delta_nats", "max_delta_nats"],
     "stopping": ["strategy", "n", "k", "us", "more_us_deviations", "more_us_efficiency", "min_more_us_efficiency",
                  "max_more_us_efficiency"],
+    "deadline": ["n", "k", "us", "us_without_time", "lost_nats", "max_lost_nats", "random_lost_nats",
+                 "max_random_lost_nats"],
     "certificates": ["family", "blocks", *(f"{gap}_k_{k}" for k in ("20", "100") for gap in GAPS), "bound_us",
                      "pass_us"],
     "largest_gaps": ["k", "n", *GAPS],
@@ -79,6 +81,11 @@ def stopping(tables):
     header = ["strategy", "n", "µs without", "more µs, both deviations", "efficiency", "the same, slowest frame"]
     columns = ["strategy", "n", "us", "more_us_deviations", "more_us_efficiency", "max_more_us_efficiency"]
     return table(header, picked(tables["stopping"], columns))
+
+
+def deadline(tables):
+    header = ["n", "k", "µs without a limit", "µs with 1 ns", "nats lost, mean", "worst", "by random ones, mean", "worst"]
+    return table(header, picked(tables["deadline"], COLUMNS["deadline"]))
 
 
 def backward(tables):
@@ -154,6 +161,7 @@ def denormals(tables):
 SECTIONS = {
     exchange: ["exchange"],
     stopping: ["stopping"],
+    deadline: ["deadline"],
     backward: ["backward"],
     certificates: ["certificates", "largest_gaps"],
     relaxed: ["relaxed", "relaxed_over_n", "relaxed_frames"],

@@ -36,14 +36,14 @@ bool are_usable(const FeatureMatch& match) noexcept {
 
 FrameMatches::FrameMatches(std::size_t capacity) : capacity_(capacity) {
   if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  ids.reserve(capacity);
-  points.reserve(3 * capacity);
-  measured.reserve(3 * capacity);
-  sigmas.reserve(capacity);
-  covariances.reserve(9 * capacity);
-  jacobians.reserve(6 * capacity);
-  for (auto* array : {&camera_ids, &has_depth_cue, &has_covariance, &is_required, &usable_}) array->reserve(capacity);
-  uses.reserve(capacity);
+  ids.resize(capacity);
+  points.resize(3 * capacity);
+  measured.resize(3 * capacity);
+  sigmas.resize(capacity);
+  covariances.resize(9 * capacity);
+  jacobians.resize(6 * capacity);
+  for (auto* array : {&camera_ids, &has_depth_cue, &has_covariance, &is_required, &usable_}) array->resize(capacity);
+  uses.resize(capacity);
 }
 
 void FrameMatches::start(const Camera& camera, const RigidTransform& T_cw, bool keeps_numbers) noexcept {
@@ -62,34 +62,31 @@ void FrameMatches::start(const RigidTransform& pose, bool keeps_numbers) noexcep
   T = pose;
   keeps_numbers_ = keeps_numbers;
   depth_cue = DepthCue::none;
-  for (auto* array : {&points, &measured, &sigmas, &covariances, &jacobians}) array->clear();
-  for (auto* array : {&camera_ids, &has_depth_cue, &has_covariance, &is_required}) array->clear();
-  for (auto* array : {&point_ids, &keyframes}) array->clear();
-  ids.clear();
-  uses.clear();
   has_covariances = has_jacobians = are_mixed_ = false;
-  added_ = 0;
+  are_all_usable_ = true;
+  size_ = added_ = 0;
 }
 
 void FrameMatches::add(const FeatureMatch& match) noexcept {
   ++added_;
-  if (size() == capacity_) return;
-  ids.push_back(match.id);
-  points.insert(points.end(), match.point, match.point + 3);
-  measured.insert(measured.end(), 3, unmeasured);
-  sigmas.push_back(match.sigma);
-  camera_ids.push_back(match.camera_id);
-  has_depth_cue.push_back(0);
-  has_covariance.push_back(match.covariance != nullptr ? 1 : 0);
-  is_required.push_back(match.is_required ? 1 : 0);
-  uses.push_back(MatchUse::usable);
-  measure(size() - 1, match);
+  if (size_ == capacity_) return;
+  const std::size_t i = size_++;
+  ids[i] = match.id;
+  std::copy_n(match.point, 3, &points[3 * i]);
+  measured[3 * i + 2] = unmeasured;
+  sigmas[i] = match.sigma;
+  camera_ids[i] = match.camera_id;
+  has_depth_cue[i] = 0;
+  has_covariance[i] = match.covariance != nullptr ? 1 : 0;
+  is_required[i] = match.is_required ? 1 : 0;
+  uses[i] = MatchUse::usable;
+  measure(i, match);
   if (keeps_numbers_) {
-    point_ids.push_back(match.point_id);
-    keyframes.push_back(match.keyframe);
+    point_ids_[i] = match.point_id;
+    keyframes_[i] = match.keyframe;
   }
-  append(match.covariance, 9, covariances, has_covariances);
-  append(match.jacobian, 6, jacobians, has_jacobians);
+  if (match.covariance != nullptr || has_covariances) put(match.covariance, 9, covariances, has_covariances);
+  if (match.jacobian != nullptr || has_jacobians) put(match.jacobian, 6, jacobians, has_jacobians);
 }
 
 void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
@@ -103,20 +100,37 @@ void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
     has_depth_cue[i] = 1;
     measured[3 * i + 2] = has_right ? match.u_right : match.depth;
   }
-  if (!are_usable(match)) uses[i] = MatchUse::broken;
+  if (are_usable(match)) return;
+  uses[i] = MatchUse::broken;
+  are_all_usable_ = false;
 }
 
-// Appends an array that only some matches have; nothing is written before the first of them.
-void FrameMatches::append(const double* entries, std::size_t count, std::vector<double>& all,
-                          bool& is_any) const noexcept {
-  if (entries == nullptr && !is_any) return;
-  if (!is_any) all.assign(count * (size() - 1), not_a_number);
+// The entries of the last match in an array that only some matches have; nothing is written before the first of them.
+void FrameMatches::put(const double* entries, std::size_t count, std::vector<double>& all,
+                       bool& is_any) const noexcept {
+  double* const last = all.data() + count * (size_ - 1);
+  if (!is_any) std::fill(all.data(), last, not_a_number);
   is_any = true;
   if (entries == nullptr) {
-    all.insert(all.end(), count, not_a_number);
+    std::fill_n(last, count, not_a_number);
   } else {
-    all.insert(all.end(), entries, entries + count);
+    std::copy_n(entries, count, last);
   }
+}
+
+void FrameMatches::leave_unmatched(std::size_t i) noexcept {
+  uses[i] = MatchUse::unmatched;
+  are_all_usable_ = false;
+}
+
+void FrameMatches::reserve_numbers() {
+  point_ids_.resize(capacity_);
+  keyframes_.resize(capacity_);
+}
+
+bool FrameMatches::has_keyframes() const noexcept {
+  const std::int64_t* const first = keyframes_.data();
+  return keeps_numbers_ && std::any_of(first, first + size_, [](std::int64_t keyframe) { return keyframe >= 0; });
 }
 
 void FrameMatches::set(std::size_t i, const FeatureMatch& match) noexcept {
@@ -135,8 +149,10 @@ FeatureMatch FrameMatches::get(std::size_t i) const noexcept {
   match.is_required = is_required[i] != 0;
   if (has_covariance[i] != 0) match.covariance = &covariances[9 * i];
   if (has_jacobians) match.jacobian = &jacobians[6 * i];
-  if (!point_ids.empty()) match.point_id = point_ids[i];
-  if (!keyframes.empty()) match.keyframe = keyframes[i];
+  if (keeps_numbers_) {
+    match.point_id = point_ids_[i];
+    match.keyframe = keyframes_[i];
+  }
   return match;
 }
 
@@ -170,9 +186,10 @@ BlockReport FrameMatches::append_blocks_to(BlockStore& store, const BlockOptions
     }
   }
   Matches matches = arrays_from(0, size());
-  usable_.clear();
-  for (const MatchUse use : uses) usable_.push_back(use == MatchUse::usable ? 1 : 0);
-  if (std::find(usable_.begin(), usable_.end(), 0) != usable_.end()) matches.usable = usable_.data();
+  if (!are_all_usable_) {
+    for (std::size_t i = 0; i < size_; ++i) usable_[i] = is_usable(i) ? 1 : 0;
+    matches.usable = usable_.data();
+  }
   if (!are_mixed_) return append_arrays(matches, options, store, executor);
   BlockReport report;
   report.error = Error::mixed_depth_cues;

@@ -33,9 +33,14 @@ class FrameMatches {
   /// Replaces what is measured of match i.
   void set(std::size_t i, const FeatureMatch& match) noexcept;
   FeatureMatch get(std::size_t i) const noexcept;
+  /// match() has not found it, or not tried.
+  void leave_unmatched(std::size_t i) noexcept;
+  /// Reserves what only a recording has.
+  void reserve_numbers();
+  bool has_keyframes() const noexcept;
 
   /// The matches that are kept.
-  std::size_t size() const noexcept { return ids.size(); }
+  std::size_t size() const noexcept { return size_; }
   /// Those given to add().
   std::size_t added() const noexcept { return added_; }
   bool is_kept(std::size_t i) const noexcept { return i < size(); }
@@ -62,10 +67,10 @@ class FrameMatches {
   bool has_rig = false;
   RigidTransform T = RigidTransform::identity();
   DepthCue depth_cue = DepthCue::none;  ///< of the matches that have one
+  // Arrays of the capacity, of which the first size() entries count.
   std::vector<std::uint32_t> ids;
   std::vector<double> points, measured, sigmas;  ///< measured: u, v, and the depth cue
-  std::vector<double> covariances, jacobians;    ///< empty while no match has one
-  std::vector<std::int64_t> point_ids, keyframes;
+  std::vector<double> covariances, jacobians;    ///< only while some match has one
   std::vector<unsigned char> camera_ids, has_depth_cue, has_covariance, is_required;
   std::vector<MatchUse> uses;
   bool has_covariances = false, has_jacobians = false;
@@ -73,16 +78,18 @@ class FrameMatches {
  private:
   void start(const RigidTransform& pose, bool keeps_numbers) noexcept;
   void measure(std::size_t i, const FeatureMatch& match) noexcept;
-  void append(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) const noexcept;
+  void put(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) const noexcept;
   Matches arrays_from(std::size_t first, std::size_t count) const noexcept;
   BlockReport append_arrays(const Matches& matches, BlockOptions options, BlockStore& store,
                             Executor* executor) const noexcept;
   bool residual_of(const RigidTransform& pose, std::size_t i, double (&e)[3]) const noexcept;
 
   std::size_t capacity_;
-  std::size_t added_ = 0;
+  std::size_t size_ = 0, added_ = 0;
   bool are_mixed_ = false;  // some matches with a right column, some with a depth
+  bool are_all_usable_ = true;
   bool keeps_numbers_ = false;
+  std::vector<std::int64_t> point_ids_, keyframes_;  // empty without a recording
   double depth_sigma_ = 1;
   std::vector<unsigned char> usable_;  // as append_blocks reads it
 };

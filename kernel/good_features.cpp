@@ -198,7 +198,7 @@ bool GoodFeatures::State::try_to_match(std::size_t i, MatchFunction function, vo
   const bool is_found = function(context, i, match);
   if (is_found) matches.set(i, match);
   if (is_found && matches.is_usable(i)) return true;
-  matches.uses[i] = MatchUse::unmatched;
+  matches.leave_unmatched(i);
   return false;
 }
 
@@ -256,13 +256,12 @@ void GoodFeatures::State::match_as_asked(const Options& asked, const BlockOption
     answer.error = error;
   }
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (matches.is_usable(i) && is_selected[i] == 0) matches.uses[i] = MatchUse::unmatched;
+    if (matches.is_usable(i) && is_selected[i] == 0) matches.leave_unmatched(i);
   }
 }
 
 bool GoodFeatures::State::start_recording(const char* folder) noexcept try {
-  matches.point_ids.reserve(max_kept);
-  matches.keyframes.reserve(max_kept);
+  matches.reserve_numbers();
   return recorder.open(folder);
 } catch (const std::bad_alloc&) {
   return recorder.open(nullptr);
@@ -277,8 +276,7 @@ void GoodFeatures::State::record(const BlockOptions& options) noexcept {
   details.depth_cue = matches.depth_cue;
   details.depth_sigma = options.depth_sigma;
   details.has_covariances = matches.has_covariances;
-  details.has_keyframes = std::any_of(matches.keyframes.begin(), matches.keyframes.end(),
-                                      [](std::int64_t keyframe) { return keyframe >= 0; });
+  details.has_keyframes = matches.has_keyframes();
   matches.has_rig ? recorder.start(matches.rig, matches.T, details)
                   : recorder.start(matches.only.camera, matches.T, details);
   for (std::size_t i = 0; i < matches.size(); ++i) {

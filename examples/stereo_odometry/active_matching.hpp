@@ -14,7 +14,8 @@
 namespace stereo_odometry {
 
 /// Matches points of the map until as many are found as the budget says: in the order of their information, which the
-/// library proposes, or in random order. Reuses its memory.
+/// library proposes, or in random order. In batches, by ActiveSelection, because the matcher takes several points at
+/// once; trackers that match one by one call GoodFeatures::match. Reuses its memory.
 class ActiveMatching {
  public:
   explicit ActiveMatching(std::uint64_t seed) : draws_(seed) {}

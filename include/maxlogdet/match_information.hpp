@@ -42,7 +42,7 @@ struct MatchNoise {
 };
 
 /// The number of rows of a residual: 2, or 3 with a depth cue.
-constexpr std::size_t residual_rows(DepthCue third) noexcept { return third == DepthCue::none ? 2 : 3; }
+constexpr std::size_t residual_rows(DepthCue cue) noexcept { return cue == DepthCue::none ? 2 : 3; }
 
 /// The noise of match i as append_blocks assumes it: Sigma_p counts only with Weighting::measurement_and_map. It points
 /// into the arrays of the matches.

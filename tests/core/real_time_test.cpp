@@ -77,6 +77,13 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   return answers;
 }
 
+// Candidate i in group i mod count.
+std::vector<std::uint32_t> in_groups(std::size_t size, std::uint32_t count) {
+  std::vector<std::uint32_t> groups(size);
+  for (std::uint32_t i = 0; i < size; ++i) groups[i] = i % count;
+  return groups;
+}
+
 TEST(RealTime, the_counter_counts) {
   ASSERT_GE(allocations(), 0);
   EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
@@ -102,10 +109,9 @@ TEST(RealTime, constraints_allocate_nothing) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 400);
-  std::vector<std::uint32_t> groups(400);
+  const std::vector<std::uint32_t> groups = in_groups(400, 20);
   std::vector<unsigned char> required(400);
   std::vector<unsigned char> excluded(400);
-  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 20;
   required[3] = 1;
   excluded[4] = 1;
   Selector selector(400);
@@ -203,6 +209,7 @@ class Tracked {
     start(kind);
     for (std::size_t i = 0; i < size; ++i) add(i, kind);
     if (good_.select(with_budget(100)).status == Status::ok) ++ok;
+    select_otherwise();
     double weight[9];
     for (std::size_t i = 0; i < good_.size(); ++i) {
       weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
@@ -214,9 +221,29 @@ class Tracked {
     for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
   }
 
-  std::size_t ok = 0, outliers = 0, weighted = 0;
+  std::size_t ok = 0, late = 0, wrong = 0, outliers = 0, weighted = 0;
 
  private:
+  // At a deadline, with groups, certificates and targets, and after errors; then again as before.
+  void select_otherwise() {
+    Options options = with_budget(100);
+    options.time_limit = 1e-9;
+    late += good_.select(options).status == Status::deadline_reached ? 1 : 0;
+    options = with_budget(100);
+    options.groups.ids = groups_.data();
+    options.groups.count = 20;
+    options.certificate.compute = true;
+    good_.select(options);
+    options.groups.count = 1;
+    wrong += good_.select(options).error == Error::invalid_groups ? 1 : 0;
+    options = with_budget(100);
+    options.target.efficiency = 0.5;
+    good_.select(options);
+    options.time_limit = -1;
+    wrong += good_.select(options).error == Error::invalid_time_limit ? 1 : 0;
+    good_.select(with_budget(100));
+  }
+
   void start(int kind) {
     if (kind == 3) {
       good_.start(Rig{rig_, 2}, T_cw_);
@@ -243,6 +270,7 @@ class Tracked {
   double jacobian_[6] = {400, 0, 10, 0, 400, 10};
   RigidTransform T_cw_ = RigidTransform::row_major(frame_.T_cw_prior.data());
   RigCamera rig_[2] = {{frame_.camera}, {Camera::double_sphere(frame_.camera, 0.1, 0.5)}};
+  std::vector<std::uint32_t> groups_ = in_groups(500, 20);
   GoodFeatures good_{400};
 };
 
@@ -255,9 +283,31 @@ TEST(RealTime, good_features_allocates_nothing) {
               }
             }),
             0);
-  EXPECT_EQ(tracked.ok, 15U);  // five kinds of three sizes
+  EXPECT_EQ(tracked.ok, 15U);    // five kinds of three sizes
+  EXPECT_EQ(tracked.late, 20U);  // and of fewer matches than the budget
+  EXPECT_GE(tracked.wrong, 2 * 15U);
   EXPECT_GT(tracked.outliers, 0U);
   EXPECT_GT(tracked.weighted, 0U);
+}
+
+TEST(RealTime, matching_by_good_features_allocates_in_its_first_frame_only) {
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 300, 1);
+  GoodFeatures good(300);
+  std::size_t found = 0;
+  const auto use = [&] {
+    good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()));
+    for (const sim::Match& match : frame.matches) good.add(FeatureMatch(match.point));
+    const auto try_to_match = [&](std::size_t i, FeatureMatch& match) {
+      match.measured[0] = frame.matches[i].u;
+      match.measured[1] = frame.matches[i].v;
+      return i % 3 != 0;
+    };
+    found = good.match(with_budget(100), try_to_match).size;
+    good.outliers(RigidTransform::row_major(frame.T_cw_prior.data()));
+  };
+  EXPECT_GT(allocations_in(use), 0);
+  EXPECT_EQ(allocations_in(use), 0);
+  EXPECT_EQ(found, 100U);
 }
 
 // With threads of a pool that does not allocate itself; what oneTBB allocates is not ours (docs/threading.md).
