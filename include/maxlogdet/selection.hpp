@@ -31,7 +31,8 @@ struct Selection {
   Status status;                  ///< how the selection ended
   Error error;                    ///< what is wrong; none if status is not error
   const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection;
-                                  ///< backward_greedy's by index; an exchange puts a candidate where it takes one out
+                                  ///< backward_greedy's by index, but at a deadline as they fill the budget; an
+                                  ///< exchange puts a candidate where it takes one out
   std::size_t size;               ///< number selected
   std::size_t searched;           ///< how many of these the search itself selected, the first ones; fewer than `size`
                                   ///< only at a deadline, where the rest fill the budget
