@@ -32,7 +32,7 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
   if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline without a time limit";
   if (selection.searched > selection.size) return "more were searched than selected";
   const std::size_t valid = request.store->size() - request.store->invalid_count();
-  if (!options.excluded && !options.groups.ids) {
+  if (options.excluded == nullptr && options.groups.ids == nullptr) {
     if (selection.status == Status::all_selected && selection.size != valid)
       return "not all candidates, with the status all_selected";
     if (selection.status == Status::deadline_reached && selection.size != std::min(options.budget, valid))

@@ -28,7 +28,7 @@ class FrameMatches {
 
   /// Starts a frame; `keeps_numbers`: also what only a recording has.
   void start(const Camera& camera, const RigidTransform& T_cw, bool keeps_numbers) noexcept;
-  void start(const Rig& rig, const RigidTransform& T_bw, bool keeps_numbers) noexcept;
+  void start(const Rig& of_frame, const RigidTransform& T_bw, bool keeps_numbers) noexcept;
   void add(const FeatureMatch& match) noexcept;
   /// Replaces what is measured of match i.
   void set(std::size_t i, const FeatureMatch& match) noexcept;

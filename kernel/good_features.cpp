@@ -233,7 +233,7 @@ void GoodFeatures::State::match_in_order(std::size_t budget, MatchFunction funct
 
 void GoodFeatures::State::match_as_asked(const Options& asked, const BlockOptions& blocks, MatchFunction function,
                                          void* context) {
-  if (!active) active.reset(new ActiveSelection(max_kept));
+  if (!active) active = std::make_unique<ActiveSelection>(max_kept);
   if (one.capacity() == 0) one.reserve(1);
   begin_answer();
   match_required(asked, function, context);

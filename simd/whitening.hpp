@@ -9,13 +9,14 @@
 
 namespace maxlogdet {
 namespace simd {
-namespace {
 
 /// The upper triangle of 3 x 3, by rows: where it is in row-major entries, and which of these six is entry (a, b).
 constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};
 constexpr int symmetric_entry[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 constexpr double root_half = 0.70710678118654752;
+
+namespace {
 
 template <class Number>
 inline ConditionOf<Number> is_positive(const Number& value) {
@@ -49,14 +50,14 @@ inline void add(const Symmetric<Number>& from, Symmetric<Number>& to) {
 template <class Number>
 inline Symmetric<Number> in_camera_frame(const double* T_cw, const Number (&s)[6]) {
   Number rows[3][3];  // R Sigma_p
-  for (int a = 0; a < 3; ++a) {
+  for (std::size_t a = 0; a < 3; ++a) {
     const double* const r = T_cw + 4 * a;
     for (int c = 0; c < 3; ++c) {
       rows[a][c] = Number(r[0]) * s[symmetric_entry[0][c]] + Number(r[1]) * s[symmetric_entry[1][c]] +
                    Number(r[2]) * s[symmetric_entry[2][c]];
     }
   }
-  const auto entry = [&](int a, int b) {
+  const auto entry = [&](std::size_t a, std::size_t b) {
     const double* const r = T_cw + 4 * b;
     return rows[a][0] * Number(r[0]) + rows[a][1] * Number(r[1]) + rows[a][2] * Number(r[2]);
   };

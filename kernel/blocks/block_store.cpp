@@ -19,7 +19,7 @@ const simd::Kernel* kernel_to_use() noexcept {
 const BlockPlanes& planes_of(const BlockStore& blocks) noexcept { return blocks.planes_ ? *blocks.planes_ : no_planes; }
 
 BlockPlanes& planes_to_fill(BlockStore& blocks) {
-  if (!blocks.planes_) blocks.planes_.reset(new BlockPlanes(kernel_to_use()));
+  if (!blocks.planes_) blocks.planes_ = std::make_unique<BlockPlanes>(kernel_to_use());
   return *blocks.planes_;
 }
 

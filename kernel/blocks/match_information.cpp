@@ -230,10 +230,10 @@ bool match_information(const Camera& camera, const RigidTransform& T_cw, const d
 }
 
 bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
-                     double* to) noexcept {
-  Matrix W;
-  const bool is_there = whiten(camera, false, T_cw, p_w, noise, W);
-  return write_whitening(is_there, residual_rows(noise.depth_cue), W, to);
+                     double* W) noexcept {
+  Matrix root;
+  const bool is_there = whiten(camera, false, T_cw, p_w, noise, root);
+  return write_whitening(is_there, residual_rows(noise.depth_cue), root, W);
 }
 
 bool match_information(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
@@ -244,10 +244,10 @@ bool match_information(const RigCamera& camera, const RigidTransform& T_bw, cons
 }
 
 bool match_whitening(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
-                     double* to) noexcept {
-  Matrix W;
-  const bool is_there = whiten(camera, true, T_bw, p_w, noise, W);
-  return write_whitening(is_there, residual_rows(noise.depth_cue), W, to);
+                     double* W) noexcept {
+  Matrix root;
+  const bool is_there = whiten(camera, true, T_bw, p_w, noise, root);
+  return write_whitening(is_there, residual_rows(noise.depth_cue), root, W);
 }
 
 }  // namespace maxlogdet
