@@ -21,14 +21,19 @@ namespace {
 
 // The state from one start() to the next.
 struct Proposals {
-  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, std::uint32_t* best) noexcept
-      : search(blocks, options, memory), error(search.start(blocks, options)), rounds(search), lanes(best) {
-    search.screening.use_store(search.constraints.free(), search.candidates.size());
-    search.screening.expect_withdrawals();
+  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, Lane* best) noexcept
+      : search(blocks, options, Deadline(options.time_limit), memory),
+        error(search.start(blocks, options)),
+        rounds(search),
+        lanes(best) {
+    search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   }
 
+  Candidate candidate(std::size_t position) const noexcept {
+    return search.screening().layout().candidate(lanes[position]);
+  }
   std::uint32_t index(std::size_t position) const noexcept {
-    return search.candidates.indices[search.screening.candidate(lanes[position])];
+    return search.problem().candidates.index_of(candidate(position));
   }
 
   // The position of the unanswered proposal with the caller's index; `count` if there is none.
@@ -47,55 +52,42 @@ struct Proposals {
   // One round of lazy greedy without its selection; the round continues until a proposal is accepted.
   void propose(std::size_t batch_size) noexcept {
     if (status != Status::ok || !search.wants_more()) return;
-    if (search.deadline.has_passed()) {
+    if (search.is_late()) {
       status = Status::deadline_reached;
       return;
     }
-    batch_size = std::min({batch_size, search.budget - search.selected, search.remaining});
+    batch_size = std::min(batch_size, search.missing());
     if (listed < batch_size) list_best(batch_size);
     take_first(batch_size);
-    while (count < batch_size && listed < search.remaining) {  // full groups left too few of these
-      list_best(std::min(2 * listed, search.remaining));
+    while (count < batch_size && listed < search.remaining()) {  // full groups left too few of these
+      list_best(std::min(2 * listed, search.remaining()));
       take_first(batch_size);
     }
   }
 
   void list_best(std::size_t k) noexcept {
     if (!rounds.is_open() && rounds.order_is_due()) rounds.order();
-    if (k > 1) {
-      rounds.evaluate(k);
-      listed = search.find_best(k, lanes);
-      return;
-    }
-    std::size_t lane = rounds.is_open() ? search.screening.next_certain() : search.screening.lanes();
-    if (lane == search.screening.lanes()) {
-      rounds.evaluate();
-      lane = search.find_best();
-    }
-    lanes[0] = static_cast<std::uint32_t>(lane);
-    listed = 1;
+    rounds.open();
+    listed = search.find_best(k, lanes);
   }
 
   // Proposes the first listed candidates; of a group at most its room, as if all of them were accepted.
   void take_first(std::size_t batch_size) noexcept {
-    Constraints& constraints = search.constraints;
+    Constraints& constraints = search.constraints();
     count = 0;
     for (std::size_t j = 0; j < listed && count < batch_size; ++j) {
-      const std::uint32_t candidate = search.screening.candidate(lanes[j]);
-      if (!constraints.has_room(candidate)) continue;
-      constraints.take_room(candidate);
+      if (!constraints.has_room(candidate(j))) continue;
+      constraints.take_room(candidate(j));
       std::rotate(lanes + count, lanes + j, lanes + j + 1);
       ++count;
     }
-    for (std::size_t j = 0; j < count; ++j) constraints.give_room(search.screening.candidate(lanes[j]));
+    for (std::size_t j = 0; j < count; ++j) constraints.give_room(candidate(j));
   }
 
   // Ends the round, because the information changes.
   void accept(std::size_t position, const double (*rows)[state_dimension], int row_count) noexcept {
-    if (rounds.is_open()) rounds.finish();
-    const std::size_t lane = lanes[position];
-    search.add(search.screening.candidate(lane), rows, row_count);
-    search.remove(lane);
+    rounds.close();
+    search.select(lanes[position], rows, row_count);
     withdraw(position);
     listed = count;
   }
@@ -103,8 +95,8 @@ struct Proposals {
   Error accept(std::size_t position) noexcept {
     if (position >= count) return Error::nothing_proposed;
     double rows[max_block_rows][state_dimension];
-    read_rows(search.candidates, search.screening.candidate(lanes[position]), rows);
-    accept(position, rows, search.candidates.rows());
+    read_rows(search.problem().candidates, candidate(position), rows);
+    accept(position, rows, search.problem().candidates.rows());
     return Error::none;
   }
 
@@ -120,7 +112,7 @@ struct Proposals {
 
   Error reject(std::size_t position) noexcept {
     if (position >= count) return Error::nothing_proposed;
-    search.reject(lanes[position], rounds.is_open());
+    search.reject(lanes[position]);
     withdraw(position);
     return Error::none;
   }
@@ -129,7 +121,7 @@ struct Proposals {
   Error error;
   Status status = Status::ok;
   LazyRounds rounds;
-  std::uint32_t* lanes;    // the best candidates known, in descending order
+  Lane* lanes;             // the best candidates known, in descending order
   std::size_t count = 0;   // unanswered proposals: the first of `lanes`
   std::size_t listed = 0;  // entries of `lanes`; an acceptance leaves only the proposals
 };
@@ -149,7 +141,7 @@ struct ActiveSelection::State {
   explicit State(std::size_t capacity) : memory(capacity), best(capacity) {}
 
   SearchMemory memory;
-  std::vector<std::uint32_t> best;  // lanes of the best candidates, in order
+  std::vector<Lane> best;  // lanes of the best candidates, in order
   std::aligned_storage<sizeof(Proposals), alignof(Proposals)>::type storage;
   Proposals* proposals = nullptr;         // in `storage`; nullptr before start() or after an error
   Error error = Error::nothing_proposed;  // why there are none
@@ -192,7 +184,7 @@ std::uint32_t ActiveSelection::next() noexcept {
 std::size_t ActiveSelection::next(std::uint32_t* indices, std::size_t count) noexcept {
   if (!state_ || state_->proposals == nullptr || indices == nullptr || count == 0) return 0;
   Proposals& now = *state_->proposals;
-  if (now.search.is_enough) return 0;
+  if (now.search.is_enough()) return 0;
   if (now.count == 0) now.propose(count);
   const std::size_t given = std::min(count, now.count);
   for (std::size_t j = 0; j < given; ++j) indices[j] = now.index(j);

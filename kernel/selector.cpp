@@ -17,11 +17,12 @@ namespace maxlogdet {
 /// All the memory of a Selector; nothing is allocated later.
 struct SelectorMemory {
   explicit SelectorMemory(std::size_t capacity)
-      : search(capacity), strategies(capacity), exchange(capacity), certificate(capacity) {}
+      : search(capacity), strategies(capacity), exchange(capacity), certificate(capacity), fill(capacity) {}
   SearchMemory search;
   Workspaces strategies;
   ExchangeWorkspace exchange;
   CertificateMemory certificate;
+  FillMemory fill;
 };
 
 Selector::Selector(std::size_t capacity, Executor* executor)
@@ -36,14 +37,17 @@ namespace {
 
 // If no more candidates may be selected, no selection is longer than the answer, even with groups: all bases of a
 // matroid have the same size.
-std::size_t max_size(const Search& search) noexcept {
-  if (search.remaining == 0) return search.selected;
-  return std::min(search.budget, search.constraints.required_count() + search.constraints.free_count());
+std::size_t max_size(const Search& search, std::size_t budget) noexcept {
+  if (search.remaining() == 0) return search.answer().size();
+  return std::min(budget, search.problem().required_count + search.problem().free_count);
 }
 
-double upper_bound(const Search& search, std::size_t passes, CertificateMemory& memory) noexcept {
-  const Incumbent incumbent = {search.indices, search.selected, search.factor.inverse(), max_size(search)};
-  return upper_bound(search.problem(), incumbent, passes, search.deadline, memory);
+double upper_bound(const Search& search, const Options& options, const Deadline& deadline,
+                   CertificateMemory& memory) noexcept {
+  const Answer& answer = search.answer();
+  const Incumbent incumbent = {answer.candidates(), answer.size(), answer.factor().inverse(),
+                               max_size(search, options.budget)};
+  return upper_bound(search.problem(), incumbent, options.certificate.passes, deadline, memory);
 }
 
 // The bound; infinite where log det may have no correct digits, or exceeds it by more than rounding explains
@@ -59,30 +63,35 @@ double reconciled(const Selection& selection, double relative_error) noexcept {
 }  // namespace
 
 Selection Selector::select(const BlockStore& candidates, const Options& options) & noexcept {
+  const Deadline deadline(options.time_limit);
   Selection selection = empty_selection(Error::capacity_exceeded);
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: a capacity of 0
-  selection.error = check(candidates, options, memory_->search);
+  SelectorMemory& memory = *memory_;
+  selection.error = check(candidates, options, memory.search);
   if (selection.error != Error::none) return selection;
-  Search search(candidates, options, memory_->search);
+  Search search(candidates, options, deadline, memory.search);
   selection.error = search.start(candidates, options);
   if (selection.error != Error::none) return selection;
 
   Status status = Status::ok;
-  if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search);
+  std::size_t searched = 0;
+  if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search, options);
   const Method& method = *method_of(selection.strategy);
-  selection.threads = threading::workers_for(executor_, options.threads, search.remaining, method.crossover);
-  memory_->search.team.run(executor_, selection.threads, [&] {
-    status = method.run(search, options, memory_->strategies.of(selection.strategy));
-    if (status == Status::deadline_reached) fill(search, memory_->certificate.traces);
+  selection.threads = threading::workers_for(executor_, options.threads, search.remaining(), method.crossover);
+  memory.search.team.run(executor_, selection.threads, [&] {
+    status = method.run(search, options, memory.strategies.of(selection.strategy));
+    searched = search.answer().size();
+    if (status == Status::deadline_reached) fill(search, memory.fill, memory.certificate.traces);
     if (status == Status::ok && options.exchange.sweeps > 0)
-      status = exchange(search, options.exchange.sweeps, memory_->exchange);
-    if (options.certificate.compute)
-      selection.upper_bound = upper_bound(search, options.certificate.passes, memory_->certificate);
+      status = exchange(search, options.exchange.sweeps, memory.exchange);
+    if (options.certificate.compute) selection.upper_bound = upper_bound(search, options, deadline, memory.certificate);
   });
   search.report(status, selection);
-  if (options.certificate.compute) selection.upper_bound = reconciled(selection, search.factor.relative_error());
+  selection.searched = searched;
+  if (options.certificate.compute)
+    selection.upper_bound = reconciled(selection, search.answer().factor().relative_error());
   return selection;
 }
 

@@ -44,20 +44,6 @@ inline void store_point(const Point& p, float* to, std::size_t stride) {
   store_narrow(p.z, to + 2 * stride);
 }
 
-float largest_magnitude(const float* values, std::size_t count) {
-  Floats magnitudes(0.0F);
-  std::size_t i = 0;
-  for (; i + float_lanes <= count; i += float_lanes) {
-    magnitudes = xsimd::max(magnitudes, xsimd::abs(Floats::load_unaligned(values + i)));
-  }
-  float largest = largest_lane(magnitudes);
-  for (; i < count; ++i) {
-    const float magnitude = values[i] < 0 ? -values[i] : values[i];
-    largest = magnitude > largest ? magnitude : largest;
-  }
-  return largest;
-}
-
 // A pack of blocks, one match per lane.
 template <BlockWeighting weighting, ThirdRow third>
 struct BlockPack {

@@ -15,21 +15,27 @@
 
 namespace {
 
+using maxlogdet::Candidate;
+using maxlogdet::Lane;
+using maxlogdet::Tile;
+using maxlogdet::simd::any_candidate;
 using maxlogdet::simd::dimension;
 using maxlogdet::simd::entries_of;
+using maxlogdet::simd::Evaluated;
 using maxlogdet::simd::factored;
 using maxlogdet::simd::Form;
-using maxlogdet::simd::next_below;
+using maxlogdet::simd::GainFilter;
+using maxlogdet::simd::not_evaluated;
+using maxlogdet::simd::number;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;
+using maxlogdet::simd::Part;
 using maxlogdet::simd::plane_of;
 using maxlogdet::simd::Planes;
 using maxlogdet::simd::point_plane;
-using maxlogdet::simd::PromisingRound;
-using maxlogdet::simd::rounded_up;
+using maxlogdet::simd::Round;
+using maxlogdet::simd::RoundArrays;
 using maxlogdet::simd::rows_of;
-using maxlogdet::simd::ScreenedTiles;
-using maxlogdet::simd::stale_threshold;
 using maxlogdet::simd::three_rows;
 using maxlogdet::simd::tile_size;
 using maxlogdet::simd::TileLine;
@@ -50,57 +56,60 @@ inline void store_narrow(const Doubles& values, float* to) {
 
 }  // namespace
 
-#include "simd/factored.inl"
+#include "simd/arrays.inl"
+#include "simd/factored_gains.inl"
+#include "simd/gains.inl"
 #include "simd/matches.inl"
-#include "simd/screen.inl"
 
 // These use the ones above.
 #include "simd/block_factors.inl"
 #include "simd/cameras.inl"
-#include "simd/decide.inl"
 #include "simd/draws.inl"
+#include "simd/exact_gains.inl"
+#include "simd/factor_updates.inl"
+#include "simd/gain_bounds.inl"
+#include "simd/gather.inl"
 #include "simd/losses.inl"
-#include "simd/rounds.inl"
-#include "simd/screen_with_care.inl"
 #include "simd/seen_factors.inl"
 #include "simd/sums.inl"
-#include "simd/tiles.inl"
 #include "simd/traces.inl"
-#include "simd/update.inl"
 
-// This uses all about matches.
+// These use those.
 #include "simd/blocks.inl"
+#include "simd/rounds.inl"
 
 namespace maxlogdet {
 namespace simd {
+namespace {
 
-#define MAXLOGDET_FORMS(function) \
-  { function<one_row>, function<two_rows>, function<three_rows>, function<factored> }
+template <Form form>
+constexpr LayoutFunctions layout_functions() {
+  return {make_records<form>, gather<form>, column_max<form>};
+}
+template <Form form>
+constexpr RoundFunctions round_functions() {
+  return {evaluate<form, false>, evaluate<form, true>, run_round<form>};
+}
+template <int Rows>
+constexpr ExactFunctions exact_functions() {
+  return {decide<Rows>, exact_traces<Rows>, traces<Rows>, losses<Rows>, sum_information<Rows>};
+}
+
+}  // namespace
+
 extern const Kernel MAXLOGDET_KERNEL;
-const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
-                                 {decide<1>, decide<2>, decide<3>},
-                                 MAXLOGDET_FORMS(screen),
-                                 MAXLOGDET_FORMS(screen_between),
-                                 MAXLOGDET_FORMS(screen_promising),
-                                 MAXLOGDET_FORMS(screen_with_care),
-                                 MAXLOGDET_FORMS(list_survivors),
-                                 MAXLOGDET_FORMS(make_records),
-                                 MAXLOGDET_FORMS(gather),
-                                 MAXLOGDET_FORMS(column_max),
-                                 factored_max,
-                                 {traces<1>, traces<2>, traces<3>},
-                                 {exact_traces<1>, exact_traces<2>, exact_traces<3>},
-                                 count_at_least,
-                                 add_rows,
-                                 remove_row,
-                                 {losses<1>, losses<2>, losses<3>},
-                                 {sum_information<1>, sum_information<2>, sum_information<3>},
-                                 list_between,
-                                 largest,
-                                 largest_magnitude,
-                                 draw,
-                                 build_blocks};
-#undef MAXLOGDET_FORMS
+const Kernel MAXLOGDET_KERNEL = {
+    MAXLOGDET_ISA_NAME,
+    {build_blocks, factored_max},
+    {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
+     layout_functions<factored>()},
+    {round_functions<one_row>(), round_functions<two_rows>(), round_functions<three_rows>(),
+     round_functions<factored>()},
+    {list_survivors, keep_bounds, highest_unevaluated},
+    {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
+    {add_rows, remove_row},
+    {count_at_least, list_between<Candidate>, list_between<Tile>, largest, largest_magnitude},
+    draw};
 
 }  // namespace simd
 }  // namespace maxlogdet

@@ -1,120 +1,103 @@
 // SPDX-License-Identifier: MIT
-// The rest of a round: which tiles to screen, who survives, and, of lazy greedy, a whole round.
+// A round of lazy greedy: which tiles to evaluate, who survives, and what is kept for later rounds.
 
 namespace {
 
-std::size_t list_between(const float* values, std::size_t count, std::size_t part, std::size_t parts, float lower,
-                         float upper, std::uint32_t* list) {
+// The tiles of a part of all runs of 16 tiles that reach this stale bound, and that the round has not evaluated. Up to a
+// pack more than are listed is written. Bounds beyond the last tile are -1.
+inline std::size_t list_unevaluated(const Tiles& tiles, const RoundArrays& arrays, float from, const Part& part,
+                                    Tile* list) {
   std::size_t found = 0;
-  for (std::size_t first = tile_size * part; first < count; first += tile_size * parts) {
-    for (std::size_t i = first; i < first + tile_size; i += float_lanes) {
-      const Floats value = Floats::load_unaligned(values + i);
-      found +=
-          list_lanes((value >= Floats(lower)) & (value <= Floats(upper)), static_cast<std::uint32_t>(i), list + found);
+  for (std::size_t first = tile_size * part.index; first < tiles.count; first += tile_size * part.count) {
+    for (std::size_t tile = first; tile < first + tile_size; tile += float_lanes) {
+      const auto reaches = Floats::load_unaligned(arrays.bounds + tile) >= Floats(from);
+      const auto is_left = Floats::load_unaligned(arrays.highest + tile) == Floats(not_evaluated);
+      found += list_lanes(reaches & is_left, static_cast<Tile>(tile), list + found);
     }
   }
-  while (found > 0 && list[found - 1] >= count) --found;  // beyond the end of values
   return found;
 }
 
-template <Form form>
-ScreenedTiles screen_between(const Tiles& tiles, const float* w, const float* bounds, std::size_t tile_count,
-                             std::size_t part, std::size_t parts, float lower, float upper, std::uint32_t* list,
-                             float* relative_gains, float* highest) {
-  const std::size_t count = list_between(bounds, tile_count, part, parts, lower, upper, list);
-  return {count, screen<form>(tiles, w, list, count, relative_gains, highest)};
+inline std::size_t remaining_in(const Tiles& tiles, const Tile* list, std::size_t count) {
+  std::size_t sum = 0;
+  for (std::size_t j = 0; j < count; ++j) sum += tiles.in_each[number(list[j])];
+  return sum;
 }
 
-template <Form form>
-std::size_t list_survivors(const Tiles& tiles, const float* relative_gains, const float* highest, float threshold,
-                           const std::uint32_t* list, std::size_t count, const float* unlike, std::uint32_t* lanes) {
+template <Form form, bool with_care>
+Evaluated evaluate(const Tiles& tiles, const float* w, const RoundArrays& arrays, float from, const Part& part) {
+  Tile* const list = arrays.list + part.first_of_list;
+  const std::size_t count = list_unevaluated(tiles, arrays, from, part, list);
+  const float best = with_care ? evaluate_listed_with_care<form>(tiles, w, list, count, arrays)
+                               : evaluate_listed<form>(tiles, w, list, count, arrays);
+  return {best, remaining_in(tiles, list, count)};
+}
+
+std::size_t list_survivors(const Tiles& tiles, const RoundArrays& arrays, float threshold, Lane* lanes) {
   std::size_t found = 0;
-  for (std::size_t j = 0; j < count; ++j) {
-    const std::uint32_t tile = list[j];
-    if (highest[tile] < threshold) continue;
-    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      const std::size_t at = tile * tile_size + lane;
-      auto survives = Floats::load_unaligned(relative_gains + at) >= Floats(threshold);
-      if (unlike != nullptr) {
-        const float* entries = tiles.data + tile * tiles.tile_stride + lane;
-        auto is_same = survives;
-        for (std::size_t e = 0; e < entries_of(form); ++e, entries += tiles.entry_stride) {
-          is_same = is_same & (Floats::load_unaligned(entries) == Floats(unlike[e]));
-        }
-        survives = survives & !is_same;
+  for (std::size_t first = 0; first < tiles.count; first += float_lanes) {
+    const auto holds = Floats::load_unaligned(arrays.highest + first) >= Floats(threshold);
+    for (std::uint32_t bits = lane_mask(holds); bits != 0; bits &= bits - 1) {
+      const std::size_t tile = first + static_cast<std::size_t>(__builtin_ctz(bits));
+      for (std::size_t lane = tile * tile_size; lane < (tile + 1) * tile_size; lane += float_lanes) {
+        const auto survives = Floats::load_unaligned(arrays.gains + lane) >= Floats(threshold);
+        found += list_lanes(survives, static_cast<Lane>(lane), lanes + found);
       }
-      found += list_lanes(survives, static_cast<std::uint32_t>(at), lanes + found);
     }
   }
   return found;
 }
 
-float largest(const float* values, std::size_t count) {
-  alignas(sizeof(Floats)) static constexpr float numbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  const Floats lane = Floats::load_aligned(numbers);
+// The bounds of the tiles that this round has evaluated, for later rounds; returns the largest of all.
+float keep_bounds(const Tiles& tiles, const RoundArrays& arrays, const GainFilter& filter) {
+  const TileLine line = filter.line_of_tiles();
   const Floats nothing(-1.0F);
-  Floats maxima = nothing;
-  std::size_t i = 0;
-  for (; i + float_lanes <= count; i += float_lanes) maxima = xsimd::max(maxima, Floats::load_unaligned(values + i));
-  if (i < count) {
-    const auto is_one = lane < Floats(static_cast<float>(count - i));
-    maxima = xsimd::max(maxima, xsimd::select(is_one, Floats::load_unaligned(values + i), nothing));
+  Floats highest_bound = nothing;
+  for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
+    const Floats highest = Floats::load_unaligned(arrays.highest + tile);
+    const Floats before = Floats::load_unaligned(arrays.bounds + tile);
+    const Floats on_line = Floats(line.slope) * highest + Floats(line.offset);
+    const Floats fresh = xsimd::select(highest < Floats(0.0F), nothing, on_line);
+    const Floats bound = xsimd::select(highest == Floats(not_evaluated), before, fresh);
+    bound.store_unaligned(arrays.bounds + tile);
+    highest_bound = xsimd::max(highest_bound, bound);
   }
-  return largest_lane(maxima);
+  return largest_lane(highest_bound);
 }
 
-// The proofs of what follows are in docs/numerics.md.
-
-// Screens the tiles with lower <= bound <= upper. Returns whether the bound by slope and offset is tight for the best.
-template <Form form>
-inline bool screen_down_to(const Tiles& tiles, const float* w, float lower, float upper, PromisingRound& round) {
-  std::uint32_t* const list = round.list + round.listed;
-  const std::size_t count = list_between(round.bounds, round.tile_count, 0, 1, lower, upper, list);
-  round.lowest_listed = lower;
-  round.listed += count;
-  const float best = screen<form>(tiles, w, list, count, round.relative_gains, round.highest);
-  round.best = best > round.best ? best : round.best;
-  const auto relative_gain = static_cast<double>(round.best);
-  round.assured = round.line.at_least(relative_gain);
-  return relative_gain > round.tight_above && relative_gain < round.tight_below;
+float highest_unevaluated(const Tiles& tiles, const RoundArrays& arrays) {
+  Floats highest_bound(any_candidate);
+  for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
+    const auto is_left = Floats::load_unaligned(arrays.highest + tile) == Floats(not_evaluated);
+    const Floats bound = xsimd::select(is_left, Floats::load_unaligned(arrays.bounds + tile), Floats(any_candidate));
+    highest_bound = xsimd::max(highest_bound, bound);
+  }
+  return largest_lane(highest_bound);
 }
 
+// The steps of a round for one candidate, on one thread, without care: all in this unit, so that they are inlined.
 template <Form form>
-inline void list_survivors_of_round(const Tiles& tiles, PromisingRound& round) {
-  const float threshold = round.line.survivor_threshold(round.assured);
-  std::size_t holders = 0;  // tiles with survivors, usually one
-  std::uint32_t holder = 0;
-  for (std::size_t j = 0; j < round.listed; ++j) {
-    const std::uint32_t tile = round.list[j];
-    const bool holds = round.highest[tile] >= threshold;
-    holder = holds ? tile : holder;
-    holders += holds ? 1 : 0;
+struct InlinedSteps {
+  const Tiles& tiles;
+  const float* w;
+
+  float best(const Round& round) const { return round.best; }
+  float highest_left(const Round& round) const { return highest_unevaluated(tiles, round.arrays); }
+  float evaluate(Round& round, float from) const {
+    const Evaluated found = ::evaluate<form, false>(tiles, w, round.arrays, from, {0, 1, 0});
+    round.evaluations += found.count;
+    round.best = found.best > round.best ? found.best : round.best;
+    return from;
   }
-  const bool is_one = holders == 1;
+};
+
+template <Form form>
+void run_round(const Tiles& tiles, const float* w, Round& round) {
+  InlinedSteps<form> steps{tiles, w};
+  prove_best(round, steps);
   round.survivors =
-      list_survivors<form>(tiles, round.relative_gains, round.highest, threshold, is_one ? &holder : round.list,
-                           is_one ? 1 : round.listed, nullptr, round.lanes);
-}
-
-inline void update_bounds(PromisingRound& round) {
-  const TileLine line = rounded_up(round.line);
-  for (std::size_t j = 0; j < round.listed; ++j) {
-    const std::uint32_t tile = round.list[j];
-    round.bounds[tile] = line.at(round.highest[tile]);
-  }
-  round.highest_bound = largest(round.bounds, round.tile_count);
-}
-
-template <Form form>
-void screen_promising(const Tiles& tiles, const float* w, PromisingRound& round) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  if (!screen_down_to<form>(tiles, w, round.first_threshold, infinity, round)) return;
-  const float threshold = stale_threshold(round.assured, round.drift);
-  const bool is_lower = threshold < round.first_threshold;
-  if (is_lower && !screen_down_to<form>(tiles, w, threshold, next_below(round.first_threshold), round)) return;
-  round.is_done = true;
-  list_survivors_of_round<form>(tiles, round);
-  update_bounds(round);
+      list_survivors(tiles, round.arrays, round.filter.survivor_threshold(round.assured), round.arrays.survivors);
+  round.highest_bound = keep_bounds(tiles, round.arrays, round.filter);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ void traces(const Planes& planes, const double* w64, const unsigned char* free, 
 }
 
 template <int Rows>
-void exact_traces(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count,
+void exact_traces(const Planes& planes, const double* w, const Candidate* indices, std::size_t count,
                   double* values) {
   decide_each(indices, count, values, [&](const Listed& load) {
     Doubles y[Rows][dimension];
@@ -44,29 +44,6 @@ void exact_traces(const Planes& planes, const double* w, const std::uint32_t* in
     }
     return sum;
   });
-}
-
-std::size_t count_at_least(const float* values, std::size_t count, float threshold) {
-  constexpr std::size_t chains = tile_size / float_lanes < 4 ? 4 : tile_size / float_lanes;  // independent sums
-  Floats counts[chains];                                                                     // exact up to 2^24 each
-  for (Floats& chain : counts) chain = Floats(0.0F);
-  const auto ones = [values, threshold](std::size_t i) {
-    return xsimd::select(Floats::load_unaligned(values + i) >= Floats(threshold), Floats(1.0F), Floats(0.0F));
-  };
-  std::size_t i = 0;
-  for (; i + chains * float_lanes <= count; i += chains * float_lanes) {
-    for (std::size_t chain = 0; chain < chains; ++chain) {
-      counts[chain] = counts[chain] + ones(i + chain * float_lanes);
-    }
-  }
-  for (; i < count; i += float_lanes) counts[0] = counts[0] + ones(i);
-  std::size_t sum = 0;
-  for (const Floats& chain : counts) {
-    float lanes[float_lanes];
-    chain.store_unaligned(lanes);
-    for (const float lane : lanes) sum += static_cast<std::size_t>(lane);
-  }
-  return sum;
 }
 
 }  // namespace

@@ -91,8 +91,11 @@ inline float largest_lane(const Floats& x) {
 #endif
 }
 
-// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written.
-inline std::size_t list_lanes(const Floats::batch_bool_type& condition, std::uint32_t first, std::uint32_t* list) {
+// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written. `Index`
+// is an enumeration of 32 bits.
+template <class Index>
+inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Index first, Index* list) {
+  static_assert(sizeof(Index) == sizeof(std::uint32_t), "lists are of 32 bits");
   std::uint32_t bits = lane_mask(condition);
 #if defined(__AVX512F__)
   if (bits == 0) return 0;  // as usual
@@ -102,7 +105,9 @@ inline std::size_t list_lanes(const Floats::batch_bool_type& condition, std::uin
   return static_cast<std::size_t>(__builtin_popcount(bits));
 #else
   std::size_t found = 0;
-  for (; bits != 0; bits &= bits - 1) list[found++] = first + static_cast<std::uint32_t>(__builtin_ctz(bits));
+  for (; bits != 0; bits &= bits - 1) {
+    list[found++] = static_cast<Index>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
+  }
   return found;
 #endif
 }

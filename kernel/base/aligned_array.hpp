@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 
 namespace maxlogdet {
 
@@ -27,6 +28,19 @@ class AlignedArray {
  private:
   std::unique_ptr<T[]> memory_;
   T* data_;
+};
+
+/// The same with an element for each candidate, lane or tile.
+template <class Index, class T>
+class ArrayOf {
+ public:
+  explicit ArrayOf(std::size_t size = 0) : array_(size) {}
+  T& operator[](Index i) const noexcept { return array_[static_cast<std::size_t>(i)]; }
+  T* data() const noexcept { return array_; }
+  void swap(ArrayOf& other) noexcept { std::swap(array_, other.array_); }
+
+ private:
+  AlignedArray<T> array_;
 };
 
 }  // namespace maxlogdet

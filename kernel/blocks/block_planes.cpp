@@ -173,7 +173,7 @@ simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t 
   output.validity = planes_.valid_.get() + planes_.size_ + first;
   output.indices = planes_.indices_.get() + place;
   output.first_index = static_cast<std::uint32_t>(planes_.size_ + first);
-  planes_.kernel_->build_blocks(part, output);
+  planes_.kernel_->blocks.build(part, output);
   return output;
 }
 

@@ -26,7 +26,7 @@ void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& cand
     float* const to = memory.planes + plane * memory.stride;
     for (std::size_t i = 0; i < count; ++i) to[i] = from[memory.places[i]];
     double& largest = memory.column_max[plane % simd::dimension];
-    if (!is_point) largest = std::max(largest, static_cast<double>(kernel.largest_magnitude(to, count)));
+    if (!is_point) largest = std::max(largest, static_cast<double>(kernel.arrays.largest_magnitude(to, count)));
   }
   for (std::size_t i = 0; i < count; ++i) memory.indices[i] = candidates.indices[memory.places[i]];
   candidates.planes = {memory.planes, memory.stride};
@@ -69,7 +69,7 @@ Candidates without_excluded(const BlockStore& blocks, const Options& options, co
 
   copy_listed(kept, kernel, candidates, memory);
   if (candidates.form == simd::factored) {
-    kernel.factored_max(candidates.planes, kept, memory.factored_max);
+    kernel.blocks.factored_max(candidates.planes, kept, memory.factored_max);
     candidates.largest_of_form = memory.factored_max;
   }
   return candidates;

@@ -14,8 +14,7 @@
 namespace maxlogdet {
 
 /// The candidates of a search: the valid ones of a store, contiguous, without the excluded ones where these are many.
-/// Within `kernel/` a candidate is its place here; `indices` are the caller's, in ascending order, so that the lower
-/// place has the lower index.
+/// `indices` are the caller's, in ascending order, so that the lower candidate has the lower index.
 struct Candidates {
   simd::Planes planes;
   std::size_t count;
@@ -26,6 +25,7 @@ struct Candidates {
   const std::uint32_t* indices;   ///< the caller's index of each candidate
 
   std::size_t size() const noexcept { return count; }
+  std::uint32_t index_of(Candidate candidate) const noexcept { return indices[simd::number(candidate)]; }
   int rows() const noexcept { return row_count; }
   const double* column_max() const noexcept { return largest; }
   const float* plane(int row, int column) const noexcept {

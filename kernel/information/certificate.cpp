@@ -54,7 +54,7 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
 double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
                 CertificateMemory& memory) noexcept {
   const std::size_t required = problem.required_count;
-  problem.evaluator.exact_traces(w, problem.required, required, memory.required.data());
+  problem.evaluator.traces(w, problem.required, required, memory.required.data());
   double traces = 0;
   for (std::size_t j = 0; j < required; ++j) traces += memory.required[j];
   top = find_top_traces(problem, w, budget - required, top.threshold, memory.traces);
@@ -69,7 +69,7 @@ double bound_at(const Problem& problem, const double* w, const Information& prio
   return bound < infinity ? bound : infinity;  // also if it is NaN
 }
 
-Information sum_of(const Problem& problem, const std::uint32_t* list, std::size_t count, Information sum) noexcept {
+Information sum_of(const Problem& problem, const Candidate* list, std::size_t count, Information sum) noexcept {
   add_blocks(problem.candidates, list, count, sum);
   return sum;
 }

@@ -20,7 +20,7 @@ struct CertificateMemory {
 
 /// The selection to start from, and the maximum number of candidates of any selection.
 struct Incumbent {
-  const std::uint32_t* selected;
+  const Candidate* selected;
   std::size_t count;
   const double* inverse;  ///< W of its information
   std::size_t budget;

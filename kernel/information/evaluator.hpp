@@ -23,61 +23,61 @@ class Evaluator {
   const simd::Kernel& kernel() const noexcept { return kernel_; }
   const simd::Planes& planes() const noexcept { return planes_; }
   int rows() const noexcept { return rows_; }
+  const simd::ExactFunctions& exact() const noexcept { return kernel_.exact[rows_ - 1]; }
 
-  /// relative_gains[j], in float64, for candidate indices[j], j in [0, count).
-  void decide(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
+  /// As simd::ExactFunctions::decide.
+  void decide(const double* inverse_factor, const Candidate* listed, std::size_t count,
               double* relative_gains) const noexcept {
     team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.decide[rows_ - 1](planes_, inverse_factor, indices + first, size, relative_gains + first);
+      exact().decide(planes_, inverse_factor, listed + first, size, relative_gains + first);
     });
   }
 
-  /// As simd::Losses; each tile is listed at most once.
-  void losses(const simd::Tiles& tiles, const double* inverse_factor, const std::uint32_t* list, std::size_t count,
+  /// As simd::ExactFunctions::losses; each tile is listed at most once.
+  void losses(const simd::Tiles& tiles, const double* inverse_factor, const Tile* list, std::size_t count,
               double* losses, double* tile_loss) const noexcept {
     team_.in_chunks(count, min_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.losses[rows_ - 1](tiles, inverse_factor, list + first, size, losses, tile_loss);
+      exact().losses(tiles, inverse_factor, list + first, size, losses, tile_loss);
     });
   }
 
-  /// As simd::Traces.
-  void traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
+  /// As simd::ExactFunctions::screen_traces.
+  void screen_traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
               float* values) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
-      kernel_.traces[rows_ - 1](planes, inverse_factor, free + first, size, values + first);
+      exact().screen_traces(planes, inverse_factor, free + first, size, values + first);
     });
   }
 
-  /// As simd::ExactTraces.
-  void exact_traces(const double* inverse_factor, const std::uint32_t* indices, std::size_t count,
-                    double* values) const noexcept {
+  /// As simd::ExactFunctions::traces.
+  void traces(const double* inverse_factor, const Candidate* listed, std::size_t count, double* values) const noexcept {
     team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.exact_traces[rows_ - 1](planes_, inverse_factor, indices + first, size, values + first);
+      exact().traces(planes_, inverse_factor, listed + first, size, values + first);
     });
   }
 
-  /// As simd::CountAtLeast.
+  /// As simd::ArrayFunctions::count_at_least.
   std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
-          counts[chunk] = kernel_.count_at_least(values + first, size, threshold);
+          counts[chunk] = kernel_.arrays.count_at_least(values + first, size, threshold);
         });
     return std::accumulate(counts, counts + chunks, std::size_t{0});
   }
 
-  /// Lists the positions of values[0 .. count) that are at least `threshold`, in order; returns how many. `list` needs
-  /// room for count + list_room.
-  std::size_t list_at_least(const float* values, std::size_t count, float threshold,
-                            std::uint32_t* list) const noexcept {
+  /// Lists the candidates with values[0 .. count) of at least `threshold`, in order; returns how many. `list` needs room
+  /// for count + list_room.
+  std::size_t list_at_least(const float* values, std::size_t count, float threshold, Candidate* list) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
-    std::uint32_t* lists[threading::Team::max_chunks];
+    Candidate* lists[threading::Team::max_chunks];
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           lists[chunk] = list + first + simd::tile_size * chunk;
-          counts[chunk] = kernel_.list_between(values + first, size, 0, 1, threshold, float_infinity, lists[chunk]);
-          for (std::size_t j = 0; j < counts[chunk]; ++j) lists[chunk][j] += static_cast<std::uint32_t>(first);
+          counts[chunk] = kernel_.arrays.list_candidates(values + first, size, threshold, float_infinity, lists[chunk]);
+          for (std::size_t j = 0; j < counts[chunk]; ++j)
+            lists[chunk][j] = static_cast<Candidate>(simd::number(lists[chunk][j]) + first);
         });
     std::size_t found = counts[0];
     for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
@@ -88,23 +88,22 @@ class Evaluator {
   }
   static constexpr std::size_t list_room = simd::tile_size * (threading::Team::max_chunks + 1);
 
-  /// As simd::MakeRecords.
+  /// As simd::LayoutFunctions::make_records.
   void make_records(simd::Form form, std::size_t count, float* records) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
-      kernel_.make_records[form](planes, size, records + first * simd::record_size(form));
+      kernel_.layouts[form].make_records(planes, size, records + first * simd::record_size(form));
     });
   }
 
-  /// As simd::Gather.
-  void gather(simd::Form form, const float* records, const std::uint32_t* indices, std::size_t count,
-              float* tiles) const noexcept {
+  /// As simd::LayoutFunctions::gather.
+  void gather(simd::Form form, const float* records, const Candidate* listed, std::size_t count, float* tiles) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
-      kernel_.gather[form](records, indices + first, size, tiles + first * simd::entries_of(form));
+      kernel_.layouts[form].gather(records, listed + first, size, tiles + first * simd::entries_of(form));
     });
   }
 
-  /// Copies candidates [0, count) in order to tiles, in the layout of simd::Gather; reads up to the next multiple of 16
+  /// Copies candidates [0, count) in order to tiles, in the layout of gather(); reads up to the next multiple of 16
   /// candidates.
   void pack(simd::Form form, std::size_t count, float* tiles) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
@@ -117,9 +116,6 @@ class Evaluator {
       }
     });
   }
-
-  /// Minimum number of tiles per chunk of gains: half a microsecond of work.
-  static constexpr std::size_t min_tiles = 32;
 
   threading::Team& team() const noexcept { return team_; }
 

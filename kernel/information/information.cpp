@@ -24,7 +24,7 @@ Information prior_information(const double* prior) noexcept {
   return result;
 }
 
-void add_blocks(const Candidates& candidates, const std::uint32_t* list, std::size_t count,
+void add_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
                 Information& information) noexcept {
   double sum[n][n];
   for (int i = 0; i < n; ++i) std::copy_n(information.entry[i], n, sum[i]);
@@ -40,7 +40,7 @@ void add_blocks(const Candidates& candidates, const std::uint32_t* list, std::si
   for (int i = 0; i < n; ++i) std::copy_n(sum[i], n, information.entry[i]);
 }
 
-void add_block(const Candidates& candidates, std::uint32_t candidate, double scale, Information& information) noexcept {
+void add_block(const Candidates& candidates, Candidate candidate, double scale, Information& information) noexcept {
   Information block{};
   add_blocks(candidates, &candidate, 1, block);
   add_scaled(scale, block, information);

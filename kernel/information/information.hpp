@@ -19,11 +19,11 @@ struct Information {
 Information prior_information(const double* prior) noexcept;
 
 /// M <- M + sum of H^T H over the listed candidates, in their order.
-void add_blocks(const Candidates& candidates, const std::uint32_t* list, std::size_t count,
+void add_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
                 Information& information) noexcept;
 
 /// M <- M + scale H^T H.
-void add_block(const Candidates& candidates, std::uint32_t candidate, double scale, Information& information) noexcept;
+void add_block(const Candidates& candidates, Candidate candidate, double scale, Information& information) noexcept;
 
 Information difference(const Information& a, const Information& b) noexcept;
 

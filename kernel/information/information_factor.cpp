@@ -113,7 +113,7 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
   for (int row = 0; row < count; ++row) {
     for (int d = 0; d < n; ++d) trace_ += rows[row][d] * rows[row][d];
   }
-  const double relative_gain = kernel.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
+  const double relative_gain = kernel.factor.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
   relative_error_ += count * update_error * norm_ * std::sqrt(trace_);  // |W| before, or earlier: it only decreases
   ++added_;
   if (added_ < norm_interval || added_ % norm_interval == 0) norm_ = inverse_norm();
@@ -127,7 +127,7 @@ bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*
   for (int row = 0; row < count; ++row) {
     const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
     const double min_share = std::min(4 * uncertainty, max_required_share);
-    const double share = kernel.remove_row(&w_[0][0], rows[row], min_share);
+    const double share = kernel.factor.remove_row(&w_[0][0], rows[row], min_share);
     if (!(share > min_share)) return false;
     norm /= std::sqrt(share);  // an upper bound: M - h^T h >= share M
     const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);

@@ -85,18 +85,18 @@ float threshold_for(const Evaluator& evaluator, const float* values, std::size_t
 std::size_t list_contenders(const Problem& problem, const double* w, std::size_t k, float& threshold,
                             TraceMemory& memory) noexcept {
   const std::size_t n = problem.candidates.size();
-  std::uint32_t* const contenders = memory.contenders.data();
+  Candidate* const contenders = memory.contenders.data();
   const double unit_error = trace_root_error(problem.candidates, w);  // 8 |W| |h|
   const double norm = unit_error / 8;
   if (!(norm < largest_norm && norm > smallest_norm) || k >= problem.free_count) {
     std::size_t listed = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      contenders[listed] = static_cast<std::uint32_t>(i);
+      contenders[listed] = static_cast<Candidate>(i);
       listed += problem.is_free[i] != 0 ? 1 : 0;
     }
     return listed;
   }
-  problem.evaluator.traces(w, problem.is_free, n, memory.traces);
+  problem.evaluator.screen_traces(w, problem.is_free, n, memory.traces);
   threshold = threshold_for(problem.evaluator, memory.traces, n, k, threshold);
   const double error = unit_error * float_unit_roundoff + underflow_error;
   const double root =
@@ -111,7 +111,7 @@ TraceMemory::TraceMemory(std::size_t capacity)
     : traces(capacity + simd::tile_size),
       contenders(capacity + Evaluator::list_room),
       exact(capacity),
-      places(capacity),
+      order(capacity),
       top(capacity) {}
 
 double trace_root_error(const Candidates& candidates, const double* w) noexcept {
@@ -125,18 +125,18 @@ TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k
   if (k == 0) return top;
   const std::size_t listed = list_contenders(problem, w, k, top.threshold, memory);
   if (listed == 0) return top;
-  const std::uint32_t* const contenders = memory.contenders.data();
+  const Candidate* const contenders = memory.contenders.data();
   double* const exact = memory.exact.data();
-  problem.evaluator.exact_traces(w, contenders, listed, exact);
+  problem.evaluator.traces(w, contenders, listed, exact);
 
   std::size_t last = listed - 1;  // the last one taken, by descending trace, then by index
   if (listed > k) {
-    std::uint32_t* const places = memory.places.data();
-    std::iota(places, places + listed, 0U);
-    std::nth_element(places, places + (k - 1), places + listed, [exact](std::uint32_t a, std::uint32_t b) {
+    std::uint32_t* const order = memory.order.data();
+    std::iota(order, order + listed, 0U);
+    std::nth_element(order, order + (k - 1), order + listed, [exact](std::uint32_t a, std::uint32_t b) {
       return exact[a] > exact[b] || (exact[a] == exact[b] && a < b);
     });
-    last = places[k - 1];
+    last = order[k - 1];
   }
   for (std::size_t j = 0; j < listed; ++j) {
     if (listed > k && !(exact[j] > exact[last] || (exact[j] == exact[last] && j <= last))) continue;

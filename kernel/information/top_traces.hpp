@@ -14,15 +14,15 @@ namespace maxlogdet {
 struct TraceMemory {
   explicit TraceMemory(std::size_t capacity);
   AlignedArray<float> traces;             ///< per candidate, in whole tiles, float32
-  std::vector<std::uint32_t> contenders;  ///< candidates whose trace may be among the largest
+  std::vector<Candidate> contenders;      ///< candidates whose trace may be among the largest
   std::vector<double> exact;              ///< their traces in float64
-  std::vector<std::uint32_t> places;      ///< of contenders, partially sorted
-  std::vector<std::uint32_t> top;         ///< the result
+  std::vector<std::uint32_t> order;       ///< positions in the two above, partially sorted
+  std::vector<Candidate> top;             ///< the result
 };
 
 /// The free candidates of largest trace d_i = |H_i W^T|_F^2.
 struct TopTraces {
-  const std::uint32_t* candidates;  ///< in ascending order; a view into the TraceMemory
+  const Candidate* candidates;  ///< in ascending order; a view into the TraceMemory
   std::size_t count;
   double sum;       ///< of their d_i
   float threshold;  ///< close to the minimum of them: the next call's `guess`

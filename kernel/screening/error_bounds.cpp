@@ -27,24 +27,35 @@ constexpr double small_drift = 1e-3;
 
 }  // namespace
 
-void ErrorBounds::restart(const double* column_max) noexcept {
-  std::copy_n(column_max, simd::dimension, column_max_);
-  with_care_ = false;
-  is_lasting_ = false;
-}
-
 bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volume_error; }
 
-void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest_bound) noexcept {
+bool ErrorBounds::still_hold(bool may_last, float highest) const noexcept {
+  const bool are_outdated = highest < outdated_share * highest_when_bounded_ || drift_ > drift_limit_;
+  return may_last && is_lasting_ && !are_outdated;
+}
+
+void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest, double expected,
+                              simd::Round& round) noexcept {
   const double f = factor.relative_error();
   drift_ = f < hopeless_error ? drift_of_error * rows_ * f : infinity;
+  round.drift = drift_;
   // Once the error is small, the wider bound of an earlier round suffices.
   may_last = may_last && !with_care_ && is_small() && drift_ < small_drift;
-  const bool is_outdated = highest_bound < outdated_share * highest_when_bounded_ || drift_ > drift_limit_;
-  is_new_ = !(may_last && is_lasting_) || is_outdated;
-  if (!is_new_) return;
+  if (still_hold(may_last, highest)) return;
   is_lasting_ = may_last;
   bound_rows(factor.inverse());
+  tighten(highest);
+  round.filter = {};
+  if (with_care_) return;
+  // |relative gain - exact| <= minors error + 2 sqrt(1 + relative gain) error + error^2
+  round.filter.error = volume_error_ * shrink_;
+  round.filter.constant = volume_error_ * volume_error_ + minors_error_;
+  round.filter.take_tangent_at(std::max(0.0, expected));
+}
+
+void ErrorBounds::take_care(simd::Round& round) noexcept {
+  with_care_ = true;
+  round.filter = {};
 }
 
 void ErrorBounds::bound_rows(const double* w) noexcept {
@@ -73,26 +84,14 @@ void ErrorBounds::bound_volumes(double squares) noexcept {
   minors_error_ = minors_errors[rows_ - 1] * float_unit_roundoff * relative_gain + 1e-36;
 }
 
-// det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y.
-void ErrorBounds::tighten(double highest_bound) noexcept {
-  keep_wide(highest_bound);
-  if (with_care_) return;
-  const double squares = highest_bound + (1 + highest_bound) * drift_limit_;
+// det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y: no row is longer than the root of the highest relative gain.
+void ErrorBounds::tighten(float highest) noexcept {
+  drift_limit_ = 2 * drift_;
+  highest_when_bounded_ = highest;
+  if (with_care_ || !(highest < float_infinity)) return;
+  const double bound = highest;
+  const double squares = bound + (1 + bound) * drift_limit_;
   bound_volumes(std::min(row_squares_, 1.1 * std::max(0.0, squares) + 12 * delta_ * delta_));
-}
-
-// |relative gain - exact| <= minors error + 2 sqrt(1 + relative gain) error + error^2, with the root replaced by its
-// tangent, which is nowhere below it.
-void ErrorBounds::set_tangent(double relative_gain) noexcept {
-  if (with_care_) {  // the values evaluated are bounds already
-    line_ = {};
-    return;
-  }
-  tangent_ = relative_gain;
-  const double root = std::sqrt(1 + relative_gain);
-  const double error = volume_error_ * shrink_;
-  line_.slope = 1 + error / root;
-  line_.offset = error * (root + 1 / root) + volume_error_ * volume_error_ + minors_error_;
 }
 
 }  // namespace maxlogdet

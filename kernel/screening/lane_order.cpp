@@ -8,7 +8,7 @@ namespace maxlogdet {
 // A counting sort by the upper bits, with separate counts for each chunk of lanes.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
                         threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
-                        std::uint32_t* order) noexcept {
+                        Lane* order) noexcept {
   constexpr std::int32_t buckets = lane_order_buckets;
   // Per chunk and bucket; the last bucket holds the lanes that do not remain.
   auto* const first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);
@@ -33,7 +33,7 @@ std::size_t order_lanes(const float* values, const float* remaining, std::size_t
   const std::size_t all_remaining = first[0][buckets];
   for_chunks([&](std::size_t begin, std::size_t size, std::uint32_t chunk) {
     for (std::size_t lane = begin; lane < begin + size; ++lane) {
-      order[first[chunk][bucket[lane]]++] = static_cast<std::uint32_t>(lane);
+      order[first[chunk][bucket[lane]]++] = static_cast<Lane>(lane);
     }
   });
   return all_remaining;

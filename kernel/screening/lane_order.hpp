@@ -34,6 +34,6 @@ constexpr std::size_t lane_order_counts = threading::Team::max_chunks * (lane_or
 /// Returns how many. `counts`: scratch, lane_order_counts entries; too many for a real-time thread's stack.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
                         threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
-                        std::uint32_t* order) noexcept;
+                        Lane* order) noexcept;
 
 }  // namespace maxlogdet

@@ -4,7 +4,6 @@
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/candidates.hpp"
 #include "simd/rounding.hpp"
-#include "simd/upper_line.hpp"
 
 #include <algorithm>
 
@@ -35,25 +34,26 @@ Losses::Losses(const Evaluator& evaluator, const double* column_max, ScreeningMe
 void Losses::start(const unsigned char* is_left, std::size_t n, const InformationFactor& factor) noexcept {
   tiles_.use_store(is_left, n);
   evaluate_all(factor);
-  float* const values = shared_.relative_gains;
+  float* const values = shared_.gains.data();
   float top = 0;
-  for (std::size_t lane = 0; lane < tiles_.lanes(); ++lane) {
-    values[lane] = tiles_.remains(lane) ? static_cast<float>(memory_.losses[lane]) : 0.0F;
-    top = std::max(top, values[lane]);
+  for (std::size_t i = 0; i < tiles_.lanes(); ++i) {
+    const auto lane = static_cast<Lane>(i);
+    values[i] = tiles_.remains(lane) ? static_cast<float>(memory_.losses[lane]) : 0.0F;
+    top = std::max(top, values[i]);
   }
-  tiles_.order_by(values, top, [](std::size_t, std::uint32_t) {});
+  tiles_.order_by(values, top, [](Tile, std::uint32_t) {});
   evaluate_all(factor);
 }
 
 void Losses::evaluate(const InformationFactor& factor, std::size_t first, std::size_t last) noexcept {
-  evaluator_.losses(tiles_.tiles(), factor.inverse(), shared_.list + first, last - first, memory_.losses,
-                    memory_.tile_loss);
+  evaluator_.losses(tiles_.tiles(), factor.inverse(), shared_.list + first, last - first, memory_.losses.data(),
+                    memory_.tile_loss.data());
   evaluations_ += tile_size * (last - first);
 }
 
 void Losses::evaluate_all(const InformationFactor& factor) noexcept {
-  for (std::size_t tile = 0; tile < tiles_.tile_count(); ++tile) shared_.list[tile] = static_cast<std::uint32_t>(tile);
-  listed_ = tiles_.tile_count();
+  listed_ = tiles_.tiles().count;
+  for (std::size_t tile = 0; tile < listed_; ++tile) shared_.list[tile] = static_cast<Tile>(tile);
   evaluate(factor, 0, listed_);
   keep_bounds();
 }
@@ -61,17 +61,17 @@ void Losses::evaluate_all(const InformationFactor& factor) noexcept {
 void Losses::evaluate_between(const InformationFactor& factor, float min_bound, float max_bound) noexcept {
   const std::size_t first = listed_;
   listed_ +=
-      kernel_.list_between(shared_.bounds, tiles_.tile_count(), 0, 1, min_bound, max_bound, shared_.list + first);
+      kernel_.arrays.list_tiles(shared_.bounds.data(), tiles_.tiles().count, min_bound, max_bound, shared_.list + first);
   if (listed_ > first) evaluate(factor, first, listed_);
 }
 
 // Evaluates the tile of the minimum stale bound, then every tile that may hold a loss as small as its minimum.
 void Losses::evaluate_lazily(const InformationFactor& factor) noexcept {
-  const float highest = kernel_.largest(shared_.bounds, tiles_.tile_count());
+  const float highest = kernel_.arrays.largest(shared_.bounds.data(), tiles_.tiles().count);
   evaluate_between(factor, highest, float_infinity);
   const double threshold = (min_listed() + 2 * rounding_error_) / (1 - drift_of_error * factor_error_);
   const auto lowest = -static_cast<float>(std::min(threshold, 1.0) * (1 + float_room));
-  evaluate_between(factor, lowest, simd::next_below(highest));
+  evaluate_between(factor, lowest, highest);
   keep_bounds();  // not earlier: a tile whose new bound is in the second range would be evaluated twice
 }
 
@@ -84,7 +84,7 @@ void Losses::note_errors(const InformationFactor& factor) noexcept {
 }
 
 // Bounds are lower bounds of the minimum loss, negated, so that the search for the maximum finds the minimum loss.
-void Losses::keep_bound(std::size_t tile) const noexcept {
+void Losses::keep_bound(Tile tile) const noexcept {
   shared_.bounds[tile] = -static_cast<float>(memory_.tile_loss[tile] * (1 - float_room));
 }
 
@@ -98,7 +98,7 @@ double Losses::min_listed() const noexcept {
   return smallest;
 }
 
-std::size_t Losses::find_min(const InformationFactor& factor, bool lazily) noexcept {
+Lane Losses::find_min(const InformationFactor& factor, bool lazily) noexcept {
   listed_ = 0;
   note_errors(factor);
   if (lazily && factor_error_ < hopeless_error) {
@@ -107,25 +107,24 @@ std::size_t Losses::find_min(const InformationFactor& factor, bool lazily) noexc
     evaluate_all(factor);
   }
   const double smallest = min_listed();
-  std::size_t found = 0;
-  bool is_found = false;
+  Lane found = no_lane;
   for (std::size_t j = 0; j < listed_; ++j) {
-    const std::size_t tile = shared_.list[j];
+    const Tile tile = shared_.list[j];
     if (memory_.tile_loss[tile] > smallest) continue;
-    for (std::size_t lane = tile * tile_size; lane < (tile + 1) * tile_size; ++lane) {
-      if (memory_.losses[lane] > smallest || (is_found && candidate(lane) < candidate(found))) continue;
-      found = lane;
-      is_found = true;
+    for (std::size_t i = simd::first_lane(tile); i < simd::first_lane(tile) + tile_size; ++i) {
+      const auto lane = static_cast<Lane>(i);
+      if (memory_.losses[lane] > smallest) continue;
+      if (found == no_lane || candidate(lane) > candidate(found)) found = lane;
     }
   }
   return found;
 }
 
-void Losses::remove(std::size_t lane) noexcept {
-  const std::size_t tile = lane / tile_size;
+void Losses::remove(Lane lane) noexcept {
+  const Tile tile = simd::tile_of(lane);
   tiles_.remove(lane);
   memory_.losses[lane] = simd::no_loss;
-  const double* const first = memory_.losses + tile * tile_size;
+  const double* const first = memory_.losses.data() + simd::first_lane(tile);
   memory_.tile_loss[tile] = *std::min_element(first, first + tile_size);
   keep_bound(tile);
 }

@@ -16,8 +16,8 @@ namespace maxlogdet {
 /// Memory of Losses for up to `capacity` candidates, beside that of a Screening, which it shares.
 struct LossesMemory {
   explicit LossesMemory(std::size_t capacity);
-  AlignedArray<double> losses;     ///< per lane: the loss when last evaluated
-  AlignedArray<double> tile_loss;  ///< per tile: the minimum of its lanes
+  ArrayOf<Lane, double> losses;     ///< the loss when last evaluated
+  ArrayOf<Tile, double> tile_loss;  ///< the minimum of its lanes
 };
 
 /// The relative loss of each candidate in the information, 1 - det(M - H^T H) / det M, in float64, by tiles.
@@ -34,12 +34,12 @@ class Losses {
 
   /// The lane of minimum loss; ties go to the highest index. At least one candidate remains. `lazily`: evaluates only
   /// tiles that may hold the minimum, with the same result.
-  std::size_t find_min(const InformationFactor& factor, bool lazily) noexcept;
+  Lane find_min(const InformationFactor& factor, bool lazily) noexcept;
 
-  std::uint32_t candidate(std::size_t lane) const noexcept { return tiles_.candidate(lane); }
+  Candidate candidate(Lane lane) const noexcept { return tiles_.candidate(lane); }
 
   /// Removes a candidate.
-  void remove(std::size_t lane) noexcept;
+  void remove(Lane lane) noexcept;
 
   /// Losses evaluated so far.
   std::size_t evaluations() const noexcept { return evaluations_; }
@@ -50,7 +50,7 @@ class Losses {
   void evaluate_between(const InformationFactor& factor, float min_bound, float max_bound) noexcept;
   void evaluate_lazily(const InformationFactor& factor) noexcept;
   void note_errors(const InformationFactor& factor) noexcept;
-  void keep_bound(std::size_t tile) const noexcept;
+  void keep_bound(Tile tile) const noexcept;
   void keep_bounds() const noexcept;
   double min_listed() const noexcept;
 

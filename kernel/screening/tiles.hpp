@@ -12,40 +12,45 @@ namespace maxlogdet {
 
 inline std::size_t tiles_of(std::size_t count) noexcept { return (count + simd::tile_size - 1) / simd::tile_size; }
 
-/// Lanes to allocate for `count` candidates: whole tiles, and one more that vector stores may write to.
-inline std::size_t lanes_for(std::size_t count) noexcept { return simd::tile_size * (tiles_of(count) + 1); }
+/// Elements to allocate for `count`: whole registers, and one more that vector stores may write to.
+inline std::size_t padded(std::size_t count) noexcept { return simd::tile_size * (tiles_of(count) + 1); }
 
 /// Memory of a TileLayout for up to `capacity` candidates, allocated once.
 struct TileMemory {
   explicit TileMemory(std::size_t capacity);
 
-  AlignedArray<float> records;                 ///< the entries of each candidate together, to gather from
-  AlignedArray<float> packed;                  ///< tiles of rearranged candidates
-  AlignedArray<std::uint32_t> candidate;       ///< per lane: the candidate in it
-  AlignedArray<float> remaining;               ///< per lane: 1 where a candidate remains, else 0
-  AlignedArray<unsigned char> tile_remaining;  ///< per tile: the number of candidates that remain
-  AlignedArray<std::uint32_t> lane;            ///< per candidate: its lane; before that, lanes in the new order
-  AlignedArray<std::uint32_t> bucket;          ///< per lane: as order_lanes returns it
-  AlignedArray<std::uint32_t> order_counts;    ///< counters of order_lanes
+  AlignedArray<float> records;             ///< the entries of each candidate together, to gather from
+  AlignedArray<float> packed;              ///< tiles of rearranged candidates
+  ArrayOf<Lane, Candidate> candidate;      ///< the candidate in each lane
+  ArrayOf<Lane, Candidate> in_new_order;   ///< the same while lanes are rearranged
+  ArrayOf<Lane, float> remaining;          ///< 1 where a candidate remains, else 0
+  ArrayOf<Tile, unsigned char> in_each;    ///< the number of candidates that remain
+  ArrayOf<Candidate, Lane> lane;           ///< where each candidate is, if find_lanes() was called
+  ArrayOf<Lane, Lane> order;               ///< lanes in the new order
+  ArrayOf<Lane, std::uint32_t> bucket;     ///< as order_lanes returns it
+  AlignedArray<std::uint32_t> order_counts;  ///< counters of order_lanes
 };
 
-/// The arrangement of candidates in tiles: in the order of the store, as listed, or in descending order of a value.
+/// Where each candidate is: the order of evaluation, by tiles. It is that of the store, a list's, or by descending value.
 class TileLayout {
  public:
   TileLayout(const Evaluator& evaluator, simd::Form form, TileMemory& memory) noexcept
       : evaluator_(evaluator), form_(form), memory_(memory) {}
 
-  /// Tiles of the first n candidates in the order of the store, not copied unless factored; free[i] == 0 excludes i.
+  /// The first n candidates in the order of the store, not copied unless factored; free[i] == 0 excludes i.
   void use_store(const unsigned char* free, std::size_t n) noexcept;
+
+  /// Other candidates of the same store; the layout is that of the store.
+  void restrict_to(const unsigned char* free) noexcept;
 
   /// Prepares use_listed() for the first `n` candidates.
   void make_records(std::size_t n) noexcept;
 
   /// Prepares use_listed() for these candidates alone, in ascending order.
-  void make_records_of(const std::uint32_t* candidates, std::size_t count) noexcept;
+  void make_records_of(const Candidate* candidates, std::size_t count) noexcept;
 
   /// Copies these candidates to consecutive lanes, in this order; all of them remain.
-  void use_listed(const std::uint32_t* candidates, std::size_t count) noexcept;
+  void use_listed(const Candidate* candidates, std::size_t count) noexcept;
 
   /// Copies the remaining candidates to lanes in descending order of values[lane] >= 0, `top` the maximum, by the
   /// buckets of order_lanes, so that the candidates of a tile have similar values. `first_of_tile(tile, bucket)` is
@@ -54,7 +59,7 @@ class TileLayout {
   void order_by(const float* values, float top, const FirstOfTile& first_of_tile) noexcept {
     const std::size_t count = list_ordered(values, top);
     for (std::size_t tile = 0; tile < tiles_of(count); ++tile) {
-      first_of_tile(tile, memory_.bucket[order()[tile * simd::tile_size]]);
+      first_of_tile(static_cast<Tile>(tile), memory_.bucket[memory_.order.data()[tile * simd::tile_size]]);
     }
     use_ordered(count);
   }
@@ -68,57 +73,37 @@ class TileLayout {
 
   const simd::Tiles& tiles() const noexcept { return tiles_; }
   simd::Form form() const noexcept { return form_; }
-  std::size_t tile_count() const noexcept { return tile_count_; }
-  std::size_t lanes() const noexcept { return simd::tile_size * tile_count_; }
-  std::size_t remaining() const noexcept { return remaining_; }
+  std::size_t lanes() const noexcept { return simd::tile_size * tiles_.count; }
 
-  /// The number of candidates that remain in the listed tiles.
-  std::size_t remaining_in(const std::uint32_t* list, std::size_t count) const noexcept;
+  Candidate candidate(Lane lane) const noexcept { return memory_.candidate[lane]; }
+  bool remains(Lane lane) const noexcept { return memory_.remaining[lane] > 0; }
 
-  std::uint32_t candidate(std::size_t lane) const noexcept {
-    return is_store_order_ ? static_cast<std::uint32_t>(lane) : memory_.candidate[lane];
-  }
-
-  bool remains(std::size_t lane) const noexcept { return memory_.remaining[lane] > 0; }
-
-  /// The lane of a candidate, given by its place, if holds_all(); lanes() if it does not remain.
-  std::size_t lane_of(std::uint32_t place) const noexcept {
-    const std::size_t lane = is_store_order_ ? place : memory_.lane[place];
-    const bool is_there = lane < lanes() && candidate(lane) == place && remains(lane);
-    return is_there ? lane : lanes();
-  }
-
-  /// The entries, of form(), of the candidate in a lane, tiles().entry_stride floats apart.
-  const float* entries(std::size_t lane) const noexcept {
-    return tiles_.data + lane / simd::tile_size * tiles_.tile_stride + lane % simd::tile_size;
-  }
+  /// The lane of a candidate, if holds_all(); no_lane if it does not remain.
+  Lane lane_of(Candidate candidate) const noexcept;
 
   /// Removes a remaining candidate.
-  void remove(std::size_t lane) noexcept {
+  void remove(Lane lane) noexcept {
     memory_.remaining[lane] = 0;
-    --remaining_;
-    --memory_.tile_remaining[lane / simd::tile_size];
+    --memory_.in_each[simd::tile_of(lane)];
   }
 
   /// Sets the entries of a removed candidate's lane to 0, for find_column_max(). The layout is ordered.
-  void clear_entries(std::size_t lane) noexcept;
+  void clear_entries(Lane lane) noexcept;
 
-  /// The maximum |entry| of each column of the tiles, as simd::ColumnMax. The layout is ordered.
+  /// The maximum |entry| of each column of the tiles, as simd::LayoutFunctions::column_max. The layout is ordered.
   void find_column_max(double* column_max) const noexcept;
 
  private:
+  void use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride, std::size_t count) noexcept;
   std::size_t list_ordered(const float* values, float top) noexcept;
   void use_ordered(std::size_t count) noexcept;
-  // Unused memory for the new order: `candidate` in the order of the store, else `lane`, which find_lanes() fills
-  // later.
-  std::uint32_t* order() noexcept { return is_store_order_ ? memory_.candidate : memory_.lane; }
+  void pack_listed(std::size_t count) noexcept;
 
   const Evaluator& evaluator_;
   simd::Form form_;
   TileMemory& memory_;
   simd::Tiles tiles_{};
-  std::size_t tile_count_ = 0;
-  std::size_t remaining_ = 0;  // lanes with a remaining candidate
+  std::size_t size_ = 0;  // candidates of the store
   bool is_store_order_ = true;
   bool is_ordered_ = false;
 };

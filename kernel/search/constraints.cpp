@@ -4,7 +4,6 @@
 #include "kernel/blocks/block_planes.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -17,21 +16,21 @@ bool is_set(const unsigned char* flags, std::size_t i) noexcept { return flags !
 // caller's numbers. If there are more groups (objects, cells of a fine grid) than the memory holds, only those with a
 // candidate are numbered, in their order; these always fit.
 std::size_t Constraints::number_groups(const Options& options) noexcept {
-  const auto named_by = [&](std::uint32_t i) { return options.groups.ids[candidates_.indices[i]]; };
+  const auto named_by = [&](Candidate i) { return options.groups.ids[candidates_.index_of(i)]; };
   const auto room_in = [&](std::size_t group) -> std::size_t {
     return options.groups.maxima != nullptr ? options.groups.maxima[group] : options.groups.maximum;
   };
-  const auto count = static_cast<std::uint32_t>(candidates_.count);
+  const std::size_t count = candidates_.count;
   if (options.groups.count <= memory_.room.size()) {
-    for (std::uint32_t i = 0; i < count; ++i) memory_.group[i] = named_by(i);
+    for (std::size_t i = 0; i < count; ++i) memory_.group.data()[i] = named_by(static_cast<Candidate>(i));
     for (std::size_t group = 0; group < options.groups.count; ++group) memory_.room[group] = room_in(group);
     return options.groups.count;
   }
-  std::uint32_t* const order = memory_.members.data();
-  std::iota(order, order + count, 0U);
-  std::sort(order, order + count, [&](std::uint32_t a, std::uint32_t b) { return named_by(a) < named_by(b); });
+  Candidate* const order = memory_.members.data();
+  for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<Candidate>(i);
+  std::sort(order, order + count, [&](Candidate a, Candidate b) { return named_by(a) < named_by(b); });
   std::uint32_t groups = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t group = named_by(order[i]);
     if (i == 0 || group != named_by(order[i - 1])) memory_.room[groups++] = room_in(group);
     memory_.group[order[i]] = groups - 1;
@@ -47,15 +46,17 @@ bool Constraints::list_members(const Options& options, std::size_t n) noexcept {
   const std::size_t groups = number_groups(options);
   std::uint32_t* const first = memory_.first_member.data();
   std::fill_n(first, groups + 1, 0U);
-  for (std::size_t i = 0; i < candidates_.count; ++i) ++first[memory_.group[i]];
+  for (std::size_t i = 0; i < candidates_.count; ++i) ++first[memory_.group[static_cast<Candidate>(i)]];
   std::uint32_t end = 0;
   for (std::size_t group = 0; group < groups; ++group) {
     end += first[group];
     first[group] = end;  // filled backwards
   }
   first[groups] = end;
-  for (std::size_t i = candidates_.count; i-- > 0;)
-    memory_.members[--first[memory_.group[i]]] = static_cast<std::uint32_t>(i);
+  for (std::size_t i = candidates_.count; i-- > 0;) {
+    const auto candidate = static_cast<Candidate>(i);
+    memory_.members[--first[memory_.group[candidate]]] = candidate;
+  }
   return true;
 }
 
@@ -75,7 +76,7 @@ Error Constraints::reset(const BlockStore& blocks, const Candidates& candidates,
   }
   for (std::size_t i = 0; i < candidates.count && options.required != nullptr; ++i) {
     if (options.required[candidates.indices[i]] == 0) continue;
-    const auto candidate = static_cast<std::uint32_t>(i);
+    const auto candidate = static_cast<Candidate>(i);
     if (!has_room(candidate)) return Error::infeasible;
     take_room(candidate);
     memory_.required[required_count_++] = candidate;
@@ -86,8 +87,9 @@ Error Constraints::reset(const BlockStore& blocks, const Candidates& candidates,
   for (std::size_t i = 0; i < candidates.count; ++i) {
     const std::uint32_t index = candidates.indices[i];
     const bool is_settled = is_set(options.required, index) || is_set(options.excluded, index);
-    const bool is_free = !is_settled && has_room(static_cast<std::uint32_t>(i));
-    memory_.free[i] = is_free ? 1 : 0;
+    const auto candidate = static_cast<Candidate>(i);
+    const bool is_free = !is_settled && has_room(candidate);
+    memory_.free[candidate] = is_free ? 1 : 0;
     free_count_ += is_free ? 1 : 0;
   }
   return Error::none;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/base/aligned_array.hpp"
 #include "kernel/blocks/candidates.hpp"
 
 #include <maxlogdet/block_store.hpp>
@@ -23,10 +24,10 @@ struct ConstraintsMemory {
         first_member(capacity + 1),
         room(capacity) {}
 
-  std::vector<unsigned char> free;          ///< per candidate: whether a search may select it
-  std::vector<std::uint32_t> required;      ///< the required candidates
-  std::vector<std::uint32_t> group;         ///< per candidate: the number of its group
-  std::vector<std::uint32_t> members;       ///< candidates group by group
+  ArrayOf<Candidate, unsigned char> free;   ///< whether a search may select it
+  std::vector<Candidate> required;          ///< the required candidates
+  ArrayOf<Candidate, std::uint32_t> group;  ///< the number of its group
+  std::vector<Candidate> members;           ///< candidates group by group
   std::vector<std::uint32_t> first_member;  ///< per group: where its members begin, and a last end
   std::vector<std::size_t> room;            ///< per group: how many more may be selected
 };
@@ -46,27 +47,27 @@ class Constraints {
   /// The number of free candidates.
   std::size_t free_count() const noexcept { return free_count_; }
 
-  const std::uint32_t* required() const noexcept { return memory_.required.data(); }
+  const Candidate* required() const noexcept { return memory_.required.data(); }
   std::size_t required_count() const noexcept { return required_count_; }
 
   bool has_groups() const noexcept { return groups_ != nullptr; }
 
   /// Whether the group of this candidate has room left.
-  bool has_room(std::uint32_t candidate) const noexcept {
+  bool has_room(Candidate candidate) const noexcept {
     return groups_ == nullptr || memory_.room[memory_.group[candidate]] > 0;
   }
 
   /// Takes room in the candidate's group when it is selected, and gives it back when it no longer is.
-  void take_room(std::uint32_t candidate) noexcept {
+  void take_room(Candidate candidate) noexcept {
     if (groups_ != nullptr) --memory_.room[memory_.group[candidate]];
   }
-  void give_room(std::uint32_t candidate) noexcept {
+  void give_room(Candidate candidate) noexcept {
     if (groups_ != nullptr) ++memory_.room[memory_.group[candidate]];
   }
 
   /// Calls body(i) for every candidate i of this candidate's group, itself included.
   template <class Body>
-  void for_group_of(std::uint32_t candidate, const Body& body) const {
+  void for_group_of(Candidate candidate, const Body& body) const {
     const std::uint32_t group = memory_.group[candidate];
     for (std::uint32_t j = memory_.first_member[group]; j < memory_.first_member[group + 1]; ++j) {
       body(memory_.members[j]);

@@ -4,7 +4,6 @@
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <new>
 #include <numeric>
@@ -24,7 +23,7 @@ std::size_t checked(std::size_t capacity) {
 }  // namespace
 
 DecisionMemory::DecisionMemory(std::size_t capacity)
-    : lanes(lanes_for(capacity)), candidates(capacity), relative_gains(capacity), order(capacity) {}
+    : lanes(padded(capacity)), candidates(capacity), relative_gains(capacity), order(capacity) {}
 
 SearchMemory::SearchMemory(std::size_t capacity_)
     : capacity(checked(capacity_)),
@@ -33,191 +32,174 @@ SearchMemory::SearchMemory(std::size_t capacity_)
       screening(capacity_),
       constraints(capacity_),
       decisions(capacity_),
+      answer(capacity_),
       is_counted(capacity_),
-      selected(capacity_),
-      reported(capacity_),
-      gains(capacity_) {}
+      reported(capacity_) {}
 
-Search::Search(const BlockStore& blocks, const Options& options, SearchMemory& memory_) noexcept
-    : memory(memory_),
-      candidates(without_excluded(blocks, options, *memory_.kernel, memory_.candidates)),
-      kernel(*memory_.kernel),
-      evaluator(kernel, candidates.planes, std::max(candidates.rows(), 1), memory_.team),
-      screening(evaluator, candidates.form, candidates.largest_of_form, memory_.screening),
-      constraints(memory_.constraints),
-      deadline(options.time_limit),
-      target(options),
-      budget(std::min(options.budget, memory.capacity)),
-      has_candidates(blocks.size() > 0),
-      indices(memory_.selected.data()),
-      gains(memory_.gains.data()) {}
+Search::Search(const BlockStore& blocks, const Options& options, const Deadline& deadline,
+               SearchMemory& memory) noexcept
+    : memory_(memory),
+      candidates_(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
+      evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows(), 1), memory.team),
+      screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory.screening),
+      constraints_(memory.constraints),
+      problem_{candidates_, evaluator_, options.prior, nullptr, 0, nullptr, 0},
+      answer_(memory.answer),
+      deadline_(deadline),
+      target_(options),
+      budget_(std::min(options.budget, memory.capacity)),
+      has_candidates_(blocks.size() > 0) {}
 
 Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
-  const Error error = constraints.reset(blocks, candidates, options);
+  const Error error = constraints_.reset(blocks, candidates_, options);
   if (error != Error::none) return error;
-  if (!prior.reset(options.prior)) return Error::invalid_prior;
-  prior_matrix = options.prior;
-  factor = prior;
-  remaining = constraints.free_count();
-  if (target.is_asked()) set_target(options);
-  for (std::size_t j = 0; j < constraints.required_count(); ++j) add(constraints.required()[j]);
+  problem_.is_free = constraints_.free();
+  problem_.free_count = constraints_.free_count();
+  problem_.required = constraints_.required();
+  problem_.required_count = constraints_.required_count();
+  if (!answer_.reset(options.prior)) return Error::invalid_prior;
+  remaining_ = problem_.free_count;
+  if (target_.is_asked()) set_target(options);
+  for (std::size_t j = 0; j < problem_.required_count; ++j) take(problem_.required[j]);
   return Error::none;
 }
 
 void Search::set_target(const Options& options) noexcept {
-  if (target.needs_all()) {
-    unsigned char* const counted = memory.is_counted.data();
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      counted[i] = options.excluded == nullptr || options.excluded[candidates.indices[i]] == 0 ? 1 : 0;
+  if (target_.needs_all()) {
+    unsigned char* const counted = memory_.is_counted.data();
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      counted[i] = options.excluded == nullptr || options.excluded[candidates_.indices[i]] == 0 ? 1 : 0;
     }
-    target.compare_with(factor_of_all(counted));
+    target_.compare_with(factor_of_all(counted));
   }
-  is_enough = target.is_met(factor);
+  check_target();
 }
 
 // Factorises the sum of all if its determinant is accurate enough; else adds row by row.
 InformationFactor Search::factor_of_all(const unsigned char* counted) const noexcept {
-  double sum[state_dimension * state_dimension] = {};
-  const double roundings = sum_up(counted, sum);
+  double sum[state_dimension * state_dimension];
+  const double* const prior = problem_.prior;
+  const double roundings = sum_up(problem_, counted, sum);
   InformationFactor all;
-  if (all.reset(prior_matrix, sum, roundings) && all.determinant_error(prior_matrix, sum, roundings) < large_error)
-    return all;
-  all = prior;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (counted[i] != 0) add_rows(static_cast<std::uint32_t>(i), all);
+  if (all.reset(prior, sum, roundings) && all.determinant_error(prior, sum, roundings) < large_error) return all;
+  all = answer_.prior();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (counted[i] != 0) add_rows(problem_, static_cast<Candidate>(i), all);
   }
   return all;
 }
 
-double Search::sum_up(const unsigned char* counted, double* sum) const noexcept {
-  if (candidates.size() == 0) return 0;
-  kernel.sum_information[candidates.rows() - 1](candidates.planes, counted, candidates.size(), sum);
-  return simd::sum_roundings(candidates.size(), candidates.rows());
+// The exact relative gains of the first `count` of decisions.lanes.
+void Search::evaluate_survivors(const InformationFactor& factor, std::size_t count) noexcept {
+  DecisionMemory& own = memory_.decisions;
+  for (std::size_t j = 0; j < count; ++j) own.candidates[j] = screening_.layout().candidate(own.lanes[j]);
+  evaluator_.decide(factor.inverse(), own.candidates.data(), count, own.relative_gains.data());
+  decisions_ += count;
 }
 
-std::size_t Search::find_best() noexcept {
-  std::uint32_t* const lanes = memory.decisions.lanes.data();
-  const std::size_t count = screening.survivors(lanes);
-  if (count <= 1) return count == 0 ? screening.lanes() : lanes[0];
-  std::uint32_t* const contenders = memory.decisions.candidates.data();
-  double* const relative_gains = memory.decisions.relative_gains.data();
-  for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
-  evaluator.decide(factor.inverse(), contenders, count, relative_gains);
-  float64_decisions += count;
+Lane Search::decide(const InformationFactor& factor, std::size_t survivors) noexcept {
+  DecisionMemory& own = memory_.decisions;
+  if (survivors == 0) return no_lane;
+  if (survivors == 1) return own.lanes[0];
+  evaluate_survivors(factor, survivors);
   std::size_t best = 0;
-  for (std::size_t j = 1; j < count; ++j) {
-    const bool ties = relative_gains[j] == relative_gains[best];
-    if (relative_gains[j] > relative_gains[best] || (ties && contenders[j] < contenders[best])) best = j;
+  for (std::size_t j = 1; j < survivors; ++j) {
+    const bool ties = own.relative_gains[j] == own.relative_gains[best];
+    if (own.relative_gains[j] > own.relative_gains[best] || (ties && own.candidates[j] < own.candidates[best])) best = j;
   }
-  return lanes[best];
+  return own.lanes[best];
 }
 
-std::size_t Search::find_best(std::size_t k, std::uint32_t* best) noexcept {
-  std::uint32_t* const lanes = memory.decisions.lanes.data();
-  std::uint32_t* const contenders = memory.decisions.candidates.data();
-  double* const relative_gains = memory.decisions.relative_gains.data();
-  const std::size_t count = screening.survivors(k, lanes);
-  for (std::size_t j = 0; j < count; ++j) contenders[j] = screening.candidate(lanes[j]);
-  evaluator.decide(factor.inverse(), contenders, count, relative_gains);
-  float64_decisions += count;
-  std::uint32_t* const order = memory.decisions.order.data();
+Lane Search::find_best() noexcept { return decide(answer_.factor(), screening_.survivors(1, memory_.decisions.lanes.data())); }
+
+Lane Search::find_best_at(const InformationFactor& factor, float min_bound) noexcept {
+  return decide(factor, screening_.try_at(factor, min_bound, memory_.decisions.lanes.data()));
+}
+
+std::size_t Search::find_best(std::size_t k, Lane* best) noexcept {
+  if (k == 1) {
+    best[0] = find_best();
+    return best[0] == no_lane ? 0 : 1;
+  }
+  DecisionMemory& own = memory_.decisions;
+  const std::size_t count = screening_.survivors(k, own.lanes.data());
+  evaluate_survivors(answer_.factor(), count);
+  const double* const relative_gains = own.relative_gains.data();
+  const Candidate* const candidates = own.candidates.data();
+  std::uint32_t* const order = own.order.data();
   std::iota(order, order + count, 0U);
   std::sort(order, order + count, [=](std::uint32_t a, std::uint32_t b) {
     return relative_gains[a] > relative_gains[b] ||
-           (relative_gains[a] == relative_gains[b] && contenders[a] < contenders[b]);
+           (relative_gains[a] == relative_gains[b] && candidates[a] < candidates[b]);
   });
   std::size_t known = 0;  // no unlisted candidate gains as much
-  while (known < count && relative_gains[order[known]] >= screening.assured()) ++known;
+  while (known < count && relative_gains[order[known]] >= screening_.assured()) ++known;
   known = std::max(known, std::min(k, count));
-  for (std::size_t j = 0; j < known; ++j) best[j] = lanes[order[j]];
+  for (std::size_t j = 0; j < known; ++j) best[j] = own.lanes[order[j]];
   return known;
 }
 
-double Search::add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept {
+void Search::select(Lane lane) noexcept {
   double rows[max_block_rows][state_dimension];
-  read_rows(candidates, candidate, rows);
-  return to.add_block(kernel, rows, candidates.rows());
-}
-
-bool Search::remove_rows(std::uint32_t candidate) noexcept {
-  double rows[max_block_rows][state_dimension];
-  read_rows(candidates, candidate, rows);
-  return factor.remove_block(kernel, rows, candidates.rows());
-}
-
-void Search::add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept {
-  append(candidate, factor.add_block(kernel, rows, count));
-}
-
-void Search::append(std::uint32_t candidate, double relative_gain) noexcept {
-  indices[selected] = candidate;
-  gains[selected] = std::log1p(relative_gain);
-  ++selected;
-  if (target.is_asked()) is_enough = target.is_met(factor);
-}
-
-std::size_t Search::select_best() noexcept {
-  const std::size_t lane = find_best();
-  select(lane);
-  return lane;
+  read_rows(candidates_, screening_.layout().candidate(lane), rows);
+  select(lane, rows, candidates_.rows());
 }
 
 // Removes the lane first, so that its stores complete well before vector loads of the next round read them.
-void Search::select(std::size_t lane) noexcept {
-  const std::uint32_t candidate = screening.candidate(lane);
+void Search::select(Lane lane, const double (*rows)[state_dimension], int count) noexcept {
+  const Candidate candidate = screening_.layout().candidate(lane);
+  reject(lane);
+  constraints_.take_room(candidate);
+  if (!constraints_.has_room(candidate) && screening_.layout().holds_all()) {
+    constraints_.for_group_of(candidate, [this](Candidate member) {
+      const Lane lane_of_member = screening_.layout().lane_of(member);
+      if (lane_of_member != no_lane) reject(lane_of_member);
+    });
+  }
+  answer_.add(evaluator_.kernel(), candidate, rows, count);
+  check_target();
+}
+
+void Search::add(Candidate candidate) noexcept {
+  constraints_.take_room(candidate);
+  --remaining_;
+  take(candidate);
+}
+
+void Search::take(Candidate candidate) noexcept {
   double rows[max_block_rows][state_dimension];
-  read_rows(candidates, candidate, rows);
-  remove(lane);
-  add(candidate, rows, candidates.rows());
+  read_rows(candidates_, candidate, rows);
+  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows());
+  check_target();
 }
 
-void Search::remove(std::size_t lane) noexcept {
-  const std::uint32_t candidate = screening.candidate(lane);
-  discard(lane);
-  constraints.take_room(candidate);
-  if (constraints.has_room(candidate) || !screening.holds_all()) return;
-  constraints.for_group_of(candidate, [this](std::uint32_t member) {
-    const std::size_t lane_of_member = screening.lane_of(member);
-    if (lane_of_member != screening.lanes()) discard(lane_of_member);
-  });
+void Search::reject(Lane lane) noexcept {
+  screening_.remove(lane);
+  --remaining_;
 }
 
-void Search::discard(std::size_t lane) noexcept {
-  screening.remove(lane);
-  --remaining;
-}
-
-void Search::reject(std::size_t lane, bool is_round_open) noexcept {
-  if (!is_round_open) return discard(lane);
-  screening.withdraw(lane);
-  --remaining;
-}
-
-Problem Search::problem() const noexcept {
-  return {candidates,
-          evaluator,
-          prior_matrix,
-          constraints.free(),
-          constraints.free_count(),
-          constraints.required(),
-          constraints.required_count()};
+void Search::restart_with(const Candidate* candidates, std::size_t count) noexcept {
+  answer_.clear();
+  for (std::size_t j = 0; j < problem_.required_count; ++j) take(problem_.required[j]);
+  for (std::size_t j = 0; j < count; ++j) take(candidates[j]);
+  if (!constraints_.has_groups()) remaining_ = problem_.free_count - count;
 }
 
 void Search::report(Status status, Selection& selection) const noexcept {
-  std::uint32_t* const reported = memory.reported.data();
-  for (std::size_t j = 0; j < selected; ++j) reported[j] = candidates.indices[indices[j]];
-  const bool takes_all = has_candidates && budget > 0 && remaining == 0;
-  selection.status = is_enough                           ? Status::target_reached
+  std::uint32_t* const reported = memory_.reported.data();
+  const std::size_t size = answer_.size();
+  for (std::size_t j = 0; j < size; ++j) reported[j] = candidates_.index_of(answer_[j]);
+  const bool takes_all = has_candidates_ && budget_ > 0 && remaining_ == 0;
+  selection.status = is_enough_                          ? Status::target_reached
                      : status == Status::ok && takes_all ? Status::all_selected
                                                          : status;
   selection.indices = reported;
-  selection.gains = gains;
-  selection.size = selected;
-  selection.searched = selected - filled;
-  selection.log_det = std::accumulate(gains, gains + selected, factor.prior_log_det());
-  target.report(factor, selection);
-  selection.evaluations = screening.evaluations() + unscreened;
-  selection.float64_decisions = float64_decisions;
+  selection.gains = answer_.gains();
+  selection.size = selection.searched = size;
+  selection.log_det = std::accumulate(answer_.gains(), answer_.gains() + size, answer_.prior().prior_log_det());
+  target_.report(answer_.factor(), selection);
+  selection.evaluations = screening_.evaluations() + unscreened_;
+  selection.float64_decisions = decisions_;
 }
 
 }  // namespace maxlogdet

@@ -7,6 +7,7 @@
 #include "kernel/information/information_factor.hpp"
 #include "kernel/information/problem.hpp"
 #include "kernel/screening/screening.hpp"
+#include "kernel/search/answer.hpp"
 #include "kernel/search/constraints.hpp"
 #include "kernel/search/target.hpp"
 #include "threading/team.hpp"
@@ -15,6 +16,7 @@
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -24,10 +26,10 @@ namespace maxlogdet {
 /// Memory of the float64 decision of a round.
 struct DecisionMemory {
   explicit DecisionMemory(std::size_t capacity);
-  std::vector<std::uint32_t> lanes;       ///< of the survivors
-  std::vector<std::uint32_t> candidates;  ///< in these lanes
-  std::vector<double> relative_gains;     ///< of these candidates
-  std::vector<std::uint32_t> order;       ///< positions in the above, best first
+  std::vector<Lane> lanes;             ///< of the survivors
+  std::vector<Candidate> candidates;   ///< in these lanes
+  std::vector<double> relative_gains;  ///< of these candidates
+  std::vector<std::uint32_t> order;    ///< positions in the above, best first
 };
 
 /// All the memory of a Search among up to `capacity` candidates, allocated once. Throws std::bad_alloc for a capacity
@@ -42,98 +44,96 @@ struct SearchMemory {
   ScreeningMemory screening;
   ConstraintsMemory constraints;
   DecisionMemory decisions;
+  AnswerMemory answer;
   std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of M_all of a target
-  std::vector<std::uint32_t> selected;    ///< the answer, in order of selection
-  std::vector<std::uint32_t> reported;    ///< the same in the caller's indices
-  std::vector<double> gains;              ///< of the answer, nats
+  std::vector<std::uint32_t> reported;  ///< the answer in the caller's indices
 };
 
-/// The state that every strategy works on: the remaining candidates, the information and the answer so far. All memory
-/// belongs to the SearchMemory.
-struct Search {
-  /// `memory` must have a kernel, and room for the candidates.
-  Search(const BlockStore& blocks, const Options& options, SearchMemory& memory) noexcept;
+/// What every strategy works on: the candidates that remain, and the answer so far. All memory belongs to the
+/// SearchMemory. Strategies change the answer only by what is here, so that groups, targets, the count of what remains
+/// and the bounds of the screening follow.
+class Search {
+ public:
+  /// `memory` must have a kernel, and room for the candidates. `deadline`: since the caller began.
+  Search(const BlockStore& blocks, const Options& options, const Deadline& deadline, SearchMemory& memory) noexcept;
 
   /// Reads constraints, prior and targets, and selects the required candidates. Returns the first error.
   Error start(const BlockStore& blocks, const Options& options) noexcept;
 
-  SearchMemory& memory;
-  Candidates candidates;
-  const simd::Kernel& kernel;
-  Evaluator evaluator;
-  Screening screening;
-  Constraints constraints;
-  const double* prior_matrix = nullptr;  ///< as in Options
-  InformationFactor prior;
-  InformationFactor factor;  ///< of the prior and the answer so far
-  Deadline deadline;
-  Target target;
-  bool is_enough = false;             ///< whether the targets are met
-  std::size_t budget;                 ///< how many to select, including required candidates
-  bool has_candidates;                ///< whether the store has any, valid or not
-  std::size_t remaining = 0;          ///< candidates that may still be selected
-  std::size_t selected = 0;           ///< entries of the answer so far
-  std::size_t filled = 0;             ///< of these, how many the deadline kept the search from selecting
-  std::size_t float64_decisions = 0;  ///< survivors evaluated in float64
-  std::size_t unscreened = 0;         ///< gains and losses that float64 alone evaluated
-  std::uint32_t* indices;             ///< the answer, in order of selection
-  double* gains;                      ///< its gains, nats
+  /// The candidates, the prior and the constraints, for functions that need no state of the search.
+  const Problem& problem() const noexcept { return problem_; }
+  const Answer& answer() const noexcept { return answer_; }
+  Constraints& constraints() noexcept { return constraints_; }
+  const Constraints& constraints() const noexcept { return constraints_; }
+  Screening& screening() noexcept { return screening_; }
+  const Screening& screening() const noexcept { return screening_; }
 
-  bool wants_more() const noexcept { return selected < budget && remaining > 0 && !is_enough; }
+  bool wants_more() const noexcept { return missing() > 0 && !is_enough_; }
+  /// Whether the targets are met.
+  bool is_enough() const noexcept { return is_enough_; }
+  bool is_late() const noexcept { return deadline_.has_passed(); }
+  /// Candidates that may still be selected, and how many of them the budget allows.
+  std::size_t remaining() const noexcept { return remaining_; }
+  std::size_t missing() const noexcept { return std::min(budget_ - answer_.size(), remaining_); }
 
-  /// The lane of the best candidate that this round has evaluated, by `factor`, which screening.begin_round() must have
-  /// been given. Float64 decides between the survivors; ties go to the lowest index. screening.lanes() if there is
-  /// none.
-  std::size_t find_best() noexcept;
+  /// The lane of the best candidate in an open round of the screening at the information of the answer, no_lane if there
+  /// is none. Float64 decides between the survivors; ties go to the lowest index.
+  Lane find_best() noexcept;
 
   /// The same for the k best, in descending order, and for further ones that are certain without another evaluation.
   /// Returns how many; fewer than k only if no more remain.
-  std::size_t find_best(std::size_t k, std::uint32_t* best) noexcept;
+  std::size_t find_best(std::size_t k, Lane* best) noexcept;
 
-  /// sum, 6 x 6: H^T H over the candidates i with counted[i] != 0, in a tenth of the time of adding their rows; but
-  /// this squares the condition number. Returns its roundings for InformationFactor::reset.
-  double sum_up(const unsigned char* counted, double* sum) const noexcept;
+  /// The same in a round of its own at another information, among the tiles with a stale bound of at least `min_bound`.
+  Lane find_best_at(const InformationFactor& factor, float min_bound) noexcept;
 
-  /// Adds a candidate's rows to the information only; returns the relative gain.
-  double add_rows(std::uint32_t candidate) noexcept { return add_rows(candidate, factor); }
-
-  /// The same for another information.
-  double add_rows(std::uint32_t candidate, InformationFactor& to) const noexcept;
-
-  /// Downdates the information by a candidate's rows; as InformationFactor::remove_block.
-  bool remove_rows(std::uint32_t candidate) noexcept;
-
-  /// Adds a candidate to the answer and its rows to the information; remove() then keeps it from being found again.
-  void add(std::uint32_t candidate) noexcept { append(candidate, add_rows(candidate)); }
-
+  /// Adds the candidate of a lane to the answer and removes it from what remains, and the rest of its group if that is
+  /// full now.
+  void select(Lane lane) noexcept;
   /// The same with `count` other rows instead of its own.
-  void add(std::uint32_t candidate, const double (*rows)[state_dimension], int count) noexcept;
+  void select(Lane lane, const double (*rows)[state_dimension], int count) noexcept;
+  /// The same for a candidate that the screening need not hold; what is full is left to the caller, who tells
+  /// close().
+  void add(Candidate candidate) noexcept;
 
-  /// Removes an added candidate from the screening, and the rest of its group if that is full now (and the screening
-  /// holds all remaining candidates).
-  void remove(std::size_t lane) noexcept;
+  /// Removes a candidate that was not selected.
+  void reject(Lane lane) noexcept;
+  /// Counts candidates that are out without being in a lane.
+  void close(std::size_t count) noexcept { remaining_ -= count; }
 
-  /// Removes a candidate that was not added, between rounds or within one.
-  void reject(std::size_t lane, bool is_round_open) noexcept;
+  /// Starts again with the required candidates, and adds these, none of which is required; with groups, as many as were
+  /// selected.
+  void restart_with(const Candidate* candidates, std::size_t count) noexcept;
 
-  /// Adds the candidate of this lane, of find_best() or any other that remains, and removes it. Keeps groups, targets
-  /// and `remaining` right.
-  void select(std::size_t lane) noexcept;
-
-  /// Finds, adds and removes the best candidate. Returns its lane.
-  std::size_t select_best() noexcept;
-
-  /// The problem, for functions that need no state of the search.
-  Problem problem() const noexcept;
+  /// Counts work of float64 alone, in gains or losses.
+  void count_evaluations(std::size_t count) noexcept { unscreened_ += count; }
 
   /// Fills in the answer; `status`: how the search ended.
   void report(Status status, Selection& selection) const noexcept;
 
  private:
-  void append(std::uint32_t candidate, double relative_gain) noexcept;
-  void discard(std::size_t lane) noexcept;
+  Lane decide(const InformationFactor& factor, std::size_t survivors) noexcept;
+  void evaluate_survivors(const InformationFactor& factor, std::size_t count) noexcept;
+  void take(Candidate candidate) noexcept;
   void set_target(const Options& options) noexcept;
   InformationFactor factor_of_all(const unsigned char* counted) const noexcept;
+  void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(answer_.factor()); }
+
+  SearchMemory& memory_;
+  Candidates candidates_;
+  Evaluator evaluator_;
+  Screening screening_;
+  Constraints constraints_;
+  Problem problem_;
+  Answer answer_;
+  Deadline deadline_;
+  Target target_;
+  bool is_enough_ = false;
+  std::size_t budget_;             // including required candidates
+  bool has_candidates_;            // whether the store has any, valid or not
+  std::size_t remaining_ = 0;      // candidates that may still be selected
+  std::size_t decisions_ = 0;      // survivors evaluated in float64
+  std::size_t unscreened_ = 0;     // gains and losses that float64 alone evaluated
 };
 
 }  // namespace maxlogdet

@@ -12,10 +12,10 @@ constexpr std::size_t min_relaxed_budget = 60;
 
 }  // namespace
 
-Strategy chosen_for(const Search& search) noexcept {
-  if (search.constraints.has_groups() || search.target.is_asked()) return Strategy::lazy_greedy;
-  const std::size_t n = search.remaining;
-  const std::size_t k = search.budget - search.selected;
+Strategy chosen_for(const Search& search, const Options& options) noexcept {
+  if (search.constraints().has_groups() || Target::is_asked(options)) return Strategy::lazy_greedy;
+  const std::size_t n = search.remaining();
+  const std::size_t k = search.missing();
   if (3 * k >= 2 * n) return Strategy::backward_greedy;
   return n >= min_relaxed_candidates && k >= min_relaxed_budget ? Strategy::relaxed : Strategy::lazy_greedy;
 }

@@ -20,51 +20,54 @@ constexpr double min_error_increase = 16;
 class Removal {
  public:
   Removal(Search& search, BackwardWorkspace& own) noexcept
-      : search_(search), own_(own), required_(search.factor), left_(own.is_left.data()) {
-    std::copy_n(search.constraints.free(), search.candidates.size(), left_);
+      : search_(search),
+        problem_(search.problem()),
+        own_(own),
+        required_(search.answer().factor()),
+        left_(own.is_left.data()),
+        count_(search.remaining()) {
+    std::copy_n(problem_.is_free, problem_.candidates.size(), left_);
   }
 
   // Removes candidates until `kept` remain.
   Status run(std::size_t kept, bool lazily) noexcept {
-    if (search_.deadline.has_passed()) return Status::deadline_reached;
-    if (search_.remaining > few) {
+    if (search_.is_late()) return Status::deadline_reached;
+    if (count_ > few) {
       const Status status = remove_many(kept, lazily);
       if (status != Status::ok) return status;
     }
-    return search_.remaining > kept ? remove_from_few(kept) : Status::ok;
+    return count_ > kept ? remove_from_few(kept) : Status::ok;
   }
 
-  // Leaves what is required selected.
-  void undo() noexcept { search_.factor = required_; }
-
-  // Makes the remaining candidates the answer, by index.
-  void list() noexcept {
-    search_.factor = required_;
-    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
-      if (left_[i] != 0) search_.add(i);
+  // The remaining candidates, by index; returns how many.
+  std::size_t list(Candidate* list) const noexcept {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+      if (left_[i] != 0) list[count++] = static_cast<Candidate>(i);
     }
+    return count;
   }
 
  private:
   Status remove_many(std::size_t kept, bool lazily) noexcept {
-    if (!sum_up()) refactorise();
-    Losses losses(search_.evaluator, search_.candidates.column_max(), search_.memory.screening, own_.losses);
-    losses.start(left_, search_.candidates.size(), search_.factor);
+    if (!sum_up_all()) refactorise();
+    Losses losses(problem_.evaluator, problem_.candidates.column_max(), search_.screening().memory(), own_.losses);
+    losses.start(left_, problem_.candidates.size(), factor_);
     const Status status = remove_one_by_one(losses, std::max(kept, few), lazily);
-    search_.unscreened += losses.evaluations();
+    search_.count_evaluations(losses.evaluations());
     return status;
   }
 
   Status remove_one_by_one(Losses& losses, std::size_t kept, bool lazily) noexcept {
     double limit = error_limit();
-    while (search_.remaining > kept) {
-      if (search_.deadline.has_passed()) return Status::deadline_reached;
-      const std::size_t lane = losses.find_min(search_.factor, lazily);
-      const std::uint32_t candidate = losses.candidate(lane);
+    while (count_ > kept) {
+      if (search_.is_late()) return Status::deadline_reached;
+      const Lane lane = losses.find_min(factor_, lazily);
+      const Candidate candidate = losses.candidate(lane);
       losses.remove(lane);
-      left_[candidate] = 0;
-      --search_.remaining;
-      if (!search_.remove_rows(candidate) || search_.factor.relative_error() > limit) {
+      left_[simd::number(candidate)] = 0;
+      --count_;
+      if (!remove_rows(problem_, candidate, factor_) || factor_.relative_error() > limit) {
         refactorise();
         limit = error_limit();
       }
@@ -74,7 +77,7 @@ class Removal {
 
   // The error above which the factor, just computed, is refactorised; infinite if even now it has no correct digits.
   double error_limit() const noexcept {
-    const double f = search_.factor.relative_error();
+    const double f = factor_.relative_error();
     return f < hopeless_error ? std::max(large_error, min_error_increase * f) : infinity;
   }
 
@@ -82,77 +85,71 @@ class Removal {
   // of adding it to all others has all but the last, in which identical candidates may differ, because the others are
   // added in different orders.
   Status remove_from_few(std::size_t kept) noexcept {
-    std::uint32_t list[few];
-    std::size_t count = 0;
-    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
-      if (left_[i] != 0) list[count++] = i;
-    }
+    Candidate left[few];
+    list(left);
     double relative_gains[few];
-    while (count > kept) {
-      if (search_.deadline.has_passed()) return Status::deadline_reached;
-      for (std::size_t j = 0; j < count; ++j) relative_gains[j] = relative_gain_of(list, count, j);
+    while (count_ > kept) {
+      if (search_.is_late()) return Status::deadline_reached;
+      for (std::size_t j = 0; j < count_; ++j) relative_gains[j] = relative_gain_of(left, j);
       std::size_t worst = 0;
-      for (std::size_t j = 1; j < count; ++j) {
-        if (relative_gains[j] <= relative_gains[worst] || is_same(list[j], list[worst])) worst = j;
+      for (std::size_t j = 1; j < count_; ++j) {
+        if (relative_gains[j] <= relative_gains[worst] || is_same(left[j], left[worst])) worst = j;
       }
-      left_[list[worst]] = 0;
-      --search_.remaining;
-      --count;
-      std::copy(list + worst + 1, list + count + 1, list + worst);
+      left_[simd::number(left[worst])] = 0;
+      --count_;
+      std::copy(left + worst + 1, left + count_ + 1, left + worst);
     }
     return Status::ok;
   }
 
   // The relative gain of adding the j-th candidate to all others.
-  double relative_gain_of(const std::uint32_t* list, std::size_t count, std::size_t j) noexcept {
-    search_.factor = required_;
-    for (std::size_t other = 0; other < count; ++other) {
-      if (other != j) search_.add_rows(list[other]);
+  double relative_gain_of(const Candidate* left, std::size_t j) const noexcept {
+    InformationFactor others = required_;
+    for (std::size_t other = 0; other < count_; ++other) {
+      if (other != j) add_rows(problem_, left[other], others);
     }
-    return search_.add_rows(list[j]);
+    return add_rows(problem_, left[j], others);
   }
 
-  bool is_same(std::uint32_t a, std::uint32_t b) const noexcept {
-    return are_identical(search_.candidates.planes, search_.candidates.rows(), a, b);
+  bool is_same(Candidate a, Candidate b) const noexcept {
+    return are_identical(problem_.candidates.planes, problem_.candidates.rows(), a, b);
   }
 
   // Factorises the sum of all; false if its squared condition number leaves too few digits.
-  bool sum_up() noexcept {
+  bool sum_up_all() noexcept {
     unsigned char* const counted = own_.is_counted.data();
-    std::copy_n(left_, search_.candidates.size(), counted);
-    for (std::size_t j = 0; j < search_.selected; ++j) counted[search_.indices[j]] = 1;
+    std::copy_n(left_, problem_.candidates.size(), counted);
+    for (std::size_t j = 0; j < problem_.required_count; ++j) counted[simd::number(problem_.required[j])] = 1;
     double sum[state_dimension * state_dimension];
-    const double roundings = search_.sum_up(counted, sum);
-    return search_.factor.reset(search_.prior_matrix, sum, roundings) && search_.factor.relative_error() < large_error;
+    const double roundings = sum_up(problem_, counted, sum);
+    return factor_.reset(problem_.prior, sum, roundings) && factor_.relative_error() < large_error;
   }
 
   void refactorise() noexcept {
-    search_.factor = required_;
-    for (std::uint32_t i = 0; i < search_.candidates.size(); ++i) {
-      if (left_[i] != 0) search_.add_rows(i);
+    factor_ = required_;
+    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+      if (left_[i] != 0) add_rows(problem_, static_cast<Candidate>(i), factor_);
     }
   }
 
   Search& search_;
+  const Problem& problem_;
   BackwardWorkspace& own_;
   InformationFactor required_;  // of the prior and the required candidates
+  InformationFactor factor_;    // of these and all that are left
   unsigned char* left_;         // per candidate
+  std::size_t count_;           // how many are left
 };
 
 }  // namespace
 
 Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily) noexcept {
-  const std::size_t kept = std::min(search.budget - search.selected, search.remaining);
-  const std::size_t free_count = search.remaining;
+  const std::size_t kept = search.missing();
   Removal removal(search, own);
-  const Status status = kept < free_count && kept > 0 ? removal.run(kept, lazily) : Status::ok;
-  search.remaining = free_count;
-  if (status != Status::ok) {
-    removal.undo();
-    return status;
-  }
-  if (kept > 0) removal.list();
-  search.remaining -= kept;
+  if (kept == 0) return Status::ok;
+  const Status status = kept < search.remaining() ? removal.run(kept, lazily) : Status::ok;
+  if (status != Status::ok) return status;
+  search.restart_with(own.answer.data(), removal.list(own.answer.data()));
   return Status::ok;
 }
 

@@ -12,9 +12,11 @@
 namespace maxlogdet {
 
 struct BackwardWorkspace : Workspace {
-  explicit BackwardWorkspace(std::size_t capacity) : is_left(capacity), is_counted(capacity), losses(capacity) {}
+  explicit BackwardWorkspace(std::size_t capacity)
+      : is_left(capacity), is_counted(capacity), answer(capacity), losses(capacity) {}
   std::vector<unsigned char> is_left;     ///< per candidate: whether it has not been removed
   std::vector<unsigned char> is_counted;  ///< per candidate: whether its information is summed
+  std::vector<Candidate> answer;          ///< what is left
   LossesMemory losses;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/strategies/exchange.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "simd/rounding.hpp"
 
 #include <algorithm>
@@ -13,129 +14,118 @@ namespace {
 class Exchange {
  public:
   Exchange(Search& search, ExchangeWorkspace& own) noexcept
-      : search_(search), unselected_(own.is_unselected.data()), open_(own.is_open.data()) {
-    std::copy_n(search.constraints.free(), search.candidates.size(), unselected_);
-    for (std::size_t j = 0; j < search.selected; ++j) unselected_[search.indices[j]] = 0;
+      : search_(search), problem_(search.problem()), own_(own), factor_(search.answer().factor()) {
+    std::copy_n(problem_.is_free, problem_.candidates.size(), own_.is_unselected.data());
+    for (std::size_t j = 0; j < search.answer().size(); ++j) {
+      own_.answer[j] = search.answer()[j];
+      own_.is_unselected[simd::number(own_.answer[j])] = 0;
+    }
   }
 
   // Puts the best candidate at this position of the answer; returns whether that changes it.
   bool improve(std::size_t position) noexcept {
-    if (!has_bounds_) bound_relative_gains();
-    const std::uint32_t out = search_.indices[position];
-    const double f = search_.factor.relative_error();
+    const double f = factor_.relative_error();
     if (!(f < hopeless_error)) return false;
+    if (!has_bounds_) bound_relative_gains();
     // log det is concave: swapping i for j changes it by at most d_j - d_i, d = tr(H M^-1 H^T), and d_j is at most the
     // relative gain by j. For nearly all positions of an answer with 60 candidates this suffices.
+    const Candidate out = own_.answer[position];
     const auto threshold =
         static_cast<float>(share_of_information(out) * (1 - drift_of_error * f) * (1 - simd::sum_room));
-    if (search_.screening.highest_bound() < threshold) return false;
+    if (highest_bound_ < threshold) return false;
 
-    const InformationFactor before = search_.factor;
-    remove(position);
-    search_.constraints.give_room(out);
-    if (search_.constraints.has_groups()) open_lanes();
-    search_.screening.restart(search_.candidates.largest_of_form);
-    search_.screening.begin_round(search_.factor);
-    search_.screening.evaluate_trial(threshold);
-    const std::size_t best = search_.find_best();
-    const bool is_better = best != search_.screening.lanes() && gains_more(search_.screening.candidate(best), out);
+    InformationFactor without = factor_without(position);
+    Constraints& constraints = search_.constraints();
+    constraints.give_room(out);
+    if (constraints.has_groups()) close_full_groups();
+    const Lane best = search_.find_best_at(without, threshold);
+    const Candidate in = best == no_lane ? out : search_.screening().layout().candidate(best);
+    const bool is_better = best != no_lane && gains_more(in, out, without);
     if (is_better) {
-      insert(search_.screening.candidate(best), position);
-    } else {
-      search_.factor = before;
+      add_rows(problem_, in, without);
+      factor_ = without;
+      own_.is_unselected[simd::number(out)] = 1;
+      own_.is_unselected[simd::number(in)] = 0;
+      own_.answer[position] = in;
+      has_bounds_ = false;
     }
-    search_.constraints.take_room(search_.indices[position]);
+    constraints.take_room(own_.answer[position]);
     return is_better;
-  }
-
-  // Recomputes the factor and the gains of the answer, in order.
-  void recompute_gains() noexcept {
-    const std::size_t count = search_.selected;
-    search_.factor = search_.prior;
-    search_.selected = 0;
-    while (search_.selected < count) search_.add(search_.indices[search_.selected]);
   }
 
  private:
   // Stale bounds, at the current information, of all unselected candidates, whether their group is full or not.
   void bound_relative_gains() noexcept {
-    search_.screening.use_store(unselected_, search_.candidates.size());
-    search_.screening.restart(search_.candidates.largest_of_form);
-    search_.screening.begin_round(search_.factor);
-    search_.screening.evaluate_all();
-    search_.screening.end_round();
+    Screening& screening = search_.screening();
+    screening.use_store(own_.is_unselected.data(), problem_.candidates.size());
+    highest_bound_ = screening.bound_all(factor_);
     has_bounds_ = true;
   }
 
   // tr(H M^-1 H^T).
-  double share_of_information(std::uint32_t candidate) const noexcept {
+  double share_of_information(Candidate candidate) const noexcept {
     double trace = 0;
-    search_.evaluator.exact_traces(search_.factor.inverse(), &candidate, 1, &trace);
+    problem_.evaluator.traces(factor_.inverse(), &candidate, 1, &trace);
     return trace;
   }
 
-  void remove(std::size_t position) noexcept {
-    const bool is_sound = search_.remove_rows(search_.indices[position]);
-    if (is_sound && search_.factor.relative_error() < large_error) return;
-    search_.factor = search_.prior;
-    for (std::size_t j = 0; j < search_.selected; ++j) {
-      if (j != position) search_.add_rows(search_.indices[j]);
+  InformationFactor factor_without(std::size_t position) const noexcept {
+    InformationFactor without = factor_;
+    if (remove_rows(problem_, own_.answer[position], without) && without.relative_error() < large_error) return without;
+    without = search_.answer().prior();
+    for (std::size_t j = 0; j < search_.answer().size(); ++j) {
+      if (j != position) add_rows(problem_, own_.answer[j], without);
     }
-  }
-
-  void insert(std::uint32_t candidate, std::size_t position) noexcept {
-    unselected_[search_.indices[position]] = 1;
-    unselected_[candidate] = 0;
-    search_.indices[position] = candidate;
-    search_.add_rows(candidate);
-    has_bounds_ = false;
+    return without;
   }
 
   // Restricts the screening to candidates whose group has room.
-  void open_lanes() noexcept {
-    for (std::size_t i = 0; i < search_.candidates.size(); ++i) {
-      const bool is_open = unselected_[i] != 0 && search_.constraints.has_room(static_cast<std::uint32_t>(i));
-      open_[i] = is_open ? 1 : 0;
+  void close_full_groups() noexcept {
+    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+      const bool is_open = own_.is_unselected[i] != 0 && search_.constraints().has_room(static_cast<Candidate>(i));
+      own_.is_open[i] = is_open ? 1 : 0;
     }
-    search_.screening.use_store(open_, search_.candidates.size());
+    search_.screening().restrict_to(own_.is_open.data());
   }
 
-  bool gains_more(std::uint32_t candidate, std::uint32_t than) const noexcept {
-    const std::uint32_t both[2] = {candidate, than};
+  bool gains_more(Candidate in, Candidate out, const InformationFactor& without) const noexcept {
+    const Candidate both[2] = {in, out};
     double relative_gains[2];
-    search_.evaluator.decide(search_.factor.inverse(), both, 2, relative_gains);
-    const double f = search_.factor.relative_error();
-    const double omega = search_.factor.inverse_norm() * max_row_norm(search_.candidates.column_max());
+    problem_.evaluator.decide(without.inverse(), both, 2, relative_gains);
+    const double f = without.relative_error();
+    const double omega = without.inverse_norm() * max_row_norm(problem_.candidates.column_max());
     // Upper bound of the error of the difference of two gains, nats.
-    const double error = drift_of_error * search_.candidates.rows() * f + 128 * simd::double_unit_roundoff * omega;
+    const double error = drift_of_error * problem_.candidates.rows() * f + 128 * simd::double_unit_roundoff * omega;
     return f < hopeless_error && relative_gains[0] - relative_gains[1] > error * (1 + relative_gains[0]);
   }
 
   Search& search_;
-  unsigned char* unselected_;  // per candidate
-  unsigned char* open_;        // per candidate
+  const Problem& problem_;
+  ExchangeWorkspace& own_;
+  InformationFactor factor_;  // of the prior and own_.answer
+  float highest_bound_ = 0;
   bool has_bounds_ = false;
 };
 
 }  // namespace
 
 Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noexcept {
-  const std::size_t first = search.constraints.required_count();
-  const std::size_t positions = search.selected - std::min(first, search.selected);
+  const std::size_t size = search.answer().size();
+  const std::size_t first = std::min(search.problem().required_count, size);
   Exchange exchange(search, own);
   std::size_t unchanged = 0;  // consecutive positions without a swap
   bool any = false;
   bool is_late = false;
-  for (std::size_t sweep = 0; sweep < sweeps && unchanged < positions && !is_late; ++sweep) {
-    for (std::size_t position = first; position < search.selected && unchanged < positions; ++position) {
-      is_late = search.deadline.has_passed();
+  for (std::size_t sweep = 0; sweep < sweeps && unchanged < size - first && !is_late; ++sweep) {
+    for (std::size_t position = first; position < size && unchanged < size - first; ++position) {
+      is_late = search.is_late();
       if (is_late) break;
       const bool is_changed = exchange.improve(position);
       unchanged = is_changed ? 0 : unchanged + 1;
       any = any || is_changed;
     }
   }
-  if (any) exchange.recompute_gains();
+  if (any) search.restart_with(own.answer.data() + first, size - first);
   return is_late ? Status::deadline_reached : Status::ok;
 }
 

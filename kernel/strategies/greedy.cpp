@@ -6,12 +6,13 @@ namespace {
 
 // k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
 Status greedy(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
-  search.screening.use_store(search.constraints.free(), search.candidates.size());
+  search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   while (search.wants_more()) {
-    if (search.deadline.has_passed()) return Status::deadline_reached;
-    search.screening.begin_round(search.factor);
-    search.screening.evaluate_all();
-    search.select_best();
+    if (search.is_late()) return Status::deadline_reached;
+    search.screening().begin_round(search.answer().factor());
+    const Lane best = search.find_best();
+    search.screening().end_round();
+    search.select(best);
   }
   return Status::ok;
 }

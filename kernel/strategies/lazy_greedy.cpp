@@ -9,51 +9,46 @@ namespace maxlogdet {
 
 LazyRounds::LazyRounds(Search& search) noexcept
     : search_(search),
-      start_(search.selected),
-      first_rounds_(std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.screening.rows()))) {}
+      start_(search.answer().size()),
+      first_rounds_(
+          std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.problem().evaluator.rows()))) {}
 
 void LazyRounds::order() noexcept {
-  search_.screening.order_by_gain(search_.constraints.has_groups());
-  is_ordered_ = true;
+  search_.screening().order_by_gain();
+  if (search_.constraints().has_groups()) search_.screening().layout().find_lanes();
   order_is_due_ = false;
 }
 
-void LazyRounds::evaluate(std::size_t k) noexcept {
-  Screening& screening = search_.screening;
-  if (!is_open_) screening.begin_round(search_.factor);
-  if (is_ordered_) {
-    screening.evaluate_promising(k);
-  } else {
-    if (!is_open_) screening.evaluate_all();
-    if (is_open_ || k > 1) screening.look_again(k);
-    order_is_due_ = search_.selected - start_ >= first_rounds_;
-  }
+void LazyRounds::open() noexcept {
+  if (is_open_) return;
+  search_.screening().begin_round(search_.answer().factor());
+  order_is_due_ = !search_.screening().layout().is_ordered() && search_.answer().size() - start_ >= first_rounds_;
   is_open_ = true;
 }
 
-void LazyRounds::finish() noexcept {
-  if (is_ordered_) search_.screening.end_round();
+void LazyRounds::close() noexcept {
+  if (is_open_) search_.screening().end_round();
   is_open_ = false;
 }
 
 Status search_lazily(Search& search) noexcept {
   LazyRounds rounds(search);
   while (search.wants_more()) {
-    if (search.deadline.has_passed()) return Status::deadline_reached;
+    if (search.is_late()) return Status::deadline_reached;
     if (rounds.order_is_due()) {
       rounds.order();  // about as long as a round
       continue;
     }
-    rounds.evaluate();
-    const std::size_t lane = search.find_best();
-    rounds.finish();
-    search.select(lane);
+    rounds.open();
+    const Lane best = search.find_best();
+    rounds.close();
+    search.select(best);
   }
   return Status::ok;
 }
 
 Status lazy_greedy(Search& search) noexcept {
-  search.screening.use_store(search.constraints.free(), search.candidates.size());
+  search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   return search_lazily(search);
 }
 

@@ -70,6 +70,6 @@ class Workspaces {
 };
 
 /// The strategy that `automatic` stands for; depends on the problem only, so that threads do not change the answer.
-Strategy chosen_for(const Search& search) noexcept;
+Strategy chosen_for(const Search& search, const Options& options) noexcept;
 
 }  // namespace maxlogdet

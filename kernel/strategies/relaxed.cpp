@@ -25,43 +25,11 @@ constexpr double max_optimality_gap = 5e-3;
 struct RelaxedWorkspace : Workspace {
   explicit RelaxedWorkspace(std::size_t capacity)
       : shortlist(capacity), united(capacity), best_answer(capacity), traces(capacity), swaps(capacity) {}
-  std::vector<std::uint32_t> shortlist;    // candidates to search among, in ascending order
-  std::vector<std::uint32_t> united;       // the union of the shortlist with others, which replaces it
-  std::vector<std::uint32_t> best_answer;  // the best one so far
+  std::vector<Candidate> shortlist;    // candidates to search among, in ascending order
+  std::vector<Candidate> united;       // the union of the shortlist with others, which replaces it
+  std::vector<Candidate> best_answer;  // the best one so far, without what is required
   TraceMemory traces;
   SwapMemory swaps;
-};
-
-// The initial state of a search, to restart it.
-class Start {
- public:
-  explicit Start(const Search& search) noexcept
-      : factor_(search.factor), selected_(search.selected), remaining_(search.remaining) {}
-
-  std::size_t selected() const noexcept { return selected_; }
-  std::size_t count_to_select(const Search& search) const noexcept {
-    return std::min(search.budget - selected_, remaining_);
-  }
-
-  void restore(Search& search) const noexcept {
-    search.factor = factor_;
-    search.selected = selected_;
-    search.remaining = remaining_;
-  }
-
-  // Lazy greedy on the listed candidates, in ascending order and at least count_to_select().
-  Status search_listed(Search& search, const std::uint32_t* list, std::size_t count) const noexcept {
-    restore(search);
-    search.screening.restart(search.candidates.largest_of_form);
-    search.screening.make_records_of(list, count);
-    search.screening.use_listed(list, count);
-    return search_lazily(search);
-  }
-
- private:
-  InformationFactor factor_;
-  std::size_t selected_;
-  std::size_t remaining_;
 };
 
 // Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates of nonzero weight and a few more
@@ -69,23 +37,19 @@ class Start {
 class Relaxation {
  public:
   Relaxation(Search& search, RelaxedWorkspace& own) noexcept
-      : search_(search),
-        own_(own),
-        start_(search),
-        k_(start_.count_to_select(search)),
-        found_(search.indices + start_.selected()) {}
+      : search_(search), problem_(search.problem()), own_(own), k_(search.missing()) {}
 
   Status run() noexcept {
     const std::size_t sample = sample_per_selected * k_;
-    if (search_.candidates.size() < 2 * sample || k_ == 0) return lazy_greedy(search_);
+    if (problem_.candidates.size() < 2 * sample || k_ == 0) return lazy_greedy(search_);
     const std::size_t listed = list_sample(sample);
     if (listed < sample / 2) return lazy_greedy(search_);
-    if (start_.search_listed(search_, own_.shortlist.data(), listed) != Status::ok) return Status::deadline_reached;
+    if (search_shortlist(listed) != Status::ok) return Status::deadline_reached;
 
-    required_ = prior_information(search_.prior_matrix);
-    add_blocks(search_.candidates, search_.indices, start_.selected(), required_);
+    required_ = prior_information(problem_.prior);
+    add_blocks(problem_.candidates, problem_.required, problem_.required_count, required_);
     const Information selected = keep_answer();
-    std::copy_n(found_, k_, own_.shortlist.begin());
+    std::copy_n(own_.best_answer.begin(), k_, own_.shortlist.begin());
     std::sort(own_.shortlist.begin(), own_.shortlist.begin() + static_cast<std::ptrdiff_t>(k_));
     const std::size_t count = list_relaxed(selected);
     return count == 0 ? Status::deadline_reached : round(count);
@@ -94,24 +58,31 @@ class Relaxation {
  private:
   // Lists the free candidates of the tiles that begin at multiples of `step`, about `sample` of them if all are free.
   std::size_t list_sample(std::size_t sample) noexcept {
-    const std::size_t n = search_.candidates.size();
-    const unsigned char* const free = search_.constraints.free();
+    const std::size_t n = problem_.candidates.size();
     const std::size_t step = std::max<std::size_t>(1, n / sample) * simd::tile_size;
     std::size_t count = 0;
     for (std::size_t first = 0; first < n; first += step) {
       for (std::size_t i = first; i < std::min(first + simd::tile_size, n); ++i) {
-        own_.shortlist[count] = static_cast<std::uint32_t>(i);
-        count += free[i] != 0 ? 1 : 0;
+        own_.shortlist[count] = static_cast<Candidate>(i);
+        count += problem_.is_free[i] != 0 ? 1 : 0;
       }
     }
     return count;
   }
 
+  // Lazy greedy among the first `count` of the shortlist, at least k, from the required candidates on.
+  Status search_shortlist(std::size_t count) noexcept {
+    search_.restart_with(nullptr, 0);
+    search_.screening().layout().make_records_of(own_.shortlist.data(), count);
+    search_.screening().use_listed(own_.shortlist.data(), count);
+    return search_lazily(search_);
+  }
+
   // Makes the answer of the search the best one so far; returns its information.
   Information keep_answer() noexcept {
-    std::copy_n(found_, k_, own_.best_answer.begin());
+    std::copy_n(search_.answer().candidates() + problem_.required_count, k_, own_.best_answer.begin());
     Information selected = required_;
-    add_blocks(search_.candidates, found_, k_, selected);
+    add_blocks(problem_.candidates, own_.best_answer.data(), k_, selected);
     return selected;
   }
 
@@ -119,18 +90,17 @@ class Relaxation {
   // information, and in each sweep the best one at the information so far. The shortlist becomes the candidates of
   // nonzero weight. Returns how many, a few times k; 0 if the deadline has passed.
   std::size_t list_relaxed(const Information& selected) noexcept {
-    const Problem problem = search_.problem();
     std::size_t count = k_;
     float threshold = first_guess(k_);
     InformationMixture mixture;
     bool goes_on = mixture.reset(selected);
     for (int sweep = 0; goes_on && sweep < max_sweeps; ++sweep) {
-      if (search_.deadline.has_passed()) return 0;
-      const TopTraces top = find_top_traces(problem, mixture.inverse(), k_, threshold, own_.traces);
+      if (search_.is_late()) return 0;
+      const TopTraces top = find_top_traces(problem_, mixture.inverse(), k_, threshold, own_.traces);
       threshold = top.threshold;
       count = unite(count, top);
       Information best = required_;
-      add_blocks(search_.candidates, top.candidates, top.count, best);
+      add_blocks(problem_.candidates, top.candidates, top.count, best);
       goes_on = mixture.add(best, max_optimality_gap);
     }
     return count;
@@ -138,9 +108,9 @@ class Relaxation {
 
   // The shortlist becomes its union with another list; both ascend.
   std::size_t unite(std::size_t count, const TopTraces& top) noexcept {
-    const std::uint32_t* const first = own_.shortlist.data();
-    std::uint32_t* const united = own_.united.data();
-    const std::uint32_t* const end =
+    const Candidate* const first = own_.shortlist.data();
+    Candidate* const united = own_.united.data();
+    const Candidate* const end =
         std::set_union(first, first + count, top.candidates, top.candidates + top.count, united);
     own_.shortlist.swap(own_.united);
     return static_cast<std::size_t>(end - united);
@@ -148,22 +118,19 @@ class Relaxation {
 
   // Lazy greedy and a few swaps in the shortlist; the best answer becomes that of the search.
   Status round(std::size_t count) noexcept {
-    Status status = start_.search_listed(search_, own_.shortlist.data(), count);
+    Status status = search_shortlist(count);
     if (status == Status::ok) {
       const Information selected = keep_answer();
       status = swap_lowest_traces(search_, own_.best_answer.data(), k_, count - k_, selected, own_.swaps);
     }
-    start_.restore(search_);
-    for (std::size_t j = 0; j < k_; ++j) search_.add(own_.best_answer[j]);
-    search_.remaining -= k_;
+    search_.restart_with(own_.best_answer.data(), k_);
     return status;
   }
 
   Search& search_;
+  const Problem& problem_;
   RelaxedWorkspace& own_;
-  Start start_;
   std::size_t k_;
-  std::uint32_t* found_;    // the answer of the search after the required candidates
   Information required_{};  // of the prior and the required candidates
 };
 

@@ -18,42 +18,46 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
 
 struct StochasticWorkspace : Workspace {
   explicit StochasticWorkspace(std::size_t capacity) : pool(capacity), draws(capacity) {}
-  std::vector<std::uint32_t> pool;   // candidates that remain; a round moves its sample to the front
+  std::vector<Candidate> pool;       // candidates that remain; a round moves its sample to the front
   std::vector<std::uint32_t> draws;  // offsets of a round's Fisher-Yates shuffle
 };
 
 // Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, const Options& options, Workspace* workspace) noexcept {
   auto& own = *static_cast<StochasticWorkspace*>(workspace);
-  std::uint32_t* const pool = own.pool.data();
+  const Problem& problem = search.problem();
+  Screening& screening = search.screening();
+  Candidate* const pool = own.pool.data();
   std::uint32_t* const draws = own.draws.data();
   std::size_t filled = 0;
-  for (std::size_t i = 0; i < search.candidates.size(); ++i) {
-    if (search.constraints.free()[i] != 0) pool[filled++] = static_cast<std::uint32_t>(i);
+  for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
+    if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
   }
   const double full_sample =
-      sample_size(filled, std::min(filled, search.budget - search.selected), options.stochastic.epsilon);
+      sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
-  search.screening.make_records(search.candidates.size());
+  screening.layout().make_records(problem.candidates.size());
 
   while (search.wants_more()) {
-    if (search.deadline.has_passed()) return Status::deadline_reached;
+    if (search.is_late()) return Status::deadline_reached;
     const std::size_t s =
-        full_sample < static_cast<double>(search.remaining) ? static_cast<std::size_t>(full_sample) : search.remaining;
+        full_sample < static_cast<double>(search.remaining()) ? static_cast<std::size_t>(full_sample) : search.remaining();
     // Without replacement: the first s steps of a Fisher-Yates shuffle.
-    search.kernel.draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining), s, draws);
+    problem.evaluator.kernel().draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining()), s, draws);
     for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws[j]]);
     drawn += s;
-    search.screening.use_listed(pool, s);
-    search.screening.begin_round(search.factor);
-    search.screening.evaluate_all();
-    const std::size_t chosen = search.select_best();  // lane j is pool[j]
-    const std::uint32_t candidate = pool[chosen];
-    pool[chosen] = pool[search.remaining];
-    if (!search.constraints.has_room(candidate)) {  // its group is full
-      const auto is_out = [&](std::uint32_t i) { return !search.constraints.has_room(i); };
-      search.remaining = static_cast<std::size_t>(std::remove_if(pool, pool + search.remaining, is_out) - pool);
+    screening.use_listed(pool, s);
+    screening.begin_round(search.answer().factor());
+    const Lane chosen = search.find_best();
+    screening.end_round();
+    search.select(chosen);
+    const Candidate candidate = screening.layout().candidate(chosen);
+    pool[simd::number(chosen)] = pool[search.remaining()];  // lane j was pool[j]
+    if (!search.constraints().has_room(candidate)) {  // its group is full
+      const auto is_out = [&](Candidate i) { return !search.constraints().has_room(i); };
+      search.close(static_cast<std::size_t>(pool + search.remaining() -
+                                            std::remove_if(pool, pool + search.remaining(), is_out)));
     }
   }
   return Status::ok;

@@ -14,13 +14,13 @@ namespace maxlogdet {
 struct SwapMemory {
   explicit SwapMemory(std::size_t capacity) : traces(capacity), order(capacity) {}
   std::vector<double> traces;        ///< of the selected candidates
-  std::vector<std::uint32_t> order;  ///< their places, partially sorted by trace
+  std::vector<std::uint32_t> order;  ///< their positions, partially sorted by trace
 };
 
 /// Swaps one of the `count` selected candidates, of small trace, for the best of the `available` ones that the
 /// screening holds, while that increases log det, at most a few times. `information` is that of all selected
-/// candidates. The caller must then recompute the factor and the gains of the search. Returns ok or deadline_reached.
-Status swap_lowest_traces(Search& search, std::uint32_t* selected, std::size_t count, std::size_t available,
+/// candidates. Leaves the answer of the search to the caller. Returns ok or deadline_reached.
+Status swap_lowest_traces(Search& search, Candidate* selected, std::size_t count, std::size_t available,
                           Information information, SwapMemory& memory) noexcept;
 
 }  // namespace maxlogdet

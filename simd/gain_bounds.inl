@@ -163,9 +163,10 @@ inline void magnitudes_of(const float* w, float (&magnitudes)[dimension * padded
   }
 }
 
+// As evaluate_listed; returns the maximum lower bound.
 template <Form form>
-float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count,
-                       float* relative_gains, float* highest, float* lower) {
+inline float evaluate_listed_with_care(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+                                       const RoundArrays& arrays) {
   const Floats huge(1e36F);  // above it products may have overflowed
   const Floats infinity(std::numeric_limits<float>::infinity());
   const Floats nothing(-1.0F);
@@ -173,7 +174,7 @@ float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* 
   magnitudes_of(w, absolute_w);
   Floats best_assured = nothing;
   for (std::size_t j = 0; j < count; ++j) {
-    const std::size_t tile = list[j];
+    const std::size_t tile = number(list[j]);
     Floats highest_of_tile = nothing;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const GainBounds bounds =
@@ -183,12 +184,12 @@ float screen_with_care(const Tiles& tiles, const float* w, const std::uint32_t* 
       const auto is_sound = bounds.upper < huge;  // false for NaN too
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, bounds.upper, infinity), nothing);
       const Floats assured = xsimd::select(remains, xsimd::select(is_sound, bounds.lower, nothing), nothing);
-      upper.store_unaligned(relative_gains + at);
-      assured.store_unaligned(lower + at);
+      upper.store_unaligned(arrays.gains + at);
+      assured.store_unaligned(arrays.lower + at);
       highest_of_tile = xsimd::max(highest_of_tile, upper);
       best_assured = xsimd::max(best_assured, assured);
     }
-    highest[tile] = largest_lane(highest_of_tile);
+    arrays.highest[tile] = largest_lane(highest_of_tile);
   }
   return largest_lane(best_assured);
 }

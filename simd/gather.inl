@@ -35,13 +35,13 @@ void make_records(const Planes& planes, std::size_t count, float* records) {
 }
 
 template <Form form>
-void gather(const float* records, const std::uint32_t* indices, std::size_t count, float* tiles) {
+void gather(const float* records, const Candidate* listed, std::size_t count, float* tiles) {
   constexpr std::size_t size = maxlogdet::simd::record_size(form);
   constexpr std::size_t entries = entries_of(form);
   for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const float* from[float_lanes];
-      for (std::size_t l = 0; l < float_lanes; ++l) from[l] = records + indices[j + lane + l] * size;
+      for (std::size_t l = 0; l < float_lanes; ++l) from[l] = records + number(listed[j + lane + l]) * size;
       for (std::size_t e = 0; e < size; e += 4) {
         Floats m[4];
         for (std::size_t d = 0; d < 4; ++d) m[d] = load_parts(from + d, e);

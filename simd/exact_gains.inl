@@ -6,10 +6,10 @@ namespace {
 
 // Loads entries of listed candidates.
 struct Listed {
-  std::uint32_t index[double_lanes];
+  Candidate candidate[double_lanes];
   Doubles operator()(const float* plane) const {
     alignas(sizeof(Doubles)) double entries[double_lanes];
-    for (std::size_t lane = 0; lane < double_lanes; ++lane) entries[lane] = static_cast<double>(plane[index[lane]]);
+    for (std::size_t lane = 0; lane < double_lanes; ++lane) entries[lane] = static_cast<double>(plane[number(candidate[lane])]);
     return Doubles::load_aligned(entries);
   }
 };
@@ -56,11 +56,11 @@ inline void whiten_exactly(const Planes& planes, const double* w, const Listed& 
 
 // values[j] = value of candidate indices[j], pack by pack.
 template <class Value>
-inline void decide_each(const std::uint32_t* indices, std::size_t count, double* values, const Value& value) {
+inline void decide_each(const Candidate* indices, std::size_t count, double* values, const Value& value) {
   for (std::size_t j = 0; j < count; j += double_lanes) {
     Listed pack;
     for (std::size_t lane = 0; lane < double_lanes; ++lane)
-      pack.index[lane] = indices[j + lane < count ? j + lane : count - 1];
+      pack.candidate[lane] = indices[j + lane < count ? j + lane : count - 1];
     alignas(sizeof(Doubles)) double found[double_lanes];
     value(pack).store_aligned(found);
     for (std::size_t lane = 0; lane < double_lanes && j + lane < count; ++lane) values[j + lane] = found[lane];
@@ -68,7 +68,7 @@ inline void decide_each(const std::uint32_t* indices, std::size_t count, double*
 }
 
 template <int Rows>
-void decide(const Planes& planes, const double* w, const std::uint32_t* indices, std::size_t count,
+void decide(const Planes& planes, const double* w, const Candidate* indices, std::size_t count,
             double* relative_gains) {
   decide_each(indices, count, relative_gains, [&](const Listed& load) {
     Doubles y[Rows][dimension];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Relative gains in float32, with one error bound for all. Fused and unfused units give different bits; the bounds of
+// Relative gains in float32, with one error bound for all (simd/gain_filter.hpp). Fused and unfused units give different bits; the bounds of
 // docs/numerics.md hold for both.
 
 namespace {
@@ -99,14 +99,15 @@ inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1)
   }
 }
 
+// Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns that of all.
 template <Form form>
-float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std::size_t count, float* relative_gains,
-             float* highest) {
+inline float evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+                             const RoundArrays& arrays) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
   for (std::size_t j = 0; j < count; ++j) {
     asm volatile("" ::: "memory");  // the entries of W stay in memory: in registers they would spill others
-    const std::size_t tile = list[j];
+    const std::size_t tile = number(list[j]);
     Floats highest_of_tile(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats products[rows * (rows + 1) / 2];
@@ -115,10 +116,10 @@ float screen(const Tiles& tiles, const float* w, const std::uint32_t* list, std:
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
       const Floats relative_gain = xsimd::select(remains, clamped, Floats(-1.0F));
-      relative_gain.store_unaligned(relative_gains + at);
+      relative_gain.store_unaligned(arrays.gains + at);
       highest_of_tile = xsimd::max(highest_of_tile, relative_gain);
     }
-    highest[tile] = largest_lane(highest_of_tile);
+    arrays.highest[tile] = largest_lane(highest_of_tile);
     best = xsimd::max(best, highest_of_tile);
   }
   return largest_lane(best);

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "kernel/information/evaluator.hpp"
+#include "kernel/screening/error_bounds.hpp"
+#include "kernel/screening/screening.hpp"
+#include "kernel/screening/tiles.hpp"
+#include "simd/round.hpp"
+
+#include <cstddef>
+
+namespace maxlogdet {
+
+/// The steps of simd::prove_best where they cannot be inlined into one kernel: several threads, several candidates to
+/// prove, with care, or a round that goes on after removals.
+class CalledSteps {
+ public:
+  /// `goes_on`: the round has evaluated tiles before.
+  CalledSteps(const Evaluator& evaluator, const TileLayout& tiles, const ErrorBounds& errors, ScreeningMemory& memory,
+              const float* w, std::size_t k, bool goes_on) noexcept
+      : evaluator_(evaluator),
+        tiles_(tiles),
+        memory_(memory),
+        with_care_(errors.with_care()),
+        w_(w),
+        k_(k),
+        goes_on_(goes_on) {}
+
+  /// The k-th largest value of the evaluated tiles, at least of their maxima where these are enough; with care that of
+  /// the lower bounds.
+  float best(const simd::Round& round) const noexcept;
+
+  float highest_left(const simd::Round& round) const noexcept {
+    return evaluator_.kernel().bounds.highest_unevaluated(tiles_.tiles(), round.arrays);
+  }
+
+  float evaluate(simd::Round& round, float from) const noexcept;
+
+ private:
+  std::size_t rank(bool by_tiles) const noexcept;
+
+  const Evaluator& evaluator_;
+  const TileLayout& tiles_;
+  ScreeningMemory& memory_;
+  bool with_care_;
+  const float* w_;
+  std::size_t k_;
+  bool goes_on_;
+};
+
+}  // namespace maxlogdet

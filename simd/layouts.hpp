@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/indices.hpp"
+
+#include <cstddef>
+
+// How kernels find the numbers of candidates.
+
+namespace maxlogdet {
+namespace simd {
+
+constexpr int dimension = 6;         ///< of the state: translation, rotation
+constexpr int padded_dimension = 8;  ///< of a row of the inverse factor: 64 bytes
+
+/// Candidates as a structure of arrays: entry (row, column) of candidate i is at
+/// data[(dimension * row + column) * stride + i].
+struct Planes {
+  const float* data;
+  std::size_t stride;
+};
+
+/// What screening reads of a candidate: the entries of its rows, one after the other; or, if all blocks are
+/// A [ I | -[X]x ] with an upper triangular A, the six entries of A, by rows, and the point X: half as much to read,
+/// and three quarters of the arithmetic.
+enum Form { one_row, two_rows, three_rows, factored };
+constexpr std::size_t forms = 4;
+constexpr int rows_of(Form form) { return form == factored ? 3 : static_cast<int>(form) + 1; }
+constexpr Form form_of_rows(int rows) { return static_cast<Form>(rows - 1); }
+static_assert(form_of_rows(3) == three_rows && rows_of(three_rows) == 3, "forms of rows are numbered by them");
+constexpr std::size_t entries_of(Form form) {
+  return form == factored ? 9 : static_cast<std::size_t>(dimension * rows_of(form));
+}
+/// The planes of a store: 18 of entries, and 3 of the point.
+constexpr std::size_t point_plane = std::size_t{3} * dimension;
+constexpr std::size_t planes_of_store = point_plane + 3;
+/// The plane of an entry of a form.
+constexpr std::size_t factored_planes[] = {0, 1, 2, 7, 8, 14, 18, 19, 20};
+constexpr std::size_t plane_of(Form form, std::size_t entry) {
+  return form == factored ? factored_planes[entry] : entry;
+}
+
+/// Floats from one record to the next: a candidate's entries together, padded to a multiple of four.
+constexpr std::size_t record_size(Form form) { return (entries_of(form) + 3) / 4 * 4; }
+
+/// Candidates by tiles. Entry e (of a form) of lane l of tile t is at data[t * tile_stride + e * entry_stride + l]: the
+/// planes of a store as they are (not if it is factored), or a copy in which each tile is contiguous. All arrays hold
+/// whole tiles.
+struct Tiles {
+  const float* data;
+  std::size_t tile_stride;
+  std::size_t entry_stride;
+  std::size_t count;
+  const float* remaining;            ///< per lane: 1 where there is a candidate that remains, else 0
+  const unsigned char* in_each;      ///< per tile: how many remain
+};
+
+}  // namespace simd
+}  // namespace maxlogdet

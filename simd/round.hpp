@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/gain_filter.hpp"
+#include "simd/indices.hpp"
+
+#include <cstddef>
+#include <limits>
+
+// The round of lazy greedy (docs/architecture.md): evaluate the tiles that may hold the best, and no others.
+
+namespace maxlogdet {
+namespace simd {
+
+/// `highest` of a tile that this round has not evaluated. (-1: it has, and no candidate in it remains.)
+constexpr float not_evaluated = -2.0F;
+
+/// The arrays that a round reads and writes. All hold whole registers.
+struct RoundArrays {
+  float* bounds;    ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
+  float* highest;   ///< per tile: the maximum of its relative gains, or not_evaluated
+  float* gains;     ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; none: -1
+  float* lower;     ///< per lane, with care only: a lower bound
+  Tile* list;       ///< scratch: tiles to evaluate
+  Lane* survivors;  ///< lanes that float64 decides between
+};
+
+/// What a round knows.
+struct Round {
+  RoundArrays arrays;
+  GainFilter filter;
+  double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
+
+  float evaluated_from = std::numeric_limits<float>::infinity();  ///< every tile of at least this stale bound is
+                                                                  ///< evaluated, once is_begun
+  bool is_begun = false;
+  float best = -1;          ///< the (k-th) largest relative gain found, with care the (k-th) largest lower bound; below
+                            ///< 0 if there are not as many
+  double assured = -1;      ///< a lower bound of the (k-th) largest exact relative gain
+  float share = 1;          ///< about speed alone: what share of the highest bound the best is expected to have
+  float guess = -1;         ///< that share, while nothing is known
+  std::size_t evaluations = 0;
+  std::size_t survivors = 0;  ///< if they are listed already
+  float highest_bound = -1;   ///< the largest of the stale bounds, when they were last updated
+
+  /// The best found is `value`.
+  [[gnu::always_inline]] void learn(float value) noexcept {
+    best = value;
+    assured = -1;
+    if (best < 0) return;
+    filter.follow(static_cast<double>(best));
+    assured = filter.at_least(static_cast<double>(best));
+  }
+
+  /// The stale bound down to which the best may be hidden, as far as is known.
+  [[gnu::always_inline]] float needed() const noexcept { return best < 0 ? guess : stale_threshold(assured, drift); }
+};
+
+/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is the k-th largest value so
+/// far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at least this stale bound
+/// that are not evaluated yet, or a few more; it returns down to which bound. `steps.highest_left(round)` is the highest
+/// bound of the others. Called again, after candidates were withdrawn, it evaluates what is no longer excluded.
+template <class Steps>
+[[gnu::always_inline]] inline void prove_best(Round& round, Steps& steps) noexcept {
+  for (;;) {
+    round.learn(steps.best(round));
+    if (round.best < 0 && round.is_begun) round.guess = round.share * steps.highest_left(round);
+    const float needed = round.needed();
+    if (round.is_begun && !(needed < round.evaluated_from)) return;
+    round.evaluated_from = steps.evaluate(round, needed);
+    round.is_begun = true;
+  }
+}
+
+}  // namespace simd
+}  // namespace maxlogdet
