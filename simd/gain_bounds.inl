@@ -165,7 +165,7 @@ inline void magnitudes_of(const float* w, float (&magnitudes)[dimension * padded
 
 // As evaluate_listed; returns the maximum lower bound.
 template <Form form>
-inline float evaluate_listed_with_care(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+inline Evaluated evaluate_listed_with_care(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
                                        const RoundArrays& arrays) {
   const Floats huge(1e36F);  // above it products may have overflowed
   const Floats infinity(std::numeric_limits<float>::infinity());
@@ -173,25 +173,33 @@ inline float evaluate_listed_with_care(const Tiles& tiles, const float* w, const
   float absolute_w[dimension * padded_dimension];
   magnitudes_of(w, absolute_w);
   Floats best_assured = nothing;
+  const float* const data = tiles.data;
+  const float* const remaining = tiles.remaining;
+  const std::size_t tile_stride = tiles.tile_stride, entry_stride = tiles.entry_stride;
+  float* const gains = arrays.gains;
+  float* const lower = arrays.lower;
+  float* const highest = arrays.highest;
+  std::size_t evaluated = 0;
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = number(list[j]);
     Floats highest_of_tile = nothing;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const GainBounds bounds =
-          gain_bounds<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w);
+          gain_bounds<form>(data + tile * tile_stride + lane, entry_stride, w, absolute_w);
       const std::size_t at = tile * tile_size + lane;
-      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
+      const auto remains = Floats::load_unaligned(remaining + at) > Floats(0.0F);
       const auto is_sound = bounds.upper < huge;  // false for NaN too
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, bounds.upper, infinity), nothing);
       const Floats assured = xsimd::select(remains, xsimd::select(is_sound, bounds.lower, nothing), nothing);
-      upper.store_unaligned(arrays.gains + at);
-      assured.store_unaligned(arrays.lower + at);
+      upper.store_unaligned(gains + at);
+      assured.store_unaligned(lower + at);
       highest_of_tile = xsimd::max(highest_of_tile, upper);
       best_assured = xsimd::max(best_assured, assured);
     }
-    arrays.highest[tile] = largest_lane(highest_of_tile);
+    highest[tile] = largest_lane(highest_of_tile);
+    evaluated += tiles.in_each[tile];
   }
-  return largest_lane(best_assured);
+  return {largest_lane(best_assured), evaluated};
 }
 
 }  // namespace

@@ -99,30 +99,38 @@ inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1)
   }
 }
 
-// Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns that of all.
+// Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns the largest of all, and how many
+// candidates these are.
 template <Form form>
-inline float evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+inline Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
                              const RoundArrays& arrays) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
+  const float* const data = tiles.data;
+  const float* const remaining = tiles.remaining;
+  const std::size_t tile_stride = tiles.tile_stride, entry_stride = tiles.entry_stride;
+  float* const gains = arrays.gains;
+  float* const highest = arrays.highest;
+  std::size_t evaluated = 0;
   for (std::size_t j = 0; j < count; ++j) {
     asm volatile("" ::: "memory");  // the entries of W stay in memory: in registers they would spill others
     const std::size_t tile = number(list[j]);
     Floats highest_of_tile(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats products[rows * (rows + 1) / 2];
-      multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
+      multiply_by_transpose<form>(data + tile * tile_stride + lane, entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
-      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
+      const auto remains = Floats::load_unaligned(remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
       const Floats relative_gain = xsimd::select(remains, clamped, Floats(-1.0F));
-      relative_gain.store_unaligned(arrays.gains + at);
+      relative_gain.store_unaligned(gains + at);
       highest_of_tile = xsimd::max(highest_of_tile, relative_gain);
     }
-    arrays.highest[tile] = largest_lane(highest_of_tile);
+    highest[tile] = largest_lane(highest_of_tile);
+    evaluated += tiles.in_each[tile];
     best = xsimd::max(best, highest_of_tile);
   }
-  return largest_lane(best);
+  return {largest_lane(best), evaluated};
 }
 
 }  // namespace

@@ -37,29 +37,31 @@ struct Evaluated {
 /// them.
 struct RoundFunctions {
   /// Evaluates det(I + Y Y^T) - 1 in the tiles of a part with a stale bound of at least `from` that are not evaluated.
-  Evaluated (*evaluate)(const Tiles& tiles, const float* w, const RoundArrays& arrays, float from, const Part& part);
+  Evaluated (*evaluate)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
 
   /// The same with bounds of each candidate's own rounding error (docs/numerics.md): `gains` and `highest` hold upper
   /// bounds of the exact relative gain, +infinity where float32 overflows, `lower` lower bounds, of which it returns the
   /// largest.
-  Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const RoundArrays& arrays, float from,
+  Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const Round& round, float from,
                                   const Part& part);
 
-  /// A whole round for one candidate without care: prove_best, survivors and bounds.
+  /// A whole round for one candidate without care: prove_best and survivors.
   void (*run)(const Tiles& tiles, const float* w, Round& round);
 };
 
 /// The parts of a round that do not depend on the form.
 struct BoundFunctions {
-  /// Lists the lanes of evaluated tiles whose value is at least `threshold`, and returns how many. Up to 16 more may be
-  /// written.
-  std::size_t (*list_survivors)(const Tiles& tiles, const RoundArrays& arrays, float threshold, Lane* lanes);
+  /// Lists the lanes of evaluated tiles that may hold the best, and returns how many. Up to 16 more may be written.
+  std::size_t (*list_survivors)(const Tiles& tiles, const Round& round, Lane* lanes);
 
-  /// Makes the maxima of the evaluated tiles their stale bounds; returns the largest bound of all.
-  float (*keep)(const Tiles& tiles, const RoundArrays& arrays, const GainFilter& filter);
+  /// Makes the maxima of the evaluated tiles their stale bounds, which ends the round; returns the largest of all.
+  float (*keep)(const Tiles& tiles, const Round& round);
+
+  /// The largest value of an evaluated tile; -1 if there is none.
+  float (*highest_evaluated)(const Tiles& tiles, const Round& round);
 
   /// The largest stale bound of a tile that is not evaluated; any_candidate if there is none.
-  float (*highest_unevaluated)(const Tiles& tiles, const RoundArrays& arrays);
+  float (*highest_unevaluated)(const Tiles& tiles, const Round& round);
 };
 
 /// Copies of candidates, per form.

@@ -25,7 +25,6 @@ using maxlogdet::simd::Evaluated;
 using maxlogdet::simd::factored;
 using maxlogdet::simd::Form;
 using maxlogdet::simd::GainFilter;
-using maxlogdet::simd::not_evaluated;
 using maxlogdet::simd::number;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;
@@ -105,7 +104,7 @@ const Kernel MAXLOGDET_KERNEL = {
      layout_functions<factored>()},
     {round_functions<one_row>(), round_functions<two_rows>(), round_functions<three_rows>(),
      round_functions<factored>()},
-    {list_survivors, keep_bounds, highest_unevaluated},
+    {list_survivors, keep_bounds, highest_evaluated, highest_unevaluated},
     {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
     {add_rows, remove_row},
     {count_at_least, list_between<Candidate>, list_between<Tile>, largest, largest_magnitude},

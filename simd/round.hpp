@@ -12,18 +12,18 @@
 namespace maxlogdet {
 namespace simd {
 
-/// `highest` of a tile that this round has not evaluated. (-1: it has, and no candidate in it remains.)
-constexpr float not_evaluated = -2.0F;
-
 /// The arrays that a round reads and writes. All hold whole registers.
 struct RoundArrays {
   float* bounds;    ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
-  float* highest;   ///< per tile: the maximum of its relative gains, or not_evaluated
-  float* gains;     ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; none: -1
+  float* highest;   ///< per tile: the maximum of `gains` when last evaluated
+  float* gains;     ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; -1: none there
   float* lower;     ///< per lane, with care only: a lower bound
   Tile* list;       ///< scratch: tiles to evaluate
   Lane* survivors;  ///< lanes that float64 decides between
 };
+
+/// Nothing is evaluated: NaN, which no bound reaches.
+constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
 
 /// What a round knows.
 struct Round {
@@ -31,9 +31,7 @@ struct Round {
   GainFilter filter;
   double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
 
-  float evaluated_from = std::numeric_limits<float>::infinity();  ///< every tile of at least this stale bound is
-                                                                  ///< evaluated, once is_begun
-  bool is_begun = false;
+  float evaluated_from = nothing;  ///< just the tiles of at least this stale bound are evaluated
   float best = -1;          ///< the (k-th) largest relative gain found, with care the (k-th) largest lower bound; below
                             ///< 0 if there are not as many
   double assured = -1;      ///< a lower bound of the (k-th) largest exact relative gain
@@ -41,7 +39,8 @@ struct Round {
   float guess = -1;         ///< that share, while nothing is known
   std::size_t evaluations = 0;
   std::size_t survivors = 0;  ///< if they are listed already
-  float highest_bound = -1;   ///< the largest of the stale bounds, when they were last updated
+
+  [[gnu::always_inline]] bool has_evaluated() const noexcept { return evaluated_from == evaluated_from; }
 
   /// The best found is `value`.
   [[gnu::always_inline]] void learn(float value) noexcept {
@@ -64,11 +63,10 @@ template <class Steps>
 [[gnu::always_inline]] inline void prove_best(Round& round, Steps& steps) noexcept {
   for (;;) {
     round.learn(steps.best(round));
-    if (round.best < 0 && round.is_begun) round.guess = round.share * steps.highest_left(round);
+    if (round.best < 0 && round.has_evaluated()) round.guess = round.share * steps.highest_left(round);
     const float needed = round.needed();
-    if (round.is_begun && !(needed < round.evaluated_from)) return;
+    if (needed >= round.evaluated_from) return;
     round.evaluated_from = steps.evaluate(round, needed);
-    round.is_begun = true;
   }
 }
 

@@ -3,40 +3,40 @@
 
 namespace {
 
-// The tiles of a part of all runs of 16 tiles that reach this stale bound, and that the round has not evaluated. Up to a
-// pack more than are listed is written. Bounds beyond the last tile are -1.
-inline std::size_t list_unevaluated(const Tiles& tiles, const RoundArrays& arrays, float from, const Part& part,
-                                    Tile* list) {
+// Which of a pack of tiles are evaluated.
+inline Floats::batch_bool_type are_evaluated(const RoundArrays& arrays, std::size_t tile, float evaluated_from) {
+  return Floats::load_unaligned(arrays.bounds + tile) >= Floats(evaluated_from);
+}
+
+// The tiles of a part that reach this stale bound, and are not evaluated. Up to a pack more than are listed is written.
+// Bounds beyond the last tile are -1.
+inline std::size_t list_unevaluated(const Tiles& tiles, const Round& round, float from, const Part& part, Tile* list) {
   std::size_t found = 0;
   for (std::size_t first = tile_size * part.index; first < tiles.count; first += tile_size * part.count) {
     for (std::size_t tile = first; tile < first + tile_size; tile += float_lanes) {
-      const auto reaches = Floats::load_unaligned(arrays.bounds + tile) >= Floats(from);
-      const auto is_left = Floats::load_unaligned(arrays.highest + tile) == Floats(not_evaluated);
-      found += list_lanes(reaches & is_left, static_cast<Tile>(tile), list + found);
+      const auto reach = are_evaluated(round.arrays, tile, from);
+      const auto were_before = are_evaluated(round.arrays, tile, round.evaluated_from);
+      found += list_lanes(reach & !were_before, static_cast<Tile>(tile), list + found);
     }
   }
   return found;
 }
 
-inline std::size_t remaining_in(const Tiles& tiles, const Tile* list, std::size_t count) {
-  std::size_t sum = 0;
-  for (std::size_t j = 0; j < count; ++j) sum += tiles.in_each[number(list[j])];
-  return sum;
-}
-
 template <Form form, bool with_care>
-Evaluated evaluate(const Tiles& tiles, const float* w, const RoundArrays& arrays, float from, const Part& part) {
-  Tile* const list = arrays.list + part.first_of_list;
-  const std::size_t count = list_unevaluated(tiles, arrays, from, part, list);
-  const float best = with_care ? evaluate_listed_with_care<form>(tiles, w, list, count, arrays)
-                               : evaluate_listed<form>(tiles, w, list, count, arrays);
-  return {best, remaining_in(tiles, list, count)};
+Evaluated evaluate(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part) {
+  Tile* const list = round.arrays.list + part.first_of_list;
+  const std::size_t count = list_unevaluated(tiles, round, from, part, list);
+  return with_care ? evaluate_listed_with_care<form>(tiles, w, list, count, round.arrays)
+                   : evaluate_listed<form>(tiles, w, list, count, round.arrays);
 }
 
-std::size_t list_survivors(const Tiles& tiles, const RoundArrays& arrays, float threshold, Lane* lanes) {
+std::size_t list_survivors(const Tiles& tiles, const Round& round, Lane* lanes) {
+  const RoundArrays& arrays = round.arrays;
+  const float threshold = round.filter.survivor_threshold(round.assured);
   std::size_t found = 0;
   for (std::size_t first = 0; first < tiles.count; first += float_lanes) {
-    const auto holds = Floats::load_unaligned(arrays.highest + first) >= Floats(threshold);
+    const auto reach = Floats::load_unaligned(arrays.highest + first) >= Floats(threshold);
+    const auto holds = reach & are_evaluated(arrays, first, round.evaluated_from);
     for (std::uint32_t bits = lane_mask(holds); bits != 0; bits &= bits - 1) {
       const std::size_t tile = first + static_cast<std::size_t>(__builtin_ctz(bits));
       for (std::size_t lane = tile * tile_size; lane < (tile + 1) * tile_size; lane += float_lanes) {
@@ -49,28 +49,38 @@ std::size_t list_survivors(const Tiles& tiles, const RoundArrays& arrays, float 
 }
 
 // The bounds of the tiles that this round has evaluated, for later rounds; returns the largest of all.
-float keep_bounds(const Tiles& tiles, const RoundArrays& arrays, const GainFilter& filter) {
-  const TileLine line = filter.line_of_tiles();
-  const Floats nothing(-1.0F);
-  Floats highest_bound = nothing;
+float keep_bounds(const Tiles& tiles, const Round& round) {
+  const TileLine line = round.filter.line_of_tiles();
+  const Floats none(-1.0F);
+  Floats highest_bound = none;
   for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
-    const Floats highest = Floats::load_unaligned(arrays.highest + tile);
-    const Floats before = Floats::load_unaligned(arrays.bounds + tile);
+    const Floats highest = Floats::load_unaligned(round.arrays.highest + tile);
     const Floats on_line = Floats(line.slope) * highest + Floats(line.offset);
-    const Floats fresh = xsimd::select(highest < Floats(0.0F), nothing, on_line);
-    const Floats bound = xsimd::select(highest == Floats(not_evaluated), before, fresh);
-    bound.store_unaligned(arrays.bounds + tile);
+    const Floats fresh = xsimd::select(highest < Floats(0.0F), none, on_line);
+    const Floats before = Floats::load_unaligned(round.arrays.bounds + tile);
+    const Floats bound = xsimd::select(before >= Floats(round.evaluated_from), fresh, before);
+    bound.store_unaligned(round.arrays.bounds + tile);
     highest_bound = xsimd::max(highest_bound, bound);
   }
   return largest_lane(highest_bound);
 }
 
-float highest_unevaluated(const Tiles& tiles, const RoundArrays& arrays) {
+float highest_evaluated(const Tiles& tiles, const Round& round) {
+  const Floats none(-1.0F);
+  Floats best = none;
+  for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
+    const auto is_evaluated = are_evaluated(round.arrays, tile, round.evaluated_from);
+    best = xsimd::max(best, xsimd::select(is_evaluated, Floats::load_unaligned(round.arrays.highest + tile), none));
+  }
+  return largest_lane(best);
+}
+
+float highest_unevaluated(const Tiles& tiles, const Round& round) {
   Floats highest_bound(any_candidate);
   for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
-    const auto is_left = Floats::load_unaligned(arrays.highest + tile) == Floats(not_evaluated);
-    const Floats bound = xsimd::select(is_left, Floats::load_unaligned(arrays.bounds + tile), Floats(any_candidate));
-    highest_bound = xsimd::max(highest_bound, bound);
+    const Floats bound = Floats::load_unaligned(round.arrays.bounds + tile);
+    const auto is_evaluated = bound >= Floats(round.evaluated_from);
+    highest_bound = xsimd::max(highest_bound, xsimd::select(is_evaluated, Floats(any_candidate), bound));
   }
   return largest_lane(highest_bound);
 }
@@ -82,9 +92,9 @@ struct InlinedSteps {
   const float* w;
 
   float best(const Round& round) const { return round.best; }
-  float highest_left(const Round& round) const { return highest_unevaluated(tiles, round.arrays); }
+  float highest_left(const Round& round) const { return highest_unevaluated(tiles, round); }
   float evaluate(Round& round, float from) const {
-    const Evaluated found = ::evaluate<form, false>(tiles, w, round.arrays, from, {0, 1, 0});
+    const Evaluated found = ::evaluate<form, false>(tiles, w, round, from, {0, 1, 0});
     round.evaluations += found.count;
     round.best = found.best > round.best ? found.best : round.best;
     return from;
@@ -95,9 +105,7 @@ template <Form form>
 void run_round(const Tiles& tiles, const float* w, Round& round) {
   InlinedSteps<form> steps{tiles, w};
   prove_best(round, steps);
-  round.survivors =
-      list_survivors(tiles, round.arrays, round.filter.survivor_threshold(round.assured), round.arrays.survivors);
-  round.highest_bound = keep_bounds(tiles, round.arrays, round.filter);
+  round.survivors = list_survivors(tiles, round, round.arrays.survivors);
 }
 
 }  // namespace

@@ -90,8 +90,7 @@ void Screening::begin(const InformationFactor& factor, float highest, float gues
 
 // Nothing is evaluated yet.
 void Screening::forget_gains() noexcept {
-  std::fill_n(memory_.highest.data(), tile_size * tiles_of(tiles_.tiles().count), simd::not_evaluated);
-  round_.is_begun = false;
+  round_.evaluated_from = simd::nothing;
   round_.best = -1;
   round_.assured = -1;
   round_.survivors = 0;
@@ -111,7 +110,7 @@ float Screening::first_guess() const noexcept {
 }
 
 bool Screening::is_inlined(std::size_t k) const noexcept {
-  return k == 1 && tiles_.is_ordered() && !round_.is_begun && !errors_.with_care() && evaluator_.team().workers() == 1;
+  return k == 1 && tiles_.is_ordered() && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
 }
 
 void Screening::prove(std::size_t k) noexcept {
@@ -120,7 +119,7 @@ void Screening::prove(std::size_t k) noexcept {
     return;
   }
   round_.survivors = 0;
-  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, k, round_.is_begun);
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, k, round_.has_evaluated());
   simd::prove_best(round_, steps);
 }
 
@@ -141,8 +140,7 @@ std::size_t Screening::list_survivors(Lane* lanes) noexcept {
     std::copy_n(static_cast<const Lane*>(memory_.survivors), round_.survivors, lanes);
     return round_.survivors;
   }
-  return kernel_.bounds.list_survivors(tiles_.tiles(), round_.arrays, round_.filter.survivor_threshold(round_.assured),
-                                       lanes);
+  return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
 
 // Of identical candidates only the one of lowest index can be selected: drops the copies of the survivor of lowest
@@ -165,21 +163,18 @@ void Screening::take_care() noexcept {
   forget_gains();
 }
 
-void Screening::keep_bounds() noexcept {
-  round_.highest_bound = kernel_.bounds.keep(tiles_.tiles(), round_.arrays, round_.filter);
-}
+void Screening::keep_bounds() noexcept { highest_bound_ = kernel_.bounds.keep(tiles_.tiles(), round_); }
 
 void Screening::end_round() noexcept {
   assert(is_open_);
   is_open_ = false;
   if (!tiles_.is_ordered()) return;
-  if (round_.survivors == 0) keep_bounds();
   if (round_.best > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
     // After removals the best is that of the remaining candidates: the next round should start as low.
     const double found = std::min(1.0, static_cast<double>(round_.best) / static_cast<double>(highest_bound_));
     expected_share_ += 0.5 * (found - expected_share_);
   }
-  highest_bound_ = round_.highest_bound;
+  keep_bounds();
 }
 
 float Screening::bound_all(const InformationFactor& factor) noexcept {
@@ -187,7 +182,7 @@ float Screening::bound_all(const InformationFactor& factor) noexcept {
   prove(1);
   keep_bounds();
   is_open_ = false;
-  return round_.highest_bound;
+  return highest_bound_;
 }
 
 std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, Lane* lanes) noexcept {
@@ -195,7 +190,6 @@ std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, 
   begin(factor, float_infinity, std::max(any_candidate, min_bound));
   CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
   round_.evaluated_from = steps.evaluate(round_, round_.guess);
-  round_.is_begun = true;
   round_.learn(steps.best(round_));
   std::size_t found = list_survivors(lanes);
   if (found > many_survivors) found = drop_copies(lanes, found);
@@ -211,8 +205,7 @@ void Screening::remove(Lane lane) noexcept {
     memory_.lower[lane] = -1;
     round_.survivors = 0;
     const Tile tile = simd::tile_of(lane);
-    if (memory_.highest[tile] > simd::not_evaluated)
-      memory_.highest[tile] = kernel_.arrays.largest(memory_.gains.data() + simd::first_lane(tile), tile_size);
+    memory_.highest[tile] = kernel_.arrays.largest(memory_.gains.data() + simd::first_lane(tile), tile_size);
     return;
   }
   // A far outlier of a frame is selected early; it should not loosen error bounds any longer.

@@ -14,29 +14,28 @@ constexpr std::size_t min_tiles = 256;  // per chunk: most of them are not evalu
 }  // namespace
 
 // Collects the values of the evaluated tiles, or of each the largest; returns how many.
-std::size_t CalledSteps::rank(bool by_tiles) const noexcept {
+std::size_t CalledSteps::rank(const simd::Round& round, bool by_tiles) const noexcept {
   const float* const values = with_care_ ? memory_.lower.data() : memory_.gains.data();
   float* const ranked = memory_.ranked;
   std::size_t count = 0;
   for (std::size_t tile = 0; tile < tiles_.tiles().count; ++tile) {
-    const float highest = memory_.highest.data()[tile];
-    if (!(highest > simd::not_evaluated)) continue;
+    if (!(memory_.bounds.data()[tile] >= round.evaluated_from)) continue;
     const float* const lanes = values + tile_size * tile;
     if (!by_tiles) {
       std::copy_n(lanes, tile_size, ranked + count);
       count += tile_size;
     } else {
-      ranked[count++] = with_care_ ? evaluator_.kernel().arrays.largest(lanes, tile_size) : highest;
+      ranked[count++] = with_care_ ? evaluator_.kernel().arrays.largest(lanes, tile_size) : memory_.highest.data()[tile];
     }
   }
   return count;
 }
 
 float CalledSteps::best(const simd::Round& round) const noexcept {
-  if (!round.is_begun) return -1;
-  if (k_ == 1 && !with_care_) return evaluator_.kernel().arrays.largest(memory_.highest.data(), tiles_.tiles().count);
-  std::size_t count = rank(true);
-  if (count < k_) count = rank(false);
+  if (!round.has_evaluated()) return -1;
+  if (k_ == 1 && !with_care_) return evaluator_.kernel().bounds.highest_evaluated(tiles_.tiles(), round);
+  std::size_t count = rank(round, true);
+  if (count < k_) count = rank(round, false);
   float* const ranked = memory_.ranked;
   if (count < k_) return -1;
   std::nth_element(ranked, ranked + (k_ - 1), ranked + count, [](float a, float b) { return a > b; });
@@ -56,7 +55,7 @@ float CalledSteps::evaluate(simd::Round& round, float from) const noexcept {
   const std::size_t room = (tiles_of(tiles.count) / chunks + 2) * tile_size;  // in the list, for each chunk
   // Runs on helpers: writes the gains, bounds and maxima of the tiles of its own chunk, and its own part of the list.
   team.for_chunks(chunks, [&](std::uint32_t chunk) {
-    found[chunk] = function(tiles, w_, round.arrays, from, {chunk, chunks, room * chunk});
+    found[chunk] = function(tiles, w_, round, from, {chunk, chunks, room * chunk});
   });
   for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) round.evaluations += found[chunk].count;
   return from;

@@ -31,13 +31,13 @@ class CalledSteps {
   float best(const simd::Round& round) const noexcept;
 
   float highest_left(const simd::Round& round) const noexcept {
-    return evaluator_.kernel().bounds.highest_unevaluated(tiles_.tiles(), round.arrays);
+    return evaluator_.kernel().bounds.highest_unevaluated(tiles_.tiles(), round);
   }
 
   float evaluate(simd::Round& round, float from) const noexcept;
 
  private:
-  std::size_t rank(bool by_tiles) const noexcept;
+  std::size_t rank(const simd::Round& round, bool by_tiles) const noexcept;
 
   const Evaluator& evaluator_;
   const TileLayout& tiles_;
