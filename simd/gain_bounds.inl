@@ -173,9 +173,6 @@ inline Evaluated evaluate_listed_with_care(const Tiles& tiles, const float* w, c
   float absolute_w[dimension * padded_dimension];
   magnitudes_of(w, absolute_w);
   Floats best_assured = nothing;
-  const float* const data = tiles.data;
-  const float* const remaining = tiles.remaining;
-  const std::size_t tile_stride = tiles.tile_stride, entry_stride = tiles.entry_stride;
   float* const gains = arrays.gains;
   float* const lower = arrays.lower;
   float* const highest = arrays.highest;
@@ -185,9 +182,9 @@ inline Evaluated evaluate_listed_with_care(const Tiles& tiles, const float* w, c
     Floats highest_of_tile = nothing;
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       const GainBounds bounds =
-          gain_bounds<form>(data + tile * tile_stride + lane, entry_stride, w, absolute_w);
+          gain_bounds<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, absolute_w);
       const std::size_t at = tile * tile_size + lane;
-      const auto remains = Floats::load_unaligned(remaining + at) > Floats(0.0F);
+      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const auto is_sound = bounds.upper < huge;  // false for NaN too
       const Floats upper = xsimd::select(remains, xsimd::select(is_sound, bounds.upper, infinity), nothing);
       const Floats assured = xsimd::select(remains, xsimd::select(is_sound, bounds.lower, nothing), nothing);

@@ -106,9 +106,6 @@ inline Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile*
                              const RoundArrays& arrays) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
-  const float* const data = tiles.data;
-  const float* const remaining = tiles.remaining;
-  const std::size_t tile_stride = tiles.tile_stride, entry_stride = tiles.entry_stride;
   float* const gains = arrays.gains;
   float* const highest = arrays.highest;
   std::size_t evaluated = 0;
@@ -118,9 +115,9 @@ inline Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile*
     Floats highest_of_tile(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats products[rows * (rows + 1) / 2];
-      multiply_by_transpose<form>(data + tile * tile_stride + lane, entry_stride, w, products);
+      multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
       const std::size_t at = tile * tile_size + lane;
-      const auto remains = Floats::load_unaligned(remaining + at) > Floats(0.0F);
+      const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled
       const Floats relative_gain = xsimd::select(remains, clamped, Floats(-1.0F));
       relative_gain.store_unaligned(gains + at);

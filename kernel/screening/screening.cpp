@@ -110,7 +110,7 @@ float Screening::first_guess() const noexcept {
 }
 
 bool Screening::is_inlined(std::size_t k) const noexcept {
-  return k == 1 && tiles_.is_ordered() && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
+  return k == 1 && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
 }
 
 void Screening::prove(std::size_t k) noexcept {
