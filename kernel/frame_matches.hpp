@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/frame_cameras.hpp"
+
 #include <maxlogdet/block_store.hpp>
-#include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/jacobian.hpp>
@@ -14,84 +15,63 @@
 
 namespace maxlogdet {
 
-/// What may be done with a match.
-enum class MatchUse : unsigned char {
-  usable,     ///< its numbers can be optimised with
-  broken,     ///< they cannot: never selected, always an outlier
-  unmatched,  ///< match() has not found or not tried it: neither
-};
-
-/// The matches of a frame as arrays, in memory that is allocated once.
+/// The matches of a frame as arrays, in memory that is allocated once. A match is usable, or broken (its numbers cannot
+/// be optimised with), or neither, where match() has not found it or not tried.
 class FrameMatches {
  public:
   explicit FrameMatches(std::size_t capacity);
+  // Not copyable: the arrays point into it.
+  FrameMatches(const FrameMatches&) = delete;
+  FrameMatches& operator=(const FrameMatches&) = delete;
 
-  /// Starts a frame; `keeps_numbers`: also what only a recording has.
-  void start(const Camera& camera, const RigidTransform& T_cw, bool keeps_numbers) noexcept;
-  void start(const Rig& of_frame, const RigidTransform& T_bw, bool keeps_numbers) noexcept;
+  /// Starts a frame without matches.
+  void start(const FrameCameras& cameras) noexcept;
   void add(const FeatureMatch& match) noexcept;
   /// Replaces what is measured of match i.
-  void set(std::size_t i, const FeatureMatch& match) noexcept;
-  FeatureMatch get(std::size_t i) const noexcept;
-  /// match() has not found it, or not tried.
+  void measure(std::size_t i, const FeatureMatch& match) noexcept;
   void leave_unmatched(std::size_t i) noexcept;
-  /// Reserves what only a recording has.
-  void reserve_numbers();
-  bool has_keyframes() const noexcept;
 
-  /// The matches that are kept.
-  std::size_t size() const noexcept { return size_; }
-  /// Those given to add().
+  /// The matches that are kept, the first ones of those given to add().
+  std::size_t size() const noexcept { return arrays_.size; }
   std::size_t added() const noexcept { return added_; }
-  bool is_kept(std::size_t i) const noexcept { return i < size(); }
-  bool is_usable(std::size_t i) const noexcept { return uses[i] == MatchUse::usable; }
-  bool is_measured(std::size_t i) const noexcept { return measured[3 * i] != unmeasured; }
-  const RigCamera& camera_of(std::size_t i) const noexcept { return has_rig ? rig.cameras[camera_ids[i]] : only; }
-  bool has_camera(std::size_t i) const noexcept { return is_kept(i) && (!has_rig || camera_ids[i] < rig.size); }
+  FeatureMatch get(std::size_t i) const noexcept;
+  std::uint32_t id(std::size_t i) const noexcept { return ids_[i]; }
+  bool is_usable(std::size_t i) const noexcept { return usable_[i] != 0; }
+  bool is_broken(std::size_t i) const noexcept { return broken_[i] != 0; }
+  bool is_required(std::size_t i) const noexcept { return required_[i] != 0; }
+  bool is_measured(std::size_t i) const noexcept { return *measured(i) != unmeasured; }
+  /// u, v and the depth cue of match i, and after them those of the next.
+  const double* measured(std::size_t i) const noexcept { return measured_.data() + 3 * i; }
+  /// Everything else; an array is null where no match needs it.
+  const Matches& arrays() const noexcept { return arrays_; }
+  const FrameCameras& cameras() const noexcept { return cameras_; }
+  /// Of the matches that have one.
+  DepthCue depth_cue() const noexcept { return depth_cue_; }
+  /// The noise that the block of match i is whitened by.
+  MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
 
   /// Makes a block of every usable match. The report's error says why there are none.
   BlockReport append_blocks_to(BlockStore& store, const BlockOptions& options, Executor* executor) noexcept;
   /// Writes the block of match i, which `one`, a store with room for it, holds meanwhile. Returns its rows; 0: none.
   int block_of(std::size_t i, BlockStore& one, const BlockOptions& options,
                double (&rows)[max_block_rows][state_dimension]) const noexcept;
-  /// The noise that the block of match i is whitened by.
-  MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
-  /// Writes the weight of match i, or its root, by the camera that its block is made with: alone, or one of the rig.
-  bool weigh(std::size_t i, const BlockOptions& options, bool is_whitening, double* to) const noexcept;
-  /// Squared error of match i in standard deviations at another pose; `options`: nullptr for those of the measurement
-  /// alone. NaN where there is no saying.
-  double chi2_of(const RigidTransform& pose, std::size_t i, const BlockOptions* options) const noexcept;
-
-  RigCamera only;  ///< the single camera, as its own body
-  Rig rig;         ///< instead of it, if has_rig
-  bool has_rig = false;
-  RigidTransform T = RigidTransform::identity();
-  DepthCue depth_cue = DepthCue::none;  ///< of the matches that have one
-  // Arrays of the capacity, of which the first size() entries count.
-  std::vector<std::uint32_t> ids;
-  std::vector<double> points, measured, sigmas;  ///< measured: u, v, and the depth cue
-  std::vector<double> covariances, jacobians;    ///< only while some match has one
-  std::vector<unsigned char> camera_ids, has_depth_cue, has_covariance, is_required;
-  std::vector<MatchUse> uses;
-  bool has_covariances = false, has_jacobians = false;
 
  private:
-  void start(const RigidTransform& pose, bool keeps_numbers) noexcept;
-  void measure(std::size_t i, const FeatureMatch& match) noexcept;
-  void put(const double* entries, std::size_t count, std::vector<double>& all, bool& is_any) const noexcept;
-  Matches arrays_from(std::size_t first, std::size_t count) const noexcept;
-  BlockReport append_arrays(const Matches& matches, BlockOptions options, BlockStore& store,
-                            Executor* executor) const noexcept;
-  bool residual_of(const RigidTransform& pose, std::size_t i, double (&e)[3]) const noexcept;
+  void put(const double* entries, std::size_t count, std::vector<double>& all, const double*& known) const noexcept;
+  BlockOptions of_frame(BlockOptions options) const noexcept;
+  BlockReport append(const Matches& matches, const BlockOptions& options, BlockStore& store,
+                     Executor* executor) const noexcept;
 
-  std::size_t capacity_;
-  std::size_t size_ = 0, added_ = 0;
+  FrameCameras cameras_;
+  Matches arrays_;  // of those below
+  DepthCue depth_cue_ = DepthCue::none;
   bool are_mixed_ = false;  // some matches with a right column, some with a depth
-  bool are_all_usable_ = true;
-  bool keeps_numbers_ = false;
-  std::vector<std::int64_t> point_ids_, keyframes_;  // empty without a recording
-  double depth_sigma_ = 1;
-  std::vector<unsigned char> usable_;  // as append_blocks reads it
+  std::size_t added_ = 0;
+  std::vector<std::uint32_t> ids_;
+  std::vector<double> points_, measured_, sigmas_;
+  std::vector<double> covariances_, jacobians_;  // NaN where a match has none, but others do
+  std::vector<unsigned char> camera_ids_, has_depth_cue_, has_covariance_, required_, usable_, broken_;
+  std::vector<std::int64_t> point_ids_, keyframes_;
 };
 
 }  // namespace maxlogdet
