@@ -7,44 +7,32 @@ namespace {
 constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
 
-// nullptr if there is none.
-const RigCamera* camera_of(const FrameMatches& matches, std::size_t i) noexcept {
-  const unsigned char* const ids = matches.arrays().camera_ids;
-  return matches.cameras().find(ids == nullptr ? 0 : ids[i]);
-}
-
-const double* point_of(const FrameMatches& matches, std::size_t i) noexcept {
-  return static_cast<const double*>(matches.arrays().points.data()) + 3 * i;
-}
-
-bool has_depth_cue(const FrameMatches& matches, std::size_t i) noexcept {
-  return matches.arrays().has_depth_cue[i] != 0;
-}
-
 // Calls `write`, for a camera alone or of a rig.
 template <class Write>
 bool weigh(const FrameMatches& matches, std::size_t i, const BlockOptions& options, const Write& write) noexcept {
   if (i >= matches.size()) return false;
-  const RigCamera* const camera = camera_of(matches, i);
+  const RigCamera* const camera = matches.cameras().find(matches[i].camera_id);
   if (camera == nullptr) return false;
   const MatchNoise noise = matches.noise_of(i, options);
-  const double* const p_w = point_of(matches, i);
+  const double* const p_w = matches[i].point;
   return matches.cameras().is_rig ? write(*camera, p_w, noise) : write(camera->camera, p_w, noise);
 }
 
 // z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
 bool residual_of(const FrameMatches& matches, std::size_t i, const RigidTransform& pose, double (&e)[3]) noexcept {
-  const RigCamera* const camera = camera_of(matches, i);
+  const FeatureMatch& match = matches[i];
+  const RigCamera* const camera = matches.cameras().find(match.camera_id);
   if (camera == nullptr) return false;
   double p_b[3], p_c[3], uv[2];
-  pose.transform(point_of(matches, i), p_b);
+  pose.transform(match.point, p_b);
   camera->T_cb.transform(p_b, p_c);
   if (!project(camera->camera, p_c, uv)) return false;
-  const double* const z = matches.measured(i);
-  e[0] = z[0] - uv[0];
-  e[1] = z[1] - uv[1];
-  const double cue = matches.depth_cue() == DepthCue::depth ? p_c[2] : uv[0] - camera->camera.pinhole.bf / p_c[2];
-  e[2] = has_depth_cue(matches, i) ? z[2] - cue : 0;
+  for (int d = 0; d < 2; ++d) e[d] = match.measured[d] - uv[d];
+  switch (matches.depth_cue(i)) {
+    case DepthCue::none: e[2] = 0; break;
+    case DepthCue::stereo: e[2] = match.u_right - (uv[0] - camera->camera.pinhole.bf / p_c[2]); break;
+    case DepthCue::depth: e[2] = match.depth - p_c[2]; break;
+  }
   return true;
 }
 
@@ -60,14 +48,14 @@ double square_of(const double* e, const double* omega, std::size_t count) noexce
 double chi2_of(const FrameMatches& matches, std::size_t i, const RigidTransform& pose, const BlockOptions& options,
                bool is_weighted) noexcept {
   if (matches.is_broken(i)) return infinity;
-  if (matches.arrays().jacobians != nullptr || !matches.is_usable(i) || !matches.is_measured(i)) return not_a_number;
+  if (matches.has_jacobians() || !matches.is_usable(i) || matches[i].measured[0] == unmeasured) return not_a_number;
   double e[3], omega[9];
   if (!residual_of(matches, i, pose, e)) return infinity;
   if (is_weighted && write_information(matches, i, options, omega)) {
-    return square_of(e, omega, has_depth_cue(matches, i) ? 3 : 2);
+    return square_of(e, omega, residual_rows(matches.depth_cue(i)));
   }
-  const double sigma = matches.arrays().sigmas[i];
-  const double of_cue = e[2] / (matches.depth_cue() == DepthCue::depth ? options.depth_sigma : sigma);
+  const double sigma = matches[i].sigma;
+  const double of_cue = e[2] / (matches.depth_cue(i) == DepthCue::depth ? options.depth_sigma : sigma);
   return (e[0] * e[0] + e[1] * e[1]) / (sigma * sigma) + of_cue * of_cue;
 }
 
@@ -100,7 +88,7 @@ IndexRange FrameJudge::judge(const FrameMatches& matches, const FrameAnswer& ans
 }
 
 bool FrameJudge::is_outlier(const FrameMatches& matches, std::size_t i) const noexcept {
-  return i < judged_ && chi2_[i] > (has_depth_cue(matches, i) ? quantile_of_three : quantile_of_two);
+  return i < judged_ && chi2_[i] > (matches.depth_cue(i) == DepthCue::none ? quantile_of_two : quantile_of_three);
 }
 
 }  // namespace maxlogdet

@@ -4,10 +4,8 @@
 namespace maxlogdet {
 namespace {
 
-bool is_set(const unsigned char* mask, std::size_t i) noexcept { return mask != nullptr && mask[i] != 0; }
-
 bool try_to_match(FrameMatches& matches, std::size_t i, const MatchSearch& search) {
-  FeatureMatch match = matches.get(i);
+  FeatureMatch match = matches[i];
   const bool is_found = search.function(search.context, i, match);
   if (is_found) matches.measure(i, match);
   if (is_found && matches.is_usable(i)) return true;
@@ -20,14 +18,13 @@ bool try_to_match(FrameMatches& matches, std::size_t i, const MatchSearch& searc
 FrameMatcher::FrameMatcher(std::size_t capacity)
     : active_(capacity), one_(1), required_(capacity), excluded_(capacity) {}
 
-void FrameMatcher::match(FrameMatches& matches, FrameBlocks& blocks, const Options& asked,
-                         const BlockOptions& block_options, const TimeLeft& time, const MatchSearch& search,
-                         FrameAnswer& answer) {
+void FrameMatcher::match(FrameMatches& matches, const Options& asked, const BlockOptions& block_options,
+                         const TimeLeft& time, const MatchSearch& search, FrameAnswer& answer) {
   answer.start(asked.prior);
   match_required(matches, asked, search);
-  Error error = blocks.make(matches, block_options);
+  Error error = matches.make_blocks(block_options);
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (error != Error::none || required_[i] == 0 || blocks.store.is_valid(i)) continue;
+    if (error != Error::none || required_[i] == 0 || matches.blocks().is_valid(i)) continue;
     required_[i] = 0;  // found, but no candidate
     answer.take(i);
   }
@@ -35,7 +32,7 @@ void FrameMatcher::match(FrameMatches& matches, FrameBlocks& blocks, const Optio
   options.required = required_.data();
   options.excluded = excluded_.data();
   options.time_limit = time.seconds();
-  if (error == Error::none) error = active_.start(blocks.store, options);
+  if (error == Error::none) error = active_.start(matches.blocks(), options);
   if (error == Error::none) {
     match_by_gain(matches, block_options, search);
     answer.take(active_.selection());
@@ -51,7 +48,7 @@ void FrameMatcher::match(FrameMatches& matches, FrameBlocks& blocks, const Optio
 // Required points are tried first: only what is found may be required of the selection.
 void FrameMatcher::match_required(FrameMatches& matches, const Options& asked, const MatchSearch& search) {
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    const bool is_needed = matches.is_required(i) || is_set(asked.required, i);
+    const bool is_needed = matches[i].is_required || is_set(asked.required, i);
     required_[i] = is_needed && matches.is_usable(i) && try_to_match(matches, i, search) ? 1 : 0;
     excluded_[i] = !matches.is_usable(i) || (is_set(asked.excluded, i) && required_[i] == 0) ? 1 : 0;
   }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernel/frame_answer.hpp"
-#include "kernel/frame_blocks.hpp"
+#include "kernel/frame_matches.hpp"
 #include "kernel/time_left.hpp"
 
 #include <maxlogdet/active_selection.hpp>
@@ -23,8 +23,8 @@ class FrameMatcher {
  public:
   explicit FrameMatcher(std::size_t capacity);
 
-  void match(FrameMatches& matches, FrameBlocks& blocks, const Options& asked, const BlockOptions& block_options,
-             const TimeLeft& time, const MatchSearch& search, FrameAnswer& answer);
+  void match(FrameMatches& matches, const Options& asked, const BlockOptions& block_options, const TimeLeft& time,
+             const MatchSearch& search, FrameAnswer& answer);
 
  private:
   void match_required(FrameMatches& matches, const Options& asked, const MatchSearch& search);

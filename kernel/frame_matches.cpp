@@ -4,11 +4,17 @@
 #include "kernel/base/limits.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <new>
 
 namespace maxlogdet {
 namespace {
+
+std::size_t checked(std::size_t capacity) {
+  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
+  return capacity;
+}
 
 // Whether none is NaN or infinite.
 bool are_finite(const double* values, std::size_t count) noexcept {
@@ -23,68 +29,65 @@ bool can_be_optimised_with(const FeatureMatch& match) noexcept {
 
 }  // namespace
 
-FrameMatches::FrameMatches(std::size_t capacity) : cameras_(Camera(), nullptr) {
-  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  ids_.resize(capacity);
-  points_.resize(3 * capacity);
-  measured_.resize(3 * capacity);
-  sigmas_.resize(capacity);
-  covariances_.resize(9 * capacity);
-  jacobians_.resize(6 * capacity);
-  for (auto* array : {&camera_ids_, &has_depth_cue_, &has_covariance_, &required_, &usable_, &broken_}) {
-    array->resize(capacity);
-  }
-  point_ids_.resize(capacity);
-  keyframes_.resize(capacity);
-}
+FrameMatches::FrameMatches(std::size_t capacity, Executor* executor)
+    : cameras_(Camera(), nullptr),
+      executor_(executor),
+      matches_(checked(capacity)),
+      sigmas_(capacity),
+      covariances_(9 * capacity),
+      jacobians_(6 * capacity),
+      camera_ids_(capacity),
+      has_depth_cue_(capacity),
+      usable_(capacity),
+      broken_(capacity),
+      blocks_(capacity) {}
 
 void FrameMatches::start(const FrameCameras& cameras) noexcept {
   cameras_ = cameras;
-  arrays_ = Matches();
-  arrays_.points = points_.data();
-  arrays_.sigmas = sigmas_.data();
-  arrays_.has_depth_cue = has_depth_cue_.data();
-  if (cameras.is_rig) arrays_.camera_ids = camera_ids_.data();
+  size_ = added_ = 0;
   depth_cue_ = DepthCue::none;
-  are_mixed_ = false;
-  added_ = 0;
+  are_mixed_ = has_covariances_ = has_jacobians_ = false;
+  are_all_usable_ = true;
+  blocks_.clear();
+  report_ = BlockReport();
 }
 
 void FrameMatches::add(const FeatureMatch& match) noexcept {
   ++added_;
-  if (size() == ids_.size()) return;
-  const std::size_t i = arrays_.size++;
-  ids_[i] = match.id;
-  std::copy_n(match.point, 3, &points_[3 * i]);
+  if (size_ == matches_.size()) return;
+  const std::size_t i = size_++;
+  FeatureMatch& kept = matches_[i];
+  kept = match;
+  if (match.covariance != nullptr || has_covariances_) {
+    kept.covariance = copy(match.covariance, 9, covariances_, has_covariances_);
+  }
+  if (match.jacobian != nullptr || has_jacobians_) {
+    kept.jacobian = copy(match.jacobian, 6, jacobians_, has_jacobians_);
+  }
   camera_ids_[i] = match.camera_id;
-  has_covariance_[i] = match.covariance != nullptr ? 1 : 0;
-  required_[i] = match.is_required ? 1 : 0;
-  point_ids_[i] = match.point_id;
-  keyframes_[i] = match.keyframe;
   measure(i, match);
-  put(match.covariance, 9, covariances_, arrays_.map_covariances);
-  put(match.jacobian, 6, jacobians_, arrays_.jacobians);
 }
 
 // The entries of the last match in an array that only some matches have; nothing is written before the first of them.
-void FrameMatches::put(const double* entries, std::size_t count, std::vector<double>& all,
-                       const double*& known) const noexcept {
-  if (entries == nullptr && known == nullptr) return;
-  double* const last = all.data() + count * (size() - 1);
-  if (known == nullptr) std::fill(all.data(), last, not_a_number);
-  known = all.data();
-  if (entries == nullptr) {
-    std::fill_n(last, count, not_a_number);
-  } else {
+const double* FrameMatches::copy(const double* entries, std::size_t count, std::vector<double>& all,
+                                 bool& is_any) const noexcept {
+  double* const last = all.data() + count * (size_ - 1);
+  if (!is_any) std::fill(all.data(), last, not_a_number);
+  is_any = true;
+  if (entries != nullptr) {
     std::copy_n(entries, count, last);
+    return last;
   }
+  std::fill_n(last, count, not_a_number);
+  return nullptr;
 }
 
 void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
-  sigmas_[i] = match.sigma;
-  double* const z = &measured_[3 * i];
-  std::copy_n(match.measured, 2, z);
-  z[2] = unmeasured;
+  FeatureMatch& kept = matches_[i];
+  std::copy_n(match.measured, 2, kept.measured);
+  kept.u_right = match.u_right;
+  kept.depth = match.depth;
+  kept.sigma = sigmas_[i] = match.sigma;
   const bool has_right = match.u_right >= 0 && match.u_right < infinity;
   const bool has_depth = match.depth > 0 && match.depth < infinity;
   has_depth_cue_[i] = has_right || has_depth ? 1 : 0;
@@ -92,82 +95,68 @@ void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
     const DepthCue cue = has_right ? DepthCue::stereo : DepthCue::depth;
     are_mixed_ = are_mixed_ || (has_right && has_depth) || (depth_cue_ != DepthCue::none && depth_cue_ != cue);
     depth_cue_ = cue;
-    z[2] = has_right ? match.u_right : match.depth;
   }
   usable_[i] = can_be_optimised_with(match) ? 1 : 0;
-  broken_[i] = 1 - usable_[i];
-  if (broken_[i] != 0) arrays_.usable = usable_.data();
+  broken_[i] = usable_[i] == 0 ? 1 : 0;
+  are_all_usable_ = are_all_usable_ && usable_[i] != 0;
 }
 
 void FrameMatches::leave_unmatched(std::size_t i) noexcept {
   usable_[i] = broken_[i] = 0;
-  arrays_.usable = usable_.data();
+  are_all_usable_ = false;
 }
 
-FeatureMatch FrameMatches::get(std::size_t i) const noexcept {
-  FeatureMatch match;
-  match.id = ids_[i];
-  std::copy_n(&points_[3 * i], 3, match.point);
-  std::copy_n(measured(i), 2, match.measured);
-  if (has_depth_cue_[i] != 0) (depth_cue_ == DepthCue::stereo ? match.u_right : match.depth) = measured(i)[2];
-  match.sigma = sigmas_[i];
-  match.camera_id = camera_ids_[i];
-  match.is_required = is_required(i);
-  if (has_covariance_[i] != 0) match.covariance = &covariances_[9 * i];
-  if (arrays_.jacobians != nullptr) match.jacobian = &jacobians_[6 * i];
-  match.point_id = point_ids_[i];
-  match.keyframe = keyframes_[i];
-  return match;
+Matches FrameMatches::arrays_from(std::size_t first, std::size_t count) const noexcept {
+  Matches matches;
+  if (count == 0) return matches;
+  matches.size = count;
+  matches.points = Points(matches_[first].point, sizeof(FeatureMatch));
+  matches.sigmas = &sigmas_[first];
+  matches.has_depth_cue = &has_depth_cue_[first];
+  if (!are_all_usable_) matches.usable = &usable_[first];
+  if (has_jacobians_) matches.jacobians = &jacobians_[6 * first];
+  if (cameras_.is_rig) matches.camera_ids = camera_ids() + first;
+  if (has_covariances_) matches.map_covariances = &covariances_[9 * first];
+  return matches;
 }
 
 BlockOptions FrameMatches::of_frame(BlockOptions options) const noexcept {
-  if (arrays_.map_covariances != nullptr) options.weighting = with_covariances(options.weighting);
+  if (has_covariances_) options.weighting = with_covariances(options.weighting);
   options.depth_cue = depth_cue_;
   return options;
 }
 
-// append_blocks writes unknown covariances out, of which map_sigma alone is the more exact form.
+// Of a match whose covariance is unknown, map_sigma alone: it stands in the array only once blocks are made.
 MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
-  MatchNoise noise = match_noise(arrays_, i, of_frame(options));
-  if (has_covariance_[i] == 0) noise.covariance = nullptr;
+  MatchNoise noise = match_noise(arrays_from(i, 1), 0, of_frame(options));
+  if (matches_[i].covariance == nullptr) noise.covariance = nullptr;
   return noise;
 }
 
-BlockReport FrameMatches::append(const Matches& matches, const BlockOptions& options, BlockStore& store,
+BlockReport FrameMatches::append(const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                                  Executor* executor) const noexcept {
   return cameras_.visit([&](const auto& cameras) {
-    return append_blocks(cameras, cameras_.T, matches, of_frame(options), store, executor);
+    return append_blocks(cameras, cameras_.T, matches, of_frame(options), blocks, executor);
   });
 }
 
-BlockReport FrameMatches::append_blocks_to(BlockStore& store, const BlockOptions& options,
-                                           Executor* executor) noexcept {
-  if (are_mixed_) {
-    BlockReport report;
-    report.error = Error::mixed_depth_cues;
-    return report;
-  }
-  for (std::size_t i = 0; i < size() && arrays_.map_covariances != nullptr; ++i) {
-    for (std::size_t e = 0; e < 9 && has_covariance_[i] == 0; ++e) {
+Error FrameMatches::make_blocks(const BlockOptions& options) noexcept {
+  blocks_.clear();
+  report_ = BlockReport();
+  if (are_mixed_) return report_.error = Error::mixed_depth_cues;
+  for (std::size_t i = 0; i < size_ && has_covariances_; ++i) {
+    for (std::size_t e = 0; e < 9 && matches_[i].covariance == nullptr; ++e) {
       covariances_[9 * i + e] = e % 4 == 0 ? options.map_sigma * options.map_sigma : 0;
     }
   }
-  return append(arrays_, options, store, executor);
+  report_ = append(arrays_from(0, size_), options, blocks_, executor_);
+  return report_.error;
 }
 
 int FrameMatches::block_of(std::size_t i, BlockStore& one, const BlockOptions& options,
                            double (&rows)[max_block_rows][state_dimension]) const noexcept {
-  Matches match = arrays_;
-  match.size = 1;
-  match.points = &points_[3 * i];
-  match.sigmas += i;
-  match.has_depth_cue += i;
-  match.usable = nullptr;
-  if (match.map_covariances != nullptr) match.map_covariances += 9 * i;
-  if (match.jacobians != nullptr) match.jacobians += 6 * i;
-  if (match.camera_ids != nullptr) match.camera_ids += i;
   one.clear();
-  append(match, options, one, nullptr);
+  append(arrays_from(i, 1), options, one, nullptr);
   return one.block(0, &rows[0][0]);
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernel/frame_answer.hpp"
-#include "kernel/frame_blocks.hpp"
+#include "kernel/frame_matches.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
 
@@ -15,8 +15,7 @@ class FrameRecording {
   bool open(const char* folder) noexcept { return recorder_.open(folder); }
   void start() noexcept { is_due_ = recorder_.is_open(); }
   /// Writes the frame if that is due, and nothing is missing.
-  void write(const FrameMatches& matches, const FrameBlocks& blocks, const FrameAnswer& answer,
-             double depth_sigma) noexcept;
+  void write(const FrameMatches& matches, const FrameAnswer& answer, double depth_sigma) noexcept;
 
  private:
   FrameRecorder recorder_;

@@ -18,17 +18,15 @@ class FrameSelector {
  public:
   FrameSelector(std::size_t capacity, Executor* executor);
 
-  /// `blocks` are those of the matches. `spread` as in GoodFeatures.
-  void select(const FrameMatches& matches, const BlockStore& blocks, const Options& asked, double spread,
-              const TimeLeft& time, FrameAnswer& answer) noexcept;
+  /// `spread` as in GoodFeatures. The matches have blocks.
+  void select(const FrameMatches& matches, const Options& asked, double spread, const TimeLeft& time,
+              FrameAnswer& answer) noexcept;
   /// The share of the information of all candidates that the answer keeps; NaN without an answer or a candidate.
   double efficiency(const BlockStore& blocks, const FrameAnswer& answer) noexcept;
 
  private:
-  std::size_t require(const FrameMatches& matches, const BlockStore& blocks, Options& options,
-                      FrameAnswer& answer) noexcept;
-  void spread_over_image(const FrameMatches& matches, const BlockStore& blocks, double cells_per_match,
-                         Options& options) noexcept;
+  std::size_t require(const FrameMatches& matches, Options& options, FrameAnswer& answer) noexcept;
+  void spread_over_image(const FrameMatches& matches, double cells_per_match, Options& options) noexcept;
 
   Selector selector_;
   ImageCells cells_;

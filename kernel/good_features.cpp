@@ -2,7 +2,6 @@
 #include <maxlogdet/good_features.hpp>
 
 #include "kernel/frame_answer.hpp"
-#include "kernel/frame_blocks.hpp"
 #include "kernel/frame_judge.hpp"
 #include "kernel/frame_matcher.hpp"
 #include "kernel/frame_matches.hpp"
@@ -15,15 +14,13 @@ namespace maxlogdet {
 struct GoodFeatures::State {
   State(std::size_t max_matches, Executor* executor)
       : capacity(max_matches),
-        matches(max_matches),
-        blocks(max_matches, executor),
+        matches(max_matches, executor),
         answer(max_matches),
         selector(max_matches, executor),
         judge(max_matches) {}
 
   void start(const FrameCameras& cameras) noexcept {
     matches.start(cameras);
-    blocks.clear();
     answer.start(nullptr);
     judge.start();
     recording.start();
@@ -33,7 +30,6 @@ struct GoodFeatures::State {
 
   std::size_t capacity;
   FrameMatches matches;
-  FrameBlocks blocks;
   FrameAnswer answer;
   FrameSelector selector;
   std::unique_ptr<FrameMatcher> matcher;  // from the first match() on
@@ -59,19 +55,19 @@ std::size_t GoodFeatures::size() const noexcept { return state_->matches.added()
 [[gnu::weak]] constexpr std::uint32_t GoodFeatures::no_id;
 
 std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
-  return i < state_->matches.size() ? state_->matches.id(i) : no_id;
+  return i < state_->matches.size() ? state_->matches[i].id : no_id;
 }
 
 Selection GoodFeatures::select(const Options& options) noexcept {
   const TimeLeft time(options.time_limit);
   State& s = *state_;
-  const Error error = s.blocks.make(s.matches, block_options);
+  const Error error = s.matches.make_blocks(block_options);
   if (error == Error::none) {
-    s.selector.select(s.matches, s.blocks.store, options, spread, time, s.answer);
+    s.selector.select(s.matches, options, spread, time, s.answer);
   } else {
     select_usable(s.matches, error, options.excluded, s.answer);
   }
-  s.recording.write(s.matches, s.blocks, s.answer, block_options.depth_sigma);
+  s.recording.write(s.matches, s.answer, block_options.depth_sigma);
   return selection();
 }
 
@@ -79,8 +75,8 @@ Selection GoodFeatures::match_by(const Options& options, MatchFunction function,
   const TimeLeft time(options.time_limit);
   State& s = *state_;
   if (!s.matcher) s.matcher = std::make_unique<FrameMatcher>(s.capacity);
-  s.matcher->match(s.matches, s.blocks, options, block_options, time, {function, context}, s.answer);
-  s.recording.write(s.matches, s.blocks, s.answer, block_options.depth_sigma);
+  s.matcher->match(s.matches, options, block_options, time, {function, context}, s.answer);
+  s.recording.write(s.matches, s.answer, block_options.depth_sigma);
   return selection();
 }
 
@@ -89,12 +85,14 @@ const char* GoodFeatures::reason() const noexcept {
   const Selection answer = selection();
   return state_->are_all_kept() || !answer.has_answer() ? answer.reason() : to_string(Error::capacity_exceeded);
 }
-const BlockReport& GoodFeatures::block_report() const noexcept { return state_->blocks.report; }
-const BlockStore& GoodFeatures::blocks() const noexcept { return state_->blocks.store; }
+const BlockReport& GoodFeatures::block_report() const noexcept { return state_->matches.report(); }
+const BlockStore& GoodFeatures::blocks() const noexcept { return state_->matches.blocks(); }
 bool GoodFeatures::is_selected(std::size_t i) const noexcept {
   return i < state_->matches.size() && state_->answer.contains(i);
 }
-double GoodFeatures::efficiency() noexcept { return state_->selector.efficiency(state_->blocks.store, state_->answer); }
+double GoodFeatures::efficiency() noexcept {
+  return state_->selector.efficiency(state_->matches.blocks(), state_->answer);
+}
 
 bool GoodFeatures::information(std::size_t i, double* omega) const noexcept {
   return write_information(state_->matches, i, block_options, omega);
