@@ -60,7 +60,6 @@ class FrameMatches {
   DepthCue depth_cue(std::size_t i) const noexcept { return has_depth_cue_[i] != 0 ? depth_cue_ : DepthCue::none; }
   /// What the matches have that have measured anything besides.
   DepthCue depth_cue() const noexcept { return depth_cue_; }
-  bool has_covariances() const noexcept { return has_covariances_; }
   bool has_jacobians() const noexcept { return has_jacobians_; }
   /// Of each match; nullptr without a rig.
   const unsigned char* camera_ids() const noexcept { return cameras_.is_rig ? camera_ids_.data() : nullptr; }

@@ -11,9 +11,9 @@ void FrameRecording::write(const FrameMatches& matches, const FrameAnswer& answe
   FrameDetails details;
   details.depth_cue = matches.depth_cue();
   details.depth_sigma = depth_sigma;
-  details.has_covariances = matches.has_covariances();
-  for (std::size_t i = 0; i < matches.size() && !details.has_keyframes; ++i) {
-    details.has_keyframes = matches[i].keyframe >= 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    details.has_covariances |= matches[i].covariance != nullptr;
+    details.has_keyframes |= matches[i].keyframe >= 0;
   }
   matches.cameras().visit([&](const auto& cameras) { return recorder_.start(cameras, matches.cameras().T, details); });
   for (std::size_t i = 0; i < matches.size(); ++i) {
