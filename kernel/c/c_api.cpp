@@ -63,9 +63,6 @@ struct maxlogdet_block_store {
 struct maxlogdet_selector {
   maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks)
       : executor(callbacks), selector(capacity, executor.get()) {}
-  // Not copyable: the selector points to the executor.
-  maxlogdet_selector(const maxlogdet_selector&) = delete;
-  maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
 
   CallbackExecutor executor;
   maxlogdet::Selector selector;

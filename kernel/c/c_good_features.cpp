@@ -17,9 +17,6 @@ struct maxlogdet_good_features {
       : executor(callbacks), features(capacity_, executor.get()), capacity(capacity_) {
     keep_answer(MAXLOGDET_ERROR_NONE);
   }
-  // Not copyable: the features point to the executor.
-  maxlogdet_good_features(const maxlogdet_good_features&) = delete;
-  maxlogdet_good_features& operator=(const maxlogdet_good_features&) = delete;
 
   // Refused arguments become some that C++ refuses.
   template <class Cameras>

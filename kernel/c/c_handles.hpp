@@ -23,6 +23,9 @@ extern const maxlogdet_block_report refused_report;
 class CallbackExecutor final : public Executor {
  public:
   explicit CallbackExecutor(const maxlogdet_executor& callbacks) noexcept : callbacks_(callbacks) {}
+  // Not copyable, nor is a handle that has one: what it holds besides points to the executor.
+  CallbackExecutor(const CallbackExecutor&) = delete;
+  CallbackExecutor& operator=(const CallbackExecutor&) = delete;
 
   /// nullptr if there are no functions.
   Executor* get() noexcept { return callbacks_.run == nullptr ? nullptr : this; }
@@ -56,7 +59,7 @@ maxlogdet_error change(Handle* handle, const Work& work) noexcept {
 
 /// Makes a handle that needs no executor; nullptr after an error.
 template <class Handle>
-maxlogdet_error create(size_t capacity, Handle** handle) noexcept {
+maxlogdet_error create(size_t capacity, Handle** handle) {
   return change(handle, [=](Handle*& made) {
     made = nullptr;
     made = new Handle(capacity);
@@ -65,7 +68,7 @@ maxlogdet_error create(size_t capacity, Handle** handle) noexcept {
 
 /// The same with an optional executor.
 template <class Handle>
-maxlogdet_error create(size_t capacity, const maxlogdet_executor* executor, Handle** handle) noexcept {
+maxlogdet_error create(size_t capacity, const maxlogdet_executor* executor, Handle** handle) {
   if (handle != nullptr) *handle = nullptr;
   maxlogdet_executor callbacks;
   if (!read(executor, callbacks)) return refused;
