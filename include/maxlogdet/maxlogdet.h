@@ -63,8 +63,8 @@ void maxlogdet_good_features_destroy(maxlogdet_good_features* good);
 /// `measurement_and_map` in a frame where some match has a covariance. Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_block_options(maxlogdet_good_features* good,
                                                           const maxlogdet_block_options* options);
-/// At most one match of each of spread * budget cells of the image; 0, the default: off. Returns none or
-/// invalid_argument.
+/// At most one match of each of spread * budget cells of the image, as GoodFeatures::spread; 0, the default: off.
+/// Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_spread(maxlogdet_good_features* good, double spread);
 /// Nonzero: the optimiser weights residuals by information, and so does outliers. Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_weighted(maxlogdet_good_features* good, int32_t is_weighted);
@@ -96,9 +96,10 @@ const maxlogdet_selection* maxlogdet_good_features_select(maxlogdet_good_feature
 /// Fills in what it measures of match i, and returns nonzero if it has found it. May not call functions with the
 /// handle.
 typedef int32_t (*maxlogdet_match_function)(void* context, size_t i, maxlogdet_match* match);
-/// Active matching: calls try_to_match(context, i, &match) for the points of maximum gain until enough are found, and
-/// returns these, as select does. After an error, also for refused options, points are tried in their order; nothing
-/// is tried without try_to_match, and when the first call of a handle finds no memory.
+/// Active matching: calls try_to_match(context, i, &match) for required points, then for those of maximum gain until
+/// enough are found or the time limit has passed, and returns these, as select does. After an error, also for refused
+/// options, points are tried in their order; nothing is tried without try_to_match, and when the first call of a handle
+/// finds no memory.
 const maxlogdet_selection* maxlogdet_good_features_match(maxlogdet_good_features* good,
                                                          const maxlogdet_options* options,
                                                          maxlogdet_match_function try_to_match, void* context);
