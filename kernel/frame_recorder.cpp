@@ -47,17 +47,14 @@ void put(std::string& text, double value) {
 }
 #endif
 
+// The rest of a line that begins with `name`.
 template <class Number>
-void put_list(std::string& text, const Number* values, std::size_t count) {
+void put_line(std::string& text, const std::string& name, const Number* values, std::size_t count) {
+  text += name;
   for (std::size_t i = 0; i < count; ++i) {
     if (i > 0) text += ',';
     put(text, values[i]);
   }
-}
-
-void put_transform(std::string& text, const char* name, const RigidTransform& T) {
-  text.append("# ").append(name).append(": ");
-  put_list(text, T.data(), 12);
   text += '\n';
 }
 
@@ -167,15 +164,11 @@ bool FrameRecorder::start_frame(const RigCamera* cameras, std::size_t count, con
   }
   text_.clear();
   put_cameras(cameras, count);
-  if (details_.width > 0 && details_.height > 0) {
-    const int size[2] = {details_.width, details_.height};
-    text_ += "# image width,height: ";
-    put_list(text_, size, 2);
-    text_ += '\n';
-  }
-  put_transform(
-      text_, is_rig_ ? "Tcw_prior (3x4 row-major, world to body)" : "Tcw_prior (3x4 row-major, world to camera)", pose);
-  if (is_rigid(details_.T_cw_true)) put_transform(text_, "Tcw_true (3x4 row-major)", details_.T_cw_true);
+  const int size[2] = {details_.width, details_.height};
+  if (size[0] > 0 && size[1] > 0) put_line(text_, "# image width,height: ", size, 2);
+  const char* const frame = is_rig_ ? "body" : "camera";
+  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", pose.data(), 12);
+  if (is_rigid(details_.T_cw_true)) put_line(text_, "# Tcw_true (3x4 row-major): ", details_.T_cw_true.data(), 12);
   put_names_of_columns();
   is_started_ = true;
   return true;
@@ -187,24 +180,17 @@ void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
   for (std::size_t c = 0; c < count; ++c) {
     const Camera& camera = cameras[c].camera;
     const PinholeCamera& pinhole = camera.pinhole;
-    const double numbers[5] = {pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy,
-                               std::isfinite(pinhole.bf) ? std::max(pinhole.bf, 0.0) : 0};
     const bool is_rectified = !is_rig_ && camera.model == CameraModel::pinhole;
+    double numbers[9] = {pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy};
+    std::size_t filled = 4;
+    if (is_rectified) numbers[filled++] = std::isfinite(pinhole.bf) ? std::max(pinhole.bf, 0.0) : 0;
+    for (std::size_t p = 0; p < parameter_count(camera.model); ++p) numbers[filled++] = camera.parameters[p];
     const std::string place = is_rig_ ? " " + std::to_string(c) : "";
-    if (is_rectified) {
-      text_ += "# fx,fy,cx,cy,bf: ";
-    } else {
-      text_.append("# camera").append(place).append(": ").append(to_string(camera.model)).append(",");
-    }
-    put_list(text_, numbers, is_rectified ? 5 : 4);
-    for (std::size_t p = 0; p < parameter_count(camera.model); ++p) put(text_ += ',', camera.parameters[p]);
-    text_ += '\n';
-    if (is_rig_) put_transform(text_, ("T_cb" + place).c_str(), cameras[c].T_cb);
+    const std::string model = "# camera" + place + ": " + to_string(camera.model) + ",";
+    put_line(text_, is_rectified ? "# fx,fy,cx,cy,bf: " : model, numbers, filled);
+    if (is_rig_) put_line(text_, "# T_cb" + place + ": ", cameras[c].T_cb.data(), 12);
   }
-  if (details_.depth_cue == DepthCue::depth) {
-    put(text_ += "# depth_sigma: ", details_.depth_sigma);
-    text_ += '\n';
-  }
+  if (details_.depth_cue == DepthCue::depth) put_line(text_, "# depth_sigma: ", &details_.depth_sigma, 1);
 }
 
 void FrameRecorder::put_names_of_columns() {

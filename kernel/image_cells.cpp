@@ -8,51 +8,42 @@
 namespace maxlogdet {
 
 struct ImageCells::State {
+  using Iterator = std::vector<std::uint32_t>::iterator;
+
   explicit State(std::size_t capacity) : max_matches(capacity) {
     groups.reserve(capacity);
     members.reserve(capacity);
   }
 
-  struct Positions {
-    const double* uv;
-    std::size_t stride;
-    const std::uint8_t* camera_ids;
+  double at(std::uint32_t i, std::size_t axis) const noexcept { return uv[stride * i + axis]; }
+  unsigned camera(std::uint32_t i) const noexcept { return camera_ids == nullptr ? 0 : camera_ids[i]; }
 
-    double at(std::uint32_t i, std::size_t axis) const noexcept { return uv[stride * i + axis]; }
-    std::uint8_t camera(std::uint32_t i) const noexcept {
-      return camera_ids == nullptr ? std::uint8_t{0} : camera_ids[i];
-    }
-  };
-
-  using Iterator = std::vector<std::uint32_t>::iterator;
-
-  void divide(const Positions& at, Iterator begin, Iterator end, std::size_t cells) noexcept;
-  void divide_by_camera(const Positions& at, Iterator begin, Iterator end, std::size_t cells) noexcept;
+  std::size_t longer_side(Iterator begin, Iterator end) const noexcept;
+  void divide(Iterator begin, Iterator end, std::size_t cells) noexcept;
+  void divide_by_camera(Iterator begin, Iterator end, std::size_t cells) noexcept;
 
   std::size_t max_matches;
   std::vector<std::uint32_t> groups;
   std::vector<std::uint32_t> members;  // matches to spread; those of a cell are side by side
   std::uint32_t count = 0;
+  const double* uv = nullptr;  // these three: the arguments of assign()
+  std::size_t stride = 0;
+  const std::uint8_t* camera_ids = nullptr;
 };
 
-namespace {
-
 // The axis along which the members extend further.
-template <class Positions, class Iterator>
-std::size_t longer_side(const Positions& at, Iterator begin, Iterator end) noexcept {
+std::size_t ImageCells::State::longer_side(Iterator begin, Iterator end) const noexcept {
   double extent[2];
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const auto less = [&](std::uint32_t a, std::uint32_t b) { return at.at(a, axis) < at.at(b, axis); };
+    const auto less = [=](std::uint32_t a, std::uint32_t b) { return at(a, axis) < at(b, axis); };
     const auto sides = std::minmax_element(begin, end, less);
-    extent[axis] = at.at(*sides.second, axis) - at.at(*sides.first, axis);
+    extent[axis] = at(*sides.second, axis) - at(*sides.first, axis);
   }
   return extent[1] > extent[0] ? 1 : 0;
 }
 
-}  // namespace
-
 // Ties go to the lower index, so that the parts do not depend on the order of the members.
-void ImageCells::State::divide(const Positions& at, Iterator begin, Iterator end, std::size_t cells) noexcept {
+void ImageCells::State::divide(Iterator begin, Iterator end, std::size_t cells) noexcept {
   const auto size = static_cast<std::size_t>(end - begin);
   cells = std::min(cells, size);
   if (cells <= 1) {
@@ -60,26 +51,25 @@ void ImageCells::State::divide(const Positions& at, Iterator begin, Iterator end
     if (begin != end) ++count;
     return;
   }
-  const std::size_t axis = longer_side(at, begin, end);
+  const std::size_t axis = longer_side(begin, end);
   const std::size_t lower_cells = cells / 2;
   const Iterator middle = begin + static_cast<std::ptrdiff_t>((2 * size * lower_cells + cells) / (2 * cells));
-  std::nth_element(begin, middle, end, [&](std::uint32_t a, std::uint32_t b) {
-    return at.at(a, axis) < at.at(b, axis) || (at.at(a, axis) == at.at(b, axis) && a < b);
+  std::nth_element(begin, middle, end, [=](std::uint32_t a, std::uint32_t b) {
+    return at(a, axis) < at(b, axis) || (at(a, axis) == at(b, axis) && a < b);
   });
-  divide(at, begin, middle, lower_cells);
-  divide(at, middle, end, cells - lower_cells);
+  divide(begin, middle, lower_cells);
+  divide(middle, end, cells - lower_cells);
 }
 
 // Cameras in turn, each with cells in proportion to its matches, at least one.
-void ImageCells::State::divide_by_camera(const Positions& at, Iterator begin, Iterator end,
-                                         std::size_t cells) noexcept {
+void ImageCells::State::divide_by_camera(Iterator begin, Iterator end, std::size_t cells) noexcept {
   while (begin != end) {
-    const auto by_camera = [&](std::uint32_t a, std::uint32_t b) { return at.camera(a) < at.camera(b); };
-    const std::uint8_t camera = at.camera(*std::min_element(begin, end, by_camera));
-    const Iterator middle = std::partition(begin, end, [&](std::uint32_t i) { return at.camera(i) == camera; });
+    const auto by_camera = [=](std::uint32_t a, std::uint32_t b) { return camera(a) < camera(b); };
+    const unsigned first = camera(*std::min_element(begin, end, by_camera));
+    const Iterator middle = std::partition(begin, end, [=](std::uint32_t i) { return camera(i) == first; });
     const auto own = static_cast<std::size_t>(middle - begin), all = static_cast<std::size_t>(end - begin);
     const std::size_t share = std::max<std::size_t>((2 * cells * own + all) / (2 * all), 1);
-    divide(at, begin, middle, share);
+    divide(begin, middle, share);
     cells -= std::min(cells, share);
     begin = middle;
   }
@@ -94,19 +84,21 @@ bool ImageCells::assign(const double* uv, std::size_t stride, std::size_t n, std
                         const unsigned char* is_spread, const std::uint8_t* camera_ids) noexcept {
   State& s = *state_;
   if (n > s.max_matches) return false;
-  const State::Positions at{uv, stride, camera_ids};
+  s.uv = uv;
+  s.stride = stride;
+  s.camera_ids = camera_ids;
   s.groups.assign(n, 0);
   s.members.clear();
   s.count = 0;
   for (std::uint32_t i = 0; i < n; ++i) {
-    const bool has_place = std::isfinite(at.at(i, 0)) && std::isfinite(at.at(i, 1));
+    const bool has_place = std::isfinite(s.at(i, 0)) && std::isfinite(s.at(i, 1));
     if (has_place && (is_spread == nullptr || is_spread[i] != 0)) {
       s.members.push_back(i);
     } else {
       s.groups[i] = s.count++;
     }
   }
-  s.divide_by_camera(at, s.members.begin(), s.members.end(), cells);
+  s.divide_by_camera(s.members.begin(), s.members.end(), cells);
   return true;
 }
 

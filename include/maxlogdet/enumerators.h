@@ -10,42 +10,34 @@
 extern "C" {
 #endif
 
-/// What is wrong; maxlogdet_error_explanation says it in words. Negative values are C's own.
+/// What is wrong, as maxlogdet_error_explanation says it in words. Negative values are C's own.
 typedef int32_t maxlogdet_error;
 enum {
-  MAXLOGDET_ERROR_OUT_OF_MEMORY = -2,       ///< there is no memory; nothing has been done
-  MAXLOGDET_ERROR_INVALID_ARGUMENT = -1,    ///< a null pointer, a struct that init has not filled in, or no functions
-  MAXLOGDET_ERROR_NONE = 0,                 ///< nothing is wrong
-  MAXLOGDET_ERROR_CAPACITY_EXCEEDED = 1,    ///< more candidates, or matches, than the capacity
-  MAXLOGDET_ERROR_INVALID_STRATEGY = 2,     ///< not one of the enumerators, or not one that active matching has
-  MAXLOGDET_ERROR_INVALID_EPSILON = 3,      ///< stochastic_epsilon is not in (0, 1)
-  MAXLOGDET_ERROR_INVALID_PRIOR = 4,        ///< not finite, not symmetric, or not safely positive definite
-                                            ///< (docs/numerics.md)
-  MAXLOGDET_ERROR_INVALID_TIME_LIMIT = 5,   ///< time_limit is negative or NaN
-  MAXLOGDET_ERROR_INVALID_THREADS = 6,      ///< threads is negative
-  MAXLOGDET_ERROR_INVALID_GROUPS = 7,       ///< a group is not below group_count, or the spread is negative or not
-                                            ///< finite
-  MAXLOGDET_ERROR_UNSUPPORTED_GROUPS = 8,   ///< the strategy does not support groups
-  MAXLOGDET_ERROR_INVALID_TARGET = 9,       ///< negative, NaN or infinite, or target_efficiency is above 1
-  MAXLOGDET_ERROR_UNSUPPORTED_TARGET = 10,  ///< relaxed, backward_greedy and exchanges have no order in which a target
-                                            ///< could end them
-  MAXLOGDET_ERROR_INFEASIBLE = 11,          ///< a required candidate is excluded or has no block, or more are required
-                                            ///< than may be selected
-  MAXLOGDET_ERROR_UNSUPPORTED_ISA = 12,     ///< MAXLOGDET_ISA names an instruction set that is not built in, or not
-                                            ///< supported by this machine
-  MAXLOGDET_ERROR_INVALID_CAMERA = 13,      ///< fx or fy is not positive, a parameter is out of its range, or a right
-                                            ///< column needs bf > 0
-  MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL = 14,   ///< the model is not an enumerator
-  MAXLOGDET_ERROR_INVALID_CAMERA_ID = 15,      ///< a camera_id is not below the size of the rig, which has 1 to 256
-                                               ///< cameras
-  MAXLOGDET_ERROR_INVALID_POSE = 16,           ///< missing, not finite, or not a rotation and a translation
-  MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS = 17,  ///< a deviation, min_depth or threads is out of its range, or an
-                                               ///< enumerator is unknown
-  MAXLOGDET_ERROR_MISSING_POINTS = 18,         ///< there are matches, but no points
-  MAXLOGDET_ERROR_INVALID_STRIDE = 19,         ///< not a whole number of coordinates, three at least, side by side
-  MAXLOGDET_ERROR_MIXED_DEPTH_CUES = 20,       ///< some matches of the frame have a right column, and some a depth
-  MAXLOGDET_ERROR_NOTHING_PROPOSED = 21,       ///< this candidate is not proposed
-  MAXLOGDET_ERROR_INVALID_BLOCK = 22           ///< the measured block is missing, has not 1 to 3 rows, or is not finite
+  MAXLOGDET_ERROR_OUT_OF_MEMORY = -2,     ///< there is no memory; nothing has been done
+  MAXLOGDET_ERROR_INVALID_ARGUMENT = -1,  ///< a null pointer, a struct that init has not filled in, or no functions
+  MAXLOGDET_ERROR_NONE = 0,
+  MAXLOGDET_ERROR_CAPACITY_EXCEEDED = 1,
+  MAXLOGDET_ERROR_INVALID_STRATEGY = 2,
+  MAXLOGDET_ERROR_INVALID_EPSILON = 3,
+  MAXLOGDET_ERROR_INVALID_PRIOR = 4,
+  MAXLOGDET_ERROR_INVALID_TIME_LIMIT = 5,
+  MAXLOGDET_ERROR_INVALID_THREADS = 6,
+  MAXLOGDET_ERROR_INVALID_GROUPS = 7,
+  MAXLOGDET_ERROR_UNSUPPORTED_GROUPS = 8,
+  MAXLOGDET_ERROR_INVALID_TARGET = 9,
+  MAXLOGDET_ERROR_UNSUPPORTED_TARGET = 10,
+  MAXLOGDET_ERROR_INFEASIBLE = 11,
+  MAXLOGDET_ERROR_UNSUPPORTED_ISA = 12,
+  MAXLOGDET_ERROR_INVALID_CAMERA = 13,
+  MAXLOGDET_ERROR_UNKNOWN_CAMERA_MODEL = 14,
+  MAXLOGDET_ERROR_INVALID_CAMERA_ID = 15,
+  MAXLOGDET_ERROR_INVALID_POSE = 16,
+  MAXLOGDET_ERROR_INVALID_BLOCK_OPTIONS = 17,
+  MAXLOGDET_ERROR_MISSING_POINTS = 18,
+  MAXLOGDET_ERROR_INVALID_STRIDE = 19,
+  MAXLOGDET_ERROR_MIXED_DEPTH_CUES = 20,
+  MAXLOGDET_ERROR_NOTHING_PROPOSED = 21,
+  MAXLOGDET_ERROR_INVALID_BLOCK = 22
 };
 
 /// How a selection ended.
@@ -73,11 +65,10 @@ enum {
 /// Which linearised problem a block describes (maxlogdet/jacobian.hpp has the equations).
 typedef int32_t maxlogdet_weighting;
 enum {
-  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,        ///< the paper's H_c, with points in the camera frame
-  MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,  ///< the same with points in the world frame
-  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,     ///< the default: H_x / sigma, up to a rotation of its rows
-  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP =
-      3  ///< H_x whitened by the noise of measurement and map: with map_covariances
+  MAXLOGDET_WEIGHTING_MAP_BIAS = 0,            ///< the paper's H_c, with points in the camera frame
+  MAXLOGDET_WEIGHTING_MAP_BIAS_WORLD = 1,      ///< the same with points in the world frame
+  MAXLOGDET_WEIGHTING_MEASUREMENT = 2,         ///< the default: H_x / sigma, up to a rotation of its rows
+  MAXLOGDET_WEIGHTING_MEASUREMENT_AND_MAP = 3  ///< whitened by the noise of measurement and map
 };
 
 /// What a third row measures, for the matches that have one.
@@ -104,18 +95,14 @@ enum {
   MAXLOGDET_POINT_TYPE_FLOAT32 = 1   ///< float
 };
 
-/// Name of the enumerator in lower case ("invalid_prior"); "unknown" for any other value. A constant.
+// The name of the enumerator in lower case ("invalid_prior"), a constant; "unknown" for any other value.
 const char* maxlogdet_error_name(maxlogdet_error error);
+const char* maxlogdet_status_name(maxlogdet_status status);
+const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
+const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
+const char* maxlogdet_camera_model_name(maxlogdet_camera_model model);
 /// What is wrong, in words.
 const char* maxlogdet_error_explanation(maxlogdet_error error);
-/// Name of the enumerator; "unknown" for any other value.
-const char* maxlogdet_status_name(maxlogdet_status status);
-/// Name of the enumerator; "unknown" for any other value.
-const char* maxlogdet_strategy_name(maxlogdet_strategy strategy);
-/// Name of the enumerator; "unknown" for any other value.
-const char* maxlogdet_weighting_name(maxlogdet_weighting weighting);
-/// Name of the enumerator; "unknown" for any other value.
-const char* maxlogdet_camera_model_name(maxlogdet_camera_model model);
 
 #ifdef __cplusplus
 }

@@ -69,8 +69,9 @@ class GoodFeatures {
   Selection select(const Options& options) noexcept;
 
   /// Active matching: calls bool try_to_match(std::size_t i, FeatureMatch& match), which fills in what it measures and
-  /// returns whether it has found match i, for the points of maximum gain until enough are found. Returns these, in
-  /// that order; what was not found, or not tried, is then neither selected nor an outlier.
+  /// returns whether it has found match i, for required points, then for those of maximum gain until enough are found
+  /// or the time limit has passed. Returns these, in that order; what was not found, or not tried, is then neither
+  /// selected nor an outlier.
   template <class TryToMatch>
   Selection match(const Options& options, TryToMatch&& try_to_match) {
     using Function = typename std::remove_reference<TryToMatch>::type;

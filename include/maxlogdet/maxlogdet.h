@@ -31,15 +31,14 @@ extern "C" {
 typedef struct maxlogdet_match {
   size_t struct_size;  ///< set by init
   double point[3];     ///< p_w, world frame, m
-  double measured[2];  ///< u, v, px, as the camera's model has them (distorted, unless it is a rectified pinhole);
-                       ///< default MAXLOGDET_UNMEASURED; outliers and record need it
-  double u_right;      ///< stereo: the column in the right image, px; negative or not finite, the default: not
-                       ///< measured
-  double depth;        ///< RGB-D: m; not positive or not finite, the default: not measured
+  double measured[2];  ///< u, v, px, as the camera's model has them; default MAXLOGDET_UNMEASURED; outliers and record
+                       ///< need it
+  double u_right;      ///< stereo: the column in the right image, px; negative, the default: not measured
+  double depth;        ///< RGB-D: m; not positive, the default: not measured
   double sigma;        ///< standard deviation of u, v and u_right, px; default 1
   const double* covariance;  ///< of the point, 3 x 3, world frame, m^2; copied. null, the default: unknown
-  const double* jacobian;    ///< 2 x 3 row-major, d (u, v) / d p_c; copied. null, the default: the camera's; in a frame
-                             ///< where some matches have one, a match without one is no candidate
+  const double* jacobian;    ///< 2 x 3 row-major, d (u, v) / d p_c; copied. null, the default: the camera's; either all
+                             ///< matches have one, or those without are no candidates
   uint32_t id;               ///< the caller's: a slot, an index; the library does not read it; default 0
   uint8_t camera_id;         ///< which camera of a rig; default 0
   uint8_t is_required;       ///< nonzero: selected in any case, and counts towards the budget; default 0
@@ -64,11 +63,10 @@ void maxlogdet_good_features_destroy(maxlogdet_good_features* good);
 /// `measurement_and_map` in a frame where some match has a covariance. Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_block_options(maxlogdet_good_features* good,
                                                           const maxlogdet_block_options* options);
-/// Where neighbouring matches share errors, 1.5: at most one match of each of spread * budget cells of the image. 0,
-/// the default: off. Needs measurements; ignored where the options have groups. Returns none or invalid_argument.
+/// At most one match of each of spread * budget cells of the image, as GoodFeatures::spread; 0, the default: off.
+/// Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_spread(maxlogdet_good_features* good, double spread);
-/// Nonzero: the optimiser weights residuals by information; outliers then does, too. Default 0. Returns none or
-/// invalid_argument.
+/// Nonzero: the optimiser weights residuals by information, and so does outliers. Returns none or invalid_argument.
 maxlogdet_error maxlogdet_good_features_set_weighted(maxlogdet_good_features* good, int32_t is_weighted);
 
 /// Starts a frame without matches. `T_cw`, world to camera: the first 12 entries of a row-major 3 x 4 or 4 x 4 matrix,
@@ -98,9 +96,10 @@ const maxlogdet_selection* maxlogdet_good_features_select(maxlogdet_good_feature
 /// Fills in what it measures of match i, and returns nonzero if it has found it. May not call functions with the
 /// handle.
 typedef int32_t (*maxlogdet_match_function)(void* context, size_t i, maxlogdet_match* match);
-/// Active matching: calls try_to_match(context, i, &match) for the points of maximum gain until enough are found, and
-/// returns these, as select does. After an error, also for refused options, points are tried in their order; nothing
-/// is tried without try_to_match, and when the first call of a handle finds no memory.
+/// Active matching: calls try_to_match(context, i, &match) for required points, then for those of maximum gain until
+/// enough are found or the time limit has passed, and returns these, as select does. After an error, also for refused
+/// options, points are tried in their order; nothing is tried without try_to_match, and when the first call of a handle
+/// finds no memory.
 const maxlogdet_selection* maxlogdet_good_features_match(maxlogdet_good_features* good,
                                                          const maxlogdet_options* options,
                                                          maxlogdet_match_function try_to_match, void* context);
@@ -123,7 +122,7 @@ size_t maxlogdet_good_features_outliers(maxlogdet_good_features* good, const dou
 /// Returns 1 if outliers has returned match i: its chi2 is above the 95 % quantile.
 int32_t maxlogdet_good_features_is_outlier(const maxlogdet_good_features* good, size_t i);
 /// Squared error of match i in standard deviations, after outliers: infinite where the point has no image or the match
-/// is not usable; NaN for a selected match, one without measurement, and in a frame with the caller's Jacobians.
+/// is not usable; NaN where there is none.
 double maxlogdet_good_features_chi2(const maxlogdet_good_features* good, size_t i);
 
 /// Writes Omega of match i, the weight of its residual in an optimiser that holds points fixed, at the pose of start:
@@ -132,9 +131,8 @@ int32_t maxlogdet_good_features_information(const maxlogdet_good_features* good,
 /// Likewise writes W, lower triangular, W^T W = Omega, by which the residual is multiplied.
 int32_t maxlogdet_good_features_whitening(const maxlogdet_good_features* good, size_t i, double* W);
 
-/// From the next start on, writes every frame that is selected from into the folder, for `maxlogdet evaluate FOLDER`
-/// (docs/evaluate.md). Returns 1 if frames will be recorded, else 0; a problem, also a later one, is said in one line
-/// on stderr, ends the recording, and changes no selection. While it is on, select allocates and does I/O.
+/// From the next start on, writes every frame that is selected from into the folder, for `maxlogdet evaluate FOLDER`;
+/// select then allocates and does I/O. Returns 1 if frames will be recorded, else 0; a problem is said on stderr.
 int32_t maxlogdet_good_features_record(maxlogdet_good_features* good, const char* folder);
 
 /// Version of the linked library; MAXLOGDET_VERSION is that of the header.

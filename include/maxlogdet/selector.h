@@ -37,9 +37,8 @@ int32_t maxlogdet_block_store_is_valid(const maxlogdet_block_store* blocks, size
 /// The number of candidates without a block.
 size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks);
 
-/// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32. A null
-/// block, other rows, or entries that float32 cannot hold make an invalid candidate, which is never selected. Returns
-/// none, out_of_memory (only when the capacity does not suffice) or invalid_argument.
+/// Appends a block, rows x 6 row-major, columns (translation, rotation), rows in {1, 2, 3}, rounded to float32; what is
+/// none is an invalid candidate. Returns none, out_of_memory (only beyond the capacity) or invalid_argument.
 maxlogdet_error maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows);
 /// Appends an invalid candidate, a match without a block.
 maxlogdet_error maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks);
@@ -56,10 +55,8 @@ typedef struct maxlogdet_matches {
   const uint8_t* has_depth_cue;     ///< n: nonzero where the match has the depth cue; default: all have it
   const uint8_t* usable;            ///< n: zero keeps a match as an invalid candidate; default: all are usable
   const double* weights;            ///< n: w >= 0 multiplies H^T H; default 1
-  const double* map_covariances;    ///< n x 3 x 3: of the points, world frame, m^2, the upper triangle is read;
-                                    ///< default map_sigma^2 I
-  const double* jacobians;          ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m, of a model of the caller's
-                                    ///< own; default: the camera's
+  const double* map_covariances;    ///< n x 3 x 3: of the points, world frame, m^2; default map_sigma^2 I
+  const double* jacobians;          ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m; default: the camera's
   const uint8_t* camera_ids;        ///< n: index of the match's camera in the rig; default 0
 } maxlogdet_matches;
 /// Sets struct_size and the defaults, as maxlogdet_camera_init.
@@ -84,9 +81,8 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
                                                              maxlogdet_block_store* blocks,
                                                              const maxlogdet_executor* executor);
 
-/// Writes Omega, the weight of the residual of match i in an optimiser that holds points fixed (match_information.hpp),
-/// r x r row-major, r = 3 with a depth cue, else 2. `camera` and `T_cw` are those that saw the match, also on a rig.
-/// Returns 1, or 0 without writing anything: for a null pointer, an invalid i, or where a match has no block.
+/// As maxlogdet_good_features_information, by the camera and T_cw that saw the match, also on a rig. Returns 0 also for
+/// a null pointer or an invalid i.
 int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
                                     const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
                                     double* omega);
@@ -129,12 +125,11 @@ maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* act
                                                  const maxlogdet_options* options);
 
 /// Returns the candidate of maximum gain that is neither accepted nor rejected; while proposals are unanswered, the
-/// first of these again. MAXLOGDET_NONE when the budget is reached, nothing is left, or the time limit has passed; and
-/// once the targets are met, even if proposals of a batch are unanswered, which may still be answered.
+/// first of these again. MAXLOGDET_NONE when the budget is reached, the targets are met, nothing is left, or the time
+/// limit has passed.
 uint32_t maxlogdet_active_selection_next(maxlogdet_active_selection* active);
-/// Writes the `count` candidates of maximum current gain that may all be accepted, best first, and returns how many.
-/// While proposals are unanswered, returns these again. Returns 0 where next is MAXLOGDET_NONE, and for a `count` of 0
-/// or a null pointer, which change nothing.
+/// Writes the `count` candidates of maximum current gain that may all be accepted, best first, and returns how many: 0
+/// where next is MAXLOGDET_NONE, and for a `count` of 0 or a null pointer. Unanswered proposals are returned again.
 size_t maxlogdet_active_selection_next_batch(maxlogdet_active_selection* active, uint32_t* indices, size_t count);
 
 /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns none or nothing_proposed.

@@ -2,7 +2,7 @@
 #pragma once
 
 // The structs of maxlogdet/maxlogdet.h; docs/c_api.md tells how they may grow. Fields are those of C++, in their
-// order; Options::target.efficiency is target_efficiency here.
+// order, with the same defaults; Options::target.efficiency is target_efficiency here. The C++ headers say more.
 
 // NOLINTBEGIN(modernize-deprecated-headers,modernize-use-using): this is C
 #include <maxlogdet/enumerators.h>
@@ -63,31 +63,26 @@ typedef struct maxlogdet_block_report {
 typedef struct maxlogdet_options {
   size_t struct_size;           ///< set by init
   size_t budget;                ///< how many to select; all, if there are fewer; default 200
-  const double* prior;          ///< information before any match, 6 x 6 row-major, symmetric positive definite, in the
-                                ///< units of the blocks; null, the default: 1e-5 I
+  const double* prior;          ///< information, 6 x 6 row-major, in the units of the blocks; null, the default: 1e-5 I
   double time_limit;            ///< s, after which the budget is filled at once; 0, the default: none
   maxlogdet_strategy strategy;  ///< default lazy_greedy
-  int32_t threads;              ///< 1: only the calling one; 0, the default: as many of the executor as pay off; m: at
-                                ///< most m
+  int32_t threads;              ///< 1: the calling one; 0, the default: as many as pay off; m: at most m
   const uint8_t* required;      ///< n: nonzero is selected in any case, first; null: none
   const uint8_t* excluded;      ///< n: nonzero is not selected; null: none
-  double target_efficiency;     ///< in (0, 1]: stop when (det of the information / det of that of all candidates that
-                                ///< are valid and not excluded)^(1/6) is that high; 0, the default: none. If several
-                                ///< targets are given, all must be met
-  double target_translation_sigma;  ///< m: stop when the expected standard deviation of the translation, the root of
-                                    ///< the trace of its block of the inverse information, is at most that; 0, the
-                                    ///< default: none
+  double target_efficiency;     ///< in (0, 1]: stop at that share of the information of all; 0, the default: none. If
+                                ///< several targets are given, all must be met
+  double target_translation_sigma;  ///< m: stop at that expected standard deviation; 0, the default: none
   double target_rotation_sigma;     ///< rad: the same of the rotation; 0, the default: none
-  const uint32_t* group_ids;  ///< n: group of each candidate, < group_count; null: no groups, whatever the next three
-  size_t group_count;         ///< any number: groups without a candidate cost nothing
-  size_t group_maximum;       ///< how many to select of a group at most; default 1
-  const uint32_t* group_maxima;  ///< group_count: how many of each instead; null: group_maximum
-  int32_t certificate_compute;   ///< nonzero: fill upper_bound; default 0
-  int32_t reserved;              ///< 0, else invalid_argument
-  size_t certificate_passes;     ///< maximum Frank-Wolfe passes that tighten upper_bound, if time allows; default 0
-  double stochastic_epsilon;     ///< stochastic_greedy: in (0, 1); default 0.1
-  uint64_t stochastic_seed;      ///< stochastic_greedy: same seed, same answer; default 0
-  size_t exchange_sweeps;        ///< maximum sweeps that swap a selected candidate for a better one; default 0
+  const uint32_t* group_ids;        ///< n: group of each candidate, < group_count; null: no groups
+  size_t group_count;               ///< any number: groups without a candidate cost nothing
+  size_t group_maximum;             ///< how many to select of a group at most; default 1
+  const uint32_t* group_maxima;     ///< group_count: how many of each instead; null: group_maximum
+  int32_t certificate_compute;      ///< nonzero: fill upper_bound; default 0
+  int32_t reserved;                 ///< 0, else invalid_argument
+  size_t certificate_passes;        ///< maximum Frank-Wolfe passes that tighten upper_bound, if time allows; default 0
+  double stochastic_epsilon;        ///< stochastic_greedy: in (0, 1); default 0.1
+  uint64_t stochastic_seed;         ///< stochastic_greedy: same seed, same answer; default 0
+  size_t exchange_sweeps;           ///< maximum sweeps that swap a selected candidate for a better one; default 0
 } maxlogdet_options;
 /// Sets struct_size and the defaults, as maxlogdet_camera_init.
 maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct_size);
@@ -96,8 +91,7 @@ maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct
 typedef struct maxlogdet_selection {
   maxlogdet_status status;      ///< how the selection ended
   maxlogdet_error error;        ///< what is wrong; none if status is not error
-  const uint32_t* indices;      ///< `size` candidate indices, in order of selection (maxlogdet/selection.hpp); null if
-                                ///< there never was an answer
+  const uint32_t* indices;      ///< `size` candidate indices, in order of selection; null if there never was an answer
   size_t size;                  ///< number selected
   size_t searched;              ///< how many of these the search itself selected; fewer than `size` only at a deadline
   const double* gains;          ///< `size` gains: the increase of log det by each after those before it, nats
@@ -105,8 +99,8 @@ typedef struct maxlogdet_selection {
   size_t evaluations;           ///< gains computed; may differ between machines
   size_t float64_decisions;     ///< of these, computed again in float64; may differ, too
   size_t invalid_candidates;    ///< candidates without a block: never selected
-  double upper_bound;           ///< no selection within the budget has a greater log det, nats; infinite where float64
-                                ///< may have no digits left (docs/numerics.md); NaN if not asked for
+  double upper_bound;           ///< no selection within the budget has a greater log det, nats; infinite where nothing
+                                ///< is known; NaN if not asked for
   maxlogdet_strategy strategy;  ///< the requested one, or what `automatic` chose
   int32_t threads;              ///< how many threads the work was offered to, including the calling one
   double efficiency;            ///< value for target_efficiency; NaN without that target
@@ -118,24 +112,21 @@ typedef struct maxlogdet_selection {
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection);
 /// For a log: the name of the error, or if there is none, of the status.
 const char* maxlogdet_selection_reason(const maxlogdet_selection* selection);
-/// Returns (det of the information / det of the bound)^(1/6), a lower bound of the share of the best selection's
-/// information. NaN without upper_bound, and for a null pointer.
+/// A lower bound of the share of the best selection's information; NaN without upper_bound, and for a null pointer.
 double maxlogdet_selection_certified_efficiency(const maxlogdet_selection* selection);
 
 /// The function that an executor runs: on the calling thread with `worker` 0, on every other with a distinct number.
 typedef void (*maxlogdet_body)(void* context, int32_t worker);
 
 /// Provides helper threads for a selection: a pool of the caller's (docs/threading.md), or oneTBB (maxlogdet/tbb.h).
-/// The struct is copied; what user_data points to must outlive its users. Both functions are called on the selecting
-/// thread, and concurrently if several handles of the caller share one pool.
+/// The struct is copied; what user_data points to must outlive its users. Handles that share a pool call concurrently.
 typedef struct maxlogdet_executor {
   size_t struct_size;  ///< set by init
   void* user_data;     ///< passed to both functions
   /// Returns the maximum number of workers of a run called from this thread, including the caller; at least 1.
   int32_t (*concurrency)(void* user_data);
-  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to other threads.
-  /// Helpers may come late or never. Returns when body(context, 0) and all helpers that have started have returned, and
-  /// none will start any more.
+  /// Calls body(context, 0) on the calling thread, and offers body(context, w), w in [1, workers), to others, which may
+  /// come late or never. Returns when all that have started have returned, and none will start any more.
   void (*run)(void* user_data, int32_t workers, maxlogdet_body body, void* context);
 } maxlogdet_executor;
 /// Sets struct_size, and no functions, as maxlogdet_camera_init.

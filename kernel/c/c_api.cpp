@@ -6,41 +6,48 @@
 
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/block_checks.hpp"
-#include "kernel/blocks/camera_checks.hpp"
 #include "kernel/c/c_handles.hpp"
 #include "kernel/c/c_structs.hpp"
 
 #include <cstring>
 #include <vector>
 
+using maxlogdet::ActiveSelection;
+using maxlogdet::BlockOptions;
+using maxlogdet::Camera;
+using maxlogdet::Matches;
+using maxlogdet::MatchNoise;
 using maxlogdet::not_a_number;
-using maxlogdet::c_api::CallbackExecutor;
-using maxlogdet::c_api::read;
-using maxlogdet::c_api::refused_report;
-using maxlogdet::c_api::refused_selection;
-using maxlogdet::c_api::to_c;
-using maxlogdet::c_api::with_memory;
+using maxlogdet::Options;
+using maxlogdet::RigidTransform;
+using namespace maxlogdet::c_api;
 
 namespace maxlogdet {
 namespace c_api {
 
-const maxlogdet_selection refused_selection = {MAXLOGDET_STATUS_ERROR,
-                                               MAXLOGDET_ERROR_INVALID_ARGUMENT,
-                                               nullptr,
-                                               0,
-                                               0,
-                                               nullptr,
-                                               not_a_number,
-                                               0,
-                                               0,
-                                               0,
-                                               not_a_number,
-                                               MAXLOGDET_STRATEGY_LAZY_GREEDY,
-                                               1,
-                                               not_a_number,
-                                               not_a_number,
-                                               not_a_number};
-const maxlogdet_block_report refused_report = {MAXLOGDET_ERROR_INVALID_ARGUMENT, 0, 0, 0, 0, 0, 0, 0, 0};
+namespace {
+
+constexpr maxlogdet_selection no_answer() noexcept {
+  maxlogdet_selection selection{};
+  selection.status = MAXLOGDET_STATUS_ERROR;
+  selection.error = refused;
+  selection.log_det = selection.upper_bound = not_a_number;
+  selection.strategy = MAXLOGDET_STRATEGY_LAZY_GREEDY;
+  selection.threads = 1;
+  selection.efficiency = selection.translation_sigma = selection.rotation_sigma = not_a_number;
+  return selection;
+}
+
+constexpr maxlogdet_block_report no_blocks(maxlogdet_error error) noexcept {
+  maxlogdet_block_report report{};
+  report.error = error;
+  return report;
+}
+
+}  // namespace
+
+constexpr maxlogdet_selection refused_selection = no_answer();
+constexpr maxlogdet_block_report refused_report = no_blocks(refused);
 
 }  // namespace c_api
 }  // namespace maxlogdet
@@ -56,9 +63,6 @@ struct maxlogdet_block_store {
 struct maxlogdet_selector {
   maxlogdet_selector(size_t capacity, const maxlogdet_executor& callbacks)
       : executor(callbacks), selector(capacity, executor.get()) {}
-  // Not copyable: the selector points to the executor.
-  maxlogdet_selector(const maxlogdet_selector&) = delete;
-  maxlogdet_selector& operator=(const maxlogdet_selector&) = delete;
 
   CallbackExecutor executor;
   maxlogdet::Selector selector;
@@ -68,91 +72,80 @@ struct maxlogdet_selector {
 struct maxlogdet_active_selection {
   explicit maxlogdet_active_selection(size_t capacity) : active(capacity) {}
 
-  maxlogdet::ActiveSelection active;
+  ActiveSelection active;
   bool is_refused = false;  // by the last start; the selection before it has ended, its candidates may be gone
   maxlogdet_selection selection{};
 };
 
 namespace {
 
-using maxlogdet::ActiveSelection;
-
-constexpr maxlogdet_block_report no_memory_report = {MAXLOGDET_ERROR_OUT_OF_MEMORY, 0, 0, 0, 0, 0, 0, 0, 0};
-
-template <class Answer>
-maxlogdet_error answered(maxlogdet_active_selection* active, const Answer& answer) {
-  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  if (active->is_refused) return MAXLOGDET_ERROR_NOTHING_PROPOSED;
-  return static_cast<maxlogdet_error>(answer(active->active));
-}
+constexpr maxlogdet_block_report no_memory_report = no_blocks(MAXLOGDET_ERROR_OUT_OF_MEMORY);
 
 // For a camera or a rig.
 template <class Cameras>
 const maxlogdet_block_report* append_to(maxlogdet_block_store* blocks, const Cameras& cameras, const double* T,
                                         const maxlogdet_matches* matches, const maxlogdet_block_options* options,
                                         const maxlogdet_executor* executor) noexcept {
-  maxlogdet::Matches cpp_matches;
-  maxlogdet::BlockOptions cpp_options;
-  maxlogdet_executor callbacks{};
-  if (blocks == nullptr || !read(matches, cpp_matches) || !read(options, cpp_options) ||
-      (executor != nullptr && !read(executor, callbacks))) {
+  Matches cpp_matches;
+  BlockOptions cpp_options;
+  maxlogdet_executor callbacks;
+  if (blocks == nullptr || !read(matches, cpp_matches) || !read(options, cpp_options) || !read(executor, callbacks)) {
     return &refused_report;
   }
   CallbackExecutor helpers(callbacks);
   const maxlogdet_error error = with_memory([&] {
-    blocks->report = to_c(append_blocks(cameras, maxlogdet::RigidTransform::row_major(T), cpp_matches, cpp_options,
-                                        blocks->blocks, helpers.get()));
+    blocks->report = to_c(
+        append_blocks(cameras, RigidTransform::row_major(T), cpp_matches, cpp_options, blocks->blocks, helpers.get()));
   });
   return error == MAXLOGDET_ERROR_NONE ? &blocks->report : &no_memory_report;
 }
 
 template <class Scalar>
-void read_point(const maxlogdet::Points& points, size_t i, double* p_w) noexcept {
+void read_point(const maxlogdet::Points& points, size_t i, double (&p_w)[3]) noexcept {
   Scalar point[3];
   std::memcpy(point, static_cast<const unsigned char*>(points.data()) + points.stride() * i, sizeof point);
   for (int d = 0; d < 3; ++d) p_w[d] = static_cast<double>(point[d]);
 }
 
-// For one match; `write` is match_information or match_whitening.
-template <class Write>
+// match_information or match_whitening.
+using Weigh = bool(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
+                   double* to);
+
 int32_t weigh(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches, size_t i,
-              const maxlogdet_block_options* options, double* to, const Write& write) noexcept {
-  maxlogdet::Camera cpp_camera;
-  maxlogdet::Matches cpp_matches;
-  maxlogdet::BlockOptions cpp_options;
-  if (to == nullptr || !read(camera, cpp_camera) || !read(matches, cpp_matches) || !read(options, cpp_options))
-    return 0;
-  const maxlogdet::Points& points = cpp_matches.points;
+              const maxlogdet_block_options* options, double* to, Weigh& write) noexcept {
+  Camera cpp_camera;
+  Matches all;
+  BlockOptions cpp_options;
+  if (to == nullptr || !read(camera, cpp_camera) || !read(matches, all) || !read(options, cpp_options)) return 0;
   const bool is_readable =
-      check(points, cpp_matches.size) == maxlogdet::Error::none && check(cpp_options) == maxlogdet::Error::none;
-  if (i >= cpp_matches.size || !is_readable) return 0;
+      check(all.points, all.size) == maxlogdet::Error::none && check(cpp_options) == maxlogdet::Error::none;
+  if (i >= all.size || !is_readable) return 0;
   double p_w[3];
-  points.are_float() ? read_point<float>(points, i, p_w) : read_point<double>(points, i, p_w);
-  return write(cpp_camera, maxlogdet::RigidTransform::row_major(T_cw), p_w, match_noise(cpp_matches, i, cpp_options),
-               to)
-             ? 1
-             : 0;
+  all.points.are_float() ? read_point<float>(all.points, i, p_w) : read_point<double>(all.points, i, p_w);
+  return write(cpp_camera, RigidTransform::row_major(T_cw), p_w, match_noise(all, i, cpp_options), to) ? 1 : 0;
+}
+
+template <class Answer>
+maxlogdet_error answered(maxlogdet_active_selection* active, const Answer& answer) {
+  if (active == nullptr) return refused;
+  if (active->is_refused) return MAXLOGDET_ERROR_NOTHING_PROPOSED;
+  return static_cast<maxlogdet_error>(answer(active->active));
 }
 
 }  // namespace
 
 maxlogdet_error maxlogdet_block_store_create(size_t capacity, maxlogdet_block_store** blocks) {
-  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  *blocks = nullptr;
-  return with_memory([&] { *blocks = new maxlogdet_block_store(capacity); });
+  return create(capacity, blocks);
 }
 
 void maxlogdet_block_store_destroy(maxlogdet_block_store* blocks) { delete blocks; }
 
 maxlogdet_error maxlogdet_block_store_reserve(maxlogdet_block_store* blocks, size_t capacity) {
-  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return with_memory([&] { blocks->blocks.reserve(capacity); });
+  return change(blocks, [=](maxlogdet_block_store& of) { of.blocks.reserve(capacity); });
 }
 
 maxlogdet_error maxlogdet_block_store_clear(maxlogdet_block_store* blocks) {
-  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  blocks->blocks.clear();
-  return MAXLOGDET_ERROR_NONE;
+  return change(blocks, [](maxlogdet_block_store& of) { of.blocks.clear(); });
 }
 
 size_t maxlogdet_block_store_size(const maxlogdet_block_store* blocks) {
@@ -176,13 +169,11 @@ size_t maxlogdet_block_store_invalid_count(const maxlogdet_block_store* blocks) 
 }
 
 maxlogdet_error maxlogdet_block_store_push_back(maxlogdet_block_store* blocks, const double* block, int32_t rows) {
-  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return with_memory([&] { blocks->blocks.push_back(block, rows); });
+  return change(blocks, [=](maxlogdet_block_store& of) { of.blocks.push_back(block, rows); });
 }
 
 maxlogdet_error maxlogdet_block_store_push_back_invalid(maxlogdet_block_store* blocks) {
-  if (blocks == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return with_memory([&] { blocks->blocks.push_back_invalid(); });
+  return change(blocks, [](maxlogdet_block_store& of) { of.blocks.push_back_invalid(); });
 }
 
 const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* camera, const double* T_cw,
@@ -190,7 +181,7 @@ const maxlogdet_block_report* maxlogdet_append_blocks(const maxlogdet_camera* ca
                                                       const maxlogdet_block_options* options,
                                                       maxlogdet_block_store* blocks,
                                                       const maxlogdet_executor* executor) {
-  maxlogdet::Camera cpp_camera;
+  Camera cpp_camera;
   if (!read(camera, cpp_camera)) return &refused_report;
   return append_to(blocks, cpp_camera, T_cw, matches, options, executor);
 }
@@ -204,36 +195,27 @@ const maxlogdet_block_report* maxlogdet_append_blocks_of_rig(const maxlogdet_cam
   if (blocks == nullptr) return &refused_report;
   maxlogdet::Rig rig;
   const maxlogdet_error error = read(cameras, T_cb, camera_count, blocks->cameras, rig);
-  if (error != MAXLOGDET_ERROR_NONE) {
-    return error == MAXLOGDET_ERROR_OUT_OF_MEMORY ? &no_memory_report : &refused_report;
-  }
-  return append_to(blocks, rig, T_bw, matches, options, executor);
+  if (error == MAXLOGDET_ERROR_NONE) return append_to(blocks, rig, T_bw, matches, options, executor);
+  return error == MAXLOGDET_ERROR_OUT_OF_MEMORY ? &no_memory_report : &refused_report;
 }
 
 int32_t maxlogdet_match_information(const maxlogdet_camera* camera, const double* T_cw,
                                     const maxlogdet_matches* matches, size_t i, const maxlogdet_block_options* options,
                                     double* omega) {
-  return weigh(camera, T_cw, matches, i, options, omega,
-               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
-                  const maxlogdet::MatchNoise& noise, double* to) { return match_information(of, T, p_w, noise, to); });
+  return weigh(camera, T_cw, matches, i, options, omega, maxlogdet::match_information);
 }
 
 int32_t maxlogdet_match_whitening(const maxlogdet_camera* camera, const double* T_cw, const maxlogdet_matches* matches,
                                   size_t i, const maxlogdet_block_options* options, double* W) {
-  return weigh(camera, T_cw, matches, i, options, W,
-               [](const maxlogdet::Camera& of, const maxlogdet::RigidTransform& T, const double* p_w,
-                  const maxlogdet::MatchNoise& noise, double* to) { return match_whitening(of, T, p_w, noise, to); });
+  return weigh(camera, T_cw, matches, i, options, W, maxlogdet::match_whitening);
 }
 
 int32_t maxlogdet_selection_has_answer(const maxlogdet_selection* selection) {
-  if (selection == nullptr) return 0;
-  maxlogdet::Selection cpp_selection{};
-  cpp_selection.status = static_cast<maxlogdet::Status>(selection->status);
-  return cpp_selection.has_answer() ? 1 : 0;
+  return selection != nullptr && selection->status != MAXLOGDET_STATUS_ERROR ? 1 : 0;
 }
 
 const char* maxlogdet_selection_reason(const maxlogdet_selection* selection) {
-  if (selection == nullptr) return maxlogdet_error_name(MAXLOGDET_ERROR_INVALID_ARGUMENT);
+  if (selection == nullptr) return maxlogdet_error_name(refused);
   return selection->status == MAXLOGDET_STATUS_ERROR ? maxlogdet_error_name(selection->error)
                                                      : maxlogdet_status_name(selection->status);
 }
@@ -248,11 +230,7 @@ double maxlogdet_selection_certified_efficiency(const maxlogdet_selection* selec
 
 maxlogdet_error maxlogdet_selector_create(size_t capacity, const maxlogdet_executor* executor,
                                           maxlogdet_selector** selector) {
-  if (selector == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  *selector = nullptr;
-  maxlogdet_executor callbacks{};
-  if (executor != nullptr && !read(executor, callbacks)) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  return with_memory([&] { *selector = new maxlogdet_selector(capacity, callbacks); });
+  return create(capacity, executor, selector);
 }
 
 void maxlogdet_selector_destroy(maxlogdet_selector* selector) { delete selector; }
@@ -263,16 +241,14 @@ size_t maxlogdet_selector_capacity(const maxlogdet_selector* selector) {
 
 const maxlogdet_selection* maxlogdet_selector_select(maxlogdet_selector* selector, const maxlogdet_block_store* blocks,
                                                      const maxlogdet_options* options) {
-  maxlogdet::Options cpp_options;
+  Options cpp_options;
   if (selector == nullptr || blocks == nullptr || !read(options, cpp_options)) return &refused_selection;
   selector->selection = to_c(selector->selector.select(blocks->blocks, cpp_options));
   return &selector->selection;
 }
 
 maxlogdet_error maxlogdet_active_selection_create(size_t capacity, maxlogdet_active_selection** active) {
-  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  *active = nullptr;
-  return with_memory([&] { *active = new maxlogdet_active_selection(capacity); });
+  return create(capacity, active);
 }
 
 void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active) { delete active; }
@@ -284,10 +260,10 @@ size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* act
 maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                  const maxlogdet_block_store* candidates,
                                                  const maxlogdet_options* options) {
-  if (active == nullptr) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
-  maxlogdet::Options cpp_options;
+  if (active == nullptr) return refused;
+  Options cpp_options;
   active->is_refused = candidates == nullptr || !read(options, cpp_options);
-  if (active->is_refused) return MAXLOGDET_ERROR_INVALID_ARGUMENT;
+  if (active->is_refused) return refused;
   return static_cast<maxlogdet_error>(active->active.start(candidates->blocks, cpp_options));
 }
 

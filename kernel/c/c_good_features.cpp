@@ -10,21 +10,13 @@
 #include <vector>
 
 using maxlogdet::RigidTransform;
-using maxlogdet::c_api::read;
-using maxlogdet::c_api::to_c;
-
-namespace {
-constexpr maxlogdet_error refused = MAXLOGDET_ERROR_INVALID_ARGUMENT;
-}
+using namespace maxlogdet::c_api;
 
 struct maxlogdet_good_features {
   maxlogdet_good_features(size_t capacity_, const maxlogdet_executor& callbacks)
       : executor(callbacks), features(capacity_, executor.get()), capacity(capacity_) {
     keep_answer(MAXLOGDET_ERROR_NONE);
   }
-  // Not copyable: the features point to the executor.
-  maxlogdet_good_features(const maxlogdet_good_features&) = delete;
-  maxlogdet_good_features& operator=(const maxlogdet_good_features&) = delete;
 
   // Refused arguments become some that C++ refuses.
   template <class Cameras>
@@ -47,7 +39,7 @@ struct maxlogdet_good_features {
     return &selection;
   }
 
-  maxlogdet::c_api::CallbackExecutor executor;
+  CallbackExecutor executor;
   maxlogdet::GoodFeatures features;
   size_t capacity;
   std::vector<maxlogdet::RigCamera> cameras;  // of the last rig started on
@@ -69,11 +61,7 @@ maxlogdet_error read_or_spoil(const maxlogdet_options* given, maxlogdet::Options
 
 maxlogdet_error maxlogdet_good_features_create(size_t capacity, const maxlogdet_executor* executor,
                                                maxlogdet_good_features** good) {
-  if (good == nullptr) return refused;
-  *good = nullptr;
-  maxlogdet_executor callbacks{};
-  if (executor != nullptr && !read(executor, callbacks)) return refused;
-  return maxlogdet::c_api::with_memory([&] { *good = new maxlogdet_good_features(capacity, callbacks); });
+  return create(capacity, executor, good);
 }
 
 void maxlogdet_good_features_destroy(maxlogdet_good_features* good) { delete good; }
@@ -84,15 +72,11 @@ maxlogdet_error maxlogdet_good_features_set_block_options(maxlogdet_good_feature
 }
 
 maxlogdet_error maxlogdet_good_features_set_spread(maxlogdet_good_features* good, double spread) {
-  if (good == nullptr) return refused;
-  good->features.spread = spread;
-  return MAXLOGDET_ERROR_NONE;
+  return change(good, [=](maxlogdet_good_features& of) { of.features.spread = spread; });
 }
 
 maxlogdet_error maxlogdet_good_features_set_weighted(maxlogdet_good_features* good, int32_t is_weighted) {
-  if (good == nullptr) return refused;
-  good->features.is_weighted = is_weighted != 0;
-  return MAXLOGDET_ERROR_NONE;
+  return change(good, [=](maxlogdet_good_features& of) { of.features.is_weighted = is_weighted != 0; });
 }
 
 maxlogdet_error maxlogdet_good_features_start(maxlogdet_good_features* good, const maxlogdet_camera* camera,
@@ -131,7 +115,7 @@ uint32_t maxlogdet_good_features_id(const maxlogdet_good_features* good, size_t 
 
 const maxlogdet_selection* maxlogdet_good_features_select(maxlogdet_good_features* good,
                                                           const maxlogdet_options* options) {
-  if (good == nullptr) return &maxlogdet::c_api::refused_selection;
+  if (good == nullptr) return &refused_selection;
   maxlogdet::Options cpp_options;
   const maxlogdet_error error = read_or_spoil(options, cpp_options);
   good->features.select(cpp_options);
@@ -141,10 +125,10 @@ const maxlogdet_selection* maxlogdet_good_features_select(maxlogdet_good_feature
 const maxlogdet_selection* maxlogdet_good_features_match(maxlogdet_good_features* good,
                                                          const maxlogdet_options* options,
                                                          maxlogdet_match_function try_to_match, void* context) {
-  if (good == nullptr || try_to_match == nullptr) return &maxlogdet::c_api::refused_selection;
+  if (good == nullptr || try_to_match == nullptr) return &refused_selection;
   maxlogdet::Options cpp_options;
   const maxlogdet_error error = read_or_spoil(options, cpp_options);
-  const maxlogdet_error of_memory = maxlogdet::c_api::with_memory([&] {
+  const maxlogdet_error of_memory = with_memory([&] {
     good->features.match(cpp_options, [=](std::size_t i, maxlogdet::FeatureMatch& match) {
       maxlogdet_match measured = to_c(match);
       return try_to_match(context, i, &measured) != 0 && read(&measured, match);
@@ -154,7 +138,7 @@ const maxlogdet_selection* maxlogdet_good_features_match(maxlogdet_good_features
 }
 
 const maxlogdet_selection* maxlogdet_good_features_selection(const maxlogdet_good_features* good) {
-  return good == nullptr ? &maxlogdet::c_api::refused_selection : &good->selection;
+  return good == nullptr ? &refused_selection : &good->selection;
 }
 
 const char* maxlogdet_good_features_reason(const maxlogdet_good_features* good) {
@@ -167,7 +151,7 @@ int32_t maxlogdet_good_features_is_selected(const maxlogdet_good_features* good,
 }
 
 const maxlogdet_block_report* maxlogdet_good_features_block_report(const maxlogdet_good_features* good) {
-  return good == nullptr ? &maxlogdet::c_api::refused_report : &good->report;
+  return good == nullptr ? &refused_report : &good->report;
 }
 
 double maxlogdet_good_features_efficiency(maxlogdet_good_features* good) {

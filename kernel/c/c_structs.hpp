@@ -17,13 +17,13 @@ namespace maxlogdet {
 namespace c_api {
 
 /// Reads what a caller of any version has filled in; fields that it lacks have the defaults of this one. Returns false,
-/// without effect, for a null pointer, an invalid struct_size, a nonzero reserved field, an invalid point type, or an
-/// executor without its functions.
+/// without effect, for a null pointer, an invalid struct_size, a nonzero reserved field, or an invalid point type.
 bool read(const maxlogdet_camera* given, Camera& camera) noexcept;
 bool read(const maxlogdet_matches* given, Matches& matches) noexcept;
 bool read(const maxlogdet_block_options* given, BlockOptions& options) noexcept;
 bool read(const maxlogdet_options* given, Options& options) noexcept;
 bool read(const maxlogdet_match* given, FeatureMatch& match) noexcept;
+/// A null pointer is an executor without functions; any other has to have both.
 bool read(const maxlogdet_executor* given, maxlogdet_executor& executor) noexcept;
 
 /// Reads a rig into `cameras`. Returns none, invalid_argument, or out_of_memory; too many cameras are a rig without

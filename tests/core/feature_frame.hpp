@@ -6,6 +6,8 @@
 
 #include <maxlogdet/good_features.hpp>
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Core>
 #include <vector>
 
@@ -65,6 +67,31 @@ struct FeatureFrame {
   void add_covariance(Random& random);
   void measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const;
 };
+
+/// A frame, and what has gathered its matches.
+struct Gathered {
+  explicit Gathered(std::size_t n, const FeatureKind& kind = FeatureKind(), std::uint64_t variation = 0)
+      : random(variation), frame(random, n, kind), good(n) {
+    frame.gather(good);
+  }
+
+  Random random;
+  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
+  FeatureFrame frame;
+  GoodFeatures good;
+};
+
+/// Calls test(random, frame) with `count` frames of n matches, of all kinds, or all without the caller's Jacobians.
+template <class Test>
+void for_frames_of_all_kinds(std::size_t count, std::size_t n, const Test& test, bool may_have_jacobians = true) {
+  for (std::uint64_t variation = 0; variation < count && !::testing::Test::HasFatalFailure(); ++variation) {
+    Random random(variation);
+    SCOPED_TRACE(random.name());
+    FeatureKind kind = random_kind(random);
+    kind.has_jacobians = kind.has_jacobians && may_have_jacobians;
+    test(random, FeatureFrame(random, n, kind));
+  }
+}
 
 /// The numbers of the selected matches in ascending order.
 std::vector<std::uint32_t> selected_of(const GoodFeatures& good);

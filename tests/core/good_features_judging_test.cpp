@@ -13,13 +13,8 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_quantile) {
-  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    FeatureKind kind = random_kind(random);
-    kind.has_jacobians = false;
-    const FeatureFrame frame(random, 200, kind);
-    GoodFeatures good(200);
+  GoodFeatures good(200);
+  const auto judge = [&](Random& random, const FeatureFrame& frame) {
     frame.gather(good);
     ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
@@ -33,7 +28,8 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
         continue;
       }
       const auto expected = static_cast<double>(frame.chi2(i, optimised));
-      if (std::isinf(expected) && kind.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
+      if (std::isinf(expected) && frame.kind.model != CameraModel::pinhole)
+        continue;  // wide cameras see behind themselves
       const double quantile = frame.has_depth_cue[i] != 0 ? chi2_of_three : chi2_of_two;
       if (std::isinf(expected)) {
         EXPECT_EQ(good.chi2(i), infinity) << i;
@@ -45,23 +41,17 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
     }
     EXPECT_GT(outliers, 20);
     EXPECT_LT(outliers, 145);
-  }
+  };
+  for_frames_of_all_kinds(trials(60), 200, judge, false);
 }
 
 TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
-  Random random;
-  SCOPED_TRACE(random.name());
   FeatureKind kind;
   kind.has_jacobians = true;
-  const FeatureFrame frame(random, 100, kind);
-  GoodFeatures good(100);
-  frame.gather(good);
-  ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
-  good.outliers(rows_of(frame.T_cw));
-  for (std::size_t i = 0; i < 100; ++i) {
-    EXPECT_TRUE(std::isnan(good.chi2(i)));
-    EXPECT_FALSE(good.is_outlier(i));
-  }
+  Gathered it(100, kind);
+  ASSERT_EQ(it.good.select(with_budget(50)).status, Status::ok);
+  EXPECT_EQ(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(std::isnan(it.good.chi2(i)) && !it.good.is_outlier(i)) << i;
 }
 
 // d h / d p_c by differences of image_of, or the caller's.
@@ -98,10 +88,7 @@ WideMatrix weighted_information(const FeatureFrame& frame, std::size_t i, const 
 // An optimiser that weighs by it has the noise model of the blocks, whatever the matches have.
 TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
   GoodFeatures good(200);
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const FeatureFrame frame(random, 150, random_kind(random));
+  for_frames_of_all_kinds(trials(100), 150, [&](Random&, const FeatureFrame& frame) {
     frame.gather(good);
     std::vector<std::array<double, 9>> before(150);
     for (std::size_t i = 0; i < 150; ++i) good.information(i, before[i].data());
@@ -124,7 +111,7 @@ TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
       expected += of_block;
     }
     EXPECT_LT(relative_difference(actual, expected), 1e-6);
-  }
+  });
 }
 
 TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_the_capacity) {
@@ -154,14 +141,9 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
 }
 
 TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
-  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    FeatureKind kind = random_kind(random);
-    kind.has_jacobians = false;
-    const FeatureFrame frame(random, 200, kind);
-    GoodFeatures good(200);
-    good.is_weighted = true;
+  GoodFeatures good(200);
+  good.is_weighted = true;
+  const auto judge = [&](Random& random, const FeatureFrame& frame) {
     frame.gather(good);
     ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
@@ -176,7 +158,8 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
       for (int a = 0; a < rows * rows; ++a) expected += e(a / rows) * omega[a] * e(a % rows);
       EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
     }
-  }
+  };
+  for_frames_of_all_kinds(trials(60), 200, judge, false);
 }
 
 }  // namespace

@@ -6,9 +6,11 @@
 #include "tests/support/oracle.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -29,18 +31,6 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> indices) {
   std::sort(indices.begin(), indices.end());
   return indices;
 }
-
-// A frame, and what has gathered its matches.
-struct Gathered {
-  explicit Gathered(std::size_t n, const FeatureKind& kind = FeatureKind()) : frame(random, n, kind), good(n) {
-    frame.gather(good);
-  }
-
-  Random random;
-  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
-  FeatureFrame frame;
-  GoodFeatures good;
-};
 
 // One object for all frames, so that leftovers of a frame would show.
 TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_on_frames_of_all_kinds_one_after_the_other) {
@@ -68,38 +58,29 @@ TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_on_frames_of_all_k
 TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
   FeatureKind kind;
   kind.covariances = FeatureKind::Covariances::some;
-  Gathered gathered(100, kind);
-  const FeatureFrame& frame = gathered.frame;
-  GoodFeatures& good = gathered.good;
-  good.block_options.map_sigma = 3;
-  ASSERT_EQ(good.select(30).error, Error::none);
-  good.block_options.map_sigma = 0.11;
-  ASSERT_EQ(good.select(30).error, Error::none);
-  expect_equal_blocks(good.blocks(), frame.blocks());
+  Gathered it(100, kind);
+  for (const double map_sigma : {3.0, 0.11}) {
+    it.good.block_options.map_sigma = map_sigma;
+    ASSERT_EQ(it.good.select(30).error, Error::none);
+  }
+  expect_equal_blocks(it.good.blocks(), it.frame.blocks());
 }
 
 TEST(GoodFeatures, a_match_without_a_jacobian_beside_others_with_one_is_no_candidate) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 50);
+  Gathered it(50);
   const double jacobian[6] = {300, 0, 10, 0, 300, 20};
   for (const std::size_t without : {std::size_t{0}, std::size_t{20}}) {
-    GoodFeatures good(50);
-    frame.start(good);
+    it.frame.start(it.good);
     for (std::size_t i = 0; i < 50; ++i) {
-      FeatureMatch match;
-      std::copy_n(&frame.points[3 * i], 3, match.point);
+      FeatureMatch match(it.frame.point(i));
       match.jacobian = i == without ? nullptr : jacobian;
-      good.add(match);
+      it.good.add(match);
     }
-    good.select(with_budget(10));
-    EXPECT_FALSE(good.blocks().is_valid(without));
-    EXPECT_EQ(good.block_report().invalid_jacobians, 1U);
-    EXPECT_EQ(good.selection().status, Status::ok);
+    EXPECT_EQ(it.good.select(10).status, Status::ok);
+    EXPECT_FALSE(it.good.blocks().is_valid(without));
+    EXPECT_EQ(it.good.block_report().invalid_jacobians, 1U);
   }
 }
-
-std::vector<std::uint32_t> numbers_of(const Selection& selection) { return {selection.begin(), selection.end()}; }
 
 // What an error leaves: every usable match that is not excluded, in order, and no number that is not known.
 void expect_usable(const Selection& selection, const GoodFeatures& good, const std::vector<std::uint32_t>& usable,
@@ -108,7 +89,7 @@ void expect_usable(const Selection& selection, const GoodFeatures& good, const s
   EXPECT_EQ(selection.error, error);
   EXPECT_STREQ(selection.reason(), to_string(error));
   EXPECT_STREQ(good.reason(), to_string(error));
-  EXPECT_EQ(numbers_of(selection), usable);
+  EXPECT_EQ(indices_of(selection), usable);
   EXPECT_EQ(selected_of(good), usable);
   for (std::size_t j = 0; j < selection.size; ++j) EXPECT_TRUE(std::isnan(selection.gains[j]));
   EXPECT_TRUE(std::isnan(selection.log_det) && std::isnan(selection.upper_bound));
@@ -145,54 +126,39 @@ struct Troubled {
 
 TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
   Troubled it;
-  const auto with = [&](void (*change)(Options&), Error error) {
-    SCOPED_TRACE(to_string(error));
-    Options options = it.options(50);
-    change(options);
-    it.frame.gather(it.good);
-    expect_usable(it.good.select(options), it.good, it.usable, error);
-    it.frame.gather(it.good);
-    EXPECT_EQ(it.good.select(50).size, 50U) << "the next frame is selected from again";
-  };
-  with([](Options& o) { o.time_limit = -1; }, Error::invalid_time_limit);
-  with([](Options& o) { o.strategy = Strategy(99); }, Error::invalid_strategy);
-  with([](Options& o) { o.threads = -1; }, Error::invalid_threads);
-  with([](Options& o) { o.target.efficiency = 2; }, Error::invalid_target);
-  static const double no_prior[36] = {};
-  with([](Options& o) { o.prior = no_prior; }, Error::invalid_prior);
-  static const std::vector<unsigned char> everything(200, 1);
-  with([](Options& o) { o.required = everything.data(); }, Error::infeasible);
-}
-
-TEST(GoodFeatures, without_blocks_all_usable_matches_are_selected) {
-  Troubled it;
   const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
-  const auto after = [&](const std::function<void()>& start, Error error) {
+  const double no_prior[36] = {};
+  const std::vector<unsigned char> everything(200, 1);
+  Options options;
+  const std::pair<Error, std::function<void()>> mistakes[] = {
+      {Error::invalid_time_limit, [&] { options.time_limit = -1; }},
+      {Error::invalid_strategy, [&] { options.strategy = Strategy(99); }},
+      {Error::invalid_threads, [&] { options.threads = -1; }},
+      {Error::invalid_target, [&] { options.target.efficiency = 2; }},
+      {Error::invalid_prior, [&] { options.prior = no_prior; }},
+      {Error::infeasible, [&] { options.required = everything.data(); }},
+      {Error::invalid_camera, [&] { it.good.start(Camera(), T_cw); }},
+      {Error::invalid_pose, [&] { it.good.start(pinhole, nullptr); }},
+      {Error::invalid_pose, [&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }},
+      // A rig without cameras is an error, not the camera of the frame before.
+      {Error::invalid_camera_id, [&] { it.good.start(Rig(), T_cw); }},
+      {Error::invalid_block_options, [&] { it.good.block_options.min_depth = -1; }},
+      {Error::mixed_depth_cues, [&] {
+         it.frame.matches[5].u_right = 100;
+         it.frame.matches[6].depth = 3;
+       }}};
+  for (const auto& [error, make] : mistakes) {
     SCOPED_TRACE(to_string(error));
     it.frame.gather(it.good);
-    it.good.select(10);
-    start();
+    EXPECT_EQ(it.good.select(50).size, 50U) << "after the error before";
+    it.frame.start(it.good);
+    options = it.options(50);
+    make();
     for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
-    expect_usable(it.good.select(it.options(50)), it.good, it.usable, error);
+    expect_usable(it.good.select(options), it.good, it.usable, error);
     EXPECT_TRUE(std::isnan(it.good.efficiency()));
-  };
-  after([&] { it.good.start(Camera(), T_cw); }, Error::invalid_camera);
-  after([&] { it.good.start(pinhole, nullptr); }, Error::invalid_pose);
-  after([&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }, Error::invalid_pose);
-  // A rig without cameras is an error, not the camera of the frame before.
-  after([&] { it.good.start(Rig(), T_cw); }, Error::invalid_camera_id);
-  it.good.block_options.min_depth = -1;
-  after(
-      [&] {
-        it.good.start(pinhole, T_cw);
-        it.good.block_options.min_depth = -1;
-      },
-      Error::invalid_block_options);
-  it.good.block_options.min_depth = 0.01;
-  it.frame.matches[5].u_right = 100;
-  it.frame.matches[6].depth = 3;
-  after([&] { it.good.start(pinhole, T_cw); }, Error::mixed_depth_cues);
+  }
 }
 
 // Whatever the budget, the limit and the pose: as many as the budget, or all that there are; never one that is broken.
@@ -214,7 +180,7 @@ TEST(GoodFeatures, selects_a_full_budget_of_usable_matches_and_never_a_broken_on
         SCOPED_TRACE(std::to_string(budget) + " in " + std::to_string(limit) + " s: " + selection.reason());
         EXPECT_TRUE(selection.has_answer());
         EXPECT_EQ(selection.size, std::min(budget, it.usable.size()));
-        const std::vector<std::uint32_t> numbers = sorted(numbers_of(selection));
+        const std::vector<std::uint32_t> numbers = sorted(indices_of(selection));
         EXPECT_TRUE(std::includes(it.usable.begin(), it.usable.end(), numbers.begin(), numbers.end()));
         EXPECT_EQ(std::adjacent_find(numbers.begin(), numbers.end()), numbers.end());
         EXPECT_EQ(selected_of(it.good), numbers);
@@ -247,18 +213,17 @@ TEST(GoodFeatures, what_is_broken_is_an_outlier_and_what_is_not_measured_is_none
 
 // ORB-SLAM's -1, and NaN: not measured.
 TEST(GoodFeatures, a_negative_right_column_is_none) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 100);
-  GoodFeatures good(100), with_columns(100);
-  frame.gather(good);
+  Gathered it(100);
+  const FeatureFrame& frame = it.frame;
+  GoodFeatures& good = it.good;
+  GoodFeatures with_columns(100);
   frame.start(with_columns);
   for (FeatureMatch match : frame.matches) {
     match.u_right = match.id % 2 == 0 ? -1 : nan;
     match.depth = match.id % 2 == 0 ? 0 : infinity;
     with_columns.add(match);
   }
-  EXPECT_EQ(numbers_of(with_columns.select(30)), numbers_of(good.select(30)));
+  EXPECT_EQ(indices_of(with_columns.select(30)), indices_of(good.select(30)));
   const RigidTransform T_cw = rows_of(frame.T_cw);
   EXPECT_EQ(with_columns.outliers(T_cw).size(), good.outliers(T_cw).size());
   for (std::size_t i = 0; i < 100; ++i) {
@@ -268,8 +233,8 @@ TEST(GoodFeatures, a_negative_right_column_is_none) {
 }
 
 TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
-  Gathered gathered(200);
-  GoodFeatures& good = gathered.good;
+  Gathered it(200);
+  GoodFeatures& good = it.good;
   Options options(150);
   options.target.efficiency = 0.4;
   const Selection selection = good.select(options);
@@ -278,7 +243,7 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
   Selector selector(200);
   const Selection expected = selector.select(good.blocks(), options);
   ASSERT_EQ(expected.status, Status::target_reached);
-  EXPECT_EQ(numbers_of(selection), numbers_of(expected));
+  EXPECT_EQ(indices_of(selection), indices_of(expected));
   EXPECT_EQ(selection.efficiency, expected.efficiency);
   EXPECT_NEAR(good.efficiency(), expected.efficiency, 1e-9);
   options.budget = 10;
@@ -287,14 +252,13 @@ TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
 }
 
 TEST(GoodFeatures, matches_beyond_the_capacity_are_counted_and_not_selected) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 101);
+  Gathered it(101);
+  const FeatureFrame& frame = it.frame;
   GoodFeatures good(100), fitting(100);
   frame.gather(good);
   frame.start(fitting);
   for (std::size_t i = 0; i < 100; ++i) fitting.add(frame.matches[i]);
-  EXPECT_EQ(numbers_of(good.select(10)), numbers_of(fitting.select(10)));
+  EXPECT_EQ(indices_of(good.select(10)), indices_of(fitting.select(10)));
   EXPECT_STREQ(good.reason(), "capacity_exceeded");
   EXPECT_STREQ(fitting.reason(), "ok");
   EXPECT_EQ(good.size(), 101U);
@@ -308,46 +272,36 @@ TEST(GoodFeatures, matches_beyond_the_capacity_are_counted_and_not_selected) {
   EXPECT_EQ(none.select(0).size, 0U);
 }
 
-// Required by the match, by the options, or by both; several times for one frame.
+// Required by the match, by the options, or by both; several times for one frame. What the options required is not
+// required of the next selection.
 TEST(GoodFeatures, what_is_required_is_selected_also_where_it_can_be_no_candidate) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  FeatureFrame frame(random, 200);
-  const BlockStore blocks = frame.blocks();
-  std::size_t invalid = 0, one = 0;
-  while (blocks.is_valid(invalid)) ++invalid;
-  while (!blocks.is_valid(one)) ++one;
-  std::size_t other = one + 1;
-  while (!blocks.is_valid(other)) ++other;
-  frame.matches[one].is_required = frame.matches[invalid].is_required = true;
-  std::vector<unsigned char> required(200, 0), by_options(200, 0);
-  required[one] = by_options[other] = required[other] = 1;
-  GoodFeatures good(200);
-  frame.gather(good);
-  for (int time = 0; time < 3; ++time) {
+  Gathered it(200);
+  const BlockStore blocks = it.frame.blocks();
+  const auto next = [&](bool is_valid, std::uint32_t i) {
+    while (blocks.is_valid(i) != is_valid) ++i;
+    return i;
+  };
+  const std::uint32_t invalid = next(false, 0), one = next(true, 0), other = next(true, one + 1);
+  it.frame.matches[one].is_required = it.frame.matches[invalid].is_required = true;
+  std::vector<unsigned char> by_options(200, 0);
+  by_options[other] = 1;
+  it.frame.gather(it.good);
+  for (const bool is_by_options : {true, true, false}) {
+    std::vector<unsigned char> required = is_by_options ? by_options : std::vector<unsigned char>(200, 0);
+    required[one] = 1;
     Options options = with_budget(20);
     options.required = required.data();
     std::vector<std::uint32_t> expected = select_indices(blocks, options);
-    expected.push_back(static_cast<std::uint32_t>(invalid));
-    options.required = by_options.data();
-    ASSERT_EQ(good.select(options).status, Status::ok);
-    EXPECT_EQ(selected_of(good), sorted(expected)) << "time " << time;
-    EXPECT_EQ(good.selection().size, 21U);
+    expected.push_back(invalid);
+    options.required = is_by_options ? by_options.data() : nullptr;
+    ASSERT_EQ(it.good.select(options).status, Status::ok);
+    EXPECT_EQ(selected_of(it.good), sorted(expected));
+    EXPECT_EQ(it.good.selection().size, 21U);
   }
-  // What the options required is not required of the next selection.
-  Options options = with_budget(20);
-  required[other] = 0;
-  options.required = required.data();
-  std::vector<std::uint32_t> expected = select_indices(blocks, options);
-  expected.push_back(static_cast<std::uint32_t>(invalid));
-  ASSERT_EQ(good.select(with_budget(20)).status, Status::ok);
-  EXPECT_EQ(selected_of(good), sorted(expected));
 }
 
 TEST(GoodFeatures, excluded_matches_and_groups_go_by_the_numbers_of_matches) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 200);
+  Gathered it(200);
   std::vector<unsigned char> excluded(200, 0);
   std::vector<std::uint32_t> groups(200);
   for (std::uint32_t i = 0; i < 200; ++i) {
@@ -358,31 +312,26 @@ TEST(GoodFeatures, excluded_matches_and_groups_go_by_the_numbers_of_matches) {
   options.excluded = excluded.data();
   options.groups.ids = groups.data();
   options.groups.count = 30;
-  GoodFeatures good(200);
-  frame.gather(good);
-  ASSERT_EQ(good.select(options).status, Status::ok);
-  EXPECT_EQ(selected_of(good), sorted(select_indices(frame.blocks(), options)));
+  ASSERT_EQ(it.good.select(options).status, Status::ok);
+  EXPECT_EQ(selected_of(it.good), sorted(select_indices(it.frame.blocks(), options)));
 }
 
 TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
-  for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const FeatureFrame frame(random, 200, random_kind(random));
+  GoodFeatures good(300);
+  for_frames_of_all_kinds(trials(40), 200, [&](Random& random, const FeatureFrame& frame) {
     const BlockStore blocks = frame.blocks();
-    GoodFeatures good(300);
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t i = 0; i < 200; ++i) {
+      if (blocks.is_valid(i)) all.push_back(i);
+    }
+    frame.gather(good);
     for (const bool has_prior : {false, true}) {
       const Matrix6 prior = has_prior ? Matrix6(1e4 * random_prior(random)) : default_information();
       Options options = with_budget(50);
       const EigenPrior entries(prior);
       if (has_prior) options.prior = entries.data();
-      frame.gather(good);
       ASSERT_EQ(good.select(options).status, Status::ok);
       const std::vector<std::uint32_t> selected = selected_of(good);
-      std::vector<std::uint32_t> all;
-      for (std::uint32_t i = 0; i < 200; ++i) {
-        if (blocks.is_valid(i)) all.push_back(i);
-      }
       const long double expected = std::exp((log_det_of(blocks, selected, prior) - log_det_of(blocks, all, prior)) / 6);
       EXPECT_NEAR(good.efficiency(), static_cast<double>(expected), 1e-6);
       EXPECT_LT(good.efficiency(), 1) << "again";
@@ -390,25 +339,44 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
     }
     good.select(1000);
     EXPECT_NEAR(good.efficiency(), 1, 1e-12);
-    Options wrong;
-    wrong.threads = -1;
-    good.select(wrong);
-    EXPECT_TRUE(std::isnan(good.efficiency())) << "after an error";
+  });
+}
+
+// The clock starts with the call: required points are searched for in any case, and take their time.
+TEST(GoodFeatures, matching_ends_with_what_is_found_in_time) {
+  for (const double limit : {0.0, 60.0, 1e-3}) {
+    Gathered it(200);
+    it.frame.start(it.good);
+    for (std::size_t i = 0; i < 200; ++i) {
+      FeatureMatch match(it.frame.point(i));
+      match.is_required = i < 3;
+      it.good.add(match);
+    }
+    Options options(50);
+    options.time_limit = limit;
+    const auto find = [&](std::size_t i, FeatureMatch&) {
+      if (i < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      return true;
+    };
+    const Selection found = it.good.match(options, find);
+    const bool is_late = limit == 1e-3;
+    EXPECT_EQ(found.status, is_late ? Status::deadline_reached : Status::ok) << limit;
+    EXPECT_EQ(found.size, is_late ? 3U : 50U) << limit;
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(it.good.is_selected(i)) << i;
   }
 }
 
 TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
-  Gathered gathered(200);
-  const FeatureFrame& frame = gathered.frame;
-  GoodFeatures& good = gathered.good;
+  Gathered it(200);
+  GoodFeatures& good = it.good;
   ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
   const std::vector<std::uint32_t> selected = selected_of(good);
   GoodFeatures taker(std::move(good));
   EXPECT_EQ(selected_of(taker), selected);
   good = std::move(taker);  // NOLINT(bugprone-use-after-move): what the class allows
   EXPECT_EQ(selected_of(good), selected);
-  frame.gather(good);
-  EXPECT_EQ(good.select(with_budget(20)).status, Status::ok);
+  it.frame.gather(good);
+  EXPECT_EQ(good.select(20).status, Status::ok);
   EXPECT_EQ(good.selection().size, 20U);
   static_assert(!std::is_copy_constructible<GoodFeatures>::value, "its memory is its own");
   static_assert(noexcept(good.select(Options()))&& noexcept(good.add(FeatureMatch())), "it throws nothing");

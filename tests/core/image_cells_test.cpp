@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // ImageCells against a division that sorts, and what GoodFeatures makes of it.
 #include "tests/core/feature_frame.hpp"
+#include "tests/support/numbers.hpp"
 
 #include <maxlogdet/image_cells.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -51,12 +51,9 @@ void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cell
     return;
   }
   const auto extent = [&](std::size_t axis) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const std::uint32_t i : matches) {
-      low = std::min(low, uv[2 * i + axis]);
-      high = std::max(high, uv[2 * i + axis]);
-    }
-    return high - low;
+    const auto less = [&](std::uint32_t a, std::uint32_t b) { return uv[2 * a + axis] < uv[2 * b + axis]; };
+    const auto [low, high] = std::minmax_element(matches.begin(), matches.end(), less);
+    return uv[2 * *high + axis] - uv[2 * *low + axis];
   };
   const std::size_t axis = extent(1) > extent(0) ? 1 : 0;
   std::sort(matches.begin(), matches.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -69,47 +66,28 @@ void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cell
   divide(uv, {middle, matches.end()}, cells - lower, result);
 }
 
-Cell all_of(std::size_t n) {
-  Cell all(n);
-  std::iota(all.begin(), all.end(), 0U);
-  return all;
-}
-
+// And hold equally many matches, up to rounding.
 TEST(ImageCells, are_those_of_a_division_that_sorts) {
-  ImageCells cells(300);
+  ImageCells cells(1000);
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const auto n = static_cast<std::size_t>(random.integer(0, 300));
+    const auto n = static_cast<std::size_t>(random.integer(0, variation % 3 == 0 ? 1000 : 300));
     const auto wanted = static_cast<std::size_t>(random.integer(0, 400));
     const std::vector<double> uv = random_positions(random, n);
     ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted));
+    Cell all(n);
+    std::iota(all.begin(), all.end(), 0U);
     Cells expected;
-    divide(uv, all_of(n), wanted, expected);
+    divide(uv, all, wanted, expected);
     EXPECT_EQ(cells_of(cells, n), expected);
     EXPECT_EQ(cells.count(), std::min(std::max<std::size_t>(wanted, 1), n));
-  }
-}
-
-TEST(ImageCells, hold_equally_many_matches_up_to_rounding) {
-  ImageCells cells(1000);
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const auto wanted = static_cast<std::size_t>(random.integer(1, 300));
-    const std::vector<double> uv = random_positions(random, 1000);
-    ASSERT_TRUE(cells.assign(uv.data(), 2, 1000, wanted));
-    const double share = 1000.0 / static_cast<double>(wanted);
-    for (const Cell& cell : cells_of(cells, 1000)) {
-      EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
-      EXPECT_GE(cell.size(), 1U);
-    }
+    const double share = static_cast<double>(n) / static_cast<double>(cells.count());
+    for (const Cell& cell : expected) EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
   }
 }
 
 TEST(ImageCells, a_match_without_a_place_and_one_that_is_not_spread_are_groups_of_their_own) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   const std::vector<double> uv = {1, 1, nan, 2, 3, infinity, 4, 4, 5, 5, 6, 6};
   const unsigned char is_spread[] = {1, 1, 1, 0, 1, 1};
   ImageCells cells(6);
@@ -149,10 +127,7 @@ TEST(ImageCells, more_matches_than_the_capacity_are_refused_and_change_nothing) 
 TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_required_ones) {
   GoodFeatures good(300);
   good.spread = 1.5;
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    FeatureFrame frame(random, 300, random_kind(random));
+  for_frames_of_all_kinds(trials(100), 300, [&](Random&, FeatureFrame frame) {
     for (std::size_t i = 0; i < 300; i += 60) frame.matches[i].is_required = true;
     frame.gather(good);
     const Options options = with_budget(60);
@@ -175,38 +150,31 @@ TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_requ
     std::vector<int> selected_of_cell(cells.count());
     for (const std::uint32_t i : selected_of(good)) ++selected_of_cell[cells.groups()[i]];
     EXPECT_LE(*std::max_element(selected_of_cell.begin(), selected_of_cell.end()), 1);
-  }
+  });
 }
 
 TEST(GoodFeatures, spread_that_is_no_number_selects_all_and_says_so) {
-  Random random;
-  const FeatureFrame frame(random, 200);
-  for (const double spread :
-       {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    GoodFeatures good(200);
-    good.spread = spread;
-    frame.gather(good);
-    EXPECT_EQ(good.select(with_budget(50)).error, Error::invalid_groups);
-    EXPECT_EQ(good.selection().size, 200U);
+  Gathered it(200);
+  for (const double spread : {-1.0, nan, infinity}) {
+    it.good.spread = spread;
+    EXPECT_EQ(it.good.select(50).error, Error::invalid_groups);
+    EXPECT_EQ(it.good.selection().size, 200U);
   }
 }
 
 TEST(GoodFeatures, groups_of_the_caller_replace_spread) {
-  Random random;
-  const FeatureFrame frame(random, 200);
-  GoodFeatures good(200), other(200);
-  good.spread = 1.5;
+  Gathered it(200);
   std::vector<std::uint32_t> halves(200);
   for (std::size_t i = 0; i < 200; ++i) halves[i] = i % 2;
   Options options = with_budget(50);
   options.groups.ids = halves.data();
   options.groups.count = 2;
   options.groups.maximum = 25;
-  frame.gather(good);
-  frame.gather(other);
-  ASSERT_EQ(good.select(options).status, Status::ok);
-  ASSERT_EQ(other.select(options).status, Status::ok);
-  EXPECT_EQ(selected_of(good), selected_of(other));
+  ASSERT_EQ(it.good.select(options).status, Status::ok);
+  const std::vector<std::uint32_t> expected = selected_of(it.good);
+  it.good.spread = 1.5;
+  ASSERT_EQ(it.good.select(options).status, Status::ok);
+  EXPECT_EQ(selected_of(it.good), expected);
 }
 
 }  // namespace

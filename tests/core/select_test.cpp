@@ -16,29 +16,24 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(Select, is_what_good_features_give) {
-  for (std::uint64_t variation = 0; variation < trials(30); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    FeatureKind kind = random_kind(random);
-    kind.has_jacobians = false;
-    kind.covariances = FeatureKind::Covariances::none;
-    const FeatureFrame frame(random, 150, kind);
+  GoodFeatures good(150);
+  for_frames_of_all_kinds(trials(30), 150, [&](Random&, const FeatureFrame& frame) {
     const RigidTransform T_cw = rows_of(frame.T_cw);
-    GoodFeatures good(150);
-    frame.gather(good);
+    frame.start(good);
+    for (const FeatureMatch& match : frame.matches) good.add(match);  // without covariances and Jacobians
     Options options(30);
     options.certificate.compute = true;
     const Selection expected = good.select(options);
     const SelectedMatches selected =
-        kind.has_rig ? select(Rig{frame.rig_cameras, 2}, T_cw, frame.matches, options, frame.options)
-                     : select(frame.rig_cameras[0].camera, T_cw, frame.matches, options, frame.options);
+        frame.kind.has_rig ? select(Rig{frame.rig_cameras, 2}, T_cw, frame.matches, options, frame.options)
+                           : select(frame.rig_cameras[0].camera, T_cw, frame.matches, options, frame.options);
     EXPECT_EQ(selected.indices, indices_of(expected));
     EXPECT_EQ(selected.gains, std::vector<double>(expected.gains, expected.gains + expected.size));
     EXPECT_EQ(selected.log_det, expected.log_det);
     EXPECT_EQ(selected.upper_bound, expected.upper_bound);
     EXPECT_EQ(selected.status, Status::ok);
     EXPECT_STREQ(selected.reason(), "ok");
-  }
+  });
 }
 
 TEST(Select, takes_points_and_returns_all_usable_ones_after_an_error) {
