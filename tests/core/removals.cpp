@@ -19,9 +19,11 @@ std::vector<std::uint32_t> kept_by(const BlockStore& blocks, const Options& opti
   return {search.indices, search.indices + search.selected};
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options options, std::size_t min_budget) {
+// The candidates in the order of their removal, as answers to ever smaller budgets tell.
+std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, std::size_t min_budget, const Matrix6& prior) {
+  const EigenPrior eigen_prior(prior);
+  Options options = keeping(0);
+  options.prior = eigen_prior.data();
   Selector selector(blocks.size());
   std::vector<std::uint32_t> order;
   std::set<std::uint32_t> left;
@@ -40,13 +42,15 @@ std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options op
   return order;
 }
 
-long double loss_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& order, const Matrix6& prior) {
+}  // namespace
+
+long double loss_given_away(const BlockStore& blocks, std::size_t min_budget, const Matrix6& prior) {
   std::set<std::uint32_t> left;
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
     if (blocks.is_valid(i)) left.insert(i);
   }
   long double max_excess = 0;
-  for (const std::uint32_t removed : order) {
+  for (const std::uint32_t removed : order_of_removal(blocks, min_budget, prior)) {
     const auto loss = [&](std::uint32_t candidate) {
       GreedyOracle<long double> oracle(blocks, prior);
       for (const std::uint32_t i : left) {
