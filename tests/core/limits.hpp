@@ -21,7 +21,7 @@ Judged judge(const BlockStore& blocks, const std::vector<std::uint32_t>& indices
 
 double longest_row(const BlockStore& blocks);
 
-/// Distinct indices, `size` of them, and a finite log det.
+/// Expects `size` distinct valid indices, and a finite log det.
 void expect_well_formed(const BlockStore& blocks, const Selection& selection, std::size_t size);
 
 }  // namespace maxlogdet::test

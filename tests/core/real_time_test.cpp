@@ -156,7 +156,7 @@ TEST(RealTime, active_selection_allocates_nothing) {
   grouped.groups.count = 7;
   grouped.groups.maximum = 15;
   Options with_target = with_budget(400);
-  with_target.target.efficiency = 0.5;
+  with_target.target.efficiency = 0.1;
   with_target.target.translation_sigma = with_target.target.rotation_sigma = 1;
   const struct {
     Options options;

@@ -10,8 +10,8 @@ namespace maxlogdet::test {
 /// Options of backward greedy that keep `budget` candidates.
 inline Options keeping(std::size_t budget) { return with_budget(budget, Strategy::backward_greedy); }
 
-/// The largest loss, nats, that backward greedy's removals down to `min_budget` exceed the smallest loss there was by in
-/// their round; recomputed by QR in long double.
+/// The largest loss, nats, that backward greedy's removals down to `min_budget` exceed the smallest loss there was by
+/// in their round; recomputed by QR in long double.
 long double loss_given_away(const BlockStore& blocks, std::size_t min_budget = 0,
                             const Matrix6& prior = default_information());
 
