@@ -66,7 +66,8 @@ Problem problem_of(BlockStore blocks, std::size_t budget) {
 
 std::vector<unsigned char> random_flags(Random& random, std::size_t n, double share) {
   std::vector<unsigned char> flags(n);
-  for (unsigned char& flag : flags) flag = random.chance(share) ? static_cast<unsigned char>(random.integer(1, 255)) : 0;
+  for (unsigned char& flag : flags)
+    flag = random.chance(share) ? static_cast<unsigned char>(random.integer(1, 255)) : 0;
   return flags;
 }
 
