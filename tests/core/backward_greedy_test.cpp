@@ -14,13 +14,17 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(BackwardGreedy, removes_the_minimum_loss_in_every_round_on_every_family) {
-  for_every_family(40, [](const BlockStore& blocks) { EXPECT_LE(loss_given_away(blocks), allowed_loss); });
+  for_every_family(
+      40, [](const BlockStore& blocks) { EXPECT_LE(loss_given_away(problem_of(blocks, 0), 0), allowed_loss); });
 }
 
 TEST(BackwardGreedy, removes_the_minimum_loss_in_every_round_among_awkward_candidates) {
   for_each_trial(40, [](Random& random) {
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(2, 40)));
-    EXPECT_LE(loss_given_away(blocks, 0, random_prior(random)), allowed_loss);
+    Problem problem = problem_of(blocks, 0);
+    problem.set_prior(random_prior(random));
+    if (random.chance(0.5)) problem.required = random_flags(random, blocks.size(), 0.3);
+    EXPECT_LE(loss_given_away(problem, problem.required_count()), allowed_loss);
   });
 }
 
@@ -30,7 +34,7 @@ TEST(RealFrames, backward_greedy_removes_the_minimum_loss) {
     expect_the_same_with_stale_bounds(all, keeping(all.size() / 2));
     const BlockStore some =
         store_of(std::min<std::size_t>(all.size(), 50), [&](std::size_t i) { return stored_block(all, i); });
-    EXPECT_LE(loss_given_away(some, 25), allowed_loss);
+    EXPECT_LE(loss_given_away(problem_of(some, 0), 25), allowed_loss);
   });
 }
 
@@ -51,20 +55,24 @@ TEST(BackwardGreedy, keeps_the_only_candidate_that_observes_a_direction) {
       EXPECT_NE(std::find(indices.begin(), indices.end(), alone), indices.end());
     }
     if (direction >= directions_by_oracle) continue;
-    EXPECT_LE(loss_given_away(blocks, 40), allowed_loss);
+    EXPECT_LE(loss_given_away(problem_of(blocks, 0), 40), allowed_loss);
   }
 }
 
+// Equal blocks, and blocks of the opposite sign, whose information is the same.
 TEST(BackwardGreedy, removes_the_highest_index_of_duplicates) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore once = blocks_of(make_scene(sim::Scene::euroc_like, 50, random.seed()), block_kinds[0]);
-  const BlockStore blocks = store_of(150, [&](std::size_t i) { return stored_block(once, i % 50); });
-  for (const std::size_t budget : {149U, 120U, 75U, 40U, 10U}) {
-    const auto indices = select_indices(blocks, keeping(budget));
-    const std::set<std::uint32_t> kept(indices.begin(), indices.end());
-    for (const std::uint32_t index : indices) {
-      EXPECT_TRUE(index < 50 || kept.count(index - 50) == 1) << index << " was kept and its equal was not";
+  for (const double sign : {1.0, -1.0}) {
+    const BlockStore blocks =
+        store_of(150, [&](std::size_t i) { return Block(stored_block(once, i % 50) * (i / 50 == 1 ? sign : 1)); });
+    for (const std::size_t budget : {149U, 120U, 75U, 40U, 10U}) {
+      const auto indices = select_indices(blocks, keeping(budget));
+      const std::set<std::uint32_t> kept(indices.begin(), indices.end());
+      for (const std::uint32_t index : indices) {
+        EXPECT_TRUE(index < 50 || kept.count(index - 50) == 1) << index << " was kept and its equal was not";
+      }
     }
   }
 }
