@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Batches of proposals against a model that recomputes every gain, with requests and answers of every kind.
 #include "tests/core/active_selection_model.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
-#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -162,65 +162,35 @@ class Batches {
   std::size_t open_ = 0;         // candidates at the last acceptance
 };
 
-TEST(ActiveSelection, batches_are_the_best_of_what_is_left) {
-  for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const ForcedIsa forced = isa_of(variation);
-    const auto n = static_cast<std::size_t>(random.integer(1, 150));
-    const Problem problem = any_problem(random, n);
-    Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 30)), random.uniform(0, 0.95));
-    if (HasFailure()) return;
-  }
-}
-
-TEST(ActiveSelection, batches_keep_to_constraints) {
-  for (std::uint64_t variation = 0; variation < trials(400); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const ForcedIsa forced = isa_of(variation);
-    const auto n = static_cast<std::size_t>(random.integer(1, 150));
-    const Problem problem = any_constrained_problem(random, n);
-    Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 30)), random.uniform(0, 0.95));
-    if (HasFailure()) return;
-  }
-}
-
-TEST(ActiveSelection, batches_are_the_best_of_many) {
-  for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const ForcedIsa forced = isa_of(variation);
-    Problem problem = any_constrained_problem(random, 1000);
-    problem.plain.budget = std::max<std::size_t>(
-        60, static_cast<std::size_t>(std::count(problem.required.begin(), problem.required.end(), 1)) + 30);
-    Batches(random, problem).run(40, random.uniform(0, 0.8));
-    if (HasFailure()) return;
-  }
+// Mostly few candidates, and now and then a thousand.
+TEST(ActiveSelection, batches_are_the_best_of_what_is_left_and_keep_to_constraints) {
+  for_each_trial(820, [](Random& random) {
+    const ForcedIsa forced = any_isa(random);
+    const bool are_many = random.chance(1.0 / 40);
+    Problem problem = any_problem(random, are_many ? 1000 : static_cast<std::size_t>(random.integer(1, 150)));
+    if (are_many) problem.plain.budget = std::max<std::size_t>(60, problem.required_count() + 30);
+    Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 40)), random.uniform(0, 0.95));
+  });
 }
 
 // Where proposals end must not depend on what else an instruction set has evaluated.
 TEST(ActiveSelection, batches_are_the_same_on_every_instruction_set) {
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    std::vector<std::uint32_t> first;
-    for (const std::string& isa : sim::supported_isas()) {
-      Random random(variation);
-      SCOPED_TRACE(random.name() + " on " + isa);
-      const ForcedIsa forced(isa.c_str());
-      const Problem problem = any_constrained_problem(random, static_cast<std::size_t>(random.integer(1, 300)));
+  for_each_trial(100, [](Random& random) {
+    const Problem problem = any_problem(random, static_cast<std::size_t>(random.integer(1, 300)));
+    same_on_every_isa([&] {
+      Random answers = random;
       ActiveSelection active(problem.capacity());
-      ASSERT_EQ(active.start(problem.blocks, problem.options()), Error::none);
+      EXPECT_EQ(active.start(problem.blocks, problem.options()), Error::none);
       std::vector<std::uint32_t> proposed;
       std::uint32_t batch[10];
-      while (const std::size_t count = active.next(batch, static_cast<std::size_t>(random.integer(1, 10)))) {
+      while (const std::size_t count = active.next(batch, static_cast<std::size_t>(answers.integer(1, 10)))) {
         proposed.insert(proposed.end(), batch, batch + count);
         proposed.push_back(none);
-        for (std::size_t j = 0; j < count; ++j) random.chance(0.5) ? active.accept() : active.reject();
+        for (std::size_t j = 0; j < count; ++j) answers.chance(0.5) ? active.accept() : active.reject();
       }
-      if (first.empty()) first = proposed;
-      EXPECT_EQ(proposed, first);
-    }
-  }
+      return proposed;
+    });
+  });
 }
 
 template <class Answer, class = void>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "tests/support/forced_isa.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/request.hpp"
 
@@ -10,17 +9,6 @@
 #include <vector>
 
 namespace maxlogdet::test {
-
-/// Blocks of 2 rows, of 3 rows that append_blocks built, of 3 rows that were pushed, or of every sort.
-BlockStore any_blocks(Random& random, std::size_t n);
-
-Problem any_problem(Random& random, std::size_t n);
-
-/// A feasible one, with any subset of the constraints.
-Problem any_constrained_problem(Random& random, std::size_t n);
-
-/// One supported instruction set after the other.
-ForcedIsa isa_of(std::uint64_t variation);
 
 /// What an active selection has to propose; all gains are recomputed in long double for every proposal.
 class ActiveModel {

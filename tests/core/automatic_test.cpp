@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: MIT
 // Which strategy `automatic` chooses, and that its answer is that strategy's.
-#include "tests/support/support.hpp"
+#include "tests/support/answer.hpp"
+#include "tests/support/stores.hpp"
+
+#include <algorithm>
 
 namespace maxlogdet::test {
 namespace {
 
 // The strategy that `automatic` ran; its answer has to be that of requesting it.
 Strategy strategy_for(const BlockStore& blocks, Options options) {
-  Selector selector(std::max(blocks.size(), options.budget));
   options.strategy = Strategy::automatic;
-  const Selection selection = selector.select(blocks, options);
-  const Strategy chosen = selection.strategy;
-  EXPECT_TRUE(selection.has_answer()) << to_string(selection.status);
-  const auto indices = indices_of(selection);
-  options.strategy = chosen;
-  EXPECT_EQ(indices, select_indices(blocks, options)) << to_string(chosen);
-  return chosen;
+  const Answer answer = answer_to(blocks, options);
+  options.strategy = answer.strategy;
+  EXPECT_EQ(answer, answer_to(blocks, options));
+  return answer.strategy;
 }
 
 TEST(Automatic, chooses_backward_greedy_from_two_thirds_on) {
@@ -45,20 +44,15 @@ TEST(Automatic, relaxes_very_many_candidates) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 50000, 1), block_kinds[3]);
   EXPECT_EQ(strategy_for(blocks, with_budget(59)), Strategy::lazy_greedy);
   EXPECT_EQ(strategy_for(blocks, with_budget(60)), Strategy::relaxed);
-  BlockStore fewer(blocks);
-  fewer.clear();
-  for (std::size_t i = 0; i < 49999; ++i) push_back(fewer, stored_block(blocks, i));
+  const BlockStore fewer = store_of(49999, [&](std::size_t i) { return stored_block(blocks, i); });
   EXPECT_EQ(strategy_for(fewer, with_budget(60)), Strategy::lazy_greedy);
 }
 
-TEST(Automatic, reports_the_requested_strategy_otherwise) {
+TEST(Automatic, is_the_only_one_that_reports_another_strategy) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 30, 1), block_kinds[0]);
-  Selector selector(30);
-  for (const Strategy strategy : sim::strategies) {
+  for (const Strategy strategy : strategies) {
     if (strategy == Strategy::automatic) continue;
-    Options options = with_budget(5);
-    options.strategy = strategy;
-    EXPECT_EQ(selector.select(blocks, options).strategy, strategy);
+    EXPECT_EQ(answer_to(blocks, with_budget(5, strategy)).strategy, strategy);
   }
 }
 

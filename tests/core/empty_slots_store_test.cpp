@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A store with empty slots against a model that is a list of blocks, after any change.
 #include "kernel/blocks/block_planes.hpp"
-#include "sim/frame.hpp"
 #include "tests/core/slots.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -48,28 +48,18 @@ void expect_holds(const BlockStore& blocks, const Slots& slots) {
   for (int column = 0; column < 6; ++column) ASSERT_EQ(planes_of(blocks).column_max()[column], largest(column));
 }
 
-// Appends the blocks of a random frame with random options to both; some matches have none.
+// Appends the blocks of a random frame of any kind to both; some matches have none.
 void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
-  const std::size_t n = static_cast<std::size_t>(random.integer(0, 40));
+  const std::size_t n = random.index(41);
   sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + blocks.size());
   const std::vector<unsigned char> usable = spoil(random, random.uniform(0, 1), frame);
-  const sim::MatchArrays arrays(frame);
-  Matches matches = arrays.view();
-  matches.usable = usable.data();
   const BlockKind& kind = block_kinds[random.index(std::size(block_kinds))];
-  BlockOptions options;
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
   BlockStore alone;
-  append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, alone);
-  const BlockReport report =
-      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
-  EXPECT_EQ(report.invalid, alone.invalid_count());
-  const std::vector<std::uint32_t> listed(planes_of(alone).indices(), planes_of(alone).indices() + alone.stored());
+  append(frame, usable, kind, alone);
+  EXPECT_EQ(append(frame, usable, kind, blocks).invalid, alone.invalid_count());
   for (std::uint32_t i = 0; i < n; ++i) {
     slots.emplace_back();
-    if (!std::binary_search(listed.begin(), listed.end(), i)) continue;
-    slots.back() = stored_block(alone, i);
+    if (alone.is_valid(i)) slots.back() = stored_block(alone, i);
   }
 }
 
@@ -105,33 +95,27 @@ void change(Random& random, BlockStore& blocks, Slots& slots) {
 }
 
 TEST(EmptySlots, indices_and_places_are_right_after_any_change) {
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [](Random& random) {
     BlockStore blocks;
     Slots slots;
     for (int step = 0; step < 40; ++step) {
       change(random, blocks, slots);
       expect_holds(blocks, slots);
-      if (HasFailure()) return;
     }
-  }
+  });
 }
 
 // Blocks of two rows, of three, and candidates pushed between them.
 TEST(EmptySlots, blocks_of_different_rows_are_appended_one_after_the_other) {
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [](Random& random) {
     BlockStore blocks;
     Slots slots;
     for (int step = 0; step < 6; ++step) {
       append_matches(random, blocks, slots);
       expect_holds(blocks, slots);
-      if (HasFailure()) return;
       if (random.chance(0.5)) push_back_random(random, blocks, slots);
     }
-  }
+  });
 }
 
 TEST(EmptySlots, more_candidates_than_indices_are_refused) {

@@ -3,6 +3,8 @@
 // bit for bit, whatever is asked for.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/slots.hpp"
+#include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <string>
@@ -11,18 +13,17 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(EmptySlots, answers_are_those_of_the_store_without_them) {
-  for (std::uint64_t variation = 0; variation < trials(600); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const std::vector<Block> blocks = random_blocks(random, static_cast<std::size_t>(random.integer(0, 150)));
+  for_each_trial(600, [](Random& random) {
+    const std::vector<Block> blocks = random_blocks(random, random.index(151));
     const Slots slots = with_empty_slots(random, blocks, random.uniform(0.02, 0.9));
     const BlockStore holed = store_of(random, slots);
     const BlockStore dense = store_of(blocks);
     ASSERT_EQ(holed.stored(), dense.size());
-    if (holed.size() == 0) continue;
-    expect_same_answers(holed, random_request(random, holed, random.chance(0.5) ? 0.05 : 0), dense, present(slots));
-    if (HasFailure()) return;
-  }
+    if (holed.size() == 0) return;
+    const Request request = random_request(random, holed, false);
+    expect_same_answers(holed, request, dense, present(slots));
+    expect_same_active(random, holed, request, dense, present(slots));
+  });
 }
 
 TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
@@ -32,17 +33,14 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
       SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
       sim::Frame frame = make_scene(scene, 1500, random.seed());
       const std::vector<unsigned char> usable = spoil(random, random.uniform(0.05, 0.8), frame);
-      const sim::MatchArrays arrays(frame);
-      Matches matches = arrays.view();
-      matches.usable = usable.data();
-      BlockOptions options;
-      options.weighting = kind.weighting;
-      options.depth_cue = kind.depth_cue;
       BlockStore holed;
-      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, holed);
+      append(frame, usable, kind, holed);
       const std::vector<std::uint32_t> kept(planes_of(holed).indices(), planes_of(holed).indices() + holed.stored());
       ASSERT_GT(kept.size(), 200U);
       ASSERT_LT(kept.size(), 1500U);
+      BlockOptions options;
+      options.weighting = kind.weighting;
+      options.depth_cue = kind.depth_cue;
       BlockStore dense;
       sim::build_blocks(frame, sim::MatchArrays(frame, kept), options, dense);
       ASSERT_EQ(dense.stored(), kept.size());
@@ -60,9 +58,7 @@ TEST(EmptySlots, samples_do_not_depend_on_them) {
   SCOPED_TRACE(random.name());
   const std::vector<Block> blocks = random_blocks(random, 200);
   const BlockStore dense = store_of(blocks);
-  Options options;
-  options.strategy = Strategy::stochastic_greedy;
-  options.budget = 30;
+  Options options = with_budget(30, Strategy::stochastic_greedy);
   Selector selector(4000);
   for (options.stochastic.seed = 0; options.stochastic.seed < 20; ++options.stochastic.seed) {
     const std::vector<std::uint32_t> expected = indices_of(selector.select(dense, options));
@@ -75,20 +71,6 @@ TEST(EmptySlots, samples_do_not_depend_on_them) {
   }
 }
 
-TEST(EmptySlots, active_selection_proposes_the_same_without_them) {
-  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const std::vector<Block> blocks = random_blocks(random, static_cast<std::size_t>(random.integer(1, 150)));
-    const Slots slots = with_empty_slots(random, blocks, random.uniform(0.02, 0.9));
-    const BlockStore holed = store_of(random, slots);
-    const BlockStore dense = store_of(blocks);
-    const Request request = random_request(random, holed, random.chance(0.5) ? 0.05 : 0);
-    expect_same_active(random, holed, request, dense, present(slots));
-    if (HasFailure()) return;
-  }
-}
-
 TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
   for (const std::size_t n : {std::size_t{1}, std::size_t{16}, std::size_t{1000}}) {
     Random random(n);
@@ -97,18 +79,16 @@ TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
     for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(push_back_empty(random, blocks), i);
     EXPECT_EQ(blocks.stored(), 0U);
     EXPECT_EQ(blocks.rows(), 0);
-    Request request = random_request(random, blocks, 0.5);
-    request.groups.clear();
-    request.plain.budget = 1;
-    request.plain.certificate.compute = true;
+    Request request = certified_request(1);
+    if (n > 1) request.excluded = random_flags(random, n, 0.5);
     expect_same_answers(blocks, request, BlockStore(), {});
     ActiveSelection active(n);
     ASSERT_EQ(active.start(blocks, request.options(Strategy::greedy)), Error::none);
     EXPECT_EQ(active.next(), ActiveSelection::none);
     EXPECT_EQ(active.selection().status, Status::all_selected);
-    std::vector<unsigned char> required(n);
-    required[n / 2] = 1;
-    request.required = required;
+    request.excluded.clear();
+    request.required.resize(n);
+    request.required[n / 2] = 1;
     Selector selector = selector_for(blocks, request);
     EXPECT_EQ(selector.select(blocks, request.options(Strategy::greedy)).error, Error::infeasible);
   }

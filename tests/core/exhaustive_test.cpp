@@ -4,6 +4,7 @@
 // MAXLOGDET_EXHAUSTIVE_CSV names a file that the test appends to: a line for each instance, budget and answer, how far
 // it is from the optimum. bench/exhaustive makes the tables of docs/trust.md from it.
 #include "tests/support/request.hpp"
+#include "tests/support/stores.hpp"
 #include "tests/support/triangle.hpp"
 
 #include <algorithm>
@@ -32,17 +33,8 @@ enum class Family {
 constexpr Family families[] = {Family::random, Family::duplicated, Family::nearly_singular,
                                Family::far,    Family::clustered,  Family::mixed};
 
-const char* to_string(Family family) {
-  switch (family) {
-    case Family::random: return "random";
-    case Family::duplicated: return "duplicated";
-    case Family::nearly_singular: return "nearly_singular";
-    case Family::far: return "far";
-    case Family::clustered: return "clustered";
-    case Family::mixed: return "mixed";
-  }
-  return "unknown";
-}
+constexpr const char* family_names[] = {"random", "duplicated", "nearly_singular", "far", "clustered", "mixed"};
+const char* to_string(Family family) { return family_names[static_cast<int>(family)]; }
 
 std::vector<Block> some_blocks(Random& random, int max_count, int rows) {
   std::vector<Block> blocks;
@@ -83,52 +75,31 @@ BlockStore blocks_of(Family family, Random& random, int n) {
   const Block directions = random_block(random, random.integer(2, 5));
   const double distance = std::pow(10.0, random.uniform(-3, -0.5));
   const double off = std::pow(10.0, random.uniform(-7, -2));
-  BlockStore blocks;
-  for (int i = 0; i < n; ++i) {
+  return store_of(static_cast<std::size_t>(n), [&](std::size_t) {
     Block block = random_block(random, rows);
     if (family == Family::duplicated) block = random.chance(0.05) ? Block::Zero(rows, 6) : one_of(random, centres);
     if (family == Family::clustered) block = one_of(random, centres) + distance * block;
     if (family == Family::nearly_singular) {
       block = random_block(random, rows).leftCols(directions.rows()) * directions + off * block;
     }
-    push_back(blocks, block * scale);
-  }
-  return blocks;
+    return Block(block * scale);
+  });
 }
 
-struct Instance : Problem {
-  std::size_t required_count = 0;
+Options asking(const Problem& problem, std::size_t budget, Strategy strategy) {
+  Options options = problem.options(strategy);
+  options.budget = budget;
+  return options;
+}
 
-  Options asking(std::size_t budget, Strategy strategy) const {
-    Options result = options(strategy);
-    result.budget = budget;
-    return result;
-  }
-
-  // Prior and required candidates: what gains are counted from.
-  Triangle base() const {
-    Triangle triangle(information());
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (is_required(i)) triangle.add(stored_block(blocks, i));
-    }
-    return triangle;
-  }
-};
-
-Instance random_instance(Family family, Random& random, int n) {
-  Instance instance;
-  instance.blocks = blocks_of(family, random, n);
+Problem random_instance(Family family, Random& random, int n) {
+  Problem instance = problem_of(blocks_of(family, random, n), 0);
   instance.required.resize(instance.blocks.size());
   instance.excluded.resize(instance.blocks.size());
-  if (random.chance(0.2)) {
-    for (std::size_t i = 0; i < instance.blocks.size(); ++i) {
-      if (random.chance(0.1)) {
-        instance.required[i] = 1;
-        ++instance.required_count;
-      } else if (random.chance(0.1)) {
-        instance.excluded[i] = 1;
-      }
-    }
+  const bool is_constrained = random.chance(0.2);
+  for (std::size_t i = 0; i < instance.blocks.size() && is_constrained; ++i) {
+    instance.required[i] = random.chance(0.1) ? 1 : 0;
+    instance.excluded[i] = instance.required[i] == 0 && random.chance(0.1) ? 1 : 0;
   }
   if (random.chance(0.5)) instance.set_prior(std::pow(10.0, random.uniform(-3, 3)) * random_prior(random));
   return instance;
@@ -142,10 +113,12 @@ int random_size(Random& random, std::uint64_t variation) {
 // The optimum for every budget at once, by a walk over all subsets of the free candidates.
 class AllSubsets {
  public:
-  explicit AllSubsets(const Instance& instance) : required_(instance.required_count) {
+  explicit AllSubsets(const Problem& instance) : required_(instance.required_count()) {
+    Triangle base(instance.information());  // gains are counted from prior and required candidates
     for (std::size_t i = 0; i < instance.blocks.size(); ++i) {
-      if (!instance.is_free(i)) continue;
       const Block block = stored_block(instance.blocks, i);
+      if (instance.is_required(i)) base.add(block);
+      if (!instance.is_free(i)) continue;
       Rows rows{};
       for (int row = 0; row < block.rows(); ++row) {
         if (block.row(row).isZero(0)) continue;
@@ -155,7 +128,6 @@ class AllSubsets {
       blocks_.push_back(rows);
     }
     best_.assign(blocks_.size() + 1, 0);
-    const Triangle base = instance.base();
     base_ = base.log_det();
     descend(base, 0, 0);
   }
@@ -202,7 +174,7 @@ class Csv {
     if (file_.tellp() == 0) file_ << "family,prior,n,k,answer,share_of_optimum,distance_nats\n";
   }
   // `distance`: optimum less the answer's log det, or bound less optimum, nats.
-  void write(Family family, const Instance& instance, std::size_t budget, const std::string& answer, long double share,
+  void write(Family family, const Problem& instance, std::size_t budget, const std::string& answer, long double share,
              long double distance) {
     if (!file_.is_open()) return;
     file_ << to_string(family) << ',' << (instance.prior.empty() ? "default" : "own") << ',' << instance.blocks.size()
@@ -214,7 +186,7 @@ class Csv {
   std::ofstream file_;
 };
 
-long double log_det(const Instance& instance, const std::vector<std::uint32_t>& indices) {
+long double log_det(const Problem& instance, const std::vector<std::uint32_t>& indices) {
   Triangle triangle(instance.information());
   for (const std::uint32_t index : indices) triangle.add(stored_block(instance.blocks, index));
   return triangle.log_det();
@@ -230,7 +202,7 @@ long double guarantee(std::size_t rounds) {
 class Exhaustive : public ::testing::TestWithParam<Family> {
  protected:
   // log det of an answer, which must be a selection of that budget, keep to constraints and not beat the optimum.
-  long double checked_log_det(const Instance& instance, const AllSubsets& all, const Options& options) {
+  long double checked_log_det(const Problem& instance, const AllSubsets& all, const Options& options) {
     const Selection selection = selector_.select(instance.blocks, options);
     EXPECT_TRUE(selection.has_answer()) << to_string(selection.status);
     EXPECT_EQ(selection.size, options.budget);
@@ -239,9 +211,9 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
       EXPECT_LT(index, taken.size());
       if (index >= taken.size()) return 0;
       EXPECT_EQ(taken[index]++, 0) << index << " twice";
-      EXPECT_EQ(instance.excluded[index], 0);
+      EXPECT_FALSE(instance.is_excluded(index));
     }
-    for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_TRUE(instance.required[i] == 0 || taken[i] == 1);
+    for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_TRUE(!instance.is_required(i) || taken[i] == 1);
     indices_ = indices_of(selection);
     upper_bound_ = selection.upper_bound;
     const long double result = log_det(instance, indices_);
@@ -249,7 +221,7 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
     return result;
   }
 
-  void check(const Instance& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
+  void check(const Problem& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
     check_strategies(instance, all, budget, variation);
     check_exchange(instance, all, budget);
     check_bounds(instance, all, budget);
@@ -266,17 +238,17 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
     return max_gain > 0 ? (reached - all.base()) / max_gain : 1;
   }
 
-  void record(const Instance& instance, const AllSubsets& all, std::size_t budget, const std::string& answer,
+  void record(const Problem& instance, const AllSubsets& all, std::size_t budget, const std::string& answer,
               long double reached) {
     if (!is_choice(all, budget)) return;
     csv_.write(GetParam(), instance, budget, answer, share(all, budget, reached), all.optimum(budget) - reached);
   }
 
-  void check_strategies(const Instance& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
+  void check_strategies(const Problem& instance, const AllSubsets& all, std::size_t budget, std::uint64_t variation) {
     std::vector<std::uint32_t> indices_of_greedy;
     for (const Strategy strategy : strategies) {
       SCOPED_TRACE(to_string(strategy));
-      Options options = instance.asking(budget, strategy);
+      Options options = asking(instance, budget, strategy);
       options.stochastic.seed = variation;
       const long double reached = checked_log_det(instance, all, options);
       record(instance, all, budget, to_string(strategy), reached);
@@ -301,16 +273,16 @@ class Exhaustive : public ::testing::TestWithParam<Family> {
     ++choices_;
   }
 
-  void check_exchange(const Instance& instance, const AllSubsets& all, std::size_t budget) {
-    Options options = instance.asking(budget, Strategy::lazy_greedy);
+  void check_exchange(const Problem& instance, const AllSubsets& all, std::size_t budget) {
+    Options options = asking(instance, budget, Strategy::lazy_greedy);
     options.exchange.sweeps = 4;
     const long double exchanged = checked_log_det(instance, all, options);
     EXPECT_GE(exchanged, of_greedy_ - enumeration_error) << "an exchange lost";
     record(instance, all, budget, "lazy_greedy and exchange", exchanged);
   }
 
-  void check_bounds(const Instance& instance, const AllSubsets& all, std::size_t budget) {
-    Options options = instance.asking(budget, Strategy::lazy_greedy);
+  void check_bounds(const Problem& instance, const AllSubsets& all, std::size_t budget) {
+    Options options = asking(instance, budget, Strategy::lazy_greedy);
     options.certificate.compute = true;
     for (const std::size_t passes : {0U, 8U}) {
       options.certificate.passes = passes;
@@ -336,7 +308,7 @@ TEST_P(Exhaustive, answers_keep_their_guarantees_and_bounds_are_above_the_optimu
   std::size_t subsets = 0;
   for (std::uint64_t variation = 0; variation < instances; ++variation) {
     Random random(variation);
-    const Instance instance = random_instance(GetParam(), random, random_size(random, variation));
+    const Problem instance = random_instance(GetParam(), random, random_size(random, variation));
     const AllSubsets all(instance);
     subsets += all.subsets();
     for (std::size_t budget = all.min_budget(); budget <= all.max_budget(); ++budget) {
@@ -354,11 +326,11 @@ TEST_P(Exhaustive, mean_of_stochastic_greedy_keeps_its_guarantee) {
   for (const double epsilon : {0.01, 0.1, 0.3}) {
     for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
       Random random(variation);
-      const Instance instance = random_instance(GetParam(), random, random.integer(1, 14));
+      const Problem instance = random_instance(GetParam(), random, random.integer(1, 14));
       const AllSubsets all(instance);
       for (std::size_t budget = all.min_budget() + 1; budget < all.max_budget(); ++budget) {
         SCOPED_TRACE(random.name() + ", epsilon " + std::to_string(epsilon) + ", budget " + std::to_string(budget));
-        Options options = instance.asking(budget, Strategy::stochastic_greedy);
+        Options options = asking(instance, budget, Strategy::stochastic_greedy);
         options.stochastic.epsilon = epsilon;
         long double mean = 0;
         for (int seed = 0; seed < seeds; ++seed) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The incremental factor and the bound of its error.
-#include "kernel/information/information_factor.hpp"
 #include "kernel/blocks/block_planes.hpp"
-#include "simd/kernel.hpp"
+#include "tests/core/factors.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <cmath>
 #include <limits>
@@ -20,23 +20,12 @@ Matrix6 w_of(const InformationFactor& factor) {
   return w;
 }
 
-Matrix6 inverse_of(const InformationFactor& factor) { return gram(w_of(factor)); }
-
-struct Rows {
-  explicit Rows(const Block& block) {
-    for (int row = 0; row < block.rows(); ++row) {
-      for (int column = 0; column < 6; ++column) entries[row][column] = block(row, column);
-    }
-  }
-  double entries[max_block_rows][6] = {};
-};
-
-void add(InformationFactor& factor, const Block& block) {
-  factor.add_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
-}
-
-bool remove(InformationFactor& factor, const Block& block) {
-  return factor.remove_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
+// With a prior.
+InformationFactor factor_of(const Matrix6& information) {
+  InformationFactor factor;
+  const EigenPrior prior(information);
+  EXPECT_TRUE(factor.reset(prior.data()));
+  return factor;
 }
 
 // Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
@@ -51,31 +40,26 @@ long double expect_within_relative_error(const InformationFactor& factor, const 
 }
 
 TEST(InformationFactor, follows_the_information_through_updates) {
-  for (std::uint64_t variation = 0; variation < 200; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(200, [](Random& random) {
     Matrix6 information = random_prior(random);
-    InformationFactor factor;
-    const EigenPrior prior(information);
-    ASSERT_TRUE(factor.reset(prior.data()));
+    InformationFactor factor = factor_of(information);
     EXPECT_NEAR(factor.prior_log_det(), log_det(information), 1e-12);
     for (int update = 0; update < 20; ++update) {
       const Block row = random_block(random, 1, std::pow(10.0, random.integer(-3, 3)));
       add(factor, row);
       information += gram(row);
-      const Matrix6 identity = product(inverse_of(factor), information);
+      const Matrix6 identity = product(gram(w_of(factor)), information);
       ASSERT_LT((identity - Matrix6::Identity()).norm(), 1e-6);
     }
     EXPECT_TRUE(w_of(factor).isLowerTriangular());
-  }
+  });
 }
 
 TEST(InformationFactor, stays_within_its_relative_error_on_every_family) {
   long double tightest = 0;
   for_every_family(60, [&](const BlockStore& blocks) {
     GreedyOracle<long double> oracle(blocks);
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(nullptr));
+    InformationFactor factor = factor_of(default_information());
     for (int round = 0; round < 30; ++round) {
       SCOPED_TRACE("round " + std::to_string(round));
       tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
@@ -102,26 +86,6 @@ BlockStore nearly_parallel_blocks(Random& random) {
     push_back(blocks, block);
   }
   return blocks;
-}
-
-// On a prior near the identity.
-TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows) {
-  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const BlockStore blocks = nearly_parallel_blocks(random);
-    const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
-    const EigenPrior prior(information);
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(prior.data()));
-    GreedyOracle<long double> oracle(blocks, information);
-    for (std::size_t round = 0; round < 5; ++round) {
-      SCOPED_TRACE("round " + std::to_string(round));
-      expect_within_relative_error(factor, oracle);
-      oracle.take(round);
-      add(factor, stored_block(blocks, round));
-    }
-  }
 }
 
 // An oracle of the blocks from `first` to `end`.
@@ -160,31 +124,31 @@ TEST(InformationFactor, stays_within_its_relative_error_through_downdates_on_eve
   EXPECT_LT(100 * refused, removed);
 }
 
-// Rows as long as 1e6 that are nearly parallel: now and then the prior is all that is left of a direction.
+// On a prior near the identity. Rows as long as 1e6 that are nearly parallel: now and then the prior is all that is
+// left of a direction when others are removed.
 TEST(InformationFactor, stays_within_its_relative_error_or_refuses_on_nearly_parallel_rows) {
-  int refused = 0;
-  int removed = 0;
-  for (std::uint64_t variation = 0; variation < 1000; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  std::size_t refused = 0;
+  std::size_t removed = 0;
+  for_each_trial(1000, [&](Random& random) {
     const BlockStore blocks = nearly_parallel_blocks(random);
     const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
-    const EigenPrior prior(information);
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(prior.data()));
-    for (std::size_t i = 0; i < 8; ++i) add(factor, stored_block(blocks, i));
+    InformationFactor factor = factor_of(information);
+    for (std::size_t i = 0; i < 8; ++i) {
+      expect_within_relative_error(factor, oracle_from(blocks, 0, i, information));
+      add(factor, stored_block(blocks, i));
+    }
     for (std::size_t i = 0; i < 8; ++i) {
       if (!remove(factor, stored_block(blocks, i))) {
         ++refused;
-        break;
+        return;
       }
       ++removed;
       expect_within_relative_error(factor, oracle_from(blocks, i + 1, 8, information));
     }
-  }
-  std::printf("%d removed, %d refused\n", removed, refused);
-  EXPECT_GT(removed, 1000);
-  EXPECT_GT(refused, 100);
+  });
+  std::printf("%zu removed, %zu refused\n", removed, refused);
+  EXPECT_GT(removed, trials(1000));
+  EXPECT_GT(refused, trials(100));
 }
 
 TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_there) {
@@ -229,18 +193,16 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
             planes_of(blocks).plane(static_cast<int>(p / 6), static_cast<int>(p % 6))[planes_of(blocks).place(i)];
       }
     }
-    std::vector<double> expected;
-    for (const simd::Kernel* const kernel : supported_kernels()) {
-      std::vector<double> sum(36);
-      kernel->sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, sum.data());
-      if (expected.empty()) expected = sum;
-      EXPECT_EQ(sum, expected) << kernel->isa;
-    }
+    const std::vector<double> sum = same_on_every_kernel([&](const simd::Kernel& kernel) {
+      std::vector<double> result(36);
+      kernel.sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, result.data());
+      return result;
+    });
+    const double roundings = simd::sum_roundings(count, blocks.rows());
     InformationFactor factor;
-    ASSERT_TRUE(factor.reset(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows())));
+    ASSERT_TRUE(factor.reset(nullptr, sum.data(), roundings));
     tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
-    const double of_determinant =
-        factor.determinant_error(nullptr, expected.data(), simd::sum_roundings(count, blocks.rows()));
+    const double of_determinant = factor.determinant_error(nullptr, sum.data(), roundings);
     EXPECT_LE(std::abs(factor.prior_log_det() - oracle.log_det()) / 6, of_determinant + 1e-14L);
     EXPECT_LE(of_determinant, factor.relative_error());
     EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);

@@ -2,19 +2,16 @@
 // Points and poses as trackers have them, and what is refused, and why.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+#include "tests/support/numbers.hpp"
 
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/match_information.hpp>
 
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct Point3f {
   float x, y, z;

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The same answer on every instruction set, and MAXLOGDET_ISA.
 #include "kernel/blocks/candidates.hpp"
-#include "simd/kernel.hpp"
-#include "tests/support/forced_isa.hpp"
-#include "tests/support/support.hpp"
+#include "tests/core/factors.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -42,9 +39,7 @@ TEST(Isa, an_unknown_name_is_an_error_and_never_a_fallback) {
     const ForcedIsa forced(name);
     EXPECT_STREQ(active_isa(), "none");
     Selector selector(1);
-    Options options;
-    options.budget = 1;
-    const Selection selection = selector.select(blocks, options);
+    const Selection selection = selector.select(blocks, with_budget(1));
     EXPECT_EQ(selection.error, Error::unsupported_isa);
     EXPECT_EQ(selection.size, 0U);
   }
@@ -60,12 +55,8 @@ TEST(Isa, a_built_in_one_that_this_machine_lacks_is_an_error_too) {
 
 // Float64: relative gains of listed candidates, updates and downdates of the factor.
 TEST(Isa, float64_gives_the_same_bits_on_all) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const auto n = static_cast<std::size_t>(random.integer(1, 100));
-    const BlockStore blocks = awkward_blocks(random, n);
-    if (blocks.rows() == 0) continue;
+  for_each_trial(100, [](Random& random) {
+    const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 100)));
     constexpr std::size_t size = std::size_t{6} * simd::padded_dimension;
     double w[size] = {};
     for (std::size_t i = 0; i < 6; ++i) {
@@ -73,28 +64,23 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     }
     const int rows = random.integer(1, 3);
     const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-3, 3)));
-    std::vector<std::uint32_t> listed;
-    for (int j = random.integer(1, 50); j > 0; --j) {
-      listed.push_back(static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1)));
-    }
-    const simd::Planes planes = all_of(blocks).planes;
-    std::vector<double> expected;
-    for (const simd::Kernel* const kernel : supported_kernels()) {
+    std::vector<std::uint32_t> listed(static_cast<std::size_t>(random.integer(1, 50)));
+    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.index(blocks.size()));
+    same_on_every_kernel([&](const simd::Kernel& kernel) {
       std::vector<double> results(listed.size() + 2, -1);
-      kernel->decide[blocks.rows() - 1](planes, w, listed.data(), listed.size(), results.data());
+      kernel.decide[blocks.rows() - 1](all_of(blocks).planes, w, listed.data(), listed.size(), results.data());
       EXPECT_EQ(results[listed.size()], -1) << "written beyond its end";
       double updated[size];
       std::copy_n(w, size, updated);
       float narrow[size];
-      results.back() = kernel->add_rows(updated, block.data(), rows, narrow);
+      results.back() = kernel.add_rows(updated, block.data(), rows, narrow);
       results.insert(results.end(), updated, updated + size);
       results.insert(results.end(), narrow, narrow + size);
-      results.push_back(kernel->remove_row(updated, block.data(), 0));
+      results.push_back(kernel.remove_row(updated, block.data(), 0));
       results.insert(results.end(), updated, updated + size);
-      if (expected.empty()) expected = results;
-      EXPECT_EQ(std::memcmp(results.data(), expected.data(), results.size() * sizeof(double)), 0) << kernel->isa;
-    }
-  }
+      return results;
+    });
+  });
 }
 
 // Values without arithmetic: planes of n candidates, copies, lists and maxima.
@@ -135,36 +121,30 @@ void expect_gathered(const simd::Kernel& kernel, const Planes& planes) {
 }
 
 void expect_listed(const simd::Kernel& kernel, const Planes& planes, float lower, float upper) {
-  std::vector<std::uint32_t> expected;
   float expected_largest = -1;
-  for (std::uint32_t i = 0; i < planes.n; ++i) {
-    if (planes.values[i] >= lower && planes.values[i] <= upper) expected.push_back(i);
-    expected_largest = std::max(expected_largest, planes.values[i]);
-  }
-  std::vector<std::uint32_t> list(planes.n + simd::tile_size);
-  list.resize(kernel.list_between(planes.values.data(), planes.n, 0, 1, lower, upper, list.data()));
-  EXPECT_EQ(list, expected);
-  for (std::uint32_t part = 0; part < 3; ++part) {
-    std::vector<std::uint32_t> expected_part;
-    for (const std::uint32_t i : expected) {
-      if (i / simd::tile_size % 3 == part) expected_part.push_back(i);
-    }
-    list.resize(planes.n + simd::tile_size);
-    list.resize(kernel.list_between(planes.values.data(), planes.n, part, 3, lower, upper, list.data()));
-    EXPECT_EQ(list, expected_part);
-  }
+  for (std::uint32_t i = 0; i < planes.n; ++i) expected_largest = std::max(expected_largest, planes.values[i]);
   EXPECT_EQ(kernel.largest(planes.values.data(), planes.n), expected_largest);
+  for (const std::uint32_t parts : {1U, 3U}) {
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      std::vector<std::uint32_t> expected;
+      for (std::uint32_t i = 0; i < planes.n; ++i) {
+        const bool is_between = planes.values[i] >= lower && planes.values[i] <= upper;
+        if (is_between && i / simd::tile_size % parts == part) expected.push_back(i);
+      }
+      std::vector<std::uint32_t> list(planes.n + simd::tile_size);
+      list.resize(kernel.list_between(planes.values.data(), planes.n, part, parts, lower, upper, list.data()));
+      EXPECT_EQ(list, expected) << "part " << part << " of " << parts;
+    }
+  }
 }
 
 TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
-  for (std::uint64_t variation = 0; variation < 100; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [](Random& random) {
     const Planes planes(random);
     const auto lower = static_cast<float>(random.uniform(-9, 9));
     const auto upper = static_cast<float>(random.uniform(-9, 9));
-    const auto range = static_cast<std::uint32_t>(planes.lanes + static_cast<std::size_t>(random.integer(0, 1000000)));
-    CounterRandom expected_draws(variation);
+    const auto range = static_cast<std::uint32_t>(planes.lanes + random.index(1000001));
+    CounterRandom expected_draws(random.seed());
     for (int skipped = 0; skipped < 5; ++skipped) expected_draws.bits();
     std::vector<std::uint32_t> expected_drawn;
     for (std::uint32_t j = 0; j < planes.n; ++j) expected_drawn.push_back(expected_draws.below(range - j));
@@ -173,10 +153,10 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
       expect_gathered(*kernel, planes);
       expect_listed(*kernel, planes, lower, upper);
       std::vector<std::uint32_t> drawn(planes.n);
-      kernel->draw(CounterRandom(variation).key(), 6, range, planes.n, drawn.data());
+      kernel->draw(CounterRandom(random.seed()).key(), 6, range, planes.n, drawn.data());
       EXPECT_EQ(drawn, expected_drawn);
     }
-  }
+  });
 }
 
 // Tiles of zeros and ones with relative gains of small integers, so that thresholds are met exactly.
@@ -194,8 +174,8 @@ struct Survivors {
         highest(tile_count, -1.0F) {
     for (float& value : data) value = static_cast<float>(random.integer(0, 1));
     for (std::size_t lane = 0; lane < relative_gains.size(); ++lane) {
-      const float infinity = std::numeric_limits<float>::infinity();
-      relative_gains[lane] = random.chance(0.1) ? infinity : static_cast<float>(random.integer(-1, 3));
+      relative_gains[lane] =
+          random.chance(0.1) ? static_cast<float>(infinity) : static_cast<float>(random.integer(-1, 3));
       highest[lane / size] = std::max(highest[lane / size], relative_gains[lane]);
     }
   }
@@ -207,7 +187,7 @@ struct Survivors {
 
 // Some lanes with copies of the block of another one, which is returned.
 std::vector<float> random_copies(Random& random, Survivors& all) {
-  const auto source = static_cast<std::size_t>(random.integer(0, static_cast<int>(all.relative_gains.size()) - 1));
+  const std::size_t source = random.index(all.relative_gains.size());
   if (random.chance(0.5)) {
     for (std::size_t lane = 0; lane < all.relative_gains.size(); lane += 3) {
       for (std::size_t e = 0; e < all.entries(); ++e) all.entry_of(lane, e) = all.entry_of(source, e);
@@ -219,9 +199,7 @@ std::vector<float> random_copies(Random& random, Survivors& all) {
 }
 
 TEST(Isa, survivors_are_listed_exactly_on_all) {
-  for (std::uint64_t variation = 0; variation < 200; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(200, [](Random& random) {
     Survivors all(random);
     const std::vector<float> unlike = random_copies(random, all);
     const bool is_unlike = random.chance(0.5);
@@ -244,22 +222,6 @@ TEST(Isa, survivors_are_listed_exactly_on_all) {
                                                         threshold, listed.data(), listed.size(),
                                                         is_unlike ? unlike.data() : nullptr, lanes.data()));
       EXPECT_EQ(lanes, expected);
-    }
-  }
-}
-
-TEST(Isa, selections_are_the_same_on_all) {
-  for_every_family(1000, [&](const BlockStore& blocks) {
-    for (const Strategy strategy : sim::strategies) {
-      const Options options = with_budget(100, strategy);
-      std::vector<std::uint32_t> expected;
-      for (const std::string& isa : sim::supported_isas()) {
-        const ForcedIsa forced(isa.c_str());
-        const auto indices = select_indices(blocks, options);
-        ASSERT_EQ(indices.size(), 100U);
-        if (expected.empty()) expected = indices;
-        EXPECT_EQ(indices, expected) << isa << ' ' << to_string(strategy);
-      }
     }
   });
 }

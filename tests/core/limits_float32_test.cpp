@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The limits that float32 and the processor's modes set (docs/numerics.md): its ends, denormals, denormals flushed,
 // other rounding modes.
-#include "tests/core/limits.hpp"
 #include "tests/support/flushed_denormals.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/oracle.hpp"
+#include "tests/support/request.hpp"
+#include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <cfenv>
@@ -21,10 +24,8 @@ TEST(Limits, ends_of_float32) {
   const double largest = static_cast<double>(std::numeric_limits<float>::max());
   const double halfway = 0x1p128 - 0x1p103;  // to 2^128: rounds up
   const double smallest = static_cast<double>(std::numeric_limits<float>::denorm_min());
-  BlockStore blocks;
-  for (const double entry : {largest, std::nextafter(halfway, 0.0), halfway, -halfway, smallest, smallest / 2}) {
-    push_back(blocks, Block::Constant(1, 6, entry));
-  }
+  const double entries[] = {largest, std::nextafter(halfway, 0.0), halfway, -halfway, smallest, smallest / 2};
+  const BlockStore blocks = store_of(6, [&](std::size_t i) { return Block(Block::Constant(1, 6, entries[i])); });
   EXPECT_TRUE(blocks.is_valid(0));
   EXPECT_TRUE(blocks.is_valid(1));
   EXPECT_EQ(stored_block(blocks, 1)(0, 0), largest);
@@ -33,10 +34,8 @@ TEST(Limits, ends_of_float32) {
   EXPECT_EQ(stored_block(blocks, 4)(0, 0), smallest);
   EXPECT_TRUE(blocks.is_valid(5));
   EXPECT_EQ(stored_block(blocks, 5)(0, 0), 0);
-  Selector selector(6);
-  const Selection selection = selector.select(blocks, with_budget(6, Strategy::lazy_greedy));
-  EXPECT_EQ(indices_of(selection), (std::vector<std::uint32_t>{0, 1, 4, 5}));
-  EXPECT_EQ(selection.invalid_candidates, 2U);
+  EXPECT_EQ(select_indices(blocks, with_budget(6)), (std::vector<std::uint32_t>{0, 1, 4, 5}));
+  EXPECT_EQ(blocks.invalid_count(), 2U);
 }
 
 // Relative gains that are too small for a logarithm are traces against the information, which they do not change:
@@ -61,55 +60,44 @@ Block denormal_block(Random& random) {
 }
 
 TEST(Limits, denormal_blocks) {
-  for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    BlockStore blocks;
-    for (int i = 0; i < 60; ++i) push_back(blocks, denormal_block(random));
+  for_each_trial(50, [](Random& random) {
+    const BlockStore blocks = store_of(60, [&](std::size_t) { return denormal_block(random); });
     Selector selector(60);
     for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {
       const Selection selection = selector.select(blocks, with_budget(60, strategy));
-      expect_well_formed(blocks, selection, 60);
+      expect_sound(problem_of(blocks, 60), selection, infinity);
       EXPECT_GT(selection.gains[0], 0);
       expect_in_order_of_traces(blocks, selection.begin(), selection.end(), default_information());
     }
-  }
+  });
 }
 
 // Normal blocks come first, as the oracle takes them, then denormal ones by their traces against the information so
 // far.
 TEST(Limits, denormal_blocks_among_normal_ones) {
-  for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    BlockStore blocks;
+  for_each_trial(50, [](Random& random) {
     std::size_t normal = 0;
-    for (int i = 0; i < 60; ++i) {
+    const BlockStore blocks = store_of(60, [&](std::size_t) {
       const bool is_normal = random.chance(0.5);
       normal += is_normal ? 1 : 0;
-      push_back(blocks, is_normal ? random_block(random, random.integer(1, 3)) : denormal_block(random));
-    }
+      return is_normal ? random_block(random, random.integer(1, 3)) : denormal_block(random);
+    });
     const std::vector<std::uint32_t> expected = GreedyOracle<long double>(blocks).select(normal);
     Matrix6 information = default_information();
-    for (const std::uint32_t i : expected) {
-      const Block block = stored_block(blocks, i);
-      information += gram(block);
-    }
+    for (const std::uint32_t i : expected) information += gram(stored_block(blocks, i));
     Selector selector(60);
     for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {
       const Selection selection = selector.select(blocks, with_budget(60, strategy));
-      expect_well_formed(blocks, selection, 60);
+      expect_sound(problem_of(blocks, 60), selection, infinity);
       EXPECT_TRUE(std::equal(expected.begin(), expected.end(), selection.begin())) << to_string(strategy);
       expect_in_order_of_traces(blocks, selection.begin() + normal, selection.end(), information);
     }
-  }
+  });
 }
 
 // Nothing changes for blocks without denormals; denormal entries count as the zeros that the processor takes them for.
 TEST(Limits, denormals_flushed_by_the_caller) {
-  for (std::uint64_t variation = 0; variation < trials(50); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(50, [](Random& random) {
     const BlockStore ordinary = awkward_blocks(random, 60);
     BlockStore mixed;
     BlockStore zeroed;
@@ -125,7 +113,7 @@ TEST(Limits, denormals_flushed_by_the_caller) {
       push_back(mixed, block);
       push_back(zeroed, without);
     }
-    for (const Strategy strategy : sim::strategies) {
+    for (const Strategy strategy : strategies) {
       const Options options = with_budget(60, strategy);
       Selector selector(60);
       const auto of_ordinary = indices_of(selector.select(ordinary, options));
@@ -137,7 +125,7 @@ TEST(Limits, denormals_flushed_by_the_caller) {
       EXPECT_EQ(indices_of(selector.select(ordinary, options)), of_ordinary) << to_string(strategy);
       EXPECT_EQ(indices_of(selector.select(mixed, options)), of_zeroed) << to_string(strategy);
     }
-  }
+  });
 }
 
 // Sets the rounding mode while it lives, as a caller may.
@@ -163,10 +151,8 @@ TEST(Limits, other_rounding_modes) {
           const Rounding rounding(mode);
           return selector.select(blocks, with_budget(30, strategy));
         }();
-        expect_well_formed(blocks, selection, 30);
-        const Judged judged = judge(blocks, indices_of(selection), default_information());
-        EXPECT_LE(judged.given_away, allowed_loss) << to_string(strategy);
-        EXPECT_LE(std::abs(selection.log_det - judged.log_det), 1e-6L);
+        expect_sound(problem_of(blocks, 30), selection, 1e-6);
+        EXPECT_LE(gain_given_away(blocks, indices_of(selection)), allowed_loss) << to_string(strategy);
       }
     }
   });

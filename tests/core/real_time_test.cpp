@@ -3,7 +3,7 @@
 // has its allocation functions replaced, so it is a program of its own.
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/request.hpp"
 
 #include <fcntl.h>
 #include <pthread.h>
@@ -65,7 +65,7 @@ int select_in_every_way(Selector& selector, const BlockStore& blocks, Options op
 // With every strategy, and with budgets that have an answer and that have none.
 int select_in_every_way(Selector& selector, const BlockStore& blocks) {
   int answers = 0;
-  for (const Strategy strategy : sim::strategies) {
+  for (const Strategy strategy : strategies) {
     for (const std::size_t budget :
          {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
       Options options = with_budget(budget, strategy);
@@ -108,97 +108,73 @@ TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
 TEST(RealTime, constraints_allocate_nothing) {
   Random random;
   SCOPED_TRACE(random.name());
-  const BlockStore blocks = awkward_blocks(random, 400);
-  const std::vector<std::uint32_t> groups = in_groups(400, 20);
-  std::vector<unsigned char> required(400);
-  std::vector<unsigned char> excluded(400);
-  required[3] = 1;
-  excluded[4] = 1;
+  Problem problem = problem_of(awkward_blocks(random, 400), 100);
+  problem.required.resize(400);
+  problem.excluded.resize(400);
+  problem.required[3] = problem.excluded[4] = 1;
+  problem.plain.groups.count = 20;
+  problem.plain.groups.maximum = 4;
+  problem.plain.exchange.sweeps = 1;
+  problem.plain.certificate.compute = true;
   Selector selector(400);
-  EXPECT_EQ(allocations_in([&] {
-              for (const Strategy strategy : sim::strategies) {
-                for (const bool has_groups : {false, true}) {
-                  Options options = with_budget(100, strategy);
-                  options.required = required.data();
-                  options.excluded = excluded.data();
-                  options.groups.ids = has_groups ? groups.data() : nullptr;
-                  options.groups.count = 20;
-                  options.groups.maximum = 4;
-                  options.exchange.sweeps = 1;
-                  options.certificate.compute = true;
-                  selector.select(blocks, options);
-                }
-              }
-            }),
-            0);
+  for (int round = 0; round < 2; ++round) {
+    for (const Strategy strategy : strategies) {
+      const Options options = problem.options(strategy);
+      EXPECT_EQ(allocations_in([&] { selector.select(problem.blocks, options); }), 0) << to_string(strategy);
+    }
+    problem.groups = in_groups(400, 20);
+  }
 }
 
+// Answers every batch by all kinds of answers; returns how many candidates are selected in the end.
+std::size_t answer_in_every_way(ActiveSelection& active, std::size_t max_batch, const Block& measured) {
+  std::uint32_t batch[8];
+  const unsigned char matched[8] = {1, 0, 1, 0, 0, 1, 1, 0};
+  int answered = 0;
+  while (std::size_t count = active.next(batch, max_batch)) {
+    if (++answered % 3 == 0) active.reject(batch[--count]);
+    if (count > 1) active.accept(batch[--count], measured.data(), 3);
+    if (count > 1) active.accept(batch[--count]);
+    if (count == 1 && active.next() == batch[0]) {
+      answered % 2 == 0 ? active.accept() : active.accept(measured.data(), 3);
+    } else {
+      active.answer(matched, count);
+    }
+  }
+  return active.selection().size;
+}
+
+// One by one and in batches, with groups, and until targets are met.
 TEST(RealTime, active_selection_allocates_nothing) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 400);
   const Block measured = random_block(random, 3);
+  const std::vector<std::uint32_t> groups = in_groups(400, 7);
+  Options grouped = with_budget(100);
+  grouped.groups.ids = groups.data();
+  grouped.groups.count = 7;
+  grouped.groups.maximum = 15;
+  Options with_target = with_budget(400);
+  with_target.target.efficiency = 0.1;
+  with_target.target.translation_sigma = with_target.target.rotation_sigma = 1;
+  const struct {
+    Options options;
+    Status end;
+  } cases[] = {{with_budget(100), Status::ok}, {grouped, Status::ok}, {with_target, Status::target_reached}};
   ActiveSelection active(400);
-  std::size_t selected = 0;
-  EXPECT_EQ(allocations_in([&] {
-              active.start(blocks, with_budget(100));
-              for (int i = 0; active.next() != ActiveSelection::none; ++i) {
-                if (i % 3 == 0) active.accept();
-                if (i % 3 == 1) active.accept(measured.data(), 3);
-                if (i % 3 == 2) active.reject();
-              }
-              selected = active.selection().size;
-            }),
-            0);
-  EXPECT_EQ(selected, 100U);
-}
-
-TEST(RealTime, targets_of_active_selection_allocate_nothing) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const BlockStore blocks = awkward_blocks(random, 400);
-  ActiveSelection active(400);
-  Options options;
-  options.budget = 400;
-  options.target.efficiency = 0.5;
-  options.target.translation_sigma = options.target.rotation_sigma = 1;
-  Status status = Status::ok;
-  EXPECT_EQ(allocations_in([&] {
-              active.start(blocks, options);
-              while (active.next() != ActiveSelection::none) active.accept();
-              status = active.selection().status;
-            }),
-            0);
-  EXPECT_EQ(status, Status::target_reached);
-}
-
-TEST(RealTime, batches_of_active_selection_allocate_nothing) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const BlockStore blocks = awkward_blocks(random, 400);
-  const Block measured = random_block(random, 3);
-  std::vector<std::uint32_t> groups(400);
-  for (std::uint32_t i = 0; i < 400; ++i) groups[i] = i % 7;
-  Options options = with_budget(100);
-  options.groups.ids = groups.data();
-  options.groups.count = 7;
-  options.groups.maximum = 15;
-  ActiveSelection active(400);
-  std::size_t selected = 0;
-  EXPECT_EQ(allocations_in([&] {
-              active.start(blocks, options);
-              std::uint32_t batch[8];
-              const unsigned char matched[8] = {1, 0, 1, 0, 0, 1, 1, 0};
-              while (std::size_t count = active.next(batch, 8)) {
-                active.reject(batch[--count]);
-                if (count > 1) active.accept(batch[--count], measured.data(), 3);
-                if (count > 1) active.accept(batch[--count]);
-                active.answer(matched, count);
-              }
-              selected = active.selection().size;
-            }),
-            0);
-  EXPECT_GT(selected, 90U);
+  for (const auto& of : cases) {
+    for (const std::size_t max_batch : {1U, 8U}) {
+      std::size_t selected = 0;
+      EXPECT_EQ(allocations_in([&] {
+                  active.start(blocks, of.options);
+                  selected = answer_in_every_way(active, max_batch, measured);
+                }),
+                0);
+      EXPECT_EQ(active.selection().status, of.end);
+      EXPECT_TRUE(of.end != Status::ok || selected == 100) << selected;
+    }
+  }
 }
 
 // A GoodFeatures, and frames of every kind for it.
@@ -323,7 +299,7 @@ TEST(RealTime, several_threads_allocate_nothing) {
     blocks.clear();
     append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches.view(), block_options,
                   blocks, &pool);
-    for (const Strategy strategy : sim::strategies) {
+    for (const Strategy strategy : strategies) {
       Options options = with_budget(100, strategy);
       options.threads = 3;
       options.certificate.compute = true;
@@ -343,7 +319,7 @@ struct Work {
 
 void* select_with_all_strategies(void* given) {
   Work& to = *static_cast<Work*>(given);
-  for (const Strategy strategy : sim::strategies) {
+  for (const Strategy strategy : strategies) {
     Options options = with_budget(100, strategy);
     options.certificate.compute = true;
     options.certificate.passes = 2;
@@ -373,7 +349,7 @@ TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
   ASSERT_EQ(pthread_create(&thread, &attributes, select_with_all_strategies, &work), 0);
   ASSERT_EQ(pthread_join(thread, nullptr), 0);
   pthread_attr_destroy(&attributes);
-  EXPECT_EQ(work.answers, static_cast<int>(std::size(sim::strategies)));
+  EXPECT_EQ(work.answers, static_cast<int>(std::size(strategies)));
   const auto* const lowest = static_cast<const unsigned char*>(stack);
   const auto* const end = lowest + size;
   const auto used = end - std::find_if(lowest, end, [](unsigned char byte) { return byte != paint; });

@@ -19,15 +19,14 @@ std::vector<std::uint32_t> kept_by(const BlockStore& blocks, const Options& opti
   return {search.indices, search.indices + search.selected};
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options options, std::size_t min_budget) {
-  Selector selector(blocks.size());
+// The candidates in the order of their removal, as answers to ever smaller budgets tell.
+std::vector<std::uint32_t> order_of_removal(Problem& problem, std::size_t min_budget) {
+  Selector selector(problem.blocks.size());
   std::vector<std::uint32_t> order;
   std::set<std::uint32_t> left;
-  for (std::size_t budget = blocks.size() + 1; budget-- > min_budget;) {
-    options.budget = budget;
-    const Selection selection = selector.select(blocks, options);
+  for (std::size_t budget = problem.blocks.size() + 1; budget-- > min_budget;) {
+    problem.plain.budget = budget;
+    const Selection selection = selector.select(problem.blocks, problem.options(Strategy::backward_greedy));
     const std::set<std::uint32_t> now(selection.begin(), selection.end());
     if (budget == 0) break;
     std::vector<std::uint32_t> gone;
@@ -40,22 +39,26 @@ std::vector<std::uint32_t> order_of_removal(const BlockStore& blocks, Options op
   return order;
 }
 
-long double loss_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& order, const Matrix6& prior) {
+}  // namespace
+
+long double loss_given_away(Problem problem, std::size_t min_budget) {
   std::set<std::uint32_t> left;
-  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
-    if (blocks.is_valid(i)) left.insert(i);
+  for (std::uint32_t i = 0; i < problem.blocks.size(); ++i) {
+    if (problem.is_free(i) || problem.is_required(i)) left.insert(i);
   }
   long double max_excess = 0;
-  for (const std::uint32_t removed : order) {
+  for (const std::uint32_t removed : order_of_removal(problem, min_budget)) {
     const auto loss = [&](std::uint32_t candidate) {
-      GreedyOracle<long double> oracle(blocks, prior);
+      GreedyOracle<long double> oracle(problem.blocks, problem.information());
       for (const std::uint32_t i : left) {
         if (i != candidate) oracle.take(i);
       }
       return oracle.gain(candidate);
     };
     long double min_loss = loss(removed);
-    for (const std::uint32_t i : left) min_loss = std::min(min_loss, loss(i));
+    for (const std::uint32_t i : left) {
+      if (!problem.is_required(i)) min_loss = std::min(min_loss, loss(i));
+    }
     max_excess = std::max(max_excess, loss(removed) - min_loss);
     left.erase(removed);
   }

@@ -3,6 +3,7 @@
 
 #include "sim/frame.hpp"
 #include "tests/support/request.hpp"
+#include "tests/support/stores.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -27,9 +28,6 @@ void push_back_slot(Random& random, const std::optional<Block>& slot, BlockStore
 
 BlockStore store_of(Random& random, const Slots& slots);
 
-/// The same candidates without empty slots.
-BlockStore store_of(const std::vector<Block>& blocks);
-
 /// Indices of the slots that have a block.
 std::vector<std::uint32_t> present(const Slots& slots);
 
@@ -44,9 +42,8 @@ std::vector<T> gathered(const std::vector<T>& values, const std::vector<std::uin
 /// The same request for a store that holds these candidates alone.
 Request request_of(const Request& request, const std::vector<std::uint32_t>& indices);
 
-/// Any subset of the constraints, certificate and exchange. Slots without a block are excluded, in groups and never
-/// required, as a tracker's arrays have it.
-Request random_request(Random& random, const BlockStore& blocks, double excluded_share);
+/// Any subset of the constraints, certificate and exchange, for some of the blocks.
+Request random_request(Random& random, const BlockStore& blocks, bool has_excluded);
 
 /// A request for `budget` candidates with a certificate and an exchange.
 Request certified_request(std::size_t budget);
@@ -64,5 +61,9 @@ Selector selector_for(const BlockStore& blocks, const Request& request);
 
 /// Leaves some matches without a block, for every reason that there is; returns which are usable.
 std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame);
+
+/// Appends the blocks of a frame's usable matches.
+BlockReport append(const sim::Frame& frame, const std::vector<unsigned char>& usable, const BlockKind& kind,
+                   BlockStore& blocks, int threads = 1, Executor* executor = nullptr);
 
 }  // namespace maxlogdet::test

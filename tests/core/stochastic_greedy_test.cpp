@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/blocks/stored_rows.hpp"
-#include "kernel/information/information_factor.hpp"
+// Samples: how many, which, and what is taken of each.
+#include "kernel/blocks/candidates.hpp"
 #include "simd/counter_random.hpp"
-#include "simd/kernel.hpp"
+#include "tests/core/factors.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <cmath>
 #include <numeric>
@@ -47,8 +49,7 @@ TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
 TEST(StochasticGreedy, samples_are_distinct_and_all_subsets_equally_likely) {
   constexpr int n = 40;
   constexpr int s = 5;
-  BlockStore blocks;
-  for (int i = 0; i < n; ++i) push_back(blocks, Block::Zero(2, 6));
+  const BlockStore blocks = copies_of(Block::Zero(2, 6), n);
   Selector selector(n);
   std::vector<int> lowest(n, 0);
   constexpr int runs = 20000;
@@ -75,11 +76,8 @@ BlockStore outliers_and_near_copies(Random& random, int rows) {
   for (int i = 0; i < 10; ++i) {
     bases.push_back(random_block(random, rows, random.chance(0.3) ? std::pow(10.0, random.uniform(0, 6)) : 1));
   }
-  BlockStore blocks;
-  for (std::size_t i = 0; i < 300; ++i) {
-    push_back(blocks, bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3)));
-  }
-  return blocks;
+  return store_of(300,
+                  [&](std::size_t i) { return Block(bases[i % bases.size()] * (1 + 1e-7 * random.integer(-3, 3))); });
 }
 
 // The place of the largest of `relative_gains`, on ties that of the lowest candidate.
@@ -95,9 +93,7 @@ std::uint32_t place_of_best(const std::vector<double>& relative_gains, const std
 // The same draws, and of each sample what float64 says is best.
 TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
   const simd::Kernel& kernel = *simd::built_in()[0];
-  for (std::uint64_t variation = 0; variation < 300; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(300, [&](Random& random) {
     const int rows = random.integer(1, 3);
     const BlockStore blocks = outliers_and_near_copies(random, rows);
     const std::uint64_t seed = random.seed();
@@ -119,12 +115,10 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       kernel.decide[rows - 1](all_of(blocks).planes, factor.inverse(), pool.data(), s, relative_gains.data());
       const std::uint32_t best = place_of_best(relative_gains, pool);
       ASSERT_EQ(selected[round], pool[best]) << "round " << round;
-      double h[max_block_rows][state_dimension];
-      read_rows(all_of(blocks), pool[best], h);
-      factor.add_block(kernel, h, rows);
+      add(factor, stored_block(blocks, pool[best]));
       pool[best] = pool[remaining - 1];
     }
-  }
+  });
 }
 
 TEST(StochasticGreedy, same_seed_same_answer_and_other_seeds_differ) {
@@ -140,30 +134,17 @@ TEST(StochasticGreedy, same_seed_same_answer_and_other_seeds_differ) {
   EXPECT_EQ(answers.size(), 20U);
 }
 
-// Recorded once; every machine, compiler and instruction set must give it.
-TEST(StochasticGreedy, gives_the_recorded_answer) {
-  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, 1), block_kinds[0]);
-  const std::vector<std::uint32_t> recorded = {1628, 1887, 352,  616,  755,  940, 732, 833,  1954, 1905,
-                                               458,  1852, 1949, 1616, 1551, 770, 437, 1893, 1819, 798};
-  EXPECT_EQ(select_indices(blocks, stochastic(20, 0.1, 42)), recorded);
-}
-
 TEST(StochasticGreedy, with_a_sample_of_everything_is_greedy) {
-  for (std::uint64_t variation = 0; variation < 50; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(50, [](Random& random) {
     const BlockStore blocks = awkward_blocks(random, 80);
-    Options options = stochastic(20, 1e-300, variation);
-    const auto sampled = select_indices(blocks, options);
-    options.strategy = Strategy::greedy;
-    EXPECT_EQ(sampled, select_indices(blocks, options));
-  }
+    EXPECT_EQ(select_indices(blocks, stochastic(20, 1e-300, random.seed())),
+              select_indices(blocks, with_budget(20, Strategy::greedy)));
+  });
 }
 
 TEST(StochasticGreedy, samples_all_candidates_alike_and_without_replacement) {
   // A sample of one of equal candidates is a uniform draw: 20 of 40 are taken, each equally often.
-  BlockStore blocks;
-  for (int i = 0; i < 40; ++i) push_back(blocks, Block::Zero(2, 6));
+  const BlockStore blocks = copies_of(Block::Zero(2, 6), 40);
   Selector selector(40);
   std::vector<int> taken(40, 0);
   constexpr int runs = 4000;

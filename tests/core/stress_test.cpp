@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Thousands of selections with changing numbers of threads, by several callers at once: what ThreadSanitizer watches.
-#include "kernel/blocks/block_planes.hpp"
+#include "tests/core/slots.hpp"
+#include "tests/support/block_oracle.hpp"
 #include "tests/support/pool_executor.hpp"
-#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -12,27 +12,20 @@ namespace maxlogdet::test {
 namespace {
 
 // What is selected from, and every strategy's answer on one thread.
-class Problem {
+class Stressed {
  public:
-  Problem(std::size_t n, const BlockKind& kind, std::size_t budget)
-      : frame_(make_scene(sim::Scene::euroc_like, n, n)), matches_(frame_), budget_(budget) {
-    options_.weighting = kind.weighting;
-    options_.depth_cue = kind.depth_cue;
-    build_blocks(frame_, matches_, options_, blocks_);
-    for (const Strategy strategy : sim::strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
+  Stressed(std::size_t n, const BlockKind& kind, std::size_t budget)
+      : frame_(make_scene(sim::Scene::euroc_like, n, n)), usable_(n, 1), kind_(kind), budget_(budget) {
+    append(frame_, usable_, kind_, blocks_);
+    for (const Strategy strategy : strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
   }
 
-  Options options(Strategy strategy) const {
-    Options result;
-    result.strategy = strategy;
-    result.budget = budget_;
-    return result;
-  }
+  Options options(Strategy strategy) const { return with_budget(budget_, strategy); }
 
   // One selection, strategy and number of threads drawn; false if it is not the expected one.
   bool holds(Selector& selector, Random& random) const {
-    const auto which = static_cast<std::size_t>(random.integer(0, static_cast<int>(expected_.size()) - 1));
-    Options wanted = options(sim::strategies[which]);
+    const auto which = random.index(expected_.size());
+    Options wanted = options(strategies[which]);
     wanted.threads = random.integer(0, 5);
     wanted.certificate.compute = random.chance(0.3);
     const Selection selection = selector.select(blocks_, wanted);
@@ -41,20 +34,15 @@ class Problem {
 
   // Blocks built on several threads; false if they are not those built on one.
   bool builds(BlockStore& blocks, Executor& executor) const {
-    BlockOptions wanted = options_;
-    wanted.threads = 3;
     blocks.clear();
-    append_blocks(frame_.camera, RigidTransform::row_major(frame_.T_cw_prior.data()), matches_.view(), wanted, blocks,
-                  &executor);
-    const float* const plane = planes_of(blocks).plane(1, 3);
-    return blocks.size() == blocks_.size() &&
-           std::equal(plane, plane + blocks.stored(), planes_of(blocks_).plane(1, 3));
+    append(frame_, usable_, kind_, blocks, 3, &executor);
+    return bytes_of(blocks) == bytes_of(blocks_);
   }
 
  private:
   sim::Frame frame_;
-  sim::MatchArrays matches_;
-  BlockOptions options_;
+  std::vector<unsigned char> usable_;
+  const BlockKind& kind_;
   std::size_t budget_;
   BlockStore blocks_;
   std::vector<std::vector<std::uint32_t>> expected_;
@@ -64,13 +52,7 @@ class Problem {
 void stress(int callers, int helpers, bool shared, std::size_t selections) {
   const Random random;
   SCOPED_TRACE(random.name());
-  const std::vector<Problem> problems = [] {
-    std::vector<Problem> made;
-    made.emplace_back(60, block_kinds[0], 20);
-    made.emplace_back(1100, block_kinds[0], 20);
-    made.emplace_back(2600, block_kinds[1], 12);
-    return made;
-  }();
+  const Stressed problems[] = {{60, block_kinds[0], 20}, {1100, block_kinds[0], 20}, {2600, block_kinds[1], 12}};
   PoolExecutor pool(helpers);
   std::atomic<int> wrong{0};
   const auto call = [&](std::uint64_t caller) {
@@ -80,7 +62,7 @@ void stress(int callers, int helpers, bool shared, std::size_t selections) {
     Selector selector(2600, &executor);
     BlockStore blocks(2600);
     for (std::size_t i = 0; i < trials(selections); ++i) {
-      const Problem& problem = problems[static_cast<std::size_t>(own.integer(0, 2))];
+      const Stressed& problem = problems[own.index(3)];
       if (!problem.holds(selector, own)) ++wrong;
       if (i % 10 == 0 && !problem.builds(blocks, executor)) ++wrong;
     }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Targets of an active selection: proposals end when they are met.
 #include "tests/core/targets.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/sweeps.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -24,9 +25,7 @@ int answer_all(Random& random, double rejected_share, ActiveSelection& active) {
 TEST(Target, ends_the_proposals_of_an_active_selection) {
   Tally tally;
   int rejected = 0;
-  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(200, [&](Random& random) {
     Problem problem = constrained_problem(random);
     const long double all = log_det_of_all(problem);
     Selector selector(500);
@@ -35,24 +34,27 @@ TEST(Target, ends_the_proposals_of_an_active_selection) {
     draw_targets(random, reached_by_prefixes(problem, full, all), problem.plain);
     ActiveSelection active(500);
     ASSERT_EQ(active.start(problem.blocks, problem.options()), Error::none);
-    const double rejected_share = random.chance(0.5) ? 0 : random.uniform(0, 0.6);
-    const int rejected_here = answer_all(random, rejected_share, active);
+    const int rejected_here = answer_all(random, random.chance(0.5) ? 0 : random.uniform(0, 0.6), active);
     rejected += rejected_here;
     const Selection selection = active.selection();
-    if (rejected_here == 0) expect_same_targets(selection, selector.select(problem.blocks, problem.options()));
     const auto accepted = indices_of(selection);
     const std::vector<Reached> reached = reached_by_prefixes(problem, accepted, all);
-    const auto required = std::count(problem.required.begin(), problem.required.end(), 1);
-    for (std::size_t j = static_cast<std::size_t>(required); j < accepted.size(); ++j) {
+    if (rejected_here == 0) {
+      expect_shortest(problem, full, reached_by_prefixes(problem, full, all), 1e-9L, selection, tally);
+      const Selection expected = selector.select(problem.blocks, problem.options());
+      EXPECT_EQ(accepted, indices_of(expected));
+      EXPECT_EQ(bits_of(selection.efficiency), bits_of(expected.efficiency));
+      EXPECT_EQ(bits_of(selection.translation_sigma), bits_of(expected.translation_sigma));
+      EXPECT_EQ(bits_of(selection.rotation_sigma), bits_of(expected.rotation_sigma));
+      return;
+    }
+    for (std::size_t j = problem.required_count(); j < accepted.size(); ++j) {
       EXPECT_LT(slack(reached[j], problem.plain), 1 + 1e-9L) << j << " met the targets already";
     }
     const long double at_end = slack(reached.back(), problem.plain);
     const bool is_reached = selection.status == Status::target_reached;
     EXPECT_TRUE(is_reached ? at_end >= 1 - 1e-9L : at_end < 1 + 1e-9L) << to_string(selection.status);
-    ++tally.selections;
-    tally.cut += is_reached ? 1 : 0;
-    tally.ties += std::abs(at_end - 1) <= 1e-9L ? 1 : 0;
-  }
+  });
   EXPECT_TRUE(rejected > 0 || tally.selections < 50);
   expect_conclusive(tally);
 }

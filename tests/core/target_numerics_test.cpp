@@ -2,9 +2,10 @@
 // Targets where float64 has few digits: information of any condition number, and numbers from the smallest to the
 // largest.
 #include "kernel/blocks/candidates.hpp"
-#include "kernel/information/information_factor.hpp"
+#include "tests/core/factors.hpp"
 #include "tests/core/targets.hpp"
-#include "tests/support/numbers.hpp"
+#include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,28 +17,19 @@ namespace {
 // A hundredth of the error bounds of the factors of an answer and of all candidates: these are bounds of the worst
 // case, which no draw here comes near.
 long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, int& row_by_row) {
-  const simd::Kernel& kernel = *simd::active();
-  const auto add_to = [&](InformationFactor& factor, std::size_t i) {
-    const Block block = stored_block(blocks, i);
-    double rows[max_block_rows][state_dimension] = {};
-    for (int row = 0; row < block.rows(); ++row) {
-      for (int column = 0; column < state_dimension; ++column) rows[row][column] = block(row, column);
-    }
-    factor.add_block(kernel, rows, static_cast<int>(block.rows()));
-  };
   InformationFactor selected;
   EXPECT_TRUE(selected.reset(nullptr));
-  for (const std::uint32_t i : indices) add_to(selected, i);
+  for (const std::uint32_t i : indices) add(selected, stored_block(blocks, i));
   // The sum of all at once, where its bound is small.
   const std::vector<unsigned char> counted(blocks.stored(), 1);
   double sum[state_dimension * state_dimension];
-  kernel.sum_information[blocks.rows() - 1](all_of(blocks).planes, counted.data(), blocks.stored(), sum);
+  simd::active()->sum_information[blocks.rows() - 1](all_of(blocks).planes, counted.data(), blocks.stored(), sum);
   const double roundings = simd::sum_roundings(blocks.stored(), blocks.rows());
   InformationFactor all;
   double error = all.reset(nullptr, sum, roundings) ? all.determinant_error(nullptr, sum, roundings) : infinity;
   if (error >= large_error) {
     EXPECT_TRUE(all.reset(nullptr));
-    for (std::size_t i = 0; i < blocks.size(); ++i) add_to(all, i);
+    for (std::size_t i = 0; i < blocks.size(); ++i) add(all, stored_block(blocks, i));
     error = all.relative_error();
     ++row_by_row;
   }
@@ -48,12 +40,8 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
   Tally tally;
   int without_digits = 0;
   int row_by_row = 0;
-  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    Problem problem;
-    problem.blocks = ill_conditioned_blocks(random, random.chance(0.1) ? 2000 : 60);
-    problem.plain.budget = 40;
+  for_each_trial(300, [&](Random& random) {
+    Problem problem = problem_of(ill_conditioned_blocks(random, random.chance(0.1) ? 2000 : 60), 40);
     const long double all = log_det_of_all(problem);
     Selector selector(2000);
     const auto full = indices_of(selector.select(problem.blocks, full_of(problem)));
@@ -63,9 +51,9 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
     for (int repetition = 0; repetition < 5; ++repetition) {
       draw_targets(random, reached, problem.plain);
       const Selection selection = selector.select(problem.blocks, problem.options());
-      ASSERT_NO_FATAL_FAILURE(expect_shortest(problem, full, reached, tolerance, selection, tally));
+      expect_shortest(problem, full, reached, tolerance, selection, tally);
     }
-  }
+  });
   std::printf(
       "%d problems without digits, %d summed row by row; of %d selections %d were cut, %d were too near "
       "to tell\n",
@@ -79,16 +67,15 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
 TEST(Target, needs_no_digits_of_a_sum) {
   Random random;
   SCOPED_TRACE(random.name());
-  Problem problem;
-  for (int i = 0; i < 500; ++i) {
-    Block block = Block::Zero(2, 6);
-    block.leftCols(5) = random_block(random, 2, 1e5).leftCols(5);  // 1e10 in a sum of 1e12, against 1e-5 of the prior
-    push_back(problem.blocks, block);
-  }
   Block weak = Block::Zero(1, 6);
   weak(0, 5) = 1e-2;  // ten times the prior
-  push_back(problem.blocks, weak);
-  problem.plain.budget = 501;
+  const BlockStore blocks = store_of(501, [&](std::size_t i) {
+    if (i == 500) return weak;
+    Block block = random_block(random, 2, 1e5);  // 1e10 in a sum of 1e12, against 1e-5 of the prior
+    block.col(5).setZero();
+    return block;
+  });
+  Problem problem = problem_of(blocks, 501);
   const long double all = log_det_of_all(problem);
   Selector selector(501);
   const auto full = indices_of(selector.select(problem.blocks, full_of(problem)));
@@ -103,15 +90,13 @@ TEST(Target, needs_no_digits_of_a_sum) {
   EXPECT_EQ(tally.ties, 0);
 }
 
-// 60 rows of one entry each, in turn along every axis.
-BlockStore rows_along_axes(double entry) {
-  BlockStore blocks;
-  for (int i = 0; i < 60; ++i) {
+// Rows of one entry each, in turn along every axis.
+BlockStore rows_along_axes(double entry, std::size_t n) {
+  return store_of(n, [&](std::size_t i) {
     Block block = Block::Zero(1, 6);
-    block(0, i % 6) = entry;
-    push_back(blocks, block);
-  }
-  return blocks;
+    block(0, static_cast<int>(i % 6)) = entry;
+    return block;
+  });
 }
 
 // The prior is `scale` times the identity; where it is strong, blocks are rounding.
@@ -157,7 +142,7 @@ TEST(Target, needs_no_number_beyond_the_range_of_float64) {
   for (const double scale : {1e-19, 1e-10, 1.0, 1e10, 1e100, 1e200, 1e300, 1.7e308}) {
     SCOPED_TRACE(scale);
     const EigenPrior prior(Matrix6(scale * Matrix6::Identity()));
-    const BlockStore blocks = rows_along_axes(std::min(1e38, std::sqrt(scale)));
+    const BlockStore blocks = rows_along_axes(std::min(1e38, std::sqrt(scale)), 60);
     Options options = with_budget(60);
     options.prior = prior.data();
     expect_deviations(blocks, options, scale);
@@ -167,17 +152,10 @@ TEST(Target, needs_no_number_beyond_the_range_of_float64) {
 
 // Efficiencies from 1e-50 on, where blocks are the largest that there are.
 TEST(Target, holds_over_all_that_blocks_and_priors_allow) {
-  Matrix6 prior = 1e-20 * Matrix6::Identity();
-  const EigenPrior eigen_prior(prior);
-  BlockStore blocks;
-  for (int i = 0; i < 6; ++i) {
-    Block block = Block::Zero(1, 6);
-    block(0, i) = 3e38;
-    push_back(blocks, block);
-  }
-  Options options;
-  options.budget = 6;
-  options.prior = eigen_prior.data();
+  const EigenPrior prior(Matrix6(1e-20 * Matrix6::Identity()));
+  const BlockStore blocks = rows_along_axes(3e38, 6);
+  Options options = with_budget(6);
+  options.prior = prior.data();
   Selector selector(6);
   // With m of the six the efficiency is (1e-20 / 9e76)^(1 - m / 6).
   for (int m = 0; m < 6; ++m) {

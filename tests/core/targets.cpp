@@ -2,6 +2,7 @@
 #include "tests/core/targets.hpp"
 
 #include "tests/support/numbers.hpp"
+#include "tests/support/stores.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,36 +18,12 @@ Reached reached_by(const GreedyOracle<long double>& oracle, long double log_det_
           inverse.bottomRows<3>().norm()};
 }
 
-void set_required(Random& random, Problem& problem, int n) {
-  std::size_t count = 0;
-  if (random.chance(0.5)) problem.required.assign(problem.blocks.size(), 0);
-  for (std::size_t i = 0; i < problem.required.size(); ++i) {
-    if (!problem.blocks.is_valid(i) || problem.is_excluded(i) || !random.chance(0.05)) continue;
-    problem.required[i] = 1;
-    ++count;
-  }
-  problem.plain.budget = count + static_cast<std::size_t>(random.integer(0, n));
-  problem.plain.groups.maximum = std::max<std::size_t>(count, 3);
-}
-
 }  // namespace
 
 Problem constrained_problem(Random& random) {
-  Problem problem;
-  const int n = random.integer(1, 120);
-  problem.blocks = awkward_blocks(random, static_cast<std::size_t>(n));
-  for (int i = random.chance(0.3) ? random.integer(1, 20) : 0; i > 0; --i) problem.blocks.push_back_invalid();
-  const std::size_t size = problem.blocks.size();
-  if (random.chance(0.5)) problem.excluded.assign(size, 0);
-  const double excluded = random.uniform(0, 0.6);
-  for (unsigned char& flag : problem.excluded) flag = random.chance(excluded) ? 1 : 0;
-  set_required(random, problem, n);
-  if (random.chance(0.4)) {
-    problem.plain.groups.count = static_cast<std::size_t>(random.integer(1, 20));
-    for (std::size_t i = 0; i < size; ++i) {
-      problem.groups.push_back(static_cast<std::uint32_t>(random.index(problem.plain.groups.count)));
-    }
-  }
+  const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 120)));
+  Problem problem = problem_of(scaled(random, made, 1, random.chance(0.3) ? 0.1 : 0), 0);
+  constrain(random, problem, random.chance(0.4));
   return problem;
 }
 
@@ -104,7 +81,7 @@ void expect_shortest(const Problem& problem, const std::vector<std::uint32_t>& f
   const auto size = selection.size;
   ASSERT_LE(size, full.size());
   EXPECT_EQ(indices_of(selection), std::vector<std::uint32_t>(full.begin(), full.begin() + static_cast<long>(size)));
-  const auto required = static_cast<std::size_t>(std::count(problem.required.begin(), problem.required.end(), 1));
+  const std::size_t required = problem.required_count();
   EXPECT_GE(size, required);
   bool is_tie = false;
   for (std::size_t j = required; j < size; ++j) {
@@ -143,31 +120,20 @@ void draw_targets(Random& random, const std::vector<Reached>& reached, Options& 
 BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
   const double scale = std::pow(10.0, random.uniform(-3, 7));
   const double spread = random.chance(0.3) ? 0 : std::pow(10.0, random.uniform(-12, 0));
-  Block basis = random_block(random, random.integer(1, 5));
-  BlockStore blocks;
-  for (std::size_t i = 0; i < n; ++i) {
+  const Block basis = random_block(random, random.integer(1, 5));
+  return store_of(n, [&](std::size_t) {
     const int rows = random.integer(1, 3);
     const Block mixture = random_block(random, rows, scale).leftCols(basis.rows()) * basis;
-    push_back(blocks, mixture + random_block(random, rows, scale * spread));
-  }
-  return blocks;
+    return Block(mixture + random_block(random, rows, scale * spread));
+  });
 }
 
-void expect_same_targets(const Selection& a, const Selection& b) {
-  EXPECT_EQ(a.status, b.status);
-  EXPECT_EQ(indices_of(a), indices_of(b));
-  EXPECT_EQ(bits_of(a.efficiency), bits_of(b.efficiency));
-  EXPECT_EQ(bits_of(a.translation_sigma), bits_of(b.translation_sigma));
-  EXPECT_EQ(bits_of(a.rotation_sigma), bits_of(b.rotation_sigma));
-}
-
-Axes::Axes() {
-  for (int i = 0; i < 600; ++i) {
-    Block block = Block::Zero(1, 6);
-    block(0, i % 6) = 1;
-    push_back(blocks, block);
-  }
-}
+Axes::Axes()
+    : blocks(store_of(600, [](std::size_t i) {
+        Block block = Block::Zero(1, 6);
+        block(0, static_cast<int>(i % 6)) = 1;
+        return block;
+      })) {}
 
 Options Axes::options(std::size_t budget) const {
   Options result = with_budget(budget);

@@ -59,9 +59,6 @@ Problem constrained_problem(Random& random);
 /// 1e30, and its sum in float64 is singular, so that it is computed row by row.
 BlockStore ill_conditioned_blocks(Random& random, std::size_t n);
 
-/// Expects the same size and status, and the same bits of what was reached.
-void expect_same_targets(const Selection& a, const Selection& b);
-
 /// Blocks that see one direction each, and all directions as well: answers can be computed by hand.
 struct Axes {
   Axes();

@@ -1,45 +1,42 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer.
-#include "kernel/search/search.hpp"
+#include "tests/core/slots.hpp"
+#include "tests/support/answer.hpp"
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/pool_executor.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/stores.hpp"
 #include "threading/team.hpp"
 
 #include <atomic>
-#include <numeric>
+#include <functional>
+#include <limits>
+#include <utility>
 
 namespace maxlogdet::test {
 namespace {
 
-// No helper ever comes.
-class AloneExecutor : public Executor {
+// Runs the workers that it is given, in their order, on the calling thread. None but the first: no helper ever comes.
+// All: helpers run after everything is done, as unclaimed tasks do. None at all breaks the contract.
+class CallingThread : public Executor {
  public:
-  int concurrency() const noexcept override { return 4; }
-  void run(int /*workers*/, Body body, void* context) noexcept override { body(context, 0); }
-};
-
-// Helpers run on the calling thread after everything is done, as unclaimed tasks do.
-class AfterwardsExecutor : public Executor {
- public:
-  int concurrency() const noexcept override { return 4; }
+  explicit CallingThread(int workers, int concurrency = 4) : workers_(workers), concurrency_(concurrency) {}
+  int concurrency() const noexcept override { return concurrency_; }
   void run(int workers, Body body, void* context) noexcept override {
-    for (int worker = 0; worker < workers; ++worker) body(context, worker);
+    for (int worker = 0; worker < std::min(workers, workers_); ++worker) body(context, worker);
   }
+
+ private:
+  int workers_;
+  int concurrency_;
 };
 
-// Breaks the contract: runs nothing.
-class IdleExecutor : public Executor {
- public:
-  int concurrency() const noexcept override { return 4; }
-  void run(int /*workers*/, Body /*body*/, void* /*context*/) noexcept override {}
-};
-
-// Has no workers.
-class EmptyExecutor : public AloneExecutor {
- public:
-  int concurrency() const noexcept override { return -1; }
+// Executors of every sort, but for one that says it has no workers.
+struct Executors {
+  CallingThread alone{1}, afterwards{std::numeric_limits<int>::max()}, idle{0};
+  PoolExecutor one{1}, several{5};
+  PoolExecutor late{3, std::chrono::microseconds(300)};
+  Executor* all[6] = {&alone, &afterwards, &idle, &one, &several, &late};
 };
 
 void expect_each_chunk_once(Executor& executor, int workers) {
@@ -56,13 +53,8 @@ void expect_each_chunk_once(Executor& executor, int workers) {
 }
 
 TEST(Team, runs_each_chunk_once_whoever_comes) {
-  AloneExecutor alone;
-  AfterwardsExecutor afterwards;
-  IdleExecutor idle;
-  PoolExecutor one(1);
-  PoolExecutor several(5);
-  PoolExecutor late(3, std::chrono::microseconds(300));
-  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &one, &several, &late}) {
+  Executors executors;
+  for (Executor* const executor : executors.all) {
     for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
   }
 }
@@ -108,7 +100,7 @@ TEST(Team, helpers_do_help) {
 TEST(Team, asks_for_as_many_workers_as_pay) {
   using threading::workers_for;
   PoolExecutor pool(2);
-  EmptyExecutor empty;
+  CallingThread empty(1, -1);
   EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
   EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
   EXPECT_EQ(workers_for(&pool, 0, 9, 10), 1) << "below the crossover";
@@ -122,65 +114,43 @@ TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
   PoolExecutor pool(1);
   Random random;
   SCOPED_TRACE(random.name());
-  const auto threads_for = [&](Strategy strategy, std::size_t n) {
-    BlockStore blocks(n);
-    for (std::size_t i = 0; i < n; ++i) push_back(blocks, random_block(random, 2));
-    Selector selector(n, &pool);
-    Options options;
-    options.strategy = strategy;
-    options.budget = 60;
+  const struct {
+    Strategy strategy;
+    std::size_t crossover;  // docs/threading.md; automatic: lazy below, relaxed from there on
+  } cases[] = {{Strategy::greedy, 10000},
+               {Strategy::relaxed, 50000},
+               {Strategy::automatic, 50000},
+               {Strategy::lazy_greedy, 100000},
+               {Strategy::stochastic_greedy, 100001}};
+  for (const auto& of : cases) {
+    Options options = with_budget(60, of.strategy);
     options.threads = 0;
-    return selector.select(blocks, options).threads;
-  };
-  // docs/threading.md
-  EXPECT_EQ(threads_for(Strategy::greedy, 9999), 1);
-  EXPECT_EQ(threads_for(Strategy::greedy, 10000), 2);
-  EXPECT_EQ(threads_for(Strategy::relaxed, 49999), 1);
-  EXPECT_EQ(threads_for(Strategy::relaxed, 50000), 2);
-  EXPECT_EQ(threads_for(Strategy::automatic, 49999), 1) << "lazy";
-  EXPECT_EQ(threads_for(Strategy::automatic, 50000), 2) << "relaxed";
-  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 99999), 1);
-  EXPECT_EQ(threads_for(Strategy::lazy_greedy, 100000), 2);
-  EXPECT_EQ(threads_for(Strategy::stochastic_greedy, 100000), 1);
-}
-
-struct Answer {
-  std::vector<std::uint32_t> indices;
-  std::vector<double> gains;
-  double log_det;
-  double upper_bound;
-  std::size_t evaluations;
-  Status status;
-
-  friend bool operator==(const Answer& a, const Answer& b) {
-    return a.indices == b.indices && a.gains == b.gains && a.log_det == b.log_det && a.status == b.status &&
-           a.evaluations == b.evaluations && a.upper_bound == b.upper_bound;
+    const bool never = of.strategy == Strategy::stochastic_greedy;
+    BlockStore blocks = random_store(random, of.crossover - 1, 1, 2);
+    Selector selector(of.crossover, &pool);
+    EXPECT_EQ(selector.select(blocks, options).threads, 1) << to_string(of.strategy);
+    push_back(blocks, random_block(random, 2));
+    EXPECT_EQ(selector.select(blocks, options).threads, never ? 1 : 2) << to_string(of.strategy);
   }
-};
-
-Answer answer_of(const Selection& s) {
-  return {{s.begin(), s.end()}, {s.gains, s.gains + s.size}, s.log_det, s.upper_bound, s.evaluations, s.status};
 }
 
 void expect_independent_of_threads(const BlockStore& blocks, Options options, Executor& executor,
                                    std::initializer_list<int> numbers) {
-  Selector alone(blocks.size());
+  const Answer expected = answer_to(blocks, options);
   Selector helped(blocks.size(), &executor);
-  const Answer expected = answer_of(alone.select(blocks, options));
   for (const int threads : numbers) {
     options.threads = threads;
     const Selection selection = helped.select(blocks, options);
-    EXPECT_TRUE(answer_of(selection) == expected) << to_string(options.strategy) << " on " << threads << " threads";
+    EXPECT_EQ(Answer(selection), expected) << threads << " threads";
+    EXPECT_EQ(selection.evaluations, expected.evaluations);
     EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
   }
 }
 
 // Every strategy, on one thread and on several.
 void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
-  for (const Strategy strategy : sim::strategies) {
-    Options options;
-    options.strategy = strategy;
-    options.budget = budget;
+  for (const Strategy strategy : strategies) {
+    Options options = with_budget(budget, strategy);
     options.certificate.compute = true;
     options.exchange.sweeps = 1;
     expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
@@ -199,9 +169,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
     SCOPED_TRACE(kind.name);
     const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
     for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::relaxed}) {
-      Options options;
-      options.strategy = strategy;
-      options.budget = 60;
+      Options options = with_budget(60, strategy);
       options.certificate.compute = true;
       expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
     }
@@ -212,23 +180,19 @@ TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
   Random random;
   SCOPED_TRACE(random.name());
   PoolExecutor pool(2);
-  BlockStore blocks;  // near copies
   const Block block = random_block(random, 2);
-  for (int i = 0; i < 3000; ++i) push_back(blocks, block + 1e-8 * random_block(random, 2));
-  expect_independent_of_threads(blocks, 20, pool);
+  const BlockStore near_copies =
+      store_of(3000, [&](std::size_t) { return Block(block + 1e-8 * random_block(random, 2)); });
+  expect_independent_of_threads(near_copies, 20, pool);
   expect_independent_of_threads(awkward_blocks(random, 3000), 20, pool);
 }
 
 TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
-  AloneExecutor alone;
-  AfterwardsExecutor afterwards;
-  IdleExecutor idle;
-  EmptyExecutor empty;
-  PoolExecutor late(2, std::chrono::microseconds(200));
-  for (Executor* const executor : std::initializer_list<Executor*>{&alone, &afterwards, &idle, &empty, &late}) {
-    expect_independent_of_threads(blocks, 40, *executor);
-  }
+  Executors executors;
+  for (Executor* const executor : executors.all) expect_independent_of_threads(blocks, 40, *executor);
+  CallingThread empty(1, -1);
+  expect_independent_of_threads(blocks, 40, empty);
 }
 
 TEST(Threads, real_frames_do_not_depend_on_their_number) {
@@ -242,59 +206,27 @@ TEST(Threads, real_frames_do_not_depend_on_their_number) {
 TEST(Threads, a_negative_number_is_refused) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 50, 5), block_kinds[0]);
   Selector selector(50);
-  Options options;
-  options.budget = 5;
+  Options options = with_budget(5);
   options.threads = -1;
   EXPECT_EQ(selector.select(blocks, options).error, Error::invalid_threads);
 }
 
-TEST(Threads, a_deadline_still_gives_a_prefix_and_fills_the_budget) {
-  PoolExecutor pool(1);
-  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 20000, 5), block_kinds[0]);
-  Selector selector(20000, &pool);
-  Options options;
-  options.budget = 500;
-  options.threads = 2;
-  const auto full = indices_of(selector.select(blocks, options));
-  for (const double limit : {1e-9, 1e-4, 5e-4, 1e-3}) {
-    options.time_limit = limit;
-    const Selection selection = selector.select(blocks, options);
-    ASSERT_EQ(selection.size, full.size());
-    EXPECT_TRUE(std::equal(selection.begin(), selection.begin() + selection.searched, full.begin()));
-    EXPECT_EQ(selection.status, selection.searched < full.size() ? Status::deadline_reached : Status::ok);
-  }
-}
-
-// Puts a share of a frame's matches behind the camera, or makes them not finite or not usable. If the share is large,
-// none of the second quarter is usable, so that some chunks have no block.
-std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
-  const std::size_t n = frame.matches.size();
-  std::vector<unsigned char> usable(n, 1);
-  for (std::size_t i = 0; i < n; ++i) {
-    sim::Match& match = frame.matches[i];
-    if (random.chance(share / 3)) match.point[2] = -1e3;
-    if (random.chance(share / 3)) match.point[0] = nan;
-    if (random.chance(share / 3) || (share > 0.5 && i >= n / 4 && i < n / 2)) usable[i] = 0;
-  }
-  return usable;
+// None of the second quarter is usable, so that some chunks have no block.
+void spoil_a_quarter(std::vector<unsigned char>& usable) {
+  const auto n = static_cast<std::ptrdiff_t>(usable.size());
+  std::fill(usable.begin() + n / 4, usable.begin() + n / 2, static_cast<unsigned char>(0));
 }
 
 // Appends to a store that holds a few candidates already, some of them invalid, with any number of threads.
-void expect_same_blocks(Random& random, const sim::Frame& frame, const Matches& matches, const BlockKind& kind,
-                        Executor& executor) {
-  BlockOptions options;
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
+void expect_same_blocks(Random& random, const sim::Frame& frame, const std::vector<unsigned char>& usable,
+                        const BlockKind& kind, Executor& executor) {
   BlockStore before;
   for (int i = random.integer(0, 5); i > 0; --i) push_back(before, random_block(random, random.integer(0, 3)));
   BlockStore alone = before;
-  const BlockReport expected =
-      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, alone);
+  const BlockReport expected = append(frame, usable, kind, alone);
   for (const int threads : {0, 2, 4}) {
-    options.threads = threads;
     BlockStore helped = before;
-    const BlockReport report = append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches,
-                                             options, helped, &executor);
+    const BlockReport report = append(frame, usable, kind, helped, threads, &executor);
     EXPECT_TRUE(bytes_of(helped) == bytes_of(alone)) << kind.name << ", " << threads << " threads";
     EXPECT_EQ(report.error, expected.error);
     EXPECT_EQ(report.invalid, expected.invalid);
@@ -309,14 +241,12 @@ TEST(Threads, blocks_do_not_depend_on_their_number) {
   SCOPED_TRACE(random.name());
   PoolExecutor pool(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
-    for (const double share : {0.05, 0.8, 3.0}) {  // 3.0: no match has a block
+    for (const double share : {0.05, 0.8, 1.0}) {  // 1.0: no match has a block
       SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));
       sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
-      const std::vector<unsigned char> usable = spoil(random, share, frame);
-      const sim::MatchArrays arrays(frame);
-      Matches matches = arrays.view();
-      matches.usable = usable.data();
-      for (const BlockKind& kind : block_kinds) expect_same_blocks(random, frame, matches, kind, pool);
+      std::vector<unsigned char> usable = spoil(random, share, frame);
+      if (share > 0.5) spoil_a_quarter(usable);
+      for (const BlockKind& kind : block_kinds) expect_same_blocks(random, frame, usable, kind, pool);
     }
   }
 }

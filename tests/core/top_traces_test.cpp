@@ -2,9 +2,10 @@
 // The largest traces against an oracle in long double.
 #include "kernel/information/top_traces.hpp"
 #include "kernel/search/search.hpp"
-#include "tests/support/forced_isa.hpp"
 #include "tests/support/numbers.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/request.hpp"
+#include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,21 +40,7 @@ struct Top {
   std::vector<std::uint32_t> candidates;
   double sum;
 };
-
-// With the factor after the first `added` candidates were added, on the instruction set of MAXLOGDET_ISA.
-template <class Check>
-Top top_traces(const BlockStore& blocks, const Options& options, std::size_t added, std::size_t wanted,
-               const Check& check) {
-  SearchMemory memory(blocks.size());
-  Search search(blocks, options, memory);
-  EXPECT_EQ(search.start(blocks, options), Error::none);
-  for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
-  TraceMemory traces(blocks.size());
-  const TopTraces top = find_top_traces(search.problem(), search.factor.inverse(), wanted, first_guess(wanted), traces);
-  Top result{{top.candidates, top.candidates + top.count}, top.sum};
-  check(search, result);
-  return result;
-}
+bool operator==(const Top& a, const Top& b) { return a.candidates == b.candidates && bits_of(a.sum) == bits_of(b.sum); }
 
 // No trace left out exceeds one taken by more than float64 can tell; of equal ones the first are taken.
 void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
@@ -87,18 +74,22 @@ void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
   }
 }
 
+// With the factor after the first `added` candidates were added, on the instruction set of MAXLOGDET_ISA.
+Top top_traces(const BlockStore& blocks, const Options& options, std::size_t added, std::size_t wanted) {
+  SearchMemory memory(blocks.size());
+  Search search(blocks, options, memory);
+  EXPECT_EQ(search.start(blocks, options), Error::none);
+  for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
+  TraceMemory traces(blocks.size());
+  const TopTraces top = find_top_traces(search.problem(), search.factor.inverse(), wanted, first_guess(wanted), traces);
+  Top found{{top.candidates, top.candidates + top.count}, top.sum};
+  expect_largest(search, found, wanted);
+  return found;
+}
+
 void expect_top_traces_on_every_isa(const BlockStore& blocks, const Options& options, std::size_t added,
                                     std::size_t wanted) {
-  std::vector<Top> found;
-  for (const simd::Kernel* const kernel : supported_kernels()) {
-    const ForcedIsa forced(kernel->isa);
-    SCOPED_TRACE(kernel->isa);
-    found.push_back(top_traces(blocks, options, added, wanted, [wanted](const Search& search, const Top& top) {
-      expect_largest(search, top, wanted);
-    }));
-    EXPECT_EQ(found.back().candidates, found.front().candidates);
-    EXPECT_EQ(found.back().sum, found.front().sum) << "not the same bits";
-  }
+  same_on_every_isa([&] { return top_traces(blocks, options, added, wanted); });
 }
 
 TEST(TopTraces, are_the_largest_on_every_isa_and_family) {
@@ -112,57 +103,39 @@ TEST(TopTraces, are_the_largest_on_every_isa_and_family) {
 }
 
 TEST(TopTraces, are_the_largest_among_awkward_blocks_of_all_scales) {
-  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(60, [](Random& random) {
     const double scale = std::pow(10, random.uniform(-42, 36));
-    BlockStore blocks;
     const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
-    for (std::size_t i = 0; i < made.size(); ++i) {
-      if (random.chance(0.1)) {
-        blocks.push_back_invalid();
-      } else {
-        push_back(blocks, Block(stored_block(made, i) * scale));
-      }
-    }
-    std::vector<unsigned char> excluded(blocks.size());
-    for (unsigned char& flag : excluded) flag = random.chance(0.3) ? 7 : 0;
+    const BlockStore blocks = scaled(random, made, scale, 0.1);
+    const std::vector<unsigned char> excluded = random_flags(random, blocks.size(), 0.3);
     Options options;
     if (random.chance(0.5)) options.excluded = excluded.data();
-    const auto wanted = static_cast<std::size_t>(random.integer(0, static_cast<int>(blocks.size())));
-    expect_top_traces_on_every_isa(blocks, options, 0, wanted);
-  }
+    expect_top_traces_on_every_isa(blocks, options, 0, random.index(blocks.size() + 1));
+  });
 }
 
 // Copies of one block, each with an entry moved by a few float32 steps, once that direction is well observed: whitened
 // entries are small differences of large products, and float32 alone ranks them wrongly.
 TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
-  for (std::uint64_t variation = 0; variation < trials(20); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    BlockStore blocks;
+  for_each_trial(20, [](Random& random) {
     const Block one = random_block(random, random.integer(1, 3));
-    for (int i = 0; i < 300; ++i) {
+    const BlockStore blocks = store_of(300, [&](std::size_t) {
       Block block = one;
-      double& entry = block(0, random.integer(0, 5));
-      entry += random.uniform(-1e-6, 1e-6);
-      push_back(blocks, block);
-    }
+      block(0, random.integer(0, 5)) += random.uniform(-1e-6, 1e-6);
+      return block;
+    });
     for (const std::size_t added : {1U, 40U}) {
       for (const std::size_t wanted : {1U, 30U, 150U}) {
         expect_top_traces_on_every_isa(blocks, Options(), added, wanted);
       }
     }
-  }
+  });
 }
 
 TEST(TopTraces, are_the_first_of_equal_ones) {
   Random random;
   SCOPED_TRACE(random.name());
-  BlockStore blocks;
-  const Block block = random_block(random, 2);
-  for (int i = 0; i < 1000; ++i) push_back(blocks, block);
-  const Top top = top_traces(blocks, Options(), 0, 100, [](const Search&, const Top&) {});
+  const Top top = top_traces(copies_of(random_block(random, 2), 1000), Options(), 0, 100);
   for (std::uint32_t i = 0; i < 100; ++i) EXPECT_EQ(top.candidates[i], i);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/oracle.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 
@@ -9,49 +8,39 @@ namespace maxlogdet::test {
 
 Matrix6 default_information() { return default_prior * Matrix6::Identity(); }
 
-namespace {
-
-template <class Rows>
-auto triangle_of_any(const Rows& rows) {
-  using Square = Eigen::Matrix<typename Rows::Scalar, state_dimension, state_dimension>;
-  const Eigen::HouseholderQR<Rows> qr(rows);
-  return Square(qr.matrixQR().template topRows<state_dimension>().template triangularView<Eigen::Upper>());
+WideSquare triangle_of(const WideRows& rows) {
+  const Eigen::HouseholderQR<WideRows> qr(rows);
+  return qr.matrixQR().topRows<state_dimension>().triangularView<Eigen::Upper>();
 }
-
-}  // namespace
-
-WideSquare triangle_of(const WideRows& rows) { return triangle_of_any(rows); }
 
 template <class Scalar>
 GreedyOracle<Scalar>::GreedyOracle(const BlockStore& blocks, const Matrix6& prior)
-    : r_(prior.cast<Scalar>().llt().matrixU()), is_taken_(blocks.size(), false) {
+    : information_(prior), is_taken_(blocks.size(), false) {
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    blocks_.push_back(stored_block(blocks, i).template cast<Scalar>());
+    blocks_.push_back(stored_block(blocks, i));
     if (!blocks.is_valid(i)) is_taken_[i] = true;
   }
 }
 
 template <class Scalar>
-typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::inverse_factor() const {
-  Square inverse = Square::Zero();
-  for (int column = 0; column < state_dimension; ++column) {
-    for (int row = column; row >= 0; --row) {
-      Scalar rest = row == column ? 1 : 0;
-      for (int k = row + 1; k <= column; ++k) rest -= r_(row, k) * inverse(k, column);
-      inverse(row, column) = rest / r_(row, row);
-    }
+typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::factor() const {
+  Square r = Square::Zero();
+  for (int row = 0; row < state_dimension; ++row) {
+    for (int column = row; column < state_dimension; ++column) r(row, column) = information_.entry(row, column);
   }
-  return inverse;
+  return r;
 }
 
 template <class Scalar>
-Scalar GreedyOracle<Scalar>::log_det() const {
-  return 2 * r_.diagonal().array().abs().log().sum();
+typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::inverse_factor() const {
+  return factor().template triangularView<Eigen::Upper>().solve(Square::Identity());
 }
 
 template <class Scalar>
 Scalar GreedyOracle<Scalar>::gain(std::size_t i) const {
-  return 2 * stacked(blocks_[i]).diagonal().array().abs().log().sum() - log_det();
+  TriangleOf<Scalar> with_i = information_;
+  with_i.add(blocks_[i]);
+  return with_i.log_det_over(information_);
 }
 
 template <class Scalar>
@@ -70,14 +59,8 @@ std::size_t GreedyOracle<Scalar>::best() const {
 }
 
 template <class Scalar>
-void GreedyOracle<Scalar>::take(std::size_t i) {
-  r_ = stacked(blocks_[i]);
-  is_taken_[i] = true;
-}
-
-template <class Scalar>
 void GreedyOracle<Scalar>::take(std::size_t i, const Block& block) {
-  r_ = stacked(block.template cast<Scalar>());
+  information_.add(block);
   is_taken_[i] = true;
 }
 
@@ -91,13 +74,6 @@ std::vector<std::uint32_t> GreedyOracle<Scalar>::select(std::size_t budget) {
     indices.push_back(static_cast<std::uint32_t>(i));
   }
   return indices;
-}
-
-template <class Scalar>
-typename GreedyOracle<Scalar>::Square GreedyOracle<Scalar>::stacked(const Matrix& block) const {
-  Matrix all(state_dimension + block.rows(), state_dimension);
-  all << r_, block;
-  return triangle_of_any(all);
 }
 
 template class GreedyOracle<double>;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tests/support/support.hpp"
+#include "tests/support/triangle.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -16,36 +17,31 @@ Matrix6 default_information();
 
 constexpr long double allowed_loss = 1e-9L;  // nats that a round of greedy may give away on ordinary frames
 
-/// The triangle R of a QR decomposition of rows.
+/// The triangle R of a QR decomposition of rows, by Eigen.
 using WideRows = Eigen::Matrix<long double, Eigen::Dynamic, state_dimension>;
 using WideSquare = Eigen::Matrix<long double, state_dimension, state_dimension>;
 WideSquare triangle_of(const WideRows& rows);
 
-/// Greedy selection written as obviously as possible, from scratch, on Eigen: shares no formula with the library. The
-/// information is kept as the triangle R of a QR decomposition of everything stacked, R^T R = M0 + sum H^T H, which
-/// squares no condition number; a gain is the relative gain of 2 sum log |R_ii| when a block is stacked below.
-/// Compiled once, for double and long double.
+/// Greedy selection written as obviously as possible, from scratch: shares no formula with the library. A gain is how
+/// much log det grows when a block is added to the triangle of everything selected.
 template <class Scalar>
 class GreedyOracle {
  public:
-  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, state_dimension>;
   using Square = Eigen::Matrix<Scalar, state_dimension, state_dimension>;
 
   explicit GreedyOracle(const BlockStore& blocks, const Matrix6& prior = default_information());
 
-  /// R, upper triangular.
-  const Square& factor() const { return r_; }
-
-  /// Its inverse.
+  /// R, upper triangular, and its inverse.
+  Square factor() const;
   Square inverse_factor() const;
 
-  Scalar log_det() const;
+  Scalar log_det() const { return information_.log_det(); }
   Scalar gain(std::size_t i) const;
 
   /// The remaining candidate of largest gain, the first of them on ties.
   std::size_t best() const;
 
-  void take(std::size_t i);
+  void take(std::size_t i) { take(i, blocks_[i]); }
 
   /// Takes candidate i with another block in its place.
   void take(std::size_t i, const Block& block);
@@ -58,10 +54,8 @@ class GreedyOracle {
   std::vector<std::uint32_t> select(std::size_t budget);
 
  private:
-  Square stacked(const Matrix& block) const;
-
-  Square r_;
-  std::vector<Matrix> blocks_;
+  TriangleOf<Scalar> information_;
+  std::vector<Block> blocks_;
   std::vector<bool> is_taken_;
 };
 

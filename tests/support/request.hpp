@@ -25,6 +25,10 @@ struct Request {
 
   bool is_required(std::size_t i) const { return !required.empty() && required[i] != 0; }
   bool is_excluded(std::size_t i) const { return !excluded.empty() && excluded[i] != 0; }
+  std::size_t required_count() const;
+  /// The group of candidate i, and how many of it may be selected; all are in one group if there are no groups.
+  std::uint32_t group_of(std::size_t i) const { return groups.empty() ? 0 : groups[i]; }
+  std::size_t room_of(std::uint32_t group) const;
 };
 
 /// Candidates, and a request for some of them.
@@ -36,5 +40,23 @@ struct Problem : Request {
   /// Whether a strategy may choose it: valid, not excluded, not required.
   bool is_free(std::size_t i) const { return blocks.is_valid(i) && !is_excluded(i) && !is_required(i); }
 };
+
+/// Without any constraint.
+Problem problem_of(BlockStore blocks, std::size_t budget);
+
+/// Gives it any subset of the constraints, such that there is an answer, and any budget.
+void constrain(Random& random, Problem& problem, bool has_groups);
+void constrain(Random& random, Problem& problem);
+
+/// Any candidates, prior and constraints.
+Problem any_problem(Random& random, std::size_t n);
+
+/// A flag for each of n candidates, set for a share of them.
+std::vector<unsigned char> random_flags(Random& random, std::size_t n, double share);
+
+/// Expects what holds of any answer, whatever the strategy: distinct valid candidates, the required ones among them and
+/// no excluded one; as many as budget and groups allow, and no more; a status that fits; gains and log det as computed
+/// in long double, to `tolerance` nats; and no upper bound below log det.
+void expect_sound(const Problem& problem, const Selection& selection, double tolerance = 1e-7);
 
 }  // namespace maxlogdet::test
