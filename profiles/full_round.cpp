@@ -24,7 +24,9 @@ struct FullRound::State {
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> relative_gains = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
-  std::vector<std::uint32_t> tiles = std::vector<std::uint32_t>(candidates / simd::tile_size);
+  std::vector<unsigned char> in_each = std::vector<unsigned char>(candidates / simd::tile_size, simd::tile_size);
+  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size + simd::tile_size, 1.0F);
+  std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size + simd::tile_size);
 };
 
 FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique<State>()) {
@@ -41,11 +43,10 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
     double h[max_block_rows][state_dimension];
-    read_rows(all_of(state_->blocks), selected, h);
+    read_rows(all_of(state_->blocks), static_cast<Candidate>(selected), h);
     state_->factor.add_block(*state_->kernel, h, rows);
   }
   for (std::size_t i = 0; i < std::size(state_->w); ++i) state_->w[i] = static_cast<float>(state_->factor.inverse()[i]);
-  std::iota(state_->tiles.begin(), state_->tiles.end(), 0U);
 }
 
 FullRound::FullRound(FullRound&&) noexcept = default;
@@ -55,9 +56,12 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Planes planes = all_of(state.blocks).planes;
-  const simd::Tiles tiles{planes.data, simd::tile_size, planes.stride, state.remaining.data()};
-  state.kernel->screen[state.rows - 1](tiles, state.w, state.tiles.data(), state.tiles.size(),
-                                       state.relative_gains.data(), state.highest.data());
+  const simd::Tiles tiles{planes.data,           simd::tile_size,        planes.stride,
+                          state.in_each.size(), state.remaining.data(), state.in_each.data()};
+  simd::Round round;
+  round.arrays = {state.bounds.data(), state.highest.data(), state.relative_gains.data(),
+                  nullptr,             state.tiles.data(),   nullptr};
+  state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, round, simd::any_candidate, {0, 1, 0});
 }
 
 }  // namespace maxlogdet::profiles

@@ -105,11 +105,11 @@ TEST(BackwardGreedy, losses_are_the_same_bits_on_all_and_near_the_exact_ones) {
     std::vector<float> remaining(lanes, 1.0F);
     remaining[7] = 0;
     const simd::Planes planes = all_of(blocks).planes;
-    const simd::Tiles tiles{planes.data, simd::tile_size, planes.stride, remaining.data()};
-    const std::uint32_t list[] = {1, 0};
+    const simd::Tiles tiles{planes.data, simd::tile_size, planes.stride, 2, remaining.data(), nullptr};
+    const Tile list[] = {Tile{1}, Tile{0}};
     const std::vector<double> losses = same_on_every_kernel([&](const simd::Kernel& kernel) {
       std::vector<double> results(lanes + 2);
-      kernel.losses[blocks.rows() - 1](tiles, factor.inverse(), list, 2, results.data(), results.data() + lanes);
+      kernel.exact[blocks.rows() - 1].losses(tiles, factor.inverse(), list, 2, results.data(), results.data() + lanes);
       return results;
     });
     EXPECT_EQ(losses[7], simd::no_loss);

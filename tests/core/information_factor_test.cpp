@@ -195,7 +195,7 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
     }
     const std::vector<double> sum = same_on_every_kernel([&](const simd::Kernel& kernel) {
       std::vector<double> result(36);
-      kernel.sum_information[blocks.rows() - 1]({planes.data(), stride}, counted.data(), count, result.data());
+      kernel.exact[blocks.rows() - 1].sum_information({planes.data(), stride}, counted.data(), count, result.data());
       return result;
     });
     const double roundings = simd::sum_roundings(count, blocks.rows());

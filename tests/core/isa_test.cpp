@@ -64,19 +64,19 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
     }
     const int rows = random.integer(1, 3);
     const Block block = random_block(random, rows, std::pow(10.0, random.uniform(-3, 3)));
-    std::vector<std::uint32_t> listed(static_cast<std::size_t>(random.integer(1, 50)));
-    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.index(blocks.size()));
+    std::vector<Candidate> listed(static_cast<std::size_t>(random.integer(1, 50)));
+    for (Candidate& i : listed) i = static_cast<Candidate>(random.index(blocks.size()));
     same_on_every_kernel([&](const simd::Kernel& kernel) {
       std::vector<double> results(listed.size() + 2, -1);
-      kernel.decide[blocks.rows() - 1](all_of(blocks).planes, w, listed.data(), listed.size(), results.data());
+      kernel.exact[blocks.rows() - 1].decide(all_of(blocks).planes, w, listed.data(), listed.size(), results.data());
       EXPECT_EQ(results[listed.size()], -1) << "written beyond its end";
       double updated[size];
       std::copy_n(w, size, updated);
       float narrow[size];
-      results.back() = kernel.add_rows(updated, block.data(), rows, narrow);
+      results.back() = kernel.factor.add_rows(updated, block.data(), rows, narrow);
       results.insert(results.end(), updated, updated + size);
       results.insert(results.end(), narrow, narrow + size);
-      results.push_back(kernel.remove_row(updated, block.data(), 0));
+      results.push_back(kernel.factor.remove_row(updated, block.data(), 0));
       results.insert(results.end(), updated, updated + size);
       return results;
     });
@@ -87,7 +87,7 @@ TEST(Isa, float64_gives_the_same_bits_on_all) {
 struct Planes {
   std::size_t n, lanes, rows;
   std::vector<float> values;  // by planes of `lanes`
-  std::vector<std::uint32_t> listed;
+  std::vector<Candidate> listed;
 
   explicit Planes(Random& random)
       : n(static_cast<std::size_t>(random.integer(1, 100))),
@@ -96,22 +96,23 @@ struct Planes {
         values(6 * rows * lanes),
         listed(lanes) {
     for (float& value : values) value = static_cast<float>(random.uniform(-9, 9));
-    for (std::uint32_t& i : listed) i = static_cast<std::uint32_t>(random.integer(0, static_cast<int>(n) - 1));
+    for (Candidate& i : listed) i = static_cast<Candidate>(random.index(n));
   }
 };
 
 void expect_gathered(const simd::Kernel& kernel, const Planes& planes) {
   const std::size_t entries = 6 * planes.rows;
+  const simd::LayoutFunctions& layouts = kernel.layouts[planes.rows - 1];
   std::vector<float> records(planes.lanes * simd::record_size(simd::form_of_rows(static_cast<int>(planes.rows))));
-  kernel.make_records[planes.rows - 1]({planes.values.data(), planes.lanes}, planes.n, records.data());
+  layouts.make_records({planes.values.data(), planes.lanes}, planes.n, records.data());
   std::vector<float> tiles(entries * planes.lanes);
-  kernel.gather[planes.rows - 1](records.data(), planes.listed.data(), planes.lanes, tiles.data());
+  layouts.gather(records.data(), planes.listed.data(), planes.lanes, tiles.data());
   double column_max[6];
-  kernel.column_max[planes.rows - 1](tiles.data(), planes.lanes / simd::tile_size, column_max);
+  layouts.column_max(tiles.data(), planes.lanes / simd::tile_size, column_max);
   double expected_max[6] = {};
   for (std::size_t lane = 0; lane < planes.lanes; ++lane) {
     for (std::size_t e = 0; e < entries; ++e) {
-      const float value = planes.values[e * planes.lanes + planes.listed[lane]];
+      const float value = planes.values[e * planes.lanes + simd::number(planes.listed[lane])];
       ASSERT_EQ(tiles[(lane / simd::tile_size * entries + e) * simd::tile_size + lane % simd::tile_size], value)
           << "entry " << e << " of lane " << lane;
       expected_max[e % 6] = std::max(expected_max[e % 6], std::abs(static_cast<double>(value)));
@@ -120,22 +121,23 @@ void expect_gathered(const simd::Kernel& kernel, const Planes& planes) {
   for (int column = 0; column < 6; ++column) EXPECT_EQ(column_max[column], expected_max[column]);
 }
 
+template <class Index, class List>
+void expect_listed_by(const List& list_between, const Planes& planes, float lower, float upper) {
+  std::vector<Index> expected;
+  for (std::uint32_t i = 0; i < planes.n; ++i) {
+    if (planes.values[i] >= lower && planes.values[i] < upper) expected.push_back(static_cast<Index>(i));
+  }
+  std::vector<Index> list(planes.n + simd::tile_size);
+  list.resize(list_between(planes.values.data(), planes.n, lower, upper, list.data()));
+  EXPECT_EQ(list, expected);
+}
+
 void expect_listed(const simd::Kernel& kernel, const Planes& planes, float lower, float upper) {
   float expected_largest = -1;
   for (std::uint32_t i = 0; i < planes.n; ++i) expected_largest = std::max(expected_largest, planes.values[i]);
-  EXPECT_EQ(kernel.largest(planes.values.data(), planes.n), expected_largest);
-  for (const std::uint32_t parts : {1U, 3U}) {
-    for (std::uint32_t part = 0; part < parts; ++part) {
-      std::vector<std::uint32_t> expected;
-      for (std::uint32_t i = 0; i < planes.n; ++i) {
-        const bool is_between = planes.values[i] >= lower && planes.values[i] <= upper;
-        if (is_between && i / simd::tile_size % parts == part) expected.push_back(i);
-      }
-      std::vector<std::uint32_t> list(planes.n + simd::tile_size);
-      list.resize(kernel.list_between(planes.values.data(), planes.n, part, parts, lower, upper, list.data()));
-      EXPECT_EQ(list, expected) << "part " << part << " of " << parts;
-    }
-  }
+  EXPECT_EQ(kernel.arrays.largest(planes.values.data(), planes.n), expected_largest);
+  expect_listed_by<Candidate>(kernel.arrays.list_candidates, planes, lower, upper);
+  expect_listed_by<Tile>(kernel.arrays.list_tiles, planes, lower, upper);
 }
 
 TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
@@ -159,69 +161,65 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
   });
 }
 
-// Tiles of zeros and ones with relative gains of small integers, so that thresholds are met exactly.
-struct Survivors {
-  static constexpr std::size_t size = simd::tile_size;
-  std::size_t tile_count, rows;
-  std::vector<float> data, remaining, relative_gains, highest;
+// A round in which some tiles are evaluated, with gains and bounds of small integers, so that thresholds are met exactly.
+struct SomeRound {
+  std::size_t tile_count;
+  std::vector<float> bounds, gains, highest;
+  simd::Round round;
 
-  explicit Survivors(Random& random)
-      : tile_count(static_cast<std::size_t>(random.integer(1, 6))),
-        rows(static_cast<std::size_t>(random.integer(1, 3))),
-        data(tile_count * entries() * size),
-        remaining(tile_count * size, 1.0F),
-        relative_gains(tile_count * size),
-        highest(tile_count, -1.0F) {
-    for (float& value : data) value = static_cast<float>(random.integer(0, 1));
-    for (std::size_t lane = 0; lane < relative_gains.size(); ++lane) {
-      relative_gains[lane] =
-          random.chance(0.1) ? static_cast<float>(infinity) : static_cast<float>(random.integer(-1, 3));
-      highest[lane / size] = std::max(highest[lane / size], relative_gains[lane]);
+  explicit SomeRound(Random& random)
+      : tile_count(static_cast<std::size_t>(random.integer(1, 40))),
+        bounds(tile_count + simd::tile_size, -1.0F),
+        gains((tile_count + simd::tile_size) * simd::tile_size, -1.0F),
+        highest(tile_count + simd::tile_size, -1.0F) {
+    for (std::size_t tile = 0; tile < tile_count; ++tile) {
+      bounds[tile] = static_cast<float>(random.integer(-1, 5));
+      for (std::size_t lane = tile * simd::tile_size; lane < (tile + 1) * simd::tile_size; ++lane) {
+        gains[lane] = random.chance(0.05) ? static_cast<float>(infinity) : static_cast<float>(random.integer(-1, 3));
+        highest[tile] = std::max(highest[tile], gains[lane]);
+      }
     }
+    round.arrays = {bounds.data(), highest.data(), gains.data(), nullptr, nullptr, nullptr};
+    if (random.chance(0.9)) round.evaluated_from = static_cast<float>(random.integer(0, 5));
+    round.assured = random.integer(-1, 4);
+    round.filter.slope = 1 + random.uniform(0, 1e-3);
+    round.filter.offset = random.uniform(0, 1e-3);
   }
 
-  std::size_t entries() const { return 6 * rows; }
-  float& entry_of(std::size_t lane, std::size_t e) { return data[(lane / size * entries() + e) * size + lane % size]; }
-  simd::Tiles tiles() const { return {data.data(), entries() * size, size, remaining.data()}; }
+  simd::Tiles tiles() const { return {nullptr, 0, 0, tile_count, nullptr, nullptr}; }
+  bool is_evaluated(std::size_t tile) const { return bounds[tile] >= round.evaluated_from; }
 };
 
-// Some lanes with copies of the block of another one, which is returned.
-std::vector<float> random_copies(Random& random, Survivors& all) {
-  const std::size_t source = random.index(all.relative_gains.size());
-  if (random.chance(0.5)) {
-    for (std::size_t lane = 0; lane < all.relative_gains.size(); lane += 3) {
-      for (std::size_t e = 0; e < all.entries(); ++e) all.entry_of(lane, e) = all.entry_of(source, e);
-    }
-  }
-  std::vector<float> block;
-  for (std::size_t e = 0; e < all.entries(); ++e) block.push_back(all.entry_of(source, e));
-  return block;
-}
-
-TEST(Isa, survivors_are_listed_exactly_on_all) {
-  for_each_trial(200, [](Random& random) {
-    Survivors all(random);
-    const std::vector<float> unlike = random_copies(random, all);
-    const bool is_unlike = random.chance(0.5);
-    const float threshold = random.chance(0.2) ? -0.5F : static_cast<float>(random.integer(0, 4));
-    std::vector<std::uint32_t> listed;
-    std::vector<std::uint32_t> expected;
-    for (auto tile = static_cast<std::uint32_t>(all.tile_count); tile-- > 0;) {
-      if (random.chance(0.3)) continue;
-      listed.push_back(tile);
-      for (std::size_t lane = tile * all.size; lane < (tile + 1) * all.size; ++lane) {
-        bool is_same = is_unlike;
-        for (std::size_t e = 0; e < all.entries(); ++e) is_same = is_same && all.entry_of(lane, e) == unlike[e];
-        if (all.relative_gains[lane] >= threshold && !is_same) expected.push_back(static_cast<std::uint32_t>(lane));
+TEST(Isa, survivors_and_bounds_of_a_round_are_exact_on_all) {
+  for_each_trial(300, [](Random& random) {
+    const SomeRound all(random);
+    const float threshold = all.round.filter.survivor_threshold(all.round.assured);
+    const simd::TileLine line = all.round.filter.line_of_tiles();
+    std::vector<Lane> survivors;
+    std::vector<float> kept;
+    float best = -1;
+    float highest_left = simd::any_candidate;
+    for (std::size_t tile = 0; tile < all.tile_count; ++tile) {
+      kept.push_back(all.is_evaluated(tile) ? line.at(all.highest[tile]) : all.bounds[tile]);
+      if (!all.is_evaluated(tile)) highest_left = std::max(highest_left, all.bounds[tile]);
+      if (!all.is_evaluated(tile)) continue;
+      best = std::max(best, all.highest[tile]);
+      for (std::size_t lane = tile * simd::tile_size; lane < (tile + 1) * simd::tile_size; ++lane) {
+        if (all.gains[lane] >= threshold) survivors.push_back(static_cast<Lane>(lane));
       }
     }
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
-      std::vector<std::uint32_t> lanes(all.relative_gains.size() + all.size);
-      lanes.resize(kernel->list_survivors[all.rows - 1](all.tiles(), all.relative_gains.data(), all.highest.data(),
-                                                        threshold, listed.data(), listed.size(),
-                                                        is_unlike ? unlike.data() : nullptr, lanes.data()));
-      EXPECT_EQ(lanes, expected);
+      SomeRound own = all;
+      own.round.arrays = {own.bounds.data(), own.highest.data(), own.gains.data(), nullptr, nullptr, nullptr};
+      std::vector<Lane> lanes(own.gains.size());
+      lanes.resize(kernel->bounds.list_survivors(own.tiles(), own.round, lanes.data()));
+      EXPECT_EQ(lanes, survivors);
+      EXPECT_EQ(kernel->bounds.highest_evaluated(own.tiles(), own.round), best);
+      EXPECT_EQ(kernel->bounds.highest_unevaluated(own.tiles(), own.round), highest_left);
+      EXPECT_EQ(kernel->bounds.keep(own.tiles(), own.round), std::max(-1.0F, *std::max_element(kept.begin(), kept.end())));
+      own.bounds.resize(own.tile_count);
+      EXPECT_EQ(own.bounds, kept);
     }
   });
 }

@@ -12,11 +12,13 @@ namespace {
 
 std::vector<std::uint32_t> kept_by(const BlockStore& blocks, const Options& options, bool lazily) {
   SearchMemory memory(blocks.size());
-  Search search(blocks, options, memory);
+  Search search(blocks, options, Deadline(0), memory);
   EXPECT_EQ(search.start(blocks, options), Error::none);
   BackwardWorkspace workspace(blocks.size());
   EXPECT_EQ(backward_greedy(search, workspace, lazily), Status::ok);
-  return {search.indices, search.indices + search.selected};
+  Selection selection{};
+  search.report(Status::ok, selection);
+  return {selection.begin(), selection.end()};
 }
 
 // The candidates in the order of their removal, as answers to ever smaller budgets tell.

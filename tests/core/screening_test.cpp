@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 namespace maxlogdet::test {
 namespace {
@@ -52,96 +51,94 @@ class Screened {
       : kernel_(kernel),
         blocks_(blocks),
         candidates_(all_of(blocks)),
-        planes_(candidates_.planes),
-        evaluator_(kernel, planes_, blocks.rows(), team_),
+        evaluator_(kernel, candidates_.planes, blocks.rows(), team_),
         memory_(candidates_.size()),
         screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
         remains_(candidates_.size(), 1),
-        lanes_(candidates_.size() + simd::tile_size) {
+        lanes_(padded(candidates_.size())) {
     screening_.use_store(remains_.data(), candidates_.size());
   }
 
   // Starts from this prior; returns false if it is refused.
   bool start(const double* prior) { return factor_.reset(prior); }
 
-  // One round over all candidates or, if `lazily`, the promising ones. Returns the number of survivors.
-  std::size_t round(bool lazily) {
+  // One round. Returns the number of survivors.
+  std::size_t round() {
     screening_.begin_round(factor_);
-    lazily ? screening_.evaluate_promising(1) : screening_.evaluate_all();
-    if (!lazily) screening_.end_round();
-    const std::size_t count = screening_.survivors(lanes_.data());
-    if (lazily) screening_.end_round();
+    const std::size_t count = screening_.survivors(1, lanes_.data());
+    const double assured = screening_.assured();
+    screening_.end_round();
     expect_bounds_hold();
-    const std::uint32_t best = decide_among_all();
-    EXPECT_LE(static_cast<long double>(screening_.assured()) * (1 - 1e-14L),
-              exact_relative_gain(block_at(best), factor_))
+    const Candidate best = decide_among_all();
+    EXPECT_LE(static_cast<long double>(assured) * (1 - 1e-14L), exact_relative_gain(block_of(best), factor_))
         << "the best is not as good as assured";
-    std::vector<std::uint32_t> survivors;
-    std::size_t lane_of_best = 0;
-    for (std::size_t j = 0; j < count; ++j) {
-      survivors.push_back(screening_.candidate(lanes_[j]));
-      if (survivors.back() == best) lane_of_best = lanes_[j];
+    const auto holds_best = [&](Lane lane) { return screening_.layout().candidate(lane) == best; };
+    const auto lane = std::find_if(lanes_.begin(), lanes_.begin() + static_cast<std::ptrdiff_t>(count), holds_best);
+    if (lane == lanes_.begin() + static_cast<std::ptrdiff_t>(count)) {
+      ADD_FAILURE() << "lost the best, " << simd::number(best);
+      return 0;
     }
-    EXPECT_NE(std::find(survivors.begin(), survivors.end(), best), survivors.end()) << "lost the best, " << best;
-    if (std::find(survivors.begin(), survivors.end(), best) == survivors.end()) return 0;
-
     double rows[max_block_rows][state_dimension];
     read_rows(candidates_, best, rows);
     factor_.add_block(kernel_, rows, blocks_.rows());
-    screening_.remove(lane_of_best);
-    remains_[best] = 0;
+    screening_.remove(*lane);
+    remains_[simd::number(best)] = 0;
     return count;
   }
 
-  void order_by_gain() { screening_.order_by_gain(false); }
+  void order_by_gain() { screening_.order_by_gain(); }
 
   void expect_bounds_hold() const {
     std::vector<bool> seen(candidates_.size(), false);
-    for (std::size_t lane = 0; lane < screening_.lanes(); ++lane) {
-      if (!(memory_.tiles.remaining[lane] > 0)) continue;
-      const std::uint32_t i = screening_.candidate(lane);
-      ASSERT_FALSE(seen[i]) << "twice";
-      seen[i] = true;
-      ASSERT_GE(static_cast<long double>(screening_.bound(lane)) * (1 + 1e-14L),
-                exact_relative_gain(block_at(i), factor_))
-          << "candidate " << i;
+    for (std::size_t i = 0; i < screening_.layout().lanes(); ++i) {
+      const auto lane = static_cast<Lane>(i);
+      if (!screening_.layout().remains(lane)) continue;
+      const Candidate candidate = screening_.layout().candidate(lane);
+      ASSERT_FALSE(seen[simd::number(candidate)]) << "twice";
+      seen[simd::number(candidate)] = true;
+      ASSERT_GE(static_cast<long double>(memory_.bounds[simd::tile_of(lane)]) * (1 + 1e-14L),
+                exact_relative_gain(block_of(candidate), factor_))
+          << "candidate " << simd::number(candidate);
     }
   }
 
   // Evaluates all with the information as it is, and orders them by what it finds.
   void evaluate_and_order() {
     screening_.begin_round(factor_);
-    screening_.evaluate_all();
-    screening_.order_by_gain(false);
+    screening_.survivors(1, lanes_.data());
+    screening_.end_round();
+    screening_.order_by_gain();
   }
 
+  // Bounds of all, in the order of the store.
+  void bound_all() { screening_.bound_all(factor_); }
+
  private:
-  Block block_at(std::uint32_t place) const { return stored_block(blocks_, candidates_.indices[place]); }
+  Block block_of(Candidate candidate) const { return stored_block(blocks_, candidates_.index_of(candidate)); }
 
   // The float64 winner among everything that remains, the lowest index on ties.
-  std::uint32_t decide_among_all() const {
-    std::vector<std::uint32_t> all(candidates_.size());
-    std::iota(all.begin(), all.end(), 0U);
-    std::vector<double> relative_gains(all.size());
-    kernel_.decide[blocks_.rows() - 1](planes_, factor_.inverse(), all.data(), all.size(), relative_gains.data());
-    std::uint32_t best = UINT32_MAX;
-    for (const std::uint32_t i : all) {
-      if (remains_[i] != 0 && (best == UINT32_MAX || relative_gains[i] > relative_gains[best])) best = i;
+  Candidate decide_among_all() const {
+    std::vector<Candidate> all;
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      if (remains_[i] != 0) all.push_back(static_cast<Candidate>(i));
     }
-    return best;
+    std::vector<double> relative_gains(all.size());
+    kernel_.exact[blocks_.rows() - 1].decide(candidates_.planes, factor_.inverse(), all.data(), all.size(),
+                                             relative_gains.data());
+    const auto best = std::max_element(relative_gains.begin(), relative_gains.end());
+    return all[static_cast<std::size_t>(best - relative_gains.begin())];
   }
 
   const simd::Kernel& kernel_;
   const BlockStore& blocks_;
   Candidates candidates_;
-  simd::Planes planes_;
   threading::Team team_;
   Evaluator evaluator_;
   ScreeningMemory memory_;
   Screening screening_;
   InformationFactor factor_;
   std::vector<unsigned char> remains_;
-  std::vector<std::uint32_t> lanes_;
+  std::vector<Lane> lanes_;
 };
 
 void expect_screening_holds(const BlockStore& blocks, const double* prior, int rounds, int lazily_after = 5) {
@@ -151,7 +148,7 @@ void expect_screening_holds(const BlockStore& blocks, const double* prior, int r
     ASSERT_TRUE(screened.start(prior));
     for (int round = 0; round < rounds; ++round) {
       SCOPED_TRACE("round " + std::to_string(round));
-      screened.round(round > lazily_after);
+      screened.round();
       if (round == lazily_after) screened.order_by_gain();
       if (::testing::Test::HasFailure()) return;
     }
@@ -235,6 +232,8 @@ TEST(Screening, bounds_of_a_new_order_hold) {
       SCOPED_TRACE(kernel->isa);
       Screened screened(*kernel, blocks);
       ASSERT_TRUE(screened.start(prior.data()));
+      screened.bound_all();
+      screened.expect_bounds_hold();
       screened.evaluate_and_order();
       screened.expect_bounds_hold();
       if (::testing::Test::HasFailure()) return;
@@ -339,21 +338,21 @@ TEST(Screening, records_of_a_list_are_those_of_all) {
   Random random;
   SCOPED_TRACE(random.name());
   const BlockStore blocks = awkward_blocks(random, 300);
-  const std::uint32_t listed[] = {5, 130, 131, 299};
+  const Candidate listed[] = {Candidate{5}, Candidate{130}, Candidate{131}, Candidate{299}};
   const simd::Planes planes = all_of(blocks).planes;
   for (const simd::Kernel* const kernel : supported_kernels()) {
     SCOPED_TRACE(kernel->isa);
     threading::Team team;
     const simd::Form form = simd::form_of_rows(blocks.rows());
     const Evaluator evaluator(*kernel, planes, blocks.rows(), team);
-    ScreeningMemory of_all(blocks.size());
-    ScreeningMemory of_list(blocks.size());
-    Screening(evaluator, form, planes_of(blocks).column_max(), of_all).make_records(blocks.size());
-    Screening(evaluator, form, planes_of(blocks).column_max(), of_list).make_records_of(listed, std::size(listed));
+    TileMemory of_all(blocks.size());
+    TileMemory of_list(blocks.size());
+    TileLayout(evaluator, form, of_all).make_records(blocks.size());
+    TileLayout(evaluator, form, of_list).make_records_of(listed, std::size(listed));
     const std::size_t size = simd::record_size(form);
-    for (const std::uint32_t i : listed) {
-      EXPECT_TRUE(std::equal(&of_all.tiles.records[i * size], &of_all.tiles.records[i * size] + size,
-                             &of_list.tiles.records[i * size]));
+    for (const Candidate i : listed) {
+      const float* const record = &of_all.records[simd::number(i) * size];
+      EXPECT_TRUE(std::equal(record, record + size, &of_list.records[simd::number(i) * size]));
     }
   }
 }

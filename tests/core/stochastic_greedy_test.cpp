@@ -103,8 +103,8 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
 
     const auto n = static_cast<std::uint32_t>(blocks.size());
     const auto s = static_cast<std::uint32_t>(std::ceil(n / 20.0 * std::log(10.0)));
-    std::vector<std::uint32_t> pool(n);
-    std::iota(pool.begin(), pool.end(), 0U);
+    std::vector<Candidate> pool;
+    for (std::uint32_t i = 0; i < n; ++i) pool.push_back(static_cast<Candidate>(i));
     CounterRandom draws(seed);
     InformationFactor factor;
     ASSERT_TRUE(factor.reset(nullptr));
@@ -112,10 +112,10 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       const auto remaining = static_cast<std::uint32_t>(n - round);
       for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);
       std::vector<double> relative_gains(s);
-      kernel.decide[rows - 1](all_of(blocks).planes, factor.inverse(), pool.data(), s, relative_gains.data());
+      kernel.exact[rows - 1].decide(all_of(blocks).planes, factor.inverse(), pool.data(), s, relative_gains.data());
       const std::uint32_t best = place_of_best(relative_gains, pool);
-      ASSERT_EQ(selected[round], pool[best]) << "round " << round;
-      add(factor, stored_block(blocks, pool[best]));
+      ASSERT_EQ(selected[round], simd::number(pool[best])) << "round " << round;
+      add(factor, stored_block(blocks, simd::number(pool[best])));
       pool[best] = pool[remaining - 1];
     }
   });

@@ -37,39 +37,40 @@ bool are_the_same(const Candidates& candidates, std::size_t i, std::size_t j) {
 }
 
 struct Top {
-  std::vector<std::uint32_t> candidates;
+  std::vector<Candidate> candidates;
   double sum;
 };
 bool operator==(const Top& a, const Top& b) { return a.candidates == b.candidates && bits_of(a.sum) == bits_of(b.sum); }
 
 // No trace left out exceeds one taken by more than float64 can tell; of equal ones the first are taken.
 void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
-  const Candidates& candidates = search.candidates;
-  const double* const w = search.factor.inverse();
+  const Candidates& candidates = search.problem().candidates;
+  const double* const w = search.answer().factor().inverse();
   std::vector<bool> is_taken(candidates.size());
   long double min_taken = infinity;
   long double sum = 0;
-  for (const std::uint32_t i : top.candidates) {
-    EXPECT_TRUE(search.constraints.free()[i]);
+  for (const Candidate candidate : top.candidates) {
+    const std::size_t i = simd::number(candidate);
+    EXPECT_TRUE(search.problem().is_free[i]);
     is_taken[i] = true;
     min_taken = std::min(min_taken, trace_of(candidates, i, w));
     sum += trace_of(candidates, i, w);
   }
   EXPECT_TRUE(std::is_sorted(top.candidates.begin(), top.candidates.end()));
-  EXPECT_EQ(top.candidates.size(), std::min(wanted, search.constraints.free_count()));
-  const double root_error = unit_roundoff * trace_root_error(search.candidates, w);
+  EXPECT_EQ(top.candidates.size(), std::min(wanted, search.problem().free_count));
+  const double root_error = unit_roundoff * trace_root_error(candidates, w);
   const auto error_of = [root_error](long double trace) {  // in float64
     return 2 * root_error * std::sqrt(static_cast<double>(trace)) + root_error * root_error +
            1e-14 * static_cast<double>(trace);
   };
   EXPECT_NEAR(top.sum, static_cast<double>(sum), static_cast<double>(top.candidates.size()) * error_of(sum));
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (search.constraints.free()[i] == 0 || is_taken[i]) continue;
+    if (search.problem().is_free[i] == 0 || is_taken[i]) continue;
     const long double trace = trace_of(candidates, i, w);
     ASSERT_LE(trace, min_taken + 2 * error_of(min_taken)) << i;
-    for (const std::uint32_t taken : top.candidates) {
-      if (taken < i) continue;
-      ASSERT_FALSE(are_the_same(candidates, taken, i)) << i << " comes before " << taken;
+    for (const Candidate taken : top.candidates) {
+      if (simd::number(taken) < i) continue;
+      ASSERT_FALSE(are_the_same(candidates, simd::number(taken), i)) << i << " comes before " << simd::number(taken);
     }
   }
 }
@@ -77,11 +78,11 @@ void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
 // With the factor after the first `added` candidates were added, on the instruction set of MAXLOGDET_ISA.
 Top top_traces(const BlockStore& blocks, const Options& options, std::size_t added, std::size_t wanted) {
   SearchMemory memory(blocks.size());
-  Search search(blocks, options, memory);
+  Search search(blocks, options, Deadline(0), memory);
   EXPECT_EQ(search.start(blocks, options), Error::none);
-  for (std::size_t i = 0; i < added; ++i) search.add(static_cast<std::uint32_t>(i));
+  for (std::size_t i = 0; i < added; ++i) search.add(static_cast<Candidate>(i));
   TraceMemory traces(blocks.size());
-  const TopTraces top = find_top_traces(search.problem(), search.factor.inverse(), wanted, first_guess(wanted), traces);
+  const TopTraces top = find_top_traces(search.problem(), search.answer().factor().inverse(), wanted, first_guess(wanted), traces);
   Top found{{top.candidates, top.candidates + top.count}, top.sum};
   expect_largest(search, found, wanted);
   return found;
