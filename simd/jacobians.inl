@@ -54,7 +54,7 @@ inline void linearise_with(const BlockInput& input, const CameraInput& camera, s
     const Point p = input.rig == nullptr ? p_b : transform(T, p_b);
     Doubles rows[rows_with(third)][3];
     Doubles refusal = linearise<weighting, third>(input, camera, batch, i, p, rows);
-    refuse_infinite(p_b, refusal);
+    refuse(!(is_finite(p_b.x) & is_finite(p_b.y) & is_finite(p_b.z)), is_not_finite, refusal);
     put(refusal, is_its, value::refusal, i, batch);
     if constexpr (weighting == BlockWeighting::map_bias_world) {
       Doubles ray[1][3] = {{p.x, p.y, p.z}};

@@ -118,8 +118,8 @@ inline Mask third_of(const BlockInput& input, const Batch& batch, std::size_t i)
   return load(batch, value::has_third, i) > Doubles(0.0);
 }
 
-inline maxlogdet::simd::NoiseOf<Doubles> noise_of(const BlockInput& input, const Batch& batch, std::size_t i,
-                                                  const Mask& has_third) {
+[[gnu::always_inline]] inline maxlogdet::simd::NoiseOf<Doubles> noise_of(const BlockInput& input, const Batch& batch,
+                                                                         std::size_t i, const Mask& has_third) {
   const Doubles sigma = input.sigmas == nullptr ? Doubles(1.0) : load(batch, value::sigma, i);
   return maxlogdet::simd::noise_of(input, sigma, has_third, [&](int e) {
     return load(batch, value::map_covariance + static_cast<std::size_t>(e), i);
@@ -150,10 +150,6 @@ constexpr double is_not_finite = -2;
 
 inline void refuse(const Mask& where, double reason, Doubles& refusal) {
   refusal = xsimd::select(where, Doubles(reason), refusal);
-}
-
-inline void refuse_infinite(const Point& p, Doubles& refusal) {
-  refuse(!(is_finite(p.x) & is_finite(p.y) & is_finite(p.z)), is_not_finite, refusal);
 }
 
 inline void refuse_near(const BlockInput& input, const Doubles& depth, const Mask& is_behind, Doubles& refusal) {
@@ -188,23 +184,26 @@ template <bool by_jacobian>
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {
     const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
-    Doubles refusal(is_accepted);
+    Mask valid(true);
+    Point p;
     if constexpr (by_jacobian) {
-      refusal = load(batch, value::refusal, i);
+      valid = load(batch, value::refusal, i) == Doubles(is_accepted);
     } else {
-      const Point p = transform(input, batch, i);
-      refuse_infinite(p, refusal);
-      refuse_near(input, p.z, p.z <= Doubles(0.0), refusal);
+      p = transform(input, batch, i);
+      valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
     }
-    Mask valid = refusal == Doubles(is_accepted);
     if (input.sigmas != nullptr) valid = valid & is_positive(load(batch, value::sigma, i));
     if (input.weights != nullptr) valid = valid & (load(batch, value::weight, i) >= Doubles(0.0));
     if (xsimd::all(valid)) {
       for (std::size_t lane = 0; lane < used; ++lane) kept[count++] = static_cast<std::uint32_t>(i + lane);
       continue;
     }
+    if constexpr (!by_jacobian) {
+      Doubles refusal(is_accepted);
+      refuse_near(input, p.z, p.z <= Doubles(0.0), refusal);
+      store(refusal, value::refusal, i, batch);
+    }
     const std::uint32_t valid_lanes = lanes_of(valid);
-    store(refusal, value::refusal, i, batch);
     for (std::uint32_t lane = 0; lane < used; ++lane) {
       kept[count] = static_cast<std::uint32_t>(i) + lane;
       count += valid_lanes >> lane & 1U;
