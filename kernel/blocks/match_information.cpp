@@ -136,9 +136,12 @@ bool whiten(const RigCamera& camera, bool is_rig, const RigidTransform& T_bw, co
   double p_b[3], p_c[3];
   T_bw.transform(p_w, p_b);
   if (!all_finite(p_b, 3)) return false;
-  is_rig ? camera.T_cb.transform(p_b, p_c) : void(std::copy_n(p_b, 3, p_c));
-  Seen seen{block_input(camera_input(camera), T_bw, noise), noise.depth_cue, noise.sigma, {p_c[0], p_c[1], p_c[2]}};
-  if (is_rig) seen.input.rig = &seen.input.camera;
+  Seen seen{block_input(camera_input(camera), T_bw, noise), noise.depth_cue, noise.sigma, {p_b[0], p_b[1], p_b[2]}};
+  if (is_rig) {
+    camera.T_cb.transform(p_b, p_c);
+    seen.input.rig = &seen.input.camera;
+    seen.p_c = {p_c[0], p_c[1], p_c[2]};
+  }
   const std::size_t rows = residual_rows(noise.depth_cue);
   return whiten(seen, W) && all_finite(W, rows * rows);
 }
