@@ -9,7 +9,6 @@
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <iterator>
-#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -23,7 +22,7 @@ struct FullRound::State {
   float w[simd::dimension * simd::padded_dimension];
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> relative_gains = std::vector<float>(candidates);
-  std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
+  std::vector<float> highest = std::vector<float>(candidates / simd::tile_size + simd::tile_size);
   std::vector<unsigned char> in_each = std::vector<unsigned char>(candidates / simd::tile_size, simd::tile_size);
   std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size + simd::tile_size, 1.0F);
   std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size + simd::tile_size);

@@ -23,13 +23,11 @@ struct Whitening {
   Eigen::Matrix3d matrix() const;
 };
 
-/// Whitens by Sigma = Sigma_z + J Sigma_p J^T, as blocks of Weighting::measurement_and_map have it: Sigma_z the
-/// diagonal matrix of the variances of u, v and u_right, px^2, or depth, m^2; J = dh/dp at T_cw; `map_covariance` =
+/// Whitens by the library's match_whitening(), as blocks of Weighting::measurement_and_map are: `map_covariance` is
 /// Sigma_p, 3 x 3, world frame, m^2, or zero. With `uses_depth_cue`, matches that have a third measurement have three
-/// rows. Not finite where the point is not in front of the camera, 1 / inv_sigma2 is not positive and finite, or Sigma
-/// is not positive definite: chi2() is infinite then, and optimize_pose() leaves the match out. The library's
-/// match_whitening() gives the same; it checks camera, pose and lost digits for every match, and takes 320 ns instead
-/// of 140.
+/// rows. Not finite where there is none (the point is not in front of the camera, 1 / inv_sigma2 not positive and
+/// finite, Sigma not positive definite or without digits): chi2() is infinite then, and optimize_pose() leaves the match
+/// out.
 Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance);
 

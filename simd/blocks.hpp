@@ -16,6 +16,21 @@ namespace simd {
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
 enum class ThirdRow { none, stereo, depth };
 
+constexpr bool is_by_map_bias(BlockWeighting weighting) {
+  return weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
+}
+
+/// Why a match has no block, where the report says so.
+enum InvalidMatch {
+  unusable,
+  behind_camera,
+  too_near,
+  singular_ray,
+  invalid_covariance,
+  invalid_jacobian,
+  invalid_match_count
+};
+
 /// 2^39. Rounding moves A S A^T = I by up to 16u |Sigma_p| |A B|^2, with sums of magnitudes for |A B|: by more than
 /// 1e-3 if |Sigma_p| |A B|^2 is above this, and then the covariance leaves no digits (docs/numerics.md).
 constexpr double max_whitened_covariance = 549755813888.0;
@@ -32,11 +47,9 @@ struct CameraInput {
 struct BlockInput {
   BlockWeighting weighting;
   ThirdRow third;
-  /// Cameras of any model, or the caller's Jacobians; otherwise the camera is one pinhole.
-  bool is_general;
-  bool is_rig;  ///< otherwise there is one camera, and its T_cb is I
-  const CameraInput* cameras;
-  double fx, fy, bf;   ///< of the pinhole
+  CameraInput camera;      ///< if it is alone
+  const CameraInput* rig;  ///< rig_size cameras; nullptr: one camera alone, whose T_cb is I
+  std::size_t rig_size;
   const double* T_cw;  ///< 3 x 4 row-major, world to body
   double map_sigma;
   double depth_sigma;
@@ -51,8 +64,15 @@ struct BlockInput {
   const unsigned char* usable;      ///< nonzero each by default
   const double* map_covariances;    ///< 3 x 3 each; map_sigma^2 I by default
   const double* jacobians;          ///< d (u, v) / d p_c, 2 x 3 each; the camera's by default
-  const unsigned char* camera_ids;  ///< which of `cameras`; the first by default
+  const unsigned char* camera_ids;  ///< which of `rig`; the first by default
 };
+
+/// Whether blocks are made by the rows of J. A pinhole alone without the caller's Jacobians, and by the map's bias any
+/// camera alone, go along the ray: at half the cost, and with bits that are recorded.
+inline bool is_by_jacobian(const BlockInput& input) {
+  const bool is_seen_by_model = input.jacobians != nullptr || input.camera.model != CameraModel::pinhole;
+  return input.rig != nullptr || (is_seen_by_model && !is_by_map_bias(input.weighting));
+}
 
 struct BlockOutput {
   /// Of the valid matches only, in their order: entry (row, column) of the j-th goes to planes[(6 * row + column) *
@@ -68,12 +88,7 @@ struct BlockOutput {
   int rows;            ///< of the valid block with most rows, 0 if none is valid
   bool is_factored;    ///< whether the blocks are A [ I | -[p]x ] with an upper triangular A
   std::size_t stored;  ///< valid ones
-  std::size_t unusable;
-  std::size_t behind_camera;
-  std::size_t too_near;
-  std::size_t singular_rays;
-  std::size_t invalid_covariances;
-  std::size_t invalid_jacobians;
+  std::size_t invalid[invalid_match_count];
   double column_max[6];  ///< largest |entry| written, by column
 
   /// If they are factored, p, rounded to float32, goes to the 3 planes after the 18 of entries, and this is column_max

@@ -17,19 +17,6 @@ inline bool all_surely_held(const Doubles (&h)[Rows][dimension]) {
 }
 
 template <int Rows>
-inline Mask are_held(const Doubles (&h)[Rows][dimension]) {
-  Mask held(true);
-  for (const auto& row : h) {
-    for (const Doubles& entry : row) {
-      const Doubles::register_type exact = entry;
-      const Narrow rounded = __builtin_convertvector(exact, Narrow);
-      held = held & is_finite(Doubles(__builtin_convertvector(rounded, Doubles::register_type)));
-    }
-  }
-  return held;
-}
-
-template <int Rows>
 inline void store(const Doubles (&h)[Rows][dimension], float* entries, std::size_t stride) {
   for (int row = 0; row < Rows; ++row) {
     for (int column = 0; column < dimension; ++column) {
@@ -48,44 +35,41 @@ inline void store_point(const Point& p, float* to, std::size_t stride) {
 template <BlockWeighting weighting, ThirdRow third>
 struct BlockPack {
   static constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
-  static constexpr int rows = third == ThirdRow::none && !is_world ? 2 : 3;
+  static constexpr int rows = is_world ? 3 : rows_with(third);
   static constexpr bool is_factored = rows == 3 && !is_world;
 
-  Point p;
-  Mask has_third = Mask(third != ThirdRow::none);
+  Point p;  // in the frame of the camera or body
+  Mask has_third;
   Mask valid = Mask(true);
-  Mask is_singular = Mask(false);
   Doubles h[rows][dimension];
 };
 
-// Of matches [i, i + double_lanes); of a SeenBatch p is in the body's frame.
-template <BlockWeighting weighting, ThirdRow third, class AnyBatch>
-[[gnu::always_inline]] inline void build_pack(const BlockInput& input, const AnyBatch& batch, std::size_t i,
+// Of matches [i, i + double_lanes).
+template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
+[[gnu::always_inline]] inline void build_pack(const BlockInput& input, const Batch& batch, std::size_t i,
                                               BlockPack<weighting, third>& pack) {
-  constexpr bool is_general = std::is_same<AnyBatch, SeenBatch>::value;
-  using Pack = BlockPack<weighting, third>;
-  pack.p = load_point(batch, i);
-  if (third != ThirdRow::none && input.has_third != nullptr) pack.has_third = load(batch.has_third, i) > Doubles(0.0);
-  if constexpr (Pack::is_world) {
-    Point ray = pack.p;
-    if constexpr (is_general) ray = {load(batch.ray[0], i), load(batch.ray[1], i), load(batch.ray[2], i)};
-    pack.is_singular = map_bias_world_block<third>(input.T_cw, ray, pack.p, pack.has_third, pack.h);
-    pack.valid = !pack.is_singular;
+  const Point p = load_point(batch, value::point, i);
+  const Mask has_third = third_of<third>(input, batch, i);
+  pack.p = p;
+  pack.has_third = has_third;
+  if constexpr (pack.is_world) {
+    const Point ray = load_point(batch, by_jacobian ? value::ray : value::point, i);
+    pack.valid = map_bias_world_block<third>(input.T_cw, ray, p, has_third, pack.h);
   } else {
-    Factor<Pack::rows> factor;
-    if constexpr (is_general) {
-      pack.valid = seen_factor<weighting, third>(input, batch, i, pack.has_third, factor);
+    Factor<rows_with(third)> factor;
+    if constexpr (by_jacobian) {
+      pack.valid = factor_by_jacobian<weighting, third>(input, batch, i, has_third, factor);
     } else if constexpr (weighting == BlockWeighting::map_bias) {
-      factor = map_bias_factor<third, Pack::rows>(pack.p, pack.has_third);
+      factor = map_bias_factor<third>(p, has_third);
     } else if constexpr (weighting == BlockWeighting::measurement) {
-      pack.valid = measurement_factor<third>(input, batch, i, pack.p, pack.has_third, factor);
+      pack.valid = measurement_factor<third>(input, batch, i, p, has_third, factor);
     } else {
-      pack.valid = whitened_factor<third>(input, batch, i, pack.p, pack.has_third, factor);
+      pack.valid = whitened_factor<third>(input, batch, i, p, has_third, factor);
     }
-    multiply_by_point_jacobian(factor, pack.p, pack.h);
+    multiply_by_point_jacobian(factor, p, pack.h);
   }
   if (input.weights == nullptr) return;
-  const Doubles root_weight = xsimd::sqrt(load(batch.weight, i));
+  const Doubles root_weight = xsimd::sqrt(load(batch, value::weight, i));
   for (auto& row : pack.h) {
     for (Doubles& entry : row) entry *= root_weight;
   }
@@ -114,22 +98,26 @@ template <BlockWeighting weighting, ThirdRow third>
 [[gnu::always_inline]] inline void append_lanes(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
                                                 std::size_t used, bool& has_three_rows, BlockOutput& output) {
   constexpr std::size_t entries = std::size_t{BlockPack<weighting, third>::rows} * dimension;
+  constexpr auto reason = pack.is_world ? maxlogdet::simd::singular_ray : maxlogdet::simd::invalid_covariance;
   float* const planes = output.planes + output.stored;
   std::uint32_t* const indices = output.indices + output.stored;
   float copy[entries * double_lanes];
   float point[3 * double_lanes];
   store(pack.h, copy, double_lanes);
   store_point(pack.p, point, double_lanes);
-  const std::uint32_t valid_lanes = lanes_of(pack.valid & are_held(pack.h));
+  const std::uint32_t valid_lanes = lanes_of(pack.valid);
   const std::uint32_t three_row_lanes = lanes_of(pack.has_third);
-  const std::uint32_t singular_lanes = lanes_of(pack.is_singular);
-  const std::uint32_t unsound_lanes = pack.is_world ? 0U : lanes_of(!pack.valid);
   std::size_t kept = 0;
   for (std::size_t lane = 0; lane < used; ++lane) {
-    output.singular_rays += singular_lanes >> lane & 1U;
-    output.invalid_covariances += unsound_lanes >> lane & 1U;
-    if ((valid_lanes >> lane & 1U) == 0) continue;
-    for (std::size_t e = 0; e < entries; ++e) planes[e * output.stride + kept] = copy[e * double_lanes + lane];
+    const bool is_valid = (valid_lanes >> lane & 1U) != 0;
+    output.invalid[reason] += is_valid ? 0 : 1;
+    bool is_held = true;
+    for (std::size_t e = 0; e < entries; ++e) {
+      const float entry = copy[e * double_lanes + lane];
+      planes[e * output.stride + kept] = entry;
+      is_held = is_held && is_finite(static_cast<double>(entry));
+    }
+    if (!is_valid || !is_held) continue;
     for (std::size_t d = 0; pack.is_factored && d < 3; ++d) {
       planes[(point_plane + d) * output.stride + kept] = point[d * double_lanes + lane];
     }
@@ -138,12 +126,6 @@ template <BlockWeighting weighting, ThirdRow third>
     has_three_rows = has_three_rows || (three_row_lanes >> lane & 1U) != 0;
   }
   output.stored += kept;
-}
-
-inline void clear(BlockOutput& output, std::size_t size) {
-  output.stored = output.unusable = output.behind_camera = output.too_near = output.singular_rays = 0;
-  output.invalid_covariances = output.invalid_jacobians = 0;
-  std::memset(output.validity, 0, size);
 }
 
 inline void summarise(std::size_t rows, bool has_three_rows, bool is_factored, BlockOutput& output) {
@@ -161,29 +143,28 @@ inline void summarise(std::size_t rows, bool has_three_rows, bool is_factored, B
   output.is_factored = is_factored && factored_max({output.planes, output.stride}, output.stored, output.factored_max);
 }
 
-template <BlockWeighting weighting, ThirdRow third, bool is_general>
+template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
 void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   using Pack = BlockPack<weighting, third>;
   double pose[12];  // copies, so that no store can change them
   for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
   BlockInput input = given;
   input.T_cw = pose;
-  std::conditional_t<is_general, SeenBatch, Batch> batch;
+  Batch batch;
   bool has_three_rows = Pack::is_world;
-  clear(output, input.size);
+  output.stored = 0;
+  for (std::size_t& count : output.invalid) count = 0;
+  std::memset(output.validity, 0, input.size);
   for (std::size_t next = 0; next < input.size;) {
     next = list_usable(input, next, batch, output);
     if (batch.count == 0) break;
-    fill<weighting, third>(input, batch);
-    if constexpr (is_general) {
-      linearise_and_filter<weighting, third>(input, batch, output);
-    } else {
-      transform_and_filter(input, batch, output);
-    }
+    fill<weighting, third, by_jacobian>(input, batch);
+    if constexpr (by_jacobian) linearise<weighting, third>(input, batch);
+    filter<by_jacobian>(input, batch, output);
     for (std::size_t i = 0; i < batch.count; i += double_lanes) {
       const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
       Pack pack;
-      build_pack(input, batch, i, pack);
+      build_pack<weighting, third, by_jacobian>(input, batch, i, pack);
       if (used == double_lanes && xsimd::all(pack.valid) && all_surely_held(pack.h)) {
         append_pack(pack, batch.number + i, has_three_rows, output);
       } else {
@@ -194,33 +175,31 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   summarise(Pack::rows, has_three_rows, Pack::is_factored, output);
 }
 
-template <BlockWeighting weighting, bool is_general>
+template <BlockWeighting weighting, bool by_jacobian>
 void build_blocks_weighted(const BlockInput& input, BlockOutput& output) {
-  // Both weightings by the map's bias ask only whether a match has a third measurement.
-  constexpr bool is_map_bias = weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
-  constexpr ThirdRow depth = is_map_bias ? ThirdRow::stereo : ThirdRow::depth;
+  // By the map's bias a block asks only whether a match has a third measurement.
+  constexpr ThirdRow depth = is_by_map_bias(weighting) ? ThirdRow::stereo : ThirdRow::depth;
   switch (input.third) {
-    case ThirdRow::none: return build_blocks_of<weighting, ThirdRow::none, is_general>(input, output);
-    case ThirdRow::stereo: return build_blocks_of<weighting, ThirdRow::stereo, is_general>(input, output);
-    case ThirdRow::depth: return build_blocks_of<weighting, depth, is_general>(input, output);
+    case ThirdRow::none: return build_blocks_of<weighting, ThirdRow::none, by_jacobian>(input, output);
+    case ThirdRow::stereo: return build_blocks_of<weighting, ThirdRow::stereo, by_jacobian>(input, output);
+    case ThirdRow::depth: return build_blocks_of<weighting, depth, by_jacobian>(input, output);
   }
 }
 
-template <bool is_general>
-void build_blocks_of_cameras(const BlockInput& input, BlockOutput& output) {
-  switch (input.weighting) {
-    case BlockWeighting::map_bias: return build_blocks_weighted<BlockWeighting::map_bias, is_general>(input, output);
-    case BlockWeighting::map_bias_world:
-      return build_blocks_weighted<BlockWeighting::map_bias_world, is_general>(input, output);
-    case BlockWeighting::measurement:
-      return build_blocks_weighted<BlockWeighting::measurement, is_general>(input, output);
-    case BlockWeighting::measurement_and_map:
-      return build_blocks_weighted<BlockWeighting::measurement_and_map, is_general>(input, output);
-  }
+template <BlockWeighting weighting>
+void build_blocks_weighted(const BlockInput& input, BlockOutput& output) {
+  is_by_jacobian(input) ? build_blocks_weighted<weighting, true>(input, output)
+                        : build_blocks_weighted<weighting, false>(input, output);
 }
 
 void build_blocks(const BlockInput& input, BlockOutput& output) {
-  input.is_general ? build_blocks_of_cameras<true>(input, output) : build_blocks_of_cameras<false>(input, output);
+  using Weighting = BlockWeighting;
+  switch (input.weighting) {
+    case Weighting::map_bias: return build_blocks_weighted<Weighting::map_bias>(input, output);
+    case Weighting::map_bias_world: return build_blocks_weighted<Weighting::map_bias_world>(input, output);
+    case Weighting::measurement: return build_blocks_weighted<Weighting::measurement>(input, output);
+    case Weighting::measurement_and_map: return build_blocks_weighted<Weighting::measurement_and_map>(input, output);
+  }
 }
 
 }  // namespace

@@ -3,9 +3,10 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage or is inlined: a weak symbol
 // would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
-#include "simd/cameras/models.hpp"
 #include "simd/counter_random.hpp"
+#include "simd/jacobian.hpp"
 #include "simd/kernel.hpp"
+#include "simd/triangle.hpp"
 #include "simd/whitening.hpp"
 #include "simd/xsimd_compat.hpp"
 
@@ -61,15 +62,15 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/matches.inl"
 
 // These use the ones above.
-#include "simd/block_factors.inl"
-#include "simd/cameras.inl"
 #include "simd/draws.inl"
 #include "simd/exact_gains.inl"
 #include "simd/factor_updates.inl"
+#include "simd/factors_along_ray.inl"
+#include "simd/factors_by_jacobian.inl"
 #include "simd/gain_bounds.inl"
 #include "simd/gather.inl"
+#include "simd/jacobians.inl"
 #include "simd/losses.inl"
-#include "simd/seen_factors.inl"
 #include "simd/sums.inl"
 #include "simd/traces.inl"
 

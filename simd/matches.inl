@@ -1,43 +1,61 @@
 // SPDX-License-Identifier: MIT
-// Matches as packs, one per lane: their input, and their points in the camera frame. From here to blocks (cameras.inl,
-// seen_factors.inl, block_factors.inl, blocks.inl) everything is float64 by + - * / and sqrt in one fixed order: the
-// same bits on every instruction set.
+// Matches as packs, one per lane: their input, and their points in the camera frame. From here to blocks
+// (jacobians.inl, factors_by_jacobian.inl, factors_along_ray.inl, blocks.inl) everything is float64 by + - * / and sqrt
+// in one fixed order: the same bits on every instruction set.
 
 namespace {
 
 using maxlogdet::simd::BlockInput;
 using maxlogdet::simd::BlockOutput;
 using maxlogdet::simd::BlockWeighting;
+using maxlogdet::simd::is_by_map_bias;
 using maxlogdet::simd::is_finite;
 using maxlogdet::simd::is_positive;
 using maxlogdet::simd::negated;
-using maxlogdet::simd::root_half;
 using maxlogdet::simd::ThirdRow;
-using maxlogdet::simd::upper_triangle;
 using Mask = xsimd::batch_bool<double>;
+using Point = maxlogdet::simd::PointOf<Doubles>;
 
-constexpr double largest_double = 1.7976931348623157e308;
+// What is known of a match, a double each. Only blocks by the rows of J have what is from `camera` on.
+namespace value {
+constexpr std::size_t point = 0;  // 3, in the world, then in the camera's or body's frame
+constexpr std::size_t sigma = 3;
+constexpr std::size_t weight = 4;
+constexpr std::size_t has_third = 5;
+constexpr std::size_t map_covariance = 6;  // 6, the upper triangle, by rows
+constexpr std::size_t camera = 12;         // its number
+constexpr std::size_t refusal = 13;        // why there is no J
+constexpr std::size_t jacobian = 14;       // 9; first the caller's by p_c, 2 x 3, then J by p_b, 3 x 3
+constexpr std::size_t ray = 23;            // 3, from the camera to the point, in the body's axes, for map_bias_world
+constexpr std::size_t count = 26;
+}  // namespace value
 
-// The input of some matches, an array per value, so that packs load whole vectors, and filled well before: a vector
-// load right after the scalar stores it reads from would stall. The last match is repeated up to a whole pack, which
-// changes no maximum.
+// Some matches, an array per value, so that packs load whole vectors, and filled well before: a vector load right after
+// the scalar stores it reads from would stall. The last match is repeated up to a whole pack, which changes no maximum.
 constexpr std::size_t batch_size = 64;
 static_assert(batch_size % double_lanes == 0, "a batch holds whole packs");
 
 struct Batch {
   std::size_t count;
-  std::uint32_t number[batch_size];         // of the match
-  alignas(64) double point[3][batch_size];  // in the world, then in the camera frame
-  alignas(64) double sigma[batch_size];
-  alignas(64) double weight[batch_size];
-  alignas(64) double has_third[batch_size];
-  alignas(64) double map_covariance[6][batch_size];  // upper triangle, by rows
+  std::uint32_t number[batch_size];  // of the match
+  alignas(64) double values[value::count][batch_size];
 };
 
-inline Doubles load(const double (&values)[batch_size], std::size_t i) { return Doubles::load_aligned(values + i); }
+inline Doubles load(const Batch& batch, std::size_t value, std::size_t i) {
+  return Doubles::load_aligned(batch.values[value] + i);
+}
 
-inline void repeat_last(double (&values)[batch_size], std::size_t count) {
-  for (std::size_t i = count; i % double_lanes != 0; ++i) values[i] = values[count - 1];
+inline void store(const Doubles& pack, std::size_t value, std::size_t i, Batch& batch) {
+  pack.store_aligned(batch.values[value] + i);
+}
+
+inline Point load_point(const Batch& batch, std::size_t value, std::size_t i) {
+  return {load(batch, value, i), load(batch, value + 1, i), load(batch, value + 2, i)};
+}
+
+inline void repeat_last(Batch& batch, std::size_t value) {
+  double* const values = batch.values[value];
+  for (std::size_t i = batch.count; i % double_lanes != 0; ++i) values[i] = values[batch.count - 1];
 }
 
 // Lists usable matches from `next` on until the batch is full; returns the first one not looked at.
@@ -54,15 +72,19 @@ inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch&
     batch.number[batch.count] = static_cast<std::uint32_t>(next);
     batch.count += input.usable[next] != 0 ? 1 : 0;
   }
-  output.unusable += next - first - batch.count;
+  output.invalid[maxlogdet::simd::unusable] += next - first - batch.count;
   return next;
 }
 
-template <std::size_t entries, class T>
-inline void fill(double (&values)[batch_size], const T* source, std::size_t entry, const Batch& batch) {
-  for (std::size_t i = 0; i < batch.count; ++i)
-    values[i] = static_cast<double>(source[entries * batch.number[i] + entry]);
-  repeat_last(values, batch.count);
+// Reads the `entries` of each match, which has `stride` of them in `source`; no-op without a source.
+template <std::size_t stride, std::size_t n, class T>
+inline void fill(Batch& batch, std::size_t value, const T* source, const std::size_t (&entries)[n]) {
+  if (source == nullptr) return;
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    const T* const from = source + stride * batch.number[i];
+    for (std::size_t e = 0; e < n; ++e) batch.values[value + e][i] = static_cast<double>(from[entries[e]]);
+  }
+  for (std::size_t e = 0; e < n; ++e) repeat_last(batch, value + e);
 }
 
 template <class Scalar>
@@ -70,30 +92,38 @@ inline void fill_points(const BlockInput& input, Batch& batch) {
   for (std::size_t i = 0; i < batch.count; ++i) {
     Scalar point[3];
     std::memcpy(point, input.points + input.point_stride * batch.number[i], sizeof point);
-    for (std::size_t d = 0; d < 3; ++d) batch.point[d][i] = static_cast<double>(point[d]);
+    for (std::size_t d = 0; d < 3; ++d) batch.values[value::point + d][i] = static_cast<double>(point[d]);
   }
-  for (auto& coordinate : batch.point) repeat_last(coordinate, batch.count);
+  for (std::size_t d = 0; d < 3; ++d) repeat_last(batch, value::point + d);
 }
 
-template <BlockWeighting weighting, ThirdRow third>
+template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
 inline void fill(const BlockInput& input, Batch& batch) {
   input.are_points_float ? fill_points<float>(input, batch) : fill_points<double>(input, batch);
-  if (input.sigmas != nullptr) fill<1>(batch.sigma, input.sigmas, 0, batch);
-  if (input.weights != nullptr) fill<1>(batch.weight, input.weights, 0, batch);
-  if (third != ThirdRow::none && input.has_third != nullptr) fill<1>(batch.has_third, input.has_third, 0, batch);
-  if (weighting == BlockWeighting::measurement_and_map && input.map_covariances != nullptr) {
-    for (std::size_t i = 0; i < batch.count; ++i) {
-      const double* const covariance = input.map_covariances + std::size_t{9} * batch.number[i];
-      for (std::size_t e = 0; e < 6; ++e) batch.map_covariance[e][i] = covariance[upper_triangle[e]];
-    }
-    for (auto& entry : batch.map_covariance) repeat_last(entry, batch.count);
+  fill<1>(batch, value::sigma, input.sigmas, {0});
+  fill<1>(batch, value::weight, input.weights, {0});
+  if (third != ThirdRow::none) fill<1>(batch, value::has_third, input.has_third, {0});
+  if (weighting == BlockWeighting::measurement_and_map) {
+    fill<9>(batch, value::map_covariance, input.map_covariances, maxlogdet::simd::upper_triangle);
   }
+  if (!by_jacobian) return;
+  fill<1>(batch, value::camera, input.camera_ids, {0});
+  if (!is_by_map_bias(weighting)) fill<6>(batch, value::jacobian, input.jacobians, {0, 1, 2, 3, 4, 5});
 }
 
-using Point = maxlogdet::simd::PointOf<Doubles>;
+// Which matches of a pack have a third measurement.
+template <ThirdRow third>
+inline Mask third_of(const BlockInput& input, const Batch& batch, std::size_t i) {
+  if (third == ThirdRow::none || input.has_third == nullptr) return Mask(third != ThirdRow::none);
+  return load(batch, value::has_third, i) > Doubles(0.0);
+}
 
-inline Point load_point(const Batch& batch, std::size_t i) {
-  return {load(batch.point[0], i), load(batch.point[1], i), load(batch.point[2], i)};
+[[gnu::always_inline]] inline maxlogdet::simd::NoiseOf<Doubles> noise_of(const BlockInput& input, const Batch& batch,
+                                                                         std::size_t i, const Mask& has_third) {
+  const Doubles sigma = input.sigmas == nullptr ? Doubles(1.0) : load(batch, value::sigma, i);
+  return maxlogdet::simd::noise_of(input, sigma, has_third, [&](int e) {
+    return load(batch, value::map_covariance + static_cast<std::size_t>(e), i);
+  });
 }
 
 [[gnu::always_inline]] inline Point transform(const double* T_cw, const Point& world) {
@@ -105,6 +135,28 @@ inline Point load_point(const Batch& batch, std::size_t i) {
   return {p[0], p[1], p[2]};
 }
 
+// Transforms points of a pack from the world to the frame of the camera or body.
+[[gnu::always_inline]] inline Point transform(const BlockInput& input, Batch& batch, std::size_t i) {
+  const Point p = transform(input.T_cw, load_point(batch, value::point, i));
+  store(p.x, value::point, i, batch);
+  store(p.y, value::point + 1, i, batch);
+  store(p.z, value::point + 2, i, batch);
+  return p;
+}
+
+// Why matches have no J: an InvalidMatch, or one of these.
+constexpr double is_accepted = -1;
+constexpr double is_not_finite = -2;
+
+inline void refuse(const Mask& where, double reason, Doubles& refusal) {
+  refusal = xsimd::select(where, Doubles(reason), refusal);
+}
+
+inline void refuse_near(const BlockInput& input, const Doubles& depth, const Mask& is_behind, Doubles& refusal) {
+  refuse(depth < Doubles(input.min_depth), maxlogdet::simd::too_near, refusal);
+  refuse(is_behind, maxlogdet::simd::behind_camera, refusal);
+}
+
 inline std::uint32_t lanes_of(const Mask& mask) {
   alignas(sizeof(Doubles)) double ones[double_lanes];
   xsimd::select(mask, Doubles(1.0), Doubles(0.0)).store_aligned(ones);
@@ -113,50 +165,53 @@ inline std::uint32_t lanes_of(const Mask& mask) {
   return lanes;
 }
 
-template <std::size_t size>
-inline void keep(double (&values)[size], const std::uint32_t* kept, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = values[kept[i]];
-  if (count > 0) repeat_last(values, count);
-}
-
-inline void keep_matches(Batch& batch, const std::uint32_t* kept, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) batch.number[i] = batch.number[kept[i]];
-  for (auto& coordinate : batch.point) keep(coordinate, kept, count);
-  keep(batch.sigma, kept, count);
-  keep(batch.weight, kept, count);
-  keep(batch.has_third, kept, count);
-  for (auto& entry : batch.map_covariance) keep(entry, kept, count);
+inline void keep(Batch& batch, std::size_t values, const std::uint32_t* kept, std::size_t count) {
+  std::size_t first = 0;  // before it, all stay in their place
+  while (first < count && kept[first] == first) ++first;
   batch.count = count;
+  for (std::size_t i = first; i < count; ++i) batch.number[i] = batch.number[kept[i]];
+  for (std::size_t value = 0; value < values; ++value) {
+    for (std::size_t i = first; i < count; ++i) batch.values[value][i] = batch.values[value][kept[i]];
+    if (count > 0) repeat_last(batch, value);
+  }
 }
 
-// Transforms points to the camera frame, and removes from the batch matches that have no Jacobian there, or no weight.
-[[gnu::always_inline]] inline void transform_and_filter(const BlockInput& input, Batch& batch, BlockOutput& output) {
+// Removes from the batch matches that have no J, or no weight. A pinhole's points are transformed here: they need no
+// look of their own.
+template <bool by_jacobian>
+[[gnu::always_inline]] inline void filter(const BlockInput& input, Batch& batch, BlockOutput& output) {
   std::uint32_t kept[batch_size];
   std::size_t count = 0;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {
     const std::size_t used = batch.count - i < double_lanes ? batch.count - i : double_lanes;
-    const Point p = transform(input.T_cw, load_point(batch, i));
-    p.x.store_aligned(batch.point[0] + i);
-    p.y.store_aligned(batch.point[1] + i);
-    p.z.store_aligned(batch.point[2] + i);
-    Mask valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
-    if (input.sigmas != nullptr) valid = valid & is_positive(load(batch.sigma, i));
-    if (input.weights != nullptr) valid = valid & (load(batch.weight, i) >= Doubles(0.0));
+    Mask valid(true);
+    Point p;
+    if constexpr (by_jacobian) {
+      valid = load(batch, value::refusal, i) == Doubles(is_accepted);
+    } else {
+      p = transform(input, batch, i);
+      valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
+    }
+    if (input.sigmas != nullptr) valid = valid & is_positive(load(batch, value::sigma, i));
+    if (input.weights != nullptr) valid = valid & (load(batch, value::weight, i) >= Doubles(0.0));
     if (xsimd::all(valid)) {
       for (std::size_t lane = 0; lane < used; ++lane) kept[count++] = static_cast<std::uint32_t>(i + lane);
       continue;
     }
+    if constexpr (!by_jacobian) {
+      Doubles refusal(is_accepted);
+      refuse_near(input, p.z, p.z <= Doubles(0.0), refusal);
+      store(refusal, value::refusal, i, batch);
+    }
     const std::uint32_t valid_lanes = lanes_of(valid);
-    const std::uint32_t behind = lanes_of(p.z <= Doubles(0.0));
-    const std::uint32_t too_near = lanes_of((p.z > Doubles(0.0)) & (p.z < Doubles(input.min_depth)));
     for (std::uint32_t lane = 0; lane < used; ++lane) {
       kept[count] = static_cast<std::uint32_t>(i) + lane;
       count += valid_lanes >> lane & 1U;
-      output.behind_camera += behind >> lane & 1U;
-      output.too_near += too_near >> lane & 1U;
+      const double reason = batch.values[value::refusal][i + lane];
+      if (reason >= 0) ++output.invalid[static_cast<std::size_t>(reason)];
     }
   }
-  if (count < batch.count) keep_matches(batch, kept, count);
+  if (count < batch.count) keep(batch, by_jacobian ? value::count : value::camera, kept, count);
 }
 
 }  // namespace

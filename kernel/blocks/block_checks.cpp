@@ -3,6 +3,7 @@
 
 #include "kernel/blocks/camera_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet {
@@ -14,11 +15,13 @@ bool is_positive(double value) noexcept { return value > 0 && std::isfinite(valu
 
 }  // namespace
 
+bool all_finite(const double* values, std::size_t count) noexcept {
+  return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
+}
+
 bool is_rigid(const RigidTransform& transform) noexcept {
   const double* const T_cw = transform.data();
-  for (int i = 0; i < 12; ++i) {
-    if (!std::isfinite(T_cw[i])) return false;
-  }
+  if (!all_finite(T_cw, 12)) return false;
   double r[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) r[i][j] = T_cw[4 * i + j];

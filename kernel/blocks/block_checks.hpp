@@ -10,6 +10,8 @@
 // The argument checks that append_blocks and match_information share.
 namespace maxlogdet {
 
+bool all_finite(const double* values, std::size_t count) noexcept;
+
 /// Whether all entries are finite, R R^T = I within 1e-3, and det R > 0.
 bool is_rigid(const RigidTransform& transform) noexcept;
 

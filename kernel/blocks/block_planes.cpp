@@ -23,20 +23,17 @@ std::size_t next_capacity(std::size_t needed, std::size_t capacity) noexcept {
   return std::max({needed, std::min(2 * capacity, max_capacity), std::size_t{64}});
 }
 
+void raise(double (&maxima)[state_dimension], const double (&others)[state_dimension]) noexcept {
+  for (int column = 0; column < state_dimension; ++column) maxima[column] = std::max(maxima[column], others[column]);
+}
+
 // Adds the counts and maxima of a part to those of all.
 void add_report(const simd::BlockOutput& part, simd::BlockOutput& all) noexcept {
   all.rows = std::max(all.rows, part.rows);
   all.stored += part.stored;
-  all.unusable += part.unusable;
-  all.behind_camera += part.behind_camera;
-  all.too_near += part.too_near;
-  all.singular_rays += part.singular_rays;
-  all.invalid_covariances += part.invalid_covariances;
-  all.invalid_jacobians += part.invalid_jacobians;
-  for (int column = 0; column < state_dimension; ++column) {
-    all.column_max[column] = std::max(all.column_max[column], part.column_max[column]);
-    all.factored_max[column] = std::max(all.factored_max[column], part.factored_max[column]);
-  }
+  for (int reason = 0; reason < simd::invalid_match_count; ++reason) all.invalid[reason] += part.invalid[reason];
+  raise(all.column_max, part.column_max);
+  raise(all.factored_max, part.factored_max);
   all.is_factored = all.is_factored && part.is_factored;
 }
 
@@ -213,10 +210,8 @@ simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::
   }
   planes_.size_ += input.size;
   planes_.invalid_count_ += input.size - output.stored;
-  for (int column = 0; column < state_dimension; ++column) {
-    planes_.column_max_[column] = std::max(planes_.column_max_[column], output.column_max[column]);
-    planes_.factored_max_[column] = std::max(planes_.factored_max_[column], output.factored_max[column]);
-  }
+  raise(planes_.column_max_, output.column_max);
+  raise(planes_.factored_max_, output.factored_max);
   planes_.are_factored_ = planes_.are_factored_ && (output.is_factored || output.stored == 0);
   return output;
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/camera.hpp>
 
+#include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/camera_checks.hpp"
-#include "kernel/blocks/camera_input.hpp"
-#include "simd/cameras/models.hpp"
+#include "simd/jacobian.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -30,13 +31,8 @@ MAXLOGDET_CAMERA_MODELS(MAXLOGDET_ASSERT)
 Camera distorted(CameraModel model, const PinholeCamera& pinhole, const double (&parameters)[max_parameters]) noexcept {
   Camera camera(pinhole);
   camera.model = model;
-  for (std::size_t i = 0; i < max_parameters; ++i) camera.parameters[i] = parameters[i];
+  std::copy_n(parameters, max_parameters, camera.parameters);
   return camera;
-}
-
-simd::Lens lens_of(const Camera& camera) noexcept {
-  const double* const k = camera.parameters;
-  return {k, simd::with_model(camera.model, [k](auto model) { return decltype(model)::prepare(k); })};
 }
 
 }  // namespace
@@ -68,23 +64,20 @@ bool has_valid_parameters(const Camera& camera) noexcept {
   const double* const k = camera.parameters;
   if (!(pinhole.fx > 0 && std::isfinite(pinhole.fx) && pinhole.fy > 0 && std::isfinite(pinhole.fy))) return false;
   if (!std::isfinite(pinhole.cx) || !std::isfinite(pinhole.cy)) return false;
-  for (std::size_t i = 0; i < parameter_count(camera.model); ++i) {
-    if (!std::isfinite(k[i])) return false;
-  }
+  if (!all_finite(k, parameter_count(camera.model))) return false;
   return simd::with_model(camera.model, [k](auto model) { return decltype(model)::are_valid(k); });
 }
 
 simd::CameraInput camera_input(const RigCamera& rig_camera) noexcept {
   const Camera& camera = rig_camera.camera;
-  simd::CameraInput input{};
-  input.model = camera.model;
-  input.is_depth_along_z = simd::with_model(camera.model, [](auto model) { return decltype(model)::is_depth_along_z; });
-  input.fx = camera.pinhole.fx;
-  input.fy = camera.pinhole.fy;
-  input.bf = camera.pinhole.bf;
-  input.lens = lens_of(camera);
-  input.T_cb = rig_camera.T_cb.data();
-  return input;
+  const double* const k = camera.parameters;
+  return simd::with_model(camera.model, [&](auto model) {
+    using Model = decltype(model);
+    const PinholeCamera& pinhole = camera.pinhole;
+    const simd::Lens lens{k, Model::prepare(k)};
+    return simd::CameraInput{camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.bf,
+                             lens,         rig_camera.T_cb.data()};
+  });
 }
 
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
@@ -94,23 +87,25 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
 
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
   if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
-  const simd::Lens lens = lens_of(camera);
+  const RigCamera alone(camera);
+  const simd::CameraInput input = camera_input(alone);
   const simd::PointOf<double> p = {p_c[0], p_c[1], p_c[2]};
-  const simd::Image image = simd::with_model(camera.model, [&](auto model) { return decltype(model)::image(lens, p); });
-  if (!image.derivative.exists) return false;
-  const PinholeCamera& pinhole = camera.pinhole;
-  const double u = pinhole.fx * image.m[0] + pinhole.cx;
-  const double v = pinhole.fy * image.m[1] + pinhole.cy;
-  if (!std::isfinite(p_c[2]) || !std::isfinite(u) || !std::isfinite(v)) return false;
-  uv[0] = u;
-  uv[1] = v;
-  bool is_finite = true;
-  for (std::size_t i = 0; i < 3; ++i) {
-    jacobian[i] = pinhole.fx * image.derivative.x[i];
-    jacobian[3 + i] = pinhole.fy * image.derivative.y[i];
-    is_finite = is_finite && std::isfinite(jacobian[i]) && std::isfinite(jacobian[3 + i]);
-  }
-  return is_finite;
+  double rows[2][3];
+  if (!simd::image_jacobian(input, p, rows)) return false;
+  double m[2];
+  simd::with_model(camera.model, [&](auto model) { decltype(model)::project(input.lens, p, m); });
+  const double written[8] = {camera.pinhole.fx * m[0] + camera.pinhole.cx,
+                             camera.pinhole.fy * m[1] + camera.pinhole.cy,
+                             rows[0][0],
+                             rows[0][1],
+                             rows[0][2],
+                             rows[1][0],
+                             rows[1][1],
+                             rows[1][2]};
+  if (!all_finite(p_c, 3) || !all_finite(written, 8)) return false;
+  std::copy_n(written, 2, uv);
+  std::copy_n(written + 2, 6, jacobian);
+  return true;
 }
 
 const char* to_string(CameraModel model) noexcept {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/blocks.hpp"
+
 #include <maxlogdet/camera.hpp>
 
 #include <cstddef>
@@ -16,5 +18,8 @@ bool is_known(CameraModel model) noexcept;
 /// Whether fx and fy are positive and finite, cx and cy finite, and the model's parameters finite and in their ranges.
 /// The model is known.
 bool has_valid_parameters(const Camera& camera) noexcept;
+
+/// The camera as kernels read it, a view. The model is known.
+simd::CameraInput camera_input(const RigCamera& camera) noexcept;
 
 }  // namespace maxlogdet

@@ -4,7 +4,6 @@
 #include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/block_writer.hpp"
 #include "kernel/blocks/camera_checks.hpp"
-#include "kernel/blocks/camera_input.hpp"
 #include "threading/team.hpp"
 
 #include <cmath>
@@ -66,15 +65,10 @@ Error check(const Cameras& cameras, const RigidTransform& T, const Matches& matc
   return first_error(error, are_rigid ? Error::none : Error::invalid_pose);
 }
 
-simd::BlockInput block_input(const simd::CameraInput* cameras, const RigidTransform& T, const Matches& matches,
-                             const BlockOptions& options) noexcept {
+simd::BlockInput block_input(const RigidTransform& T, const Matches& matches, const BlockOptions& options) noexcept {
   simd::BlockInput input{};
   input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
   input.third = static_cast<simd::ThirdRow>(options.depth_cue);
-  input.cameras = cameras;
-  input.fx = cameras->fx;
-  input.fy = cameras->fy;
-  input.bf = cameras->bf;
   input.T_cw = T.data();
   input.map_sigma = options.map_sigma;
   input.depth_sigma = options.depth_sigma;
@@ -97,21 +91,30 @@ BlockReport report_of(const simd::BlockInput& input, const simd::BlockOutput& ou
   BlockReport report;
   report.appended = input.size;
   report.invalid = input.size - output.stored;
-  report.unusable = output.unusable;
-  report.behind_camera = output.behind_camera;
-  report.too_near = output.too_near;
-  report.singular_rays = output.singular_rays;
-  report.invalid_covariances = output.invalid_covariances;
-  report.invalid_jacobians = output.invalid_jacobians;
+  report.unusable = output.invalid[simd::unusable];
+  report.behind_camera = output.invalid[simd::behind_camera];
+  report.too_near = output.invalid[simd::too_near];
+  report.singular_rays = output.invalid[simd::singular_ray];
+  report.invalid_covariances = output.invalid[simd::invalid_covariance];
+  report.invalid_jacobians = output.invalid[simd::invalid_jacobian];
   return report;
 }
 
-// The arguments have been checked.
-BlockReport append(const simd::BlockInput& input, int threads, BlockStore& blocks, Executor* executor) {
+BlockReport append(const Cameras& cameras, const RigidTransform& T, const Matches& matches, const BlockOptions& options,
+                   BlockStore& blocks, Executor* executor) {
+  BlockReport report;
+  report.error = check(cameras, T, matches, options);
+  if (report.error != Error::none) return report;
+  simd::BlockInput input = block_input(T, matches, options);
+  simd::CameraInput inputs[max_cameras];
+  for (std::size_t i = 0; i < cameras.size; ++i) inputs[i] = camera_input(cameras.all[i]);
+  input.camera = inputs[0];
+  input.rig = cameras.is_rig ? inputs : nullptr;
+  input.rig_size = cameras.size;
   BlockWriter writer(blocks, input.size);
   simd::BlockOutput output{};
   threading::Team team;
-  team.run(executor, threading::workers_for(executor, threads, input.size, crossover),
+  team.run(executor, threading::workers_for(executor, options.threads, input.size, crossover),
            [&] { output = writer.append(input, team); });
   return report_of(input, output);
 }
@@ -120,29 +123,13 @@ BlockReport append(const simd::BlockInput& input, int threads, BlockStore& block
 
 BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor) {
-  RigCamera only;
-  only.camera = camera;
-  BlockReport report;
-  report.error = check({&only, 1, false}, T_cw, matches, options);
-  if (report.error != Error::none) return report;
-  const simd::CameraInput camera_of_kernel = camera_input(only);
-  simd::BlockInput input = block_input(&camera_of_kernel, T_cw, matches, options);
-  const bool is_seen_by_model =
-      options.weighting == Weighting::measurement || options.weighting == Weighting::measurement_and_map;
-  input.is_general = is_seen_by_model && (camera.model != CameraModel::pinhole || matches.jacobians != nullptr);
-  return append(input, options.threads, blocks, executor);
+  const RigCamera only(camera);
+  return append({&only, 1, false}, T_cw, matches, options, blocks, executor);
 }
 
 BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor) {
-  BlockReport report;
-  report.error = check({rig.cameras, rig.size, true}, T_bw, matches, options);
-  if (report.error != Error::none) return report;
-  simd::CameraInput cameras[max_cameras];
-  for (std::size_t i = 0; i < rig.size; ++i) cameras[i] = camera_input(rig.cameras[i]);
-  simd::BlockInput input = block_input(cameras, T_bw, matches, options);
-  input.is_general = input.is_rig = true;
-  return append(input, options.threads, blocks, executor);
+  return append({rig.cameras, rig.size, true}, T_bw, matches, options, blocks, executor);
 }
 
 const char* to_string(Weighting weighting) noexcept {

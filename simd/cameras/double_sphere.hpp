@@ -49,23 +49,13 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
         {inverse - g * p.x * p.x, xy, negated(by_z * p.x)}, {xy, inverse - g * p.y * p.y, negated(by_z * p.y)}, exists};
   }
 
-  // Divides where packs multiply by an inverse, and so differs in last bits.
-  static Image image(const Lens& lens, const PointOf<double>& p) {
-    const double xi = lens.parameters[0];
+  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
     const double alpha = lens.parameters[1];
     const double r_squared = p.x * p.x + p.y * p.y;
-    const double d1 = std::sqrt(r_squared + p.z * p.z);
-    const double k = xi * d1 + p.z;
-    const double d2 = std::sqrt(r_squared + k * k);
-    const double divisor = alpha * d2 + (1 - alpha) * k;
-    const double g = alpha / d2 * (1 + k * xi / d1) + (1 - alpha) * xi / d1;
-    const double h = (xi * p.z / d1 + 1) * (alpha * k / d2 + 1 - alpha);
-    const double x = p.x / divisor;
-    const double y = p.y / divisor;
-    return {{x, y},
-            {{(1 - g * x * p.x) / divisor, -g * x * y, -h * x / divisor},
-             {-g * x * y, (1 - g * y * p.y) / divisor, -h * y / divisor},
-             divisor > 0 && p.z > lens.prepared * d1 && (divisor - g * r_squared) * p.z + h * r_squared > 0}};
+    const double k = lens.parameters[0] * std::sqrt(r_squared + p.z * p.z) + p.z;
+    const double divisor = alpha * std::sqrt(r_squared + k * k) + (1 - alpha) * k;
+    m[0] = p.x / divisor;
+    m[1] = p.y / divisor;
   }
 };
 

@@ -42,24 +42,15 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
             exists};
   }
 
-  // By atan2, and divides where packs multiply by an inverse: differs in last bits.
-  static Image image(const Lens& lens, const PointOf<double>& p) {
+  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
     const double* const k = lens.parameters;
-    const double r_squared = p.x * p.x + p.y * p.y;
-    const double r = std::sqrt(r_squared);
+    const double r = std::sqrt(p.x * p.x + p.y * p.y);
     const double theta = std::atan2(r, p.z);
     const double q = theta * theta;
     const double d = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
-    const double slope = 1 + q * (3 * k[0] + q * (5 * k[1] + q * (7 * k[2] + q * 9 * k[3])));
     const double across = r > 0 ? d / r : 1 / p.z;
-    const double x = r > 0 ? p.x / r : 0;
-    const double y = r > 0 ? p.y / r : 0;
-    const double by_z = slope / (r_squared + p.z * p.z);
-    const double along = by_z * p.z - across;
-    return {{across * p.x, across * p.y},
-            {{across + along * x * x, along * x * y, -by_z * p.x},
-             {along * x * y, across + along * y * y, -by_z * p.y},
-             std::isfinite(r) && slope > 0 && ((r > 0 && d > 0) || p.z > 0)}};
+    m[0] = across * p.x;
+    m[1] = across * p.y;
   }
 };
 

@@ -12,11 +12,11 @@
 //     static constexpr std::size_t parameter_count        of Camera::parameters
 //     static constexpr bool is_depth_along_z              whether min_depth bounds Z, or else |p_c|
 //     static Derivative<Number> derivative(lens, p)       for a double and for a pack of them
-//     static Image image(lens, p)                         for a double: with (m_x, m_y)
+//     static void project(lens, p, m)                     for a double: (m_x, m_y), where there is an image
 //
 // and, unless the defaults suit it, are_valid and prepare. `derivative` takes + - * /, sqrt, abs, select, negated,
 // is_finite and angle_to_axis (angle.hpp) alone, so that blocks are the same bits on every instruction set; `exists` is
-// false where anything overflows. `image` and `prepare`, which runs once per camera, may use the C library. Internal
+// false where anything overflows. `project` and `prepare`, which runs once per camera, may use the C library. Internal
 // linkage: a weak symbol would let the linker run wide code on a narrow machine.
 
 namespace maxlogdet {
@@ -45,11 +45,6 @@ template <class Number>
 struct Derivative {
   Number x[3], y[3];
   ConditionOf<Number> exists;
-};
-
-struct Image {
-  double m[2];
-  Derivative<double> derivative;
 };
 
 using std::abs;

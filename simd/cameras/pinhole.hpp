@@ -21,8 +21,9 @@ struct Model<CameraModel::pinhole> : DefaultModel {
             p.z > zero};
   }
 
-  static Image image(const Lens& lens, const PointOf<double>& p) {
-    return {{p.x / p.z, p.y / p.z}, derivative(lens, p)};
+  static void project(const Lens& /*lens*/, const PointOf<double>& p, double (&m)[2]) {
+    m[0] = p.x / p.z;
+    m[1] = p.y / p.z;
   }
 };
 

@@ -35,23 +35,14 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
             exists};
   }
 
-  // Divides where packs multiply by an inverse, and so differs in last bits.
-  static Image image(const Lens& lens, const PointOf<double>& p) {
+  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
     const double* const k = lens.parameters;
     const double x = p.x / p.z;
     const double y = p.y / p.z;
-    const double inverse = 1 / p.z;
     const double rho = x * x + y * y;
     const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
-    const double slope = 2 * k[0] + rho * (4 * k[1] + rho * 6 * k[4]);
-    const double xx = radial + x * x * slope + 2 * k[2] * y + 6 * k[3] * x;
-    const double xy = x * y * slope + 2 * k[2] * x + 2 * k[3] * y;
-    const double yy = radial + y * y * slope + 6 * k[2] * y + 2 * k[3] * x;
-    return {{x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x),
-             y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y},
-            {{xx * inverse, xy * inverse, -(xx * x + xy * y) * inverse},
-             {xy * inverse, yy * inverse, -(xy * x + yy * y) * inverse},
-             p.z > 0 && xx + yy > 0 && xx * yy - xy * xy > 0}};
+    m[0] = x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x);
+    m[1] = y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y;
   }
 };
 

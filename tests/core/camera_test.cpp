@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Cameras of every model: projections and their Jacobians against the models written down a second time, in long
 // double, and where a model has no image.
-#include "simd/cameras/models.hpp"
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
 
@@ -58,30 +57,6 @@ TEST(Camera, the_jacobian_of_a_projection_is_its_derivative) {
   EXPECT_FALSE(project(Camera(400, 400, 320, 240), behind, uv, jacobian));
   EXPECT_EQ(uv[0], -7);
   for (const double entry : jacobian) EXPECT_EQ(entry, -7);
-}
-
-// Most models have a second formula for packs (simd/cameras).
-TEST(Camera, blocks_and_projections_differentiate_alike) {
-  for (const CameraModel model : camera_models) {
-    for (std::uint64_t variation = 0; variation < 300; ++variation) {
-      Random random(variation);
-      SCOPED_TRACE(random.name() + ", " + to_string(model));
-      const Camera camera = random_camera(random, model);
-      const Eigen::Vector3d p = random_point(random, camera, false).cast<double>();
-      double uv[2], jacobian[6];
-      ASSERT_TRUE(project(camera, p.data(), uv, jacobian));
-      const simd::Derivative<double> derivative = simd::with_model(model, [&](auto known) {
-        const simd::Lens lens{camera.parameters, decltype(known)::prepare(camera.parameters)};
-        return decltype(known)::derivative(lens, simd::PointOf<double>{p.x(), p.y(), p.z()});
-      });
-      EXPECT_TRUE(derivative.exists);
-      const double tolerance = 1e-12 * camera.pinhole.fx / p.norm();
-      for (int d = 0; d < 3; ++d) {
-        EXPECT_NEAR(jacobian[d], camera.pinhole.fx * derivative.x[d], tolerance);
-        EXPECT_NEAR(jacobian[3 + d], camera.pinhole.fy * derivative.y[d], tolerance);
-      }
-    }
-  }
 }
 
 TEST(Camera, has_no_image_of_what_is_behind_or_folded_back) {

@@ -97,44 +97,43 @@ TEST(Jacobian, singular_rays_of_the_world_frame_are_reported) {
   EXPECT_EQ(blocks.size(), 6U) << "appends";
 }
 
-using Pose = Eigen::Matrix<double, 3, 4>;
-
-void expect_status(Error status, const PinholeCamera& camera, const Pose& T_cw, const BlockOptions& options) {
+TEST(Jacobian, invalid_cameras_poses_and_options_append_nothing) {
+  struct Input {
+    PinholeCamera camera{400, 400, 320, 240, 40};
+    Eigen::Matrix<double, 3, 4> T_cw = Eigen::Matrix<double, 3, 4>::Identity();
+    BlockOptions options;
+  };
+  const struct {
+    Error expected;
+    void (*change)(Input&);
+  } cases[] = {{Error::none, [](Input&) {}},
+               {Error::invalid_camera, [](Input& input) { input.camera.fx = 0; }},
+               {Error::invalid_camera, [](Input& input) { input.camera.fy = -1; }},
+               {Error::invalid_camera, [](Input& input) { input.camera.fx = nan; }},
+               {Error::invalid_camera,
+                [](Input& input) {
+                  input.options.depth_cue = DepthCue::stereo;
+                  input.camera.bf = 0;
+                }},
+               {Error::invalid_pose, [](Input& input) { input.T_cw *= 2; }},
+               {Error::invalid_pose, [](Input& input) { input.T_cw *= -1; }},
+               {Error::invalid_pose, [](Input& input) { input.T_cw(1, 3) = nan; }},
+               {Error::invalid_block_options, [](Input& input) { input.options.map_sigma = -1; }},
+               {Error::invalid_block_options, [](Input& input) { input.options.depth_sigma = 0; }},
+               {Error::invalid_block_options, [](Input& input) { input.options.weighting = Weighting(99); }},
+               {Error::invalid_block_options, [](Input& input) { input.options.depth_cue = DepthCue(-1); }}};
   Eigen::Matrix3Xd points(3, 1);
   points << 0, 0, 1;
-  BlockStore blocks;
-  const BlockReport report = append_blocks(camera, T_cw, points, Matches(), options, blocks);
-  EXPECT_EQ(report.error, status) << to_string(report.error);
-  EXPECT_EQ(report.appended, status == Error::none ? 1U : 0U);
-  EXPECT_EQ(blocks.size(), report.appended);
-}
-
-TEST(Jacobian, invalid_cameras_poses_and_options_append_nothing) {
-  const PinholeCamera camera{400, 400, 320, 240, 40};
-  const Pose identity = Pose::Identity();
-  BlockOptions options;
-  expect_status(Error::none, camera, identity, options);
-  expect_status(Error::invalid_camera, {0, 400, 0, 0, 0}, identity, options);
-  expect_status(Error::invalid_camera, {400, -1, 0, 0, 0}, identity, options);
-  expect_status(Error::invalid_camera, {nan, 400, 0, 0, 0}, identity, options);
-  options.depth_cue = DepthCue::stereo;
-  expect_status(Error::invalid_camera, {400, 400, 0, 0, 0}, identity, options);
-  expect_status(Error::invalid_pose, camera, 2 * identity, options);
-  expect_status(Error::invalid_pose, camera, -identity, options);
-  Pose broken = identity;
-  broken(1, 3) = nan;
-  expect_status(Error::invalid_pose, camera, broken, options);
-  options.map_sigma = -1;
-  expect_status(Error::invalid_block_options, camera, identity, options);
-  options.map_sigma = 0.05;
-  options.depth_sigma = 0;
-  expect_status(Error::invalid_block_options, camera, identity, options);
-  options.depth_sigma = 0.05;
-  options.weighting = static_cast<Weighting>(99);
-  expect_status(Error::invalid_block_options, camera, identity, options);
-  options.weighting = Weighting::measurement;
-  options.depth_cue = static_cast<DepthCue>(-1);
-  expect_status(Error::invalid_block_options, camera, identity, options);
+  for (const auto& c : cases) {
+    SCOPED_TRACE(&c - cases);
+    Input input;
+    c.change(input);
+    BlockStore blocks;
+    const BlockReport report = append_blocks(input.camera, input.T_cw, points, Matches(), input.options, blocks);
+    EXPECT_EQ(report.error, c.expected) << to_string(report.error);
+    EXPECT_EQ(report.appended, c.expected == Error::none ? 1U : 0U);
+    EXPECT_EQ(blocks.size(), report.appended);
+  }
 }
 
 TEST(Jacobian, missing_points_and_poses_of_other_sizes_append_nothing) {

@@ -114,25 +114,6 @@ TEST(Jacobian, measurement_is_h_x_over_sigma_after_a_rotation) {
   });
 }
 
-TEST(Jacobian, measurement_and_map_is_whitened_by_both_covariances) {
-  for_many_cases([](Random& random, const PinholeCase& c) {
-    const BlockOptions options = options_of(Weighting::measurement_and_map, c);
-    Input input{random.uniform(0.5, 4), 1, random.chance(0.5), {}};
-    const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
-    input.map_covariance = 0.01 * gram(a.transpose());
-    const WideMatrix map_covariance =
-        input.has_covariance ? WideMatrix(input.map_covariance.cast<long double>())
-                             : WideMatrix(WideMatrix::Identity(3, 3) * (options.map_sigma * options.map_sigma));
-    const WideMatrix h_p = numerical_h_p_world(c);
-    WideMatrix covariance = wide_product(wide_product(h_p, map_covariance), h_p.transpose());
-    covariance += sigmas_of(c, input, options).cwiseAbs2().asDiagonal();
-    const WideMatrix h_x = numerical_h_x(c);
-    const WideMatrix expected = wide_product(wide_product(h_x.transpose(), wide_inverse(covariance)), h_x);
-    const WideMatrix block = stored_block(library_blocks(c, options, input), 0).cast<long double>();
-    expect_near(wide_gram(block), expected);  // whichever way it is whitened
-  });
-}
-
 // Sigma = Sigma_z - s (J_p v) (J_p v)^T with Sigma_p = -s v v^T is positive definite up to s = 1 / (J_p v)^T Sigma_z^-1
 // (J_p v).
 TEST(Jacobian, a_covariance_with_which_sigma_is_not_positive_definite_gives_no_block) {
@@ -177,41 +158,6 @@ TEST(Jacobian, a_weight_multiplies_the_information) {
       expect_near(wide_gram(weighted.cast<long double>()), input.weight * wide_gram(unweighted.cast<long double>()));
     }
   });
-}
-
-TEST(Jacobian, each_match_of_a_batch_gets_its_own_values) {
-  constexpr std::size_t n = 20;
-  Random random;
-  SCOPED_TRACE(random.name());
-  const PinholeCase c = random_case(random, DepthCue::stereo);
-  Eigen::Matrix3Xd points(3, n);
-  std::vector<double> sigmas;
-  std::vector<double> weights;
-  std::vector<double> covariances;
-  std::vector<Input> inputs;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double z = random.uniform(1, 10);
-    points.col(static_cast<Eigen::Index>(i)) =
-        (c.T_cw.inverse() * WideVector3(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z)).cast<double>();
-    const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
-    inputs.push_back({random.uniform(0.5, 4), random.uniform(0, 2), true, 0.01 * gram(a.transpose())});
-    sigmas.push_back(inputs.back().sigma);
-    weights.push_back(inputs.back().weight);
-    covariances.insert(covariances.end(), inputs.back().map_covariance.data(), inputs.back().map_covariance.data() + 9);
-  }
-  Matches matches;
-  matches.sigmas = sigmas.data();
-  matches.weights = weights.data();
-  matches.map_covariances = covariances.data();
-  const BlockOptions options = options_of(Weighting::measurement_and_map, c);
-  BlockStore blocks;
-  append_blocks(c.camera, c.T_cw.matrix(), points, matches, options, blocks);
-  for (std::size_t i = 0; i < n; ++i) {
-    PinholeCase alone = c;
-    alone.p_w = points.col(static_cast<Eigen::Index>(i)).cast<long double>();
-    expect_near(stored_block(blocks, i).cast<long double>(),
-                stored_block(library_blocks(alone, options, inputs[i]), 0).cast<long double>());
-  }
 }
 
 // Left or right perturbation changes log det by a constant, so the selection is the same.

@@ -149,7 +149,8 @@ TEST(MatchInformation, takes_the_upper_triangle_of_the_covariance) {
 
 // A match that has both weights, until something of it is changed.
 struct Case {
-  Camera camera{458, 457, 367, 248, 50};
+  RigCamera camera{Camera(458, 457, 367, 248, 50)};
+  bool is_rig = false;
   RigidTransform T_cw = RigidTransform::identity();
   double p_w[3] = {0.5, 0.2, 5};
   MatchNoise noise;
@@ -166,9 +167,11 @@ void expect(bool is_there, const char* what, const std::function<void(Case&)>& c
   for (const bool is_whitening : {false, true}) {
     double entries[9];
     std::fill_n(entries, 9, -7.0);
-    EXPECT_EQ(is_whitening ? match_whitening(c.camera, c.T_cw, c.p_w, c.noise, entries)
-                           : match_information(c.camera, c.T_cw, c.p_w, c.noise, entries),
-              is_there);
+    const auto write = [&](const auto& camera) {
+      return is_whitening ? match_whitening(camera, c.T_cw, c.p_w, c.noise, entries)
+                          : match_information(camera, c.T_cw, c.p_w, c.noise, entries);
+    };
+    EXPECT_EQ(c.is_rig ? write(c.camera) : write(c.camera.camera), is_there);
     for (const double entry : entries) EXPECT_TRUE(is_there ? std::isfinite(entry) : entry == -7.0);
   }
 }
@@ -180,6 +183,13 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   expect(false, "no point", [](Case& c) { c.p_w[0] = nan; });
   expect(false, "a point at infinity", [](Case& c) { c.p_w[2] = infinity; });
   expect(false, "no pose", [](Case& c) { c.T_cw = nullptr; });
+  const RigidTransform twice = (2 * Eigen::Matrix4d::Identity()).eval();
+  expect(false, "no rotation", [&](Case& c) { c.T_cw = twice; });
+  expect(true, "a camera alone, whose own pose is not read", [&](Case& c) { c.camera.T_cb = twice; });
+  expect(false, "a camera of a rig at no rotation", [&](Case& c) {
+    c.camera.T_cb = twice;
+    c.is_rig = true;
+  });
   for (const double sigma : {0.0, -1.0, nan, infinity, 1e-200}) {
     expect(false, "sigma", [&](Case& c) { c.noise.sigma = sigma; });
     expect(false, "depth_sigma", [&](Case& c) {
@@ -190,15 +200,17 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   expect(false, "no covariance", [](Case& c) { c.covariance[2] = nan; });
   expect(false, "not positive definite", [](Case& c) { c.covariance[0] = -1; });
   expect(false, "no digits left", [](Case& c) { c.covariance[8] = 1e30; });
-  expect(false, "map_sigma", [](Case& c) {
-    c.noise.covariance = nullptr;
-    c.noise.map_sigma = nan;
-  });
-  expect(false, "stereo without bf", [](Case& c) { c.camera.pinhole.bf = 0; });
+  for (const double sigma : {-1.0, nan}) {
+    expect(false, "map_sigma", [&](Case& c) {
+      c.noise.covariance = nullptr;
+      c.noise.map_sigma = sigma;
+    });
+  }
+  expect(false, "stereo without bf", [](Case& c) { c.camera.camera.pinhole.bf = 0; });
   expect(false, "stereo with a fisheye",
-         [](Case& c) { c.camera = Camera::kannala_brandt(c.camera.pinhole, 0, 0, 0, 0); });
-  expect(false, "no camera", [](Case& c) { c.camera = Camera(); });
-  expect(false, "an unknown model", [](Case& c) { c.camera.model = CameraModel(9); });
+         [](Case& c) { c.camera.camera = Camera::kannala_brandt(c.camera.camera.pinhole, 0, 0, 0, 0); });
+  expect(false, "no camera", [](Case& c) { c.camera = RigCamera(); });
+  expect(false, "an unknown model", [](Case& c) { c.camera.camera.model = CameraModel(9); });
   expect(false, "an unknown third", [](Case& c) { c.noise.depth_cue = DepthCue(3); });
   expect(true, "the caller's Jacobian", [](Case& c) { c.noise.jacobian = c.jacobian; });
   expect(false, "the caller's Jacobian, not finite", [](Case& c) {
@@ -269,33 +281,6 @@ TEST(RealFrames, weights_give_the_information_of_the_blocks) {
     expect_information_of_blocks(frames[i], DepthCue::none);
     if (frames[i].camera.bf > 0) expect_information_of_blocks(frames[i], DepthCue::stereo);
   }
-}
-
-TEST(MatchInformation, refuses_what_append_blocks_refuses) {
-  const Camera camera{PinholeCamera{450, 460, 320, 240, 40}};
-  const RigidTransform identity = RigidTransform::identity();
-  const double p_w[3] = {0.1, 0.2, 3};
-  const double jacobian[6] = {150, 0, -5, 0, 153, -10};
-  const auto is_refused = [&](const Camera& seen_by, const RigidTransform& T_cw, const MatchNoise& noise) {
-    double omega[9] = {7, 7, 7, 7, 7, 7, 7, 7, 7};
-    const bool written = match_information(seen_by, T_cw, p_w, noise, omega);
-    return !written && std::all_of(omega, omega + 9, [](double x) { return x == 7; });
-  };
-  MatchNoise noise;
-  EXPECT_FALSE(is_refused(camera, identity, noise));
-  const RigidTransform twice = (2 * Eigen::Matrix4d::Identity()).eval();
-  EXPECT_TRUE(is_refused(camera, twice, noise)) << "no rotation";
-  noise.map_sigma = -1;
-  EXPECT_TRUE(is_refused(camera, identity, noise));
-  noise = MatchNoise();
-  noise.jacobian = jacobian;
-  EXPECT_FALSE(is_refused(camera, identity, noise));
-  Camera unknown = camera;
-  unknown.model = static_cast<CameraModel>(99);
-  EXPECT_TRUE(is_refused(unknown, identity, noise));
-  double omega[9];
-  const RigCamera on_rig{camera, twice};
-  EXPECT_FALSE(match_information(on_rig, identity, p_w, MatchNoise(), omega));
 }
 
 TEST(Project, has_no_jacobian_that_is_not_finite) {

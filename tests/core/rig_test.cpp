@@ -85,11 +85,7 @@ TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
             first = report;
           }
           ASSERT_EQ(bytes_of(blocks), expected);
-          EXPECT_EQ(report.behind_camera, first.behind_camera);
-          EXPECT_EQ(report.too_near, first.too_near);
-          EXPECT_EQ(report.singular_rays, first.singular_rays);
-          EXPECT_EQ(report.invalid_covariances, first.invalid_covariances);
-          EXPECT_EQ(report.invalid_jacobians, first.invalid_jacobians);
+          expect_same(report, first);
         }
       }
     }

@@ -81,7 +81,7 @@ BlockStore outliers_and_near_copies(Random& random, int rows) {
 }
 
 // The place of the largest of `relative_gains`, on ties that of the lowest candidate.
-std::uint32_t place_of_best(const std::vector<double>& relative_gains, const std::vector<std::uint32_t>& candidates) {
+std::uint32_t place_of_best(const std::vector<double>& relative_gains, const std::vector<Candidate>& candidates) {
   std::uint32_t best = 0;
   for (std::uint32_t j = 1; j < relative_gains.size(); ++j) {
     const bool is_first = relative_gains[j] == relative_gains[best] && candidates[j] < candidates[best];

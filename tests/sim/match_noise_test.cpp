@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The whitening of residuals, against dense matrices and the library.
+// The whitening of residuals, against dense matrices.
 #include "sim/match_noise.hpp"
 
 #include "sim/outlier_rejection.hpp"
 #include "tests/sim/noisy_frame.hpp"
 #include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
-
-#include <maxlogdet/match_information.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -72,30 +70,6 @@ TEST(MatchNoise, whitening_makes_the_covariance_of_residuals_the_identity) {
     }
   }
   EXPECT_GT(of_three_rows, 0U);
-}
-
-TEST(MatchNoise, whitening_is_that_of_the_library) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(30); trial > 0; --trial) {
-    const Frame frame = random_frame(random, 20);
-    const Pose T_cw = random_pose(random, 0.2, 0.05) * pose_of(frame);
-    for (const Match& match : frame.matches) {
-      const bool stereo = random.chance(0.7);
-      const Eigen::Matrix3d map_covariance = random_covariance(random, std::pow(10, random.uniform(-4, 0.5)));
-      MatchNoise noise;
-      noise.sigma = 1 / std::sqrt(match.inv_sigma2);
-      noise.covariance = map_covariance.data();
-      noise.depth_cue = stereo && match.is_stereo() ? DepthCue::stereo : DepthCue::none;
-      const auto rows = static_cast<Eigen::Index>(residual_rows(noise.depth_cue));
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> expected(rows, rows);
-      ASSERT_TRUE(match_whitening(frame.camera, T_cw, match.point, noise, expected.data()));
-      const Eigen::MatrixXd W = whitening_of(frame.camera, T_cw, match, stereo, map_covariance).matrix();
-      const Eigen::VectorXd spectrum = singular_values(expected);
-      const double condition = spectrum(0) / spectrum(rows - 1);
-      EXPECT_LT(relative_difference(W.topLeftCorner(rows, rows), expected), 1e-14 * condition * condition);
-    }
-  }
 }
 
 TEST(MatchNoise, without_errors_of_the_map_residuals_are_divided_by_their_deviation) {

@@ -221,7 +221,7 @@ bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, dou
     case Weighting::map_bias: a = map_bias_triangle(match); break;
     case Weighting::measurement: is_definite = measurement_triangle(batch, match, a); break;
     case Weighting::measurement_and_map: is_definite = whitened_triangle(batch, i, match, a); break;
-    case Weighting::map_bias_world: expected.is_singular = !map_bias_world_rows(batch.T_cw, match, h);
+    case Weighting::map_bias_world: is_definite = map_bias_world_rows(batch.T_cw, match, h);
   }
   if (batch.options.weighting != Weighting::map_bias_world) multiply_by_point_jacobian(a, match.p, h);
   bool is_held = true;
@@ -232,8 +232,9 @@ bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, dou
       is_held = is_held && std::isfinite(expected.entries[row][column]);
     }
   }
-  expected.is_unsound = !is_definite;
-  return is_definite && is_held && !expected.is_singular;
+  const bool is_world = batch.options.weighting == Weighting::map_bias_world;
+  if (!is_definite) expected.reason = is_world ? &BlockReport::singular_rays : &BlockReport::invalid_covariances;
+  return is_definite && is_held;
 }
 
 }  // namespace
@@ -282,16 +283,19 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, De
 ExpectedBlock expected_block(const PinholeBatch& batch, std::size_t i) {
   ExpectedBlock expected;
   const Matches& matches = batch.matches;
-  if (matches.usable != nullptr && matches.usable[i] == 0) return expected;
+  if (matches.usable != nullptr && matches.usable[i] == 0) {
+    expected.reason = &BlockReport::unusable;
+    return expected;
+  }
   const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
   const double weight = matches.weights == nullptr ? 1 : matches.weights[i];
   const bool has_depth_cue =
       batch.options.depth_cue != DepthCue::none && (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0);
   const Given match{in_camera(batch, i), sigma, has_depth_cue};
   const Point& p = match.p;
-  expected.is_behind = p.z <= 0;
-  expected.is_near = p.z > 0 && p.z < batch.options.min_depth;
-  if (!is_positive(p.z) || expected.is_near || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
+  if (p.z <= 0) expected.reason = &BlockReport::behind_camera;
+  if (p.z > 0 && p.z < batch.options.min_depth) expected.reason = &BlockReport::too_near;
+  if (expected.reason != nullptr || !is_positive(p.z) || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
   if (!is_positive(sigma) || !(weight >= 0) || !has_block(batch, i, match, weight, expected)) return expected;
   expected.rows = has_depth_cue || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
   return expected;

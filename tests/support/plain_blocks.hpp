@@ -32,12 +32,9 @@ struct PinholeBatch {
 PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, DepthCue depth_cue);
 
 struct ExpectedBlock {
-  int rows = 0;              // 0: invalid
-  float entries[3][6] = {};  // as stored; zeros, of either sign, instead of a missing third row
-  bool is_behind = false;
-  bool is_near = false;
-  bool is_singular = false;
-  bool is_unsound = false;
+  int rows = 0;                                // 0: invalid
+  float entries[3][6] = {};                    // as stored; zeros, of either sign, instead of a missing third row
+  std::size_t BlockReport::*reason = nullptr;  // the count of matches that are invalid for the same reason, if any
 };
 
 ExpectedBlock expected_block(const PinholeBatch& batch, std::size_t i);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The factor A of a block, by weighting and third row.
+// The factor A of a block of a pinhole alone, by weighting and third row: along the ray it is triangular, and has no
+// need of J.
 
 namespace {
 
-using maxlogdet::simd::whiten_along_ray;
+using maxlogdet::simd::root_half;
+using maxlogdet::simd::rows_with;
 
 constexpr double singular_ray_cosine = 1e-6;  // below it H_p^n has lost more digits than float32 has
 
@@ -44,11 +46,11 @@ inline void multiply_by_point_jacobian(const Factor<Rows>& factor, const Point& 
 
 // H_c in the camera frame: H_p^n^-1 = [J; 0 0 1]^-1, and the row of zeros that the paper appends to H_x leaves
 // [1 0 -X/Z; 0 1 -Y/Z; 0 0 0] of it. fx and fy cancel. With a third measurement J^-1 J = I is left.
-template <ThirdRow third, int Rows>
-inline Factor<Rows> map_bias_factor(const Point& p, const Mask& has_third) {
+template <ThirdRow third>
+inline Factor<rows_with(third)> map_bias_factor(const Point& p, const Mask& has_third) {
   const Doubles zero(0.0);
   const Doubles one(1.0);
-  Factor<Rows> factor;
+  Factor<rows_with(third)> factor;
   factor.a[0][0] = factor.a[1][1] = one;
   factor.a[0][1] = zero;
   factor.a[0][2] = negated(p.x / p.z);
@@ -64,7 +66,7 @@ inline Factor<Rows> map_bias_factor(const Point& p, const Mask& has_third) {
 // H_c in the world frame. H_c = B [I | -[p]x] where the columns of B solve [J R; e_3^T] B = [J; 0]: J (R B - I) = 0, so
 // R B = I - p g^T, since p spans the null space of J; and e_3^T B = 0 gives g = R e_3 / (e_3^T R^T p), the world's z
 // axis seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
-// Returns where it is. With a third measurement g = 0. On a rig all of it is in the body's axes, and the ray, which
+// Returns where it is not. With a third measurement g = 0. On a rig all of it is in the body's axes, and the ray, which
 // comes from the camera, is not p.
 template <ThirdRow third>
 inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Point& p, const Mask& has_third,
@@ -91,28 +93,28 @@ inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Poi
     h[i][4] = b[0] * p.z - b[2] * p.x;
     h[i][5] = b[1] * p.x - b[0] * p.y;
   }
-  return is_singular;
+  return !is_singular;
 }
 
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
 // which the last depends on the depth alone. Returns where sigma^2 has not underflowed to zero.
-template <ThirdRow third, int Rows>
+template <ThirdRow third>
 inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
-                               const Mask& has_third, Factor<Rows>& factor) {
+                               const Mask& has_third, Factor<rows_with(third)>& factor) {
   const Doubles zero(0.0);
   const Doubles inverse_z = Doubles(1.0) / p.z;
   Mask is_definite(true);
   Doubles weight = inverse_z;
   if (input.sigmas != nullptr) {
-    const Doubles sigma = load(batch.sigma, i);
+    const Doubles sigma = load(batch, value::sigma, i);
     is_definite = sigma * sigma > zero;
     weight = inverse_z / sigma;
   }
-  Doubles column = Doubles(input.fx) * weight;
+  Doubles column = Doubles(input.camera.fx) * weight;
   factor.a[0][1] = factor.a[0][2] = factor.a[1][2] = zero;
-  factor.a[1][1] = Doubles(input.fy) * weight;
+  factor.a[1][1] = Doubles(input.camera.fy) * weight;
   if constexpr (third == ThirdRow::stereo) {
-    const Doubles depth = Doubles(input.bf * root_half) * (inverse_z * weight);
+    const Doubles depth = Doubles(input.camera.bf * root_half) * (inverse_z * weight);
     column = xsimd::select(has_third, column * Doubles(2 * root_half), column);
     factor.a[2][2] = xsimd::select(has_third, depth, zero);
     factor.a[0][2] = factor.a[2][2];
@@ -126,15 +128,24 @@ inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std:
 }
 
 // Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T. Returns where there is one.
-template <ThirdRow third, int Rows>
+template <ThirdRow third>
 inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
-                            const Mask& has_third, Factor<Rows>& factor) {
-  const Doubles one(1.0);
-  const Doubles sigma = input.sigmas == nullptr ? one : load(batch.sigma, i);
-  const Doubles inverse_z = one / p.z;
+                            const Mask& has_third, Factor<rows_with(third)>& factor) {
+  constexpr int last = rows_with(third) - 1;
+  const Doubles inverse_z = Doubles(1.0) / p.z;
   const Point ray = {p.x * inverse_z, p.y * inverse_z, p.z};
-  const auto covariance = [&](int e) { return load(batch.map_covariance[e], i); };
-  const Mask is_definite = whiten_along_ray<third>(input, sigma, covariance, ray, has_third, factor);
+  const auto noise = noise_of(input, batch, i, has_third);
+  Doubles inverse[last + 1][last + 1];  // in the opposite order of rows and columns
+  const Mask is_definite = whiten(noise, maxlogdet::simd::covariance_along_ray<third>(input, noise, ray), inverse);
+  factor.a[0][0] = inverse[last][last];
+  factor.a[0][1] = inverse[last][last - 1];
+  factor.a[1][1] = inverse[last - 1][last - 1];
+  factor.a[0][2] = factor.a[1][2] = Doubles(0.0);
+  if constexpr (third != ThirdRow::none) {
+    factor.a[0][2] = inverse[2][0];
+    factor.a[1][2] = inverse[1][0];
+    factor.a[2][2] = xsimd::select(has_third, inverse[0][0], Doubles(0.0));
+  }
   from_ray(ray.x, ray.y, factor);
   return is_definite;
 }
