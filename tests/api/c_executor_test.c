@@ -11,26 +11,6 @@
 
 enum { n = 3000, helpers = 2 };
 
-// Has no threads: the caller is all workers, one after the other.
-static int32_t eight(void* user_data) {
-  (void)user_data;
-  return 8;
-}
-static void run_all_on_the_caller(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
-  int* const calls = user_data;
-  ++*calls;
-  for (int32_t worker = 0; worker < workers; ++worker) body(context, worker);
-}
-
-// Calls nothing at all: the selection is serial then.
-static void run_nothing(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
-  int* const calls = user_data;
-  (void)workers;
-  (void)body;
-  (void)context;
-  ++*calls;
-}
-
 // Helpers that wait for work, for one caller at a time.
 struct pool {
   pthread_mutex_t mutex;
@@ -38,7 +18,7 @@ struct pool {
   pthread_t threads[helpers];
   maxlogdet_body body;
   void* context;
-  int32_t next, end, running, helped;
+  int32_t next, end, running, helped, runs, workers;
   int is_over;
 };
 
@@ -70,6 +50,8 @@ static int32_t pool_concurrency(void* user_data) {
 static void pool_run(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
   struct pool* const pool = user_data;
   pthread_mutex_lock(&pool->mutex);
+  ++pool->runs;
+  pool->workers = workers;
   pool->body = body;
   pool->context = context;
   pool->next = 1;
@@ -104,16 +86,6 @@ static void end_pool(struct pool* pool) {
   for (int i = 0; i < helpers; ++i) pthread_join(pool->threads[i], NULL);
   pthread_cond_destroy(&pool->changed);
   pthread_mutex_destroy(&pool->mutex);
-}
-
-static maxlogdet_executor executor_of(int32_t (*concurrency)(void*), void (*run)(void*, int32_t, maxlogdet_body, void*),
-                                      void* user_data) {
-  maxlogdet_executor executor;
-  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
-  executor.concurrency = concurrency;
-  executor.run = run;
-  executor.user_data = user_data;
-  return executor;
 }
 
 // With every strategy, the answer of a selector without an executor; `threads` as the selection tells them.
@@ -192,22 +164,17 @@ static void check_frames(const maxlogdet_executor* executor) {
 }
 
 int main(void) {
-  int calls = 0;
-  maxlogdet_executor executor = executor_of(eight, run_all_on_the_caller, &calls);
-  check_answers(&executor, 8);
-  CHECK(calls == 6);
-  check_frames(&executor);
-  CHECK(calls > 7);
-
-  executor = executor_of(eight, run_nothing, &calls);
-  calls = 0;
-  check_answers(&executor, 8);
-  CHECK(calls == 6);
-  check_frames(&executor);
-
   struct pool pool;
   start_pool(&pool);
-  executor = executor_of(pool_concurrency, pool_run, &pool);
+  maxlogdet_executor executor;
+  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
+  executor.concurrency = pool_concurrency;
+  executor.run = pool_run;
+  executor.user_data = &pool;
+  check_answers(&executor, helpers + 1);
+  CHECK(pool.runs == 6 && pool.workers == helpers + 1);
+  check_frames(&executor);
+  CHECK(pool.runs > 7);                                         // for blocks, and for what good features do
   for (int i = 0; i < 1000 && times_helped(&pool) < 10; ++i) {  // on a busy machine helpers come late, or not at all
     check_answers(&executor, helpers + 1);
     check_frames(&executor);
