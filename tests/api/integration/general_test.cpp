@@ -35,13 +35,6 @@ Eigen::Matrix3d rotation(const Eigen::Vector3d& vector) {
   return sim::exp_se3((Vector6() << Eigen::Vector3d::Zero(), vector).finished()).linear();
 }
 
-Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
-  Pose T = Pose::Identity();
-  T.linear() = R;
-  T.translation() = t;
-  return T;
-}
-
 void expect_same_information(const Matrix6& prior, const Matrix6& covariance, const Matrix6& A) {
   EXPECT_LT(relative_difference(prior, inverse(product(product(A, covariance), A.transpose()))), 1e-5);
 }

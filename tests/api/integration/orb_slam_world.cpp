@@ -105,11 +105,4 @@ cv::KeyPoint& Slam3::add_key(Frame& frame, bool is_rig, bool is_right) {
   return keys.back();
 }
 
-sim::Pose Slam3::of(const Sophus::SE3f& T) {
-  sim::Pose pose = sim::Pose::Identity();
-  pose.linear() = T.rotationMatrix().cast<double>();
-  pose.translation() = T.translation().cast<double>();
-  return pose;
-}
-
 }  // namespace maxlogdet::test

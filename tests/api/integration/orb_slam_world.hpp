@@ -33,6 +33,9 @@ extern OrbCalls calls;  // NOLINT(cppcoreguidelines-avoid-non-const-global-varia
 
 cv::Mat to_mat(const sim::Pose& T);
 sim::Pose to_pose(const cv::Mat& mat);
+inline sim::Pose to_pose(const Sophus::SE3f& T) {
+  return transform(T.rotationMatrix().cast<double>(), T.translation().cast<double>());
+}
 Sophus::SE3f in_float(const sim::Pose& T);
 
 class Pinhole : public ORB_SLAM3::GeometricCamera {
@@ -98,8 +101,8 @@ struct Slam3 {
   static constexpr auto optimize = ORB_SLAM3::Optimizer::PoseOptimization;
 
   static void set_pose(KeyFrame& keyframe, const sim::Pose& T_cw) { keyframe.mTcw = in_float(T_cw); }
-  static sim::Pose pose_of(const Frame& frame) { return of(frame.GetPose()); }
-  static sim::Pose pose_of(KeyFrame& keyframe) { return of(keyframe.GetPose()); }
+  static sim::Pose pose_of(const Frame& frame) { return to_pose(frame.GetPose()); }
+  static sim::Pose pose_of(KeyFrame& keyframe) { return to_pose(keyframe.GetPose()); }
   static void set_position(MapPoint& point, const Eigen::Vector3d& p_w) { point.mWorldPos = p_w.cast<float>(); }
   static Eigen::Vector3d position_of(MapPoint& point) { return point.mWorldPos.cast<double>(); }
   static std::tuple<int, int> seen_at(int slot) { return {slot, -1}; }
@@ -107,9 +110,6 @@ struct Slam3 {
   static void forget_pose(Frame& frame) { frame.mbIsSet = false; }
   static void set_cameras(Frame& frame, Sensor sensor, OrbCameras& cameras);
   static cv::KeyPoint& add_key(Frame& frame, bool is_rig, bool is_right);
-
- private:
-  static sim::Pose of(const Sophus::SE3f& T);
 };
 
 /// Matches without noise at the true pose; every fifth one is off by 20 deviations. The frame's pose is a guess, at

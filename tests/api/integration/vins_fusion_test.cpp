@@ -63,11 +63,9 @@ class VinsFusionWorld : public AdapterWorld {
   std::vector<Matrix6> informations() const override {
     std::vector<Matrix6> all;
     for (const FeaturePerId* const feature : candidates) {
-      const Eigen::Vector3d p_c = feature->feature_per_frame[0].point * feature->estimated_depth;
-      const int first = feature->start_frame;
-      const Eigen::Vector3d p_w =
-          estimator.Rs[first] * (estimator.ric[0] * p_c + estimator.tic[0]) + estimator.Ps[first];
-      all.push_back(information_of({in_camera(WINDOW_SIZE, p_w), 0, 1, 1, 1.5 / 460}));
+      const Eigen::Vector3d in_first = feature->feature_per_frame[0].point * feature->estimated_depth;
+      const Eigen::Vector3d p_c = T_wc(WINDOW_SIZE).inverse() * (T_wc(feature->start_frame) * in_first);
+      all.push_back(information_of({p_c, 0, 1, 1, 1.5 / 460}));
     }
     return all;
   }
@@ -75,7 +73,8 @@ class VinsFusionWorld : public AdapterWorld {
   void lose_pose() override { estimator.Rs[WINDOW_SIZE] *= 2; }  // no rotation
   void make_not_finite(std::size_t i) override { candidates[i]->feature_per_frame[0].point.x() = nan; }
   void put_behind_camera(std::size_t i) override {
-    candidates[i]->feature_per_frame[0].point = in_camera(candidates[i]->start_frame, in_world({0.1, 0, -5}));
+    const sim::Pose T_first = T_wc(candidates[i]->start_frame).inverse() * T_wc(WINDOW_SIZE);
+    candidates[i]->feature_per_frame[0].point = T_first * Eigen::Vector3d(0.1, 0, -5);
     candidates[i]->estimated_depth = 1;
   }
 
@@ -86,13 +85,8 @@ class VinsFusionWorld : public AdapterWorld {
   }
 
   // VINS-Fusion's own chain: camera to body by ric, tic; body to world by Rs, Ps.
-  Eigen::Vector3d in_camera(int frame, const Eigen::Vector3d& p_w) const {
-    const Eigen::Vector3d p_b = estimator.Rs[frame].transpose() * (p_w - estimator.Ps[frame]);
-    return estimator.ric[0].transpose() * (p_b - estimator.tic[0]);
-  }
-  Eigen::Vector3d in_world(const Eigen::Vector3d& p_c) const {
-    const Eigen::Vector3d p_b = estimator.ric[0] * p_c + estimator.tic[0];
-    return estimator.Rs[WINDOW_SIZE] * p_b + estimator.Ps[WINDOW_SIZE];
+  sim::Pose T_wc(int frame) const {
+    return transform(estimator.Rs[frame], estimator.Ps[frame]) * transform(estimator.ric[0], estimator.tic[0]);
   }
 
   Estimator estimator;
@@ -103,7 +97,7 @@ class VinsFusionWorld : public AdapterWorld {
     FeaturePerId feature(id, first);
     for (int frame = first; frame <= last; ++frame) feature.feature_per_frame.emplace_back();
     // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
-    const Eigen::Vector3d p_c = in_camera(first, in_world(random_point_in_camera(random)));
+    const Eigen::Vector3d p_c = T_wc(first).inverse() * (T_wc(WINDOW_SIZE) * random_point_in_camera(random));
     feature.estimated_depth = std::abs(p_c.z());
     feature.solve_flag = 1;
     feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
