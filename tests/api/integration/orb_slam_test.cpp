@@ -6,6 +6,8 @@
 #include "tests/support/recording.hpp"
 
 #include <stdexcept>
+#include <string>
+#include <type_traits>
 
 namespace maxlogdet::test {
 namespace {
@@ -34,7 +36,13 @@ class OrbSlamAdapter : public ::testing::Test {
   ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
 };
 using Slams = ::testing::Types<Slam2, Slam3>;
-TYPED_TEST_SUITE(OrbSlamAdapter, Slams);
+struct SlamNames {
+  template <class Slam>
+  static std::string GetName(int /*number*/) {
+    return std::is_same<Slam, Slam2>::value ? "OrbSlam2" : "OrbSlam3";
+  }
+};
+TYPED_TEST_SUITE(OrbSlamAdapter, Slams, SlamNames);
 
 // Of what was not selected; the guess at which the frame was selected would make all outliers.
 template <class Frame, class World>
@@ -175,6 +183,11 @@ TYPED_TEST(OrbSlamAdapter, covariances_are_recomputed_when_the_number_of_observa
   world.keyframes[0].mbBad = true;
   for (const auto& point : world.points) --point->nObs;
   EXPECT_LT(difference_from(world.all_seen()), 1e-4) << "a bad keyframe does not count";
+
+  for (const auto& point : world.points) {  // by more than half a standard deviation, as when a map is scaled
+    TypeParam::set_position(*point, world.T_cw.inverse() * (5 * (world.T_cw * TypeParam::position_of(*point))));
+  }
+  EXPECT_LT(difference_from(world.all_seen()), 1e-4) << "recomputed where the map has moved";
 }
 
 TEST(OrbSlam3Adapter, keyframes_of_rigs_and_what_right_cameras_alone_see_do_not_count) {
