@@ -3,6 +3,7 @@
 
 // What a test in C needs: assertions that no NDEBUG takes away, and candidates.
 
+#include <float.h>
 #include <math.h>
 #include <maxlogdet/maxlogdet.h>
 #include <stddef.h>

@@ -11,26 +11,6 @@
 
 enum { n = 3000, helpers = 2 };
 
-// Has no threads: the caller is all workers, one after the other.
-static int32_t eight(void* user_data) {
-  (void)user_data;
-  return 8;
-}
-static void run_all_on_the_caller(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
-  int* const calls = user_data;
-  ++*calls;
-  for (int32_t worker = 0; worker < workers; ++worker) body(context, worker);
-}
-
-// Calls nothing at all: the selection is serial then.
-static void run_nothing(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
-  int* const calls = user_data;
-  (void)workers;
-  (void)body;
-  (void)context;
-  ++*calls;
-}
-
 // Helpers that wait for work, for one caller at a time.
 struct pool {
   pthread_mutex_t mutex;
@@ -38,7 +18,7 @@ struct pool {
   pthread_t threads[helpers];
   maxlogdet_body body;
   void* context;
-  int32_t next, end, running, helped;
+  int32_t next, end, running, helped, runs, workers;
   int is_over;
 };
 
@@ -70,6 +50,8 @@ static int32_t pool_concurrency(void* user_data) {
 static void pool_run(void* user_data, int32_t workers, maxlogdet_body body, void* context) {
   struct pool* const pool = user_data;
   pthread_mutex_lock(&pool->mutex);
+  ++pool->runs;
+  pool->workers = workers;
   pool->body = body;
   pool->context = context;
   pool->next = 1;
@@ -106,16 +88,6 @@ static void end_pool(struct pool* pool) {
   pthread_mutex_destroy(&pool->mutex);
 }
 
-static maxlogdet_executor executor_of(int32_t (*concurrency)(void*), void (*run)(void*, int32_t, maxlogdet_body, void*),
-                                      void* user_data) {
-  maxlogdet_executor executor;
-  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
-  executor.concurrency = concurrency;
-  executor.run = run;
-  executor.user_data = user_data;
-  return executor;
-}
-
 // With every strategy, the answer of a selector without an executor; `threads` as the selection tells them.
 static void check_answers(const maxlogdet_executor* given, int32_t threads) {
   maxlogdet_block_store* const blocks = random_blocks(n);
@@ -141,125 +113,87 @@ static void check_answers(const maxlogdet_executor* given, int32_t threads) {
   maxlogdet_block_store_destroy(blocks);
 }
 
-// Blocks are the same with its help; seen in what is selected of them.
-static void check_blocks(const maxlogdet_executor* executor) {
-  double* const points = malloc((size_t)3 * n * sizeof *points);
-  REQUIRE(points != NULL);
-  for (size_t i = 0; i < n; ++i) {
-    for (size_t j = 0; j < 3; ++j) points[3 * i + j] = 3 * random_entry() + (j == 2 ? 5 : 0);
-  }
+// What is made of points: blocks, and what a selector and good features select of them; `help` may be null. Returns the
+// answer of that selector.
+static const maxlogdet_selection* check_frame(const double* points, const maxlogdet_executor* help,
+                                              maxlogdet_selector* selector) {
   maxlogdet_camera camera;
   maxlogdet_matches matches;
-  maxlogdet_block_options options;
+  maxlogdet_match match;
+  maxlogdet_block_options block_options;
   maxlogdet_camera_init(&camera, sizeof camera);
   maxlogdet_matches_init(&matches, sizeof matches);
-  maxlogdet_block_options_init(&options, sizeof options);
+  maxlogdet_match_init(&match, sizeof match);
+  maxlogdet_block_options_init(&block_options, sizeof block_options);
   camera.fx = camera.fy = 450;
   matches.size = n;
   matches.points = points;
-  options.threads = 16;
-  const maxlogdet_options select_options = default_options();
-  maxlogdet_block_store* blocks[2];
+  maxlogdet_options options = default_options();
+  options.threads = block_options.threads = 16;
+  maxlogdet_block_store* blocks = NULL;
+  maxlogdet_good_features* good = NULL;
+  REQUIRE(maxlogdet_block_store_create(n, &blocks) == MAXLOGDET_ERROR_NONE);
+  REQUIRE(maxlogdet_good_features_create(n, help, &good) == MAXLOGDET_ERROR_NONE);
+  CHECK(maxlogdet_append_blocks(&camera, identity_pose, &matches, &block_options, blocks, help)->appended == n);
+  CHECK(maxlogdet_good_features_start(good, &camera, identity_pose) == MAXLOGDET_ERROR_NONE);
+  for (size_t i = 0; i < n; ++i) {
+    memcpy(match.point, &points[3 * i], sizeof match.point);
+    CHECK(maxlogdet_good_features_add(good, &match) == MAXLOGDET_ERROR_NONE);
+  }
+  const maxlogdet_selection* const of_frame = maxlogdet_good_features_select(good, &options);
+  const maxlogdet_selection* const of_blocks = maxlogdet_selector_select(selector, blocks, &options);
+  CHECK(of_frame->status == MAXLOGDET_STATUS_OK && (of_frame->threads > 1) == (help != NULL));
+  CHECK(same_answer(of_blocks, of_frame));
+  maxlogdet_good_features_destroy(good);
+  maxlogdet_block_store_destroy(blocks);
+  return of_blocks;
+}
+
+// They are the same with its help.
+static void check_frames(const maxlogdet_executor* executor) {
+  static double points[3 * n];
+  for (size_t e = 0; e < 3 * n; ++e) points[e] = 3 * random_entry() + (e % 3 == 2 ? 5 : 0);
   maxlogdet_selector* selectors[2];
   const maxlogdet_selection* answers[2];
   for (int i = 0; i < 2; ++i) {
-    REQUIRE(maxlogdet_block_store_create(n, &blocks[i]) == MAXLOGDET_ERROR_NONE);
     REQUIRE(maxlogdet_selector_create(n, NULL, &selectors[i]) == MAXLOGDET_ERROR_NONE);
-    const maxlogdet_block_report* const made =
-        maxlogdet_append_blocks(&camera, identity_pose, &matches, &options, blocks[i], i == 0 ? NULL : executor);
-    CHECK(made->error == MAXLOGDET_ERROR_NONE && made->appended == n);
-    answers[i] = maxlogdet_selector_select(selectors[i], blocks[i], &select_options);
-    CHECK(answers[i]->status == MAXLOGDET_STATUS_OK);
+    answers[i] = check_frame(points, i == 0 ? NULL : executor, selectors[i]);
   }
   CHECK(same_answer(answers[0], answers[1]));
-  for (int i = 0; i < 2; ++i) {
-    maxlogdet_selector_destroy(selectors[i]);
-    maxlogdet_block_store_destroy(blocks[i]);
-  }
-  free(points);
-}
-
-// What good features select is the same with its help.
-static void check_good_features(const maxlogdet_executor* executor) {
-  maxlogdet_camera camera;
-  maxlogdet_match match;
-  maxlogdet_camera_init(&camera, sizeof camera);
-  maxlogdet_match_init(&match, sizeof match);
-  camera.fx = camera.fy = 450;
-  maxlogdet_options options = default_options();
-  options.threads = 16;
-  maxlogdet_good_features* good[2] = {NULL, NULL};
-  for (int i = 0; i < 2; ++i) {
-    REQUIRE(maxlogdet_good_features_create(n, i == 0 ? NULL : executor, &good[i]) == MAXLOGDET_ERROR_NONE);
-    CHECK(maxlogdet_good_features_start(good[i], &camera, identity_pose) == MAXLOGDET_ERROR_NONE);
-  }
-  for (size_t i = 0; i < n; ++i) {
-    for (size_t j = 0; j < 3; ++j) match.point[j] = 3 * random_entry() + (j == 2 ? 5 : 0);
-    for (int j = 0; j < 2; ++j) CHECK(maxlogdet_good_features_add(good[j], &match) == MAXLOGDET_ERROR_NONE);
-  }
-  const maxlogdet_selection* const alone = maxlogdet_good_features_select(good[0], &options);
-  const maxlogdet_selection* const helped = maxlogdet_good_features_select(good[1], &options);
-  CHECK(alone->status == MAXLOGDET_STATUS_OK && same_answer(alone, helped));
-  CHECK(alone->threads == 1 && helped->threads > 1);
-  for (int i = 0; i < 2; ++i) maxlogdet_good_features_destroy(good[i]);
-}
-
-static void an_executor_that_is_none_is_refused(void) {
-  maxlogdet_selector* selector = NULL;
-  int calls = 0;
-  const maxlogdet_executor right = executor_of(eight, run_all_on_the_caller, &calls);
-  maxlogdet_executor wrong[5] = {right, right, right, right, right};
-  wrong[0].concurrency = NULL;
-  wrong[1].run = NULL;
-  wrong[2].struct_size = 0;
-  wrong[3].struct_size = offsetof(maxlogdet_executor, run);
-  wrong[4].struct_size = sizeof right + 8;
-  for (int i = 0; i < 5; ++i) {
-    CHECK(maxlogdet_selector_create(10, &wrong[i], &selector) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
-    CHECK(selector == NULL);
-  }
-  CHECK(calls == 0);
+  for (int i = 0; i < 2; ++i) maxlogdet_selector_destroy(selectors[i]);
 }
 
 int main(void) {
-  an_executor_that_is_none_is_refused();
-
-  int calls = 0;
-  maxlogdet_executor executor = executor_of(eight, run_all_on_the_caller, &calls);
-  check_answers(&executor, 8);
-  CHECK(calls == 6);
-  check_blocks(&executor);
-  CHECK(calls == 7);
-  check_good_features(&executor);
-  CHECK(calls > 7);
-  calls = 7;
-
-  executor = executor_of(eight, run_nothing, &calls);
-  check_answers(&executor, 8);
-  check_blocks(&executor);
-  CHECK(calls == 14);
-
   struct pool pool;
   start_pool(&pool);
-  executor = executor_of(pool_concurrency, pool_run, &pool);
+  maxlogdet_executor executor;
+  REQUIRE(maxlogdet_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
+  executor.concurrency = pool_concurrency;
+  executor.run = pool_run;
+  executor.user_data = &pool;
+  check_answers(&executor, helpers + 1);
+  CHECK(pool.runs == 6 && pool.workers == helpers + 1);
+  check_frames(&executor);
+  CHECK(pool.runs > 7);                                         // for blocks, and for what good features do
   for (int i = 0; i < 1000 && times_helped(&pool) < 10; ++i) {  // on a busy machine helpers come late, or not at all
     check_answers(&executor, helpers + 1);
-    check_blocks(&executor);
+    check_frames(&executor);
   }
   CHECK(times_helped(&pool) >= 10);
   end_pool(&pool);
 
 #if defined(MAXLOGDET_WITH_TBB)
+  const size_t wrong_sizes[] = {sizeof executor + 8, offsetof(maxlogdet_executor, run)};
   CHECK(maxlogdet_tbb_executor_init(NULL, sizeof executor) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
-  CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor + 8) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
-  CHECK(executor.struct_size == 0);
-  CHECK(maxlogdet_tbb_executor_init(&executor, offsetof(maxlogdet_executor, run)) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
-  CHECK(executor.struct_size == 0);
+  for (int i = 0; i < 2; ++i) {
+    CHECK(maxlogdet_tbb_executor_init(&executor, wrong_sizes[i]) == MAXLOGDET_ERROR_INVALID_ARGUMENT);
+    CHECK(executor.struct_size == 0);
+  }
   CHECK(maxlogdet_tbb_executor_init(&executor, sizeof executor) == MAXLOGDET_ERROR_NONE);
   const int32_t slots = executor.concurrency(executor.user_data);
   CHECK(slots >= 1);
   check_answers(&executor, slots < 16 ? slots : 16);
-  check_blocks(&executor);
+  if (slots > 1) check_frames(&executor);
 #endif
   return report();
 }

@@ -34,6 +34,8 @@ FeatureMatch in_cpp(const maxlogdet_match& match) {
   made.id = match.id;
   made.camera_id = match.camera_id;
   made.is_required = match.is_required != 0;
+  made.point_id = match.point_id;
+  made.keyframe = match.keyframe;
   return made;
 }
 
@@ -51,6 +53,8 @@ maxlogdet_match any_match(Bytes& bytes) {
   match.camera_id = bytes.chance(64) ? bytes.byte() % 3 : 0;
   match.is_required = bytes.chance(16) ? bytes.byte() : 0;
   if (bytes.chance(4)) match.reserved = bytes.byte();
+  match.point_id = 5 + match.id;
+  match.keyframe = match.id % 7;
   return match;
 }
 
@@ -79,11 +83,17 @@ std::int32_t find_in_c(void* context, std::size_t i, maxlogdet_match* match) {
 
 }  // namespace
 
-Frames::Frames(Bytes& bytes, std::size_t capacity) : bytes_(bytes), expected_(capacity), capacity_(capacity) {
-  require_error(maxlogdet_good_features_create(capacity, nullptr, &good_), MAXLOGDET_ERROR_NONE, "a handle is made");
-}
+Frames::Frames(Bytes& bytes, std::size_t capacity)
+    : bytes_(bytes),
+      owned_(test::c_good_features(capacity)),
+      good_(owned_.get()),
+      expected_(capacity),
+      capacity_(capacity) {}
 
-Frames::~Frames() { maxlogdet_good_features_destroy(good_); }
+void Frames::record(const std::string& in_c, const std::string& in_cpp) {
+  require(maxlogdet_good_features_record(good_, in_c.c_str()) == 1 && expected_.record(in_cpp.c_str()),
+          "frames are recorded");
+}
 
 void Frames::run() {
   set_options();
@@ -97,7 +107,7 @@ void Frames::set_options() {
   expected_.spread = bytes_.chance(64) ? bytes_.number() : 0;
   expected_.is_weighted = bytes_.chance(64);
   require_error(maxlogdet_good_features_set_spread(good_, expected_.spread), MAXLOGDET_ERROR_NONE, "it is set");
-  require_error(maxlogdet_good_features_set_weighted(good_, expected_.is_weighted ? 1 : 0), MAXLOGDET_ERROR_NONE,
+  require_error(maxlogdet_good_features_set_weighted(good_, expected_.is_weighted ? 3 : 0), MAXLOGDET_ERROR_NONE,
                 "it is set");
   const Given<maxlogdet_block_options> options(bytes_, any_block_options(bytes_),
                                                defaults_of(maxlogdet_block_options_init));
@@ -126,6 +136,7 @@ void Frames::start() {
   } else {
     expected_.start(is_start_understood_ ? rig_[0].camera : Camera(), T);
   }
+  check_answer(maxlogdet_good_features_selection(good_), true);
 }
 
 void Frames::add_matches() {

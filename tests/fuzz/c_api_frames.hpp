@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "tests/api/c_api.hpp"
 #include "tests/fuzz/bytes.hpp"
 
 #include <maxlogdet/maxlogdet.h>
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <cstddef>
+#include <string>
 
 namespace maxlogdet::fuzz {
 
@@ -16,12 +18,16 @@ class Frames {
  public:
   /// Of handles of this capacity.
   Frames(Bytes& bytes, std::size_t capacity);
-  ~Frames();
   Frames(const Frames&) = delete;
   Frames& operator=(const Frames&) = delete;
 
+  /// Writes the frames from now on, those of C and those of C++.
+  void record(const std::string& in_c, const std::string& in_cpp);
+
   /// One frame: matches, a selection or active matching, and what is said about every match.
   void run();
+
+  std::size_t selected() const { return expected_.selection().size; }
 
  private:
   void set_options();
@@ -34,7 +40,8 @@ class Frames {
   void check_match(std::size_t i) const;
 
   Bytes& bytes_;
-  maxlogdet_good_features* good_ = nullptr;
+  test::CGoodFeatures owned_;
+  maxlogdet_good_features* good_;
   GoodFeatures expected_;
   RigCamera rig_[2];  // of the last start
   std::size_t capacity_;

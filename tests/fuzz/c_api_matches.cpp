@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tests/fuzz/c_api_matches.hpp"
 
+#include "tests/support/numbers.hpp"
+
 #include <algorithm>
+#include <cstring>
 #include <iterator>
 
 namespace maxlogdet::fuzz {
@@ -30,6 +33,15 @@ Matches in_cpp(const maxlogdet_matches& matches) {
   made.jacobians = matches.jacobians;
   made.camera_ids = matches.camera_ids;
   return made;
+}
+
+std::vector<double> point_of(const Points& points, std::size_t i) {
+  const char* const from = static_cast<const char*>(points.data()) + i * points.stride();
+  double xyz[3];
+  float xyz_of_float[3];
+  std::memcpy(points.are_float() ? static_cast<void*>(xyz_of_float) : xyz, from,
+              points.are_float() ? sizeof xyz_of_float : sizeof xyz);
+  return points.are_float() ? std::vector<double>(xyz_of_float, xyz_of_float + 3) : std::vector<double>(xyz, xyz + 3);
 }
 
 }  // namespace
@@ -157,6 +169,25 @@ BlockReport AnyMatches::append_in_cpp(BlockStore& store) const {
                                 {camera, RigidTransform::row_major(T_cb + 12)},
                                 {camera, RigidTransform::row_major(T_cb + 24)}};
   return append_blocks(Rig{cameras, 3}, pose, matches, options, store);
+}
+
+void AnyMatches::check_weights() const {
+  const Camera camera = in_cpp(given_camera_.seen());
+  const Matches matches = in_cpp(given_matches_.seen());
+  const RigidTransform pose = RigidTransform::row_major(pose_);
+  for (std::size_t i = 0; i < matches.size; ++i) {
+    const std::vector<double> p_w = point_of(matches.points, i);
+    const MatchNoise noise = match_noise(matches, i, in_cpp(given_options_.seen()));
+    double in_c[9] = {}, expected[9] = {};
+    require((maxlogdet_match_information(given_camera_.get(), pose_, given_matches_.get(), i, given_options_.get(),
+                                         in_c) != 0) == match_information(camera, pose, p_w.data(), noise, expected) &&
+                std::equal(in_c, in_c + 9, expected, test::same_value),
+            "weights are those of C++", i);
+    require((maxlogdet_match_whitening(given_camera_.get(), pose_, given_matches_.get(), i, given_options_.get(),
+                                       in_c) != 0) == match_whitening(camera, pose, p_w.data(), noise, expected) &&
+                std::equal(in_c, in_c + 9, expected, test::same_value),
+            "and their roots", i);
+  }
 }
 
 }  // namespace maxlogdet::fuzz

@@ -34,6 +34,8 @@ class AnyMatches {
 
   const maxlogdet_block_report* append_in_c(maxlogdet_block_store* store) const;
   BlockReport append_in_cpp(BlockStore& store) const;
+  /// Compares the weight of each match, by the camera, with that of C++; blocks of the structs must be possible.
+  void check_weights() const;
 
  private:
   static std::vector<double> numbers(Bytes& bytes, std::size_t size, double usual);

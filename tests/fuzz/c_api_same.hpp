@@ -12,7 +12,6 @@ namespace maxlogdet::fuzz {
 Options in_cpp(const maxlogdet_options& options);
 
 void check_same(const maxlogdet_selection* in_c, const Selection& in_cpp);
-void check_refused(const maxlogdet_selection* selection);
 void check_same(const maxlogdet_block_report& in_c, const BlockReport& in_cpp);
 
 }  // namespace maxlogdet::fuzz

@@ -17,7 +17,8 @@ constexpr int n = state_dimension;
 enum class Verdict { good, bad, unclear };
 
 using Wide = long double;
-using Entries = Wide[n][n];
+using WideMatrix = Eigen::Matrix<Wide, n, n>;
+using WideVector = Eigen::Matrix<Wide, n, 1>;
 
 Verdict worse(Verdict a, Verdict b) {
   if (a == Verdict::bad || b == Verdict::bad) return Verdict::bad;
@@ -30,72 +31,45 @@ Verdict judge_below(Wide value, Wide limit, Wide error) {
   return value > limit - error ? Verdict::unclear : Verdict::good;
 }
 
-Verdict judge_diagonal(const double* prior, Wide (&root)[n]) {
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      if (!std::isfinite(prior[n * i + j])) return Verdict::bad;
-    }
-    if (!(prior[n * i + i] > 0)) return Verdict::bad;
-    root[i] = std::sqrt(static_cast<Wide>(prior[n * i + i]));
-  }
-  return Verdict::good;
+// Of a matrix with a diagonal of ones, how far it may be from its transpose.
+Verdict judge_symmetry(const WideMatrix& scaled) {
+  return judge_below((scaled - scaled.transpose()).cwiseAbs().maxCoeff(), 1e-8L, 1e-11L);
 }
 
-Verdict judge_symmetry(const double* prior, const Wide (&root)[n]) {
-  Verdict verdict = Verdict::good;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) {
-      const Wide asymmetry = std::abs(static_cast<Wide>(prior[n * i + j]) - prior[n * j + i]) / root[i] / root[j];
-      verdict = worse(verdict, judge_below(asymmetry, 1e-8L, 1e-11L));
-    }
-  }
-  return verdict;
-}
-
-// Row i of the Cholesky factor l, and of its inverse; `inverse_squared`: the sum of the squares of the inverse so far.
-// What float64 loses on the way is in proportion to that.
-Verdict judge_pivot(const double* prior, const Wide (&root)[n], int i, Entries& l, Entries& inverse,
-                    Wide& inverse_squared) {
-  for (int j = 0; j <= i; ++j) {
-    Wide sum = (static_cast<Wide>(prior[n * i + j]) + prior[n * j + i]) / 2 / root[i] / root[j];
-    for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
-    if (j < i) {
-      l[i][j] = sum / l[j][j];
-      continue;
-    }
-    const Wide error = 100 * Wide{test::unit_roundoff} * (1 + inverse_squared);
-    const Verdict verdict = judge_below(-sum, -1e-14L, error);
-    if (verdict != Verdict::good) return verdict;
-    l[i][i] = std::sqrt(sum);
-  }
-  inverse[i][i] = 1 / l[i][i];
+// Appends row i of the Cholesky factor of `scaled`, and of its inverse. What float64 loses on the way is in proportion
+// to the sum of the squares of the inverse so far.
+Verdict judge_pivot(const WideMatrix& scaled, int i, WideMatrix& factor, WideMatrix& inverse) {
   for (int j = 0; j < i; ++j) {
-    for (int d = j; d < i; ++d) inverse[i][j] -= l[i][d] * inverse[d][j];
-    inverse[i][j] /= l[i][i];
+    factor(i, j) = (scaled(i, j) - factor.row(i).head(j).dot(factor.row(j).head(j))) / factor(j, j);
   }
-  for (int j = 0; j <= i; ++j) inverse_squared += inverse[i][j] * inverse[i][j];
+  const Wide pivot = scaled(i, i) - factor.row(i).head(i).squaredNorm();
+  const Wide error = 100 * Wide{test::unit_roundoff} * (1 + inverse.topRows(i).squaredNorm());
+  const Verdict verdict = judge_below(-pivot, -1e-14L, error);
+  if (verdict != Verdict::good) return verdict;
+  factor(i, i) = std::sqrt(pivot);
+  inverse(i, i) = 1;
+  for (int d = 0; d < i; ++d) inverse.row(i) -= factor(i, d) * inverse.row(d);
+  inverse.row(i) /= factor(i, i);
   return Verdict::good;
 }
 
 // The limits of docs/numerics.md in long double, scaled to a diagonal of ones. Nearer to a limit than what float64
 // loses it is unclear.
 Verdict judge_prior(const double* prior) {
-  Wide root[n];
-  if (judge_diagonal(prior, root) == Verdict::bad) return Verdict::bad;
-  const Verdict symmetry = judge_symmetry(prior, root);
+  const WideMatrix given = Eigen::Map<const Eigen::Matrix<double, n, n, Eigen::RowMajor>>(prior).cast<Wide>();
+  if (!given.allFinite() || !(given.diagonal().minCoeff() > 0)) return Verdict::bad;
+  const WideVector root = given.diagonal().cwiseSqrt();
+  const WideMatrix scaled = root.asDiagonal().inverse() * given * root.asDiagonal().inverse();
+  const Verdict symmetry = judge_symmetry(scaled);
   if (symmetry == Verdict::bad) return Verdict::bad;
-  Entries l = {};
-  Entries inverse = {};  // of l
-  Wide inverse_squared = 0;
+  WideMatrix factor = WideMatrix::Zero(), inverse = WideMatrix::Zero();
   for (int i = 0; i < n; ++i) {
-    const Verdict verdict = judge_pivot(prior, root, i, l, inverse, inverse_squared);
+    const Verdict verdict = judge_pivot((scaled + scaled.transpose()) / 2, i, factor, inverse);
     if (verdict != Verdict::good) return verdict;
   }
-  Wide largest = 0;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) largest = std::max(largest, std::abs(inverse[i][j]) / root[j]);
-  }
-  const Wide error = std::min(1.0L, 1000 * Wide{test::unit_roundoff} * inverse_squared * std::sqrt(inverse_squared));
+  const Wide largest = (inverse * root.asDiagonal().inverse()).cwiseAbs().maxCoeff();
+  const Wide squared = inverse.squaredNorm();
+  const Wide error = std::min(1.0L, 1000 * Wide{test::unit_roundoff} * squared * std::sqrt(squared));
   return worse(symmetry, judge_below(largest, 1e10L, largest * error));
 }
 
@@ -182,11 +156,8 @@ bool Rules::is_feasible() const {
 
 test::Matrix6 prior_of(const Options& options) {
   if (options.prior == nullptr) return test::default_information();
-  test::Matrix6 prior;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) prior(i, j) = options.prior[n * i + j] / 2 + options.prior[n * j + i] / 2;
-  }
-  return prior;
+  const test::Matrix6 given = Eigen::Map<const Eigen::Matrix<double, n, n, Eigen::RowMajor>>(options.prior);
+  return given / 2 + given.transpose() / 2;
 }
 
 bool is_expected_error(const Rules& rules, std::size_t capacity, Error error) {

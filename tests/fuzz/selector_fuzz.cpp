@@ -14,6 +14,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <optional>
 
 namespace maxlogdet::fuzz {
 namespace {
@@ -267,32 +268,25 @@ void check_strategies(std::size_t capacity, const BlockStore& blocks, Options op
   }
 }
 
-// The exact log det of an answer, and how far off that may be.
-bool exact_log_det(const BlockStore& blocks, const Options& options, const Answer& answer, long double& log_det,
-                   long double& error) {
+// Follows an answer; none where it has no digits.
+std::optional<Exact> followed(const BlockStore& blocks, const Options& options, const Answer& answer) {
   Exact exact(blocks, options);
   for (const std::uint32_t i : answer.indices) {
-    if (!exact.is_tame()) return false;
+    if (!exact.is_tame()) return std::nullopt;
     exact.take(i);
   }
-  log_det = exact.log_det();
-  error = exact.own_error();
-  return exact.is_tame();
+  return exact.is_tame() ? std::make_optional(exact) : std::nullopt;
 }
 
 void check_exchange(std::size_t capacity, const BlockStore& blocks, Options options, const Answer& exchanged) {
   if (options.exchange.sweeps == 0) return;
   options.exchange.sweeps = 0;
-  const Answer before = ask_new_selector(capacity, blocks, options);
-  if (before.indices == exchanged.indices) return;
-  long double log_dets[2];
-  long double errors[2];
-  if (!exact_log_det(blocks, options, before, log_dets[0], errors[0]) ||
-      !exact_log_det(blocks, options, exchanged, log_dets[1], errors[1])) {
-    return;
-  }
-  require(log_dets[1] >= log_dets[0] - errors[0] - errors[1], "an exchange never lowers log det", log_dets[0],
-          log_dets[1]);
+  const Answer answer = ask_new_selector(capacity, blocks, options);
+  if (answer.indices == exchanged.indices) return;
+  const std::optional<Exact> before = followed(blocks, options, answer), after = followed(blocks, options, exchanged);
+  if (!before || !after) return;
+  require(after->log_det() >= before->log_det() - before->own_error() - after->own_error(),
+          "an exchange never lowers log det", before->log_det(), after->log_det());
 }
 
 void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, const Options& options,

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The guide's code that belongs to no tracker, run: priors, weights, one memory a thread; and what it says of budgets,
-// recordings and weightings. guide_frame_test.cpp has the rest.
+// The guide's code that belongs to no tracker, run: priors, weights, one memory a thread; and what it says of budgets
+// and weightings. guide_frame_test.cpp has the rest.
 #include "tests/api/integration/general_snippets.hpp"
 
 #include "sim/scene.hpp"
 #include "sim/se3.hpp"
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <thread>
 #include <vector>
@@ -35,13 +33,6 @@ Matrix6 jacobian_of(const Pose& T_cw, const Perturb& perturbed) {
 
 Eigen::Matrix3d rotation(const Eigen::Vector3d& vector) {
   return sim::exp_se3((Vector6() << Eigen::Vector3d::Zero(), vector).finished()).linear();
-}
-
-Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
-  Pose T = Pose::Identity();
-  T.linear() = R;
-  T.translation() = t;
-  return T;
 }
 
 void expect_same_information(const Matrix6& prior, const Matrix6& covariance, const Matrix6& A) {
@@ -108,37 +99,6 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
   ASSERT_EQ(good.select(100).status, Status::ok);
   EXPECT_GT(good.efficiency(), 0.2);
   EXPECT_LT(good.efficiency(), 0.34);
-}
-
-// Without a limit, because tests assert no time, the guide's options end where their targets are met.
-TEST(BudgetGuide, a_target_takes_as_many_matches_as_the_accuracy_needs) {
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  GoodFeatures good(1000);
-  gather(frame, good);
-  Options options(400);
-  options.target.efficiency = 0.7;
-  const Selection selection = good.select(options);
-  ASSERT_EQ(selection.status, Status::target_reached);
-  EXPECT_LT(selection.size, options.budget);
-  EXPECT_GE(good.efficiency(), 0.7 - 1e-9);
-  options.budget = selection.size - 1;
-  EXPECT_EQ(good.select(options).status, Status::ok);
-}
-
-TEST(BudgetGuide, spread_over_the_image_no_cell_has_more_than_one_match) {
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 1000, Random().seed());
-  GoodFeatures good(1000);
-  good.spread = 1.5;
-  gather(frame, good);
-  ASSERT_EQ(good.select(100).size, 100U);
-  std::vector<double> uv;
-  for (const sim::Match& match : frame.matches) uv.insert(uv.end(), {match.u, match.v});
-  ImageCells cells(1000);
-  ASSERT_TRUE(cells.assign(uv.data(), 2, 1000, 150));
-  std::vector<int> selected_of_cell(cells.count());
-  for (std::size_t i = 0; i < good.size(); ++i) selected_of_cell[cells.groups()[i]] += good.is_selected(i) ? 1 : 0;
-  EXPECT_EQ(cells.count(), 150U);
-  EXPECT_LE(*std::max_element(selected_of_cell.begin(), selected_of_cell.end()), 1);
 }
 
 // Points that were seen once in stereo, and their covariances.
@@ -217,15 +177,6 @@ TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
   H = before;
   guide::weigh_rows(good, 1, 2, e, H);  // there is none
   EXPECT_LT(relative_difference(H, before / 2), 1e-12);
-}
-
-TEST(RecordGuide, frames_are_written_into_the_folder) {
-  const TemporaryFolder folder;
-  GoodFeatures good(1000);
-  EXPECT_TRUE(good.record((folder / "frames/").c_str()));
-  gather(make_scene(sim::Scene::euroc_like, 300, Random().seed()), good);
-  EXPECT_EQ(good.select(Options()).status, Status::ok);
-  EXPECT_EQ(RecordedFrame(folder / "frames/frame_000000.csv").rows.size(), 300U);
 }
 
 TEST(ThreadsGuide, each_thread_has_its_own_memory) {

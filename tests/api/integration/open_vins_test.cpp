@@ -4,21 +4,19 @@
 #include "tests/api/integration/open_vins_snippets.hpp"
 #include "tests/support/decompositions.hpp"
 
-#include "tests/api/integration/oracle.hpp"
+#include "tests/api/integration/adapter_world.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
-#include <string>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
 
 using ov_type::PoseJPL;
-using Features = std::vector<std::shared_ptr<ov_core::Feature>>;
 
 Eigen::Vector4d random_quaternion(Random& random) {
   return (Eigen::Vector4d() << random_vector(random, 1), random.uniform(0.5, 1)).finished().normalized();
@@ -37,59 +35,72 @@ class OddCamera : public ov_core::CamBase {
     H_dz_dzn.resize(2, 2);
     H_dz_dzn << 458 * (radial - 0.2 * x * x), 458 * -0.2 * x * y + 20, 457 * -0.2 * x * y, 457 * (radial - 0.2 * y * y);
     H_dz_dzeta.setZero(2, 8);
-    ++calls;
   }
-  int calls = 0;
 };
 
-struct World {
-  explicit World(Random& random, std::size_t n, int clones = 3) {
+class OpenVinsWorld : public AdapterWorld {
+ public:
+  OpenVinsWorld(Random& random, std::size_t n, std::size_t budget, std::size_t capacity) {
+    updater_.good_features = OpenVins(budget, capacity);
+    updater_.good_features.sigma_pixels = 1.5;
     state->_calib_IMUtoCAM[0] = std::make_shared<PoseJPL>(random_quaternion(random), random_vector(random, 0.2));
-    state->_cam_intrinsics_cameras[0] = camera;
-    for (int i = 0; i < clones; ++i) {
+    state->_cam_intrinsics_cameras[0] = std::make_shared<OddCamera>();
+    for (int i = 0; i < 3; ++i) {
       state->_clones_IMU[100 + 0.1 * i] =
           std::make_shared<PoseJPL>(random_quaternion(random), random_vector(random, 2));
     }
     for (std::size_t i = 0; i < n; ++i) {
       features.push_back(std::make_shared<ov_core::Feature>());
       features.back()->featid = i;
-      features.back()->p_FinG = in_world(random_point_in_camera(random));
+      features.back()->p_FinG = T_cw().inverse() * random_point_in_camera(random);
     }
   }
 
-  // OpenVINS's own chain, and back: p_FinI = R_GtoI (p_FinG - p_IinG), p_FinC = R_ItoC p_FinI + p_IinC.
-  Eigen::Vector3d in_camera(const Eigen::Vector3d& p_FinG) const {
-    const PoseJPL& clone = *state->_clones_IMU.rbegin()->second;
-    const PoseJPL& extrinsics = *state->_calib_IMUtoCAM.at(0);
-    return extrinsics.Rot() * (clone.Rot() * (p_FinG - clone.pos())) + extrinsics.pos();
-  }
-  Eigen::Vector3d in_world(const Eigen::Vector3d& p_FinC) const {
-    const PoseJPL& clone = *state->_clones_IMU.rbegin()->second;
-    const PoseJPL& extrinsics = *state->_calib_IMUtoCAM.at(0);
-    return clone.Rot().transpose() * (extrinsics.Rot().transpose() * (p_FinC - extrinsics.pos())) + clone.pos();
+  TrackerHook& hook() override { return updater_.good_features; }
+
+  // What is kept stays in order, and nothing is deleted.
+  std::set<std::size_t> run() override {
+    std::vector<std::shared_ptr<ov_core::Feature>> offered = features;
+    updater_.update(state, offered);
+    std::vector<std::size_t> kept;
+    for (const auto& feature : offered) kept.push_back(feature->featid);
+    EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end()));
+    for (const auto& feature : features) EXPECT_FALSE(feature->to_delete);
+    return {kept.begin(), kept.end()};
   }
 
   // By differences of what the camera sees.
-  Matrix6 information_of(const ov_core::Feature& feature, double sigma) const {
+  std::vector<Matrix6> informations() const override {
     const auto measure = [](const Eigen::Vector3d& p) {
-      return Eigen::VectorXd(OddCamera::distorted(p.head<2>() / p.z()));
+      return Eigen::VectorXd(OddCamera::distorted(p.head<2>() / p.z()) / 1.5);
     };
-    return gram(derivative_under_left_perturbation(measure, in_camera(feature.p_FinG))) / (sigma * sigma);
-  }
-
-  double largest_difference_of(const BlockStore& blocks, double sigma) const {
-    double largest = 0;
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      const Eigen::MatrixXd actual = gram(stored_block(blocks, i));
-      largest = std::max(largest, relative_difference(actual, information_of(*features[i], sigma)));
+    std::vector<Matrix6> all;
+    for (const auto& feature : features) {
+      all.emplace_back(gram(derivative_under_left_perturbation(measure, T_cw() * feature->p_FinG)));
     }
-    return largest;
+    return all;
   }
 
-  std::shared_ptr<OddCamera> camera = std::make_shared<OddCamera>();
+  void lose_pose() override { state->_clones_IMU.clear(); }
+  void make_not_finite(std::size_t i) override { features[i]->p_FinG.x() = nan; }
+  void put_behind_camera(std::size_t i) override { features[i]->p_FinG = T_cw().inverse() * Eigen::Vector3d(1, 0, -5); }
+
+  // OpenVINS's own chain: p_FinI = R_GtoI (p_FinG - p_IinG), p_FinC = R_ItoC p_FinI + p_IinC.
+  sim::Pose T_cw() const {
+    const PoseJPL& clone = *state->_clones_IMU.rbegin()->second;
+    const PoseJPL& extrinsics = *state->_calib_IMUtoCAM.at(0);
+    return transform(extrinsics.Rot(), extrinsics.pos()) * transform(clone.Rot().transpose(), clone.pos()).inverse();
+  }
+
   std::shared_ptr<ov_msckf::State> state = std::make_shared<ov_msckf::State>();
-  Features features;
+  std::vector<std::shared_ptr<ov_core::Feature>> features;
+
+ private:
+  ov_msckf::UpdaterMSCKF updater_;
 };
+
+constexpr AdapterCase of_open_vins[] = {{"OpenVins", make_world<OpenVinsWorld>, 1e-5}};
+INSTANTIATE_TEST_SUITE_P(OpenVins, AnyAdapter, ::testing::ValuesIn(of_open_vins), name_of);
 
 // A frame turned by an angle a about z sees the world turned by -a: that is what JPL's q_GtoI stands for.
 TEST(OpenVinsAdapter, a_jpl_quaternion_rotates_the_frame_not_the_vector) {
@@ -98,94 +109,6 @@ TEST(OpenVinsAdapter, a_jpl_quaternion_rotates_the_frame_not_the_vector) {
   Eigen::Matrix3d expected;
   expected << std::cos(a), std::sin(a), 0, -std::sin(a), std::cos(a), 0, 0, 0, 1;
   EXPECT_LT((PoseJPL(q, Eigen::Vector3d::Zero()).Rot() - expected).norm(), 1e-12);
-}
-
-TEST(OpenVinsAdapter, the_newest_camera_takes_points_from_the_world_to_camera_0) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 50);
-  const Eigen::Matrix<double, 3, 4> T_cw = OpenVins::newest_camera(*world.state, 0);
-  for (const auto& feature : world.features) {
-    const Eigen::Vector3d p = T_cw.leftCols<3>() * feature->p_FinG + T_cw.col(3);
-    EXPECT_LT((p - world.in_camera(feature->p_FinG)).norm(), 1e-9);
-  }
-}
-
-TEST(OpenVinsAdapter, blocks_are_derivatives_at_the_newest_clone_by_the_cameras_own_distortion) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 100);
-  OpenVins good(20);
-  good.sigma_pixels = 1.5;
-  Features offered = world.features;
-  good.keep_selected(*world.state, offered);
-  ASSERT_EQ(good.features.blocks().size(), 100U);
-  EXPECT_EQ(world.camera->calls, 100);
-  EXPECT_LT(world.largest_difference_of(good.features.blocks(), 1.5), 1e-5);
-  EXPECT_GT(world.largest_difference_of(good.features.blocks(), 1), 0.1);
-}
-
-TEST(OpenVinsAdapter, selected_features_and_those_without_a_block_are_kept_in_order_and_none_is_deleted) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 120);
-  world.features[5]->p_FinG = world.in_world({1, 0, -5});  // behind camera 0
-  ov_msckf::UpdaterMSCKF updater;
-  Features features = world.features;
-  updater.update(world.state, features);
-  const BlockStore& made = updater.good_features.features.blocks();
-  ASSERT_EQ(made.size(), 120U);
-  EXPECT_FALSE(made.is_valid(5));
-  std::set<std::size_t> expected = {5};
-  for (const std::uint32_t i : select_indices(made, updater.good_features.options)) expected.insert(i);
-  EXPECT_EQ(expected.size(), 41U);
-  std::vector<std::size_t> kept;
-  for (const auto& feature : features) kept.push_back(feature->featid);
-  EXPECT_EQ(kept, std::vector<std::size_t>(expected.begin(), expected.end()));
-  for (const auto& feature : world.features) EXPECT_FALSE(feature->to_delete);
-  EXPECT_STREQ(updater.good_features.cost().status, "ok");
-  EXPECT_EQ(updater.good_features.cost().candidates, 120U);
-  EXPECT_EQ(updater.good_features.cost().selected, 41U);
-}
-
-// Of the world's features, how many are kept.
-std::size_t kept_by(OpenVins good, const World& world, const std::string& why) {
-  Features features = world.features;
-  good.keep_selected(*world.state, features);
-  EXPECT_EQ(good.cost().status, why);
-  EXPECT_EQ(good.cost().candidates, world.features.size());
-  EXPECT_EQ(good.cost().selected, features.size());
-  return features.size();
-}
-
-TEST(OpenVinsAdapter, few_features_and_after_an_error_all_are_kept) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 120);
-  EXPECT_EQ(kept_by(OpenVins(120), world, "all_selected"), 120U);
-  OpenVins good(40);
-  good.options.time_limit = -1;
-  EXPECT_EQ(kept_by(std::move(good), world, "invalid_time_limit"), 120U);
-  world.state->_clones_IMU.clear();
-  EXPECT_EQ(kept_by(OpenVins(40), world, "invalid_pose"), 120U);
-}
-
-TEST(OpenVinsAdapter, at_a_deadline_the_budget_is_kept_and_beyond_the_capacity_all) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 120);
-  OpenVins good(40);
-  good.options.time_limit = 1e-9;
-  EXPECT_EQ(kept_by(std::move(good), world, "deadline_reached"), 40U);
-  EXPECT_EQ(kept_by(OpenVins(40, 50), world, "capacity_exceeded"), 40U + 70);
-}
-
-TEST(OpenVinsAdapter, a_feature_that_is_not_finite_is_kept) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 120);
-  world.features[7]->p_FinG.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(kept_by(OpenVins(40), world, "ok"), 41U);
 }
 
 struct Placed {

@@ -65,6 +65,13 @@ double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>
   return largest;
 }
 
+sim::Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  sim::Pose T = sim::Pose::Identity();
+  T.linear() = R;
+  T.translation() = t;
+  return T;
+}
+
 sim::Pose random_pose(Random& random) {
   sim::Vector6 xi;
   xi << random_vector(random, 2), random_vector(random, 0.9);

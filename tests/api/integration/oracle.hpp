@@ -51,6 +51,9 @@ Matrix6 map_bias_information(const SeenPoint& point);
 double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points,
                           Matrix6 (*expected_of)(const SeenPoint&) = information_of);
 
+/// R x + t.
+sim::Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
+
 /// Up to some two metres and a radian and a half from the origin, so that no rotation is its own inverse.
 sim::Pose random_pose(Random& random);
 

@@ -21,10 +21,13 @@ namespace {
 template <int rows, int order = Eigen::ColMajor, class Scalar = double>
 using Matrix4 = Eigen::Matrix<Scalar, rows, 4, order>;
 
-// Exact in float, so that every type holds the same.
-Eigen::Isometry3d random_pose_of_float(Random& random) {
-  return Eigen::Isometry3d(random_isometry(random, 5, 3).matrix().cast<float>().template cast<double>());
-}
+// A pose that is exact in float, so that every type holds the same.
+class TraitsOfPoses : public ::testing::Test {
+ protected:
+  Random random;
+  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
+  const Eigen::Isometry3d T{random_isometry(random, 5, 3).matrix().cast<float>().cast<double>()};
+};
 
 void expect_same(const RigidTransform& made, const Eigen::Isometry3d& T) {
   for (int i = 0; i < 12; ++i) EXPECT_EQ(made.data()[i], T.matrix()(i / 4, i % 4)) << i;
@@ -32,10 +35,7 @@ void expect_same(const RigidTransform& made, const Eigen::Isometry3d& T) {
 
 bool is_refused(const RigidTransform& made) { return std::isnan(made.data()[0]); }
 
-TEST(Traits, eigen_poses_of_every_scalar_and_order_are_read) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Eigen::Isometry3d T = random_pose_of_float(random);
+TEST_F(TraitsOfPoses, eigen_poses_of_every_scalar_and_order_are_read) {
   expect_same(T, T);
   expect_same(Eigen::Isometry3f(T.cast<float>()), T);
   expect_same(Eigen::Affine3d(T), T);
@@ -50,10 +50,7 @@ TEST(Traits, eigen_poses_of_every_scalar_and_order_are_read) {
   expect_same(Eigen::MatrixXf(T.matrix().topRows<3>().cast<float>()), T);
 }
 
-TEST(Traits, expressions_maps_and_blocks_of_eigen_are_poses) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Eigen::Isometry3d T = random_pose_of_float(random);
+TEST_F(TraitsOfPoses, expressions_maps_and_blocks_of_eigen_are_poses) {
   const Eigen::Matrix4d matrix = T.matrix();
   const Eigen::Matrix4d transposed = matrix.transpose();
   Eigen::MatrixXd large = Eigen::MatrixXd::Zero(7, 9);
@@ -70,21 +67,7 @@ TEST(Traits, expressions_maps_and_blocks_of_eigen_are_poses) {
   for (int i = 0; i < 12; ++i) EXPECT_EQ(inverse.data()[i], T.inverse().matrix()(i / 4, i % 4)) << i;
 }
 
-TEST(Traits, eigen_matrices_of_another_size_are_no_poses) {
-  static_assert(!std::is_constructible<RigidTransform, Eigen::Matrix3d>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, Eigen::Vector3d>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, Eigen::Matrix<float, 4, 3>>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, Eigen::Matrix<float, Eigen::Dynamic, 3>>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, Eigen::Isometry2d>::value, "");
-  for (const auto& size : {std::make_pair(0, 0), std::make_pair(3, 3), std::make_pair(2, 4), std::make_pair(5, 4)}) {
-    EXPECT_TRUE(is_refused(Eigen::MatrixXd(Eigen::MatrixXd::Ones(size.first, size.second))));
-  }
-}
-
-TEST(Traits, sophus_poses_are_read) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Eigen::Isometry3d T = random_pose_of_float(random);
+TEST_F(TraitsOfPoses, sophus_poses_are_read) {
   const Sophus::SE3d of_double(T.linear(), T.translation());
   expect_same(of_double, T);
   expect_same(Sophus::SE3f(T.linear().cast<float>(), T.translation().cast<float>()), T);
@@ -102,10 +85,7 @@ cv::Mat mat_of(const Eigen::MatrixXd& entries) {
   return mat;
 }
 
-TEST(Traits, opencv_poses_are_read) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Eigen::Isometry3d T = random_pose_of_float(random);
+TEST_F(TraitsOfPoses, opencv_poses_are_read) {
   for (const int rows : {3, 4}) {
     const Eigen::MatrixXd entries = T.matrix().topRows(rows);
     expect_same(mat_of<float>(entries), T);
@@ -125,12 +105,12 @@ TEST(Traits, opencv_poses_are_read) {
   expect_same(of_float, T);
 }
 
-TEST(Traits, opencv_matrices_of_another_size_or_type_are_refused) {
-  static_assert(!std::is_constructible<RigidTransform, cv::Matx33d>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, cv::Vec3d>::value, "");
+TEST(Traits, matrices_of_another_size_or_type_are_refused) {
   EXPECT_TRUE(is_refused(cv::Mat()));
   EXPECT_TRUE(is_refused(cv::Mat(4, 4, CV_8U)));
-  for (const auto& size : {std::make_pair(3, 3), std::make_pair(2, 4), std::make_pair(5, 4), std::make_pair(4, 3)}) {
+  for (const auto& size :
+       {std::make_pair(0, 0), std::make_pair(3, 3), std::make_pair(2, 4), std::make_pair(5, 4), std::make_pair(4, 3)}) {
+    EXPECT_TRUE(is_refused(Eigen::MatrixXd(Eigen::MatrixXd::Ones(size.first, size.second))));
     EXPECT_TRUE(is_refused(cv::Mat(size.first, size.second, CV_32F)));
     EXPECT_TRUE(is_refused(cv::Mat(size.first, size.second, CV_64F)));
   }
@@ -207,16 +187,19 @@ TEST(Traits, vectors_that_are_too_short_are_points_that_nothing_selects) {
 
 struct Opaque {};
 
-TEST(Traits, what_is_neither_pose_nor_point_does_not_compile) {
-  static_assert(!std::is_constructible<RigidTransform, Opaque>::value, "");
-  static_assert(!std::is_constructible<RigidTransform, const double*>::value, "its order is not known");
-  static_assert(!std::is_constructible<RigidTransform, const double(&)[16]>::value, "its order is not known");
-  static_assert(!std::is_constructible<WorldPoint, Opaque>::value, "");
-  static_assert(!std::is_constructible<WorldPoint, double>::value, "");
-  static_assert(!std::is_constructible<WorldPoint, const Eigen::Vector3d*>::value, "");
-  static_assert(!std::is_constructible<Pixel, cv::Matx33d>::value, "");
-  static_assert(std::is_constructible<RigidTransform, std::nullptr_t>::value, "");
-}
+template <class Given>
+constexpr bool is_pose = std::is_constructible<RigidTransform, Given>::value;
+template <class Given>
+constexpr bool is_point = std::is_constructible<WorldPoint, Given>::value;
+
+// What is neither pose nor point does not compile.
+static_assert(!is_pose<Eigen::Matrix3d> && !is_pose<Eigen::Vector3d> && !is_pose<Eigen::Isometry2d>);
+static_assert(!is_pose<Eigen::Matrix<float, 4, 3>> && !is_pose<Eigen::Matrix<float, Eigen::Dynamic, 3>>);
+static_assert(!is_pose<cv::Matx33d> && !is_pose<cv::Vec3d> && !is_pose<Opaque>);
+static_assert(!is_pose<const double*> && !is_pose<const double (&)[16]>, "their order is not known");
+static_assert(is_pose<std::nullptr_t>);
+static_assert(!is_point<Opaque> && !is_point<double> && !is_point<const Eigen::Vector3d*>);
+static_assert(!std::is_constructible<Pixel, cv::Matx33d>::value);
 
 }  // namespace
 

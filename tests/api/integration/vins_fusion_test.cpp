@@ -3,22 +3,26 @@
 // para_Feature.
 #include "tests/api/integration/vins_fusion_snippets.hpp"
 
-#include "tests/api/integration/oracle.hpp"
-#include "tests/support/recording.hpp"
-#include "tests/support/support.hpp"
+#include "tests/api/integration/adapter_world.hpp"
+#include "tests/support/numbers.hpp"
 
-#include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
 
-// A full window. Features with an id divisible by 5 are too short, those by 7 are not seen by the newest frame.
-struct World {
-  World(Random& random, int n) {
+// A full window of n features that the newest frame sees in at least four frames; between them as many whose track is
+// too short, or has ended.
+class VinsFusionWorld : public AdapterWorld {
+ public:
+  VinsFusionWorld(Random& random, std::size_t n, std::size_t budget, std::size_t capacity) {
+    estimator.good_features = VinsFusion(budget, capacity);
     const sim::Pose T_bc = random_pose(random);
     estimator.frame_count = WINDOW_SIZE;
     for (int camera = 0; camera < 2; ++camera) {
@@ -30,239 +34,126 @@ struct World {
       estimator.Rs[i] = T_wb.linear();
       estimator.Ps[i] = T_wb.translation();
     }
-    for (int id = 0; id < n; ++id) {
-      const bool ended = id % 7 == 0;
-      FeaturePerId feature(id, WINDOW_SIZE - 7 + (id % 5 == 0 ? 5 : random.integer(0, 4)));
-      const int last = ended ? WINDOW_SIZE - 1 : WINDOW_SIZE;
-      for (int frame = feature.start_frame; frame <= last; ++frame) feature.feature_per_frame.emplace_back();
-      // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
-      const Eigen::Vector3d p_c = in_camera(feature.start_frame, in_world(random_point_in_camera(random)));
-      feature.estimated_depth = std::abs(p_c.z());
-      feature.solve_flag = 1;
-      feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
-      feature.feature_per_frame.back().point = Eigen::Vector3d(id, 0.5 * id, 1);
-      estimator.f_manager.feature.push_front(feature);  // in no order that anything may rely on
+    for (int id = 0; candidates.size() < n; ++id) {
+      const bool is_short = id % 4 == 1, has_ended = id % 4 == 3;
+      add_track(random, id, WINDOW_SIZE - 7 + (is_short ? 5 : random.integer(0, 4)),
+                has_ended ? WINDOW_SIZE - 1 : WINDOW_SIZE);
+      // In no order that anything may rely on.
+      if (!is_short && !has_ended) candidates.insert(candidates.begin(), &estimator.f_manager.feature.front());
     }
+  }
+
+  TrackerHook& hook() override { return estimator.good_features; }
+
+  // What is not left out of the problem.
+  std::set<std::size_t> run() override {
+    estimator.added.clear();
+    estimator.optimization();
+    std::set<std::size_t> kept;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (!leaves_out(*candidates[i])) kept.insert(i);
+    }
+    EXPECT_EQ(estimator.good_features.left_out_count(), candidates.size() - kept.size());
+    return kept;
+  }
+  bool leaves_out(const FeaturePerId& feature) const {
+    return estimator.good_features.leaves_out(static_cast<std::uint64_t>(feature.feature_id));
+  }
+
+  std::vector<Matrix6> informations() const override {
+    std::vector<Matrix6> all;
+    for (const FeaturePerId* const feature : candidates) {
+      const Eigen::Vector3d in_first = feature->feature_per_frame[0].point * feature->estimated_depth;
+      const Eigen::Vector3d p_c = T_wc(WINDOW_SIZE).inverse() * (T_wc(feature->start_frame) * in_first);
+      all.push_back(information_of({p_c, 0, 1, 1, 1.5 / 460}));
+    }
+    return all;
+  }
+
+  void lose_pose() override { estimator.Rs[WINDOW_SIZE] *= 2; }  // no rotation
+  void make_not_finite(std::size_t i) override { candidates[i]->feature_per_frame[0].point.x() = nan; }
+  void put_behind_camera(std::size_t i) override {
+    const sim::Pose T_first = T_wc(candidates[i]->start_frame).inverse() * T_wc(WINDOW_SIZE);
+    candidates[i]->feature_per_frame[0].point = T_first * Eigen::Vector3d(0.1, 0, -5);
+    candidates[i]->estimated_depth = 1;
+  }
+
+  // As the newest image measures them, in normalised coordinates.
+  std::map<std::string, double> recorded(std::size_t i) const override {
+    const double id = candidates[i]->feature_id;
+    return {{"mp_id", id}, {"u", id}, {"v", 0.5 * id}, {"inv_sigma2", std::pow(460 / 1.5, 2)}};
   }
 
   // VINS-Fusion's own chain: camera to body by ric, tic; body to world by Rs, Ps.
-  Eigen::Vector3d in_camera(int frame, const Eigen::Vector3d& p_w) const {
-    const Eigen::Vector3d p_b = estimator.Rs[frame].transpose() * (p_w - estimator.Ps[frame]);
-    return estimator.ric[0].transpose() * (p_b - estimator.tic[0]);
-  }
-  Eigen::Vector3d in_world(const Eigen::Vector3d& p_c) const {
-    const Eigen::Vector3d p_b = estimator.ric[0] * p_c + estimator.tic[0];
-    return estimator.Rs[WINDOW_SIZE] * p_b + estimator.Ps[WINDOW_SIZE];
-  }
-
-  std::vector<int> candidates() const {
-    std::vector<int> ids;
-    for (const FeaturePerId& feature : estimator.f_manager.feature) {
-      if (feature.feature_id % 7 != 0 && feature.feature_per_frame.size() >= 4) ids.push_back(feature.feature_id);
-    }
-    return ids;
-  }
-  std::vector<SeenPoint> seen() const {
-    std::vector<SeenPoint> points;
-    const std::vector<int> ids = candidates();
-    for (const FeaturePerId& feature : estimator.f_manager.feature) {
-      if (std::count(ids.begin(), ids.end(), feature.feature_id) == 0) continue;
-      const Eigen::Vector3d p_c = feature.feature_per_frame[0].point * feature.estimated_depth;
-      const int first = feature.start_frame;
-      const Eigen::Vector3d p_w =
-          estimator.Rs[first] * (estimator.ric[0] * p_c + estimator.tic[0]) + estimator.Ps[first];
-      points.push_back({in_camera(WINDOW_SIZE, p_w), 0, 1, 1, 1.5 / 460});
-    }
-    return points;
-  }
-
-  // What is left out, of all features.
-  std::set<int> left_out(const VinsFusion& good) const {
-    std::set<int> ids;
-    for (const FeaturePerId& feature : estimator.f_manager.feature) {
-      if (good.leaves_out(static_cast<std::uint64_t>(feature.feature_id))) ids.insert(feature.feature_id);
-    }
-    EXPECT_EQ(ids.size(), good.left_out_count());
-    return ids;
+  sim::Pose T_wc(int frame) const {
+    return transform(estimator.Rs[frame], estimator.Ps[frame]) * transform(estimator.ric[0], estimator.tic[0]);
   }
 
   Estimator estimator;
+  std::vector<FeaturePerId*> candidates;
+
+ private:
+  void add_track(Random& random, int id, int first, int last) {
+    FeaturePerId feature(id, first);
+    for (int frame = first; frame <= last; ++frame) feature.feature_per_frame.emplace_back();
+    // In front of the newest frame, perhaps behind the first one of the track: only the former counts.
+    const Eigen::Vector3d p_c = T_wc(first).inverse() * (T_wc(WINDOW_SIZE) * random_point_in_camera(random));
+    feature.estimated_depth = std::abs(p_c.z());
+    feature.solve_flag = 1;
+    feature.feature_per_frame[0].point = p_c / feature.estimated_depth;
+    feature.feature_per_frame.back().point = Eigen::Vector3d(id, 0.5 * id, 1);
+    estimator.f_manager.feature.push_front(feature);
+  }
 };
 
-TEST(VinsFusionAdapter, blocks_are_derivatives_at_the_newest_camera) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 300);
-  VinsFusion good(100);
-  good.ask(world.estimator);
-  const std::vector<SeenPoint> seen = world.seen();
-  ASSERT_GT(seen.size(), 150U);
-  ASSERT_EQ(good.features.blocks().size(), seen.size());
-  EXPECT_LT(largest_difference(good.features.blocks(), seen), 1e-5);
-}
-
-TEST(VinsFusionAdapter, left_out_is_what_the_newest_frame_sees_and_was_not_selected) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 300);
-  VinsFusion good(100);
-  good.ask(world.estimator);
-  const std::vector<int> candidates = world.candidates();
-  const auto selected = select_indices(good.features.blocks(), good.options);
-  std::set<int> expected(candidates.begin(), candidates.end());
-  for (const std::uint32_t i : selected) expected.erase(candidates[i]);
-  EXPECT_EQ(world.left_out(good), expected);
-  EXPECT_EQ(expected.size(), candidates.size() - 100);
-  EXPECT_STREQ(good.cost().status, "ok");
-  EXPECT_EQ(good.cost().candidates, candidates.size());
-  EXPECT_EQ(good.cost().selected, 100U);
-}
-
-TEST(VinsFusionAdapter, a_recorded_frame_has_the_candidates_as_the_newest_image_measures_them) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 300);
-  const TemporaryFolder folder;
-  VinsFusion good(100);
-  ASSERT_TRUE(good.record(folder.path().c_str()));
-  good.ask(world.estimator);
-  const RecordedFrame recorded(folder / "frame_000000.csv");
-  EXPECT_EQ(recorded.numbers("fx,fy,cx,cy,bf"), (std::vector<double>{1, 1, 0, 0, 0}));
-  const std::vector<int> candidates = world.candidates();
-  const std::set<int> left_out = world.left_out(good);
-  ASSERT_EQ(recorded.rows.size(), candidates.size());
-  for (std::size_t row = 0; row < candidates.size(); ++row) {
-    const int id = candidates[row];
-    EXPECT_EQ(recorded.at(row, "mp_id"), id);
-    EXPECT_EQ(recorded.at(row, "u"), id);
-    EXPECT_EQ(recorded.at(row, "v"), 0.5 * id);
-    EXPECT_NEAR(std::sqrt(recorded.at(row, "inv_sigma2")), 460 / 1.5, 1e-9);
-    EXPECT_EQ(recorded.at(row, "selected"), left_out.count(id) > 0 ? 0 : 1);
-  }
-}
+constexpr AdapterCase of_vins_fusion[] = {{"VinsFusion", make_world<VinsFusionWorld>, 1e-5}};
+INSTANTIATE_TEST_SUITE_P(VinsFusion, AnyAdapter, ::testing::ValuesIn(of_vins_fusion), name_of);
 
 TEST(VinsFusionAdapter, a_depth_that_was_never_optimised_is_not_left_out) {
   Random random;
   SCOPED_TRACE(random.name());
-  World world(random, 300);
-  VinsFusion good(100);
-  good.ask(world.estimator);
-  const std::set<int> before = world.left_out(good);
-  std::set<int> fresh;
-  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
-    if (before.count(feature.feature_id) == 0 || fresh.size() == 30) continue;
-    feature.solve_flag = 0;
-    fresh.insert(feature.feature_id);
+  VinsFusionWorld world(random, 200, 100, 200);
+  const std::set<std::size_t> before = world.run();
+  std::set<std::size_t> fresh;
+  for (std::size_t i = 0; i < 200 && fresh.size() < 30; ++i) {
+    if (before.count(i) == 0) fresh.insert(i);
   }
-  ASSERT_EQ(fresh.size(), 30U);
-  good.ask(world.estimator);
-  const std::set<int> after = world.left_out(good);
-  EXPECT_EQ(after.size(), before.size()) << "they count as budget";
-  for (const int id : fresh) EXPECT_EQ(after.count(id), 0U) << id;
+  for (const std::size_t i : fresh) world.candidates[i]->solve_flag = 0;
+  const std::set<std::size_t> after = world.run();
+  EXPECT_EQ(after.size(), 100U) << "they count as budget";
+  for (const std::size_t i : fresh) EXPECT_EQ(after.count(i), 1U) << i;
 }
 
-TEST(VinsFusionAdapter, features_without_a_depth_and_behind_the_camera_stay_in) {
+TEST(VinsFusionAdapter, features_without_a_depth_stay_in_and_are_no_candidates) {
   Random random;
   SCOPED_TRACE(random.name());
-  World world(random, 300);
-  const std::vector<int> candidates = world.candidates();
-  std::size_t without_depth = 0;
-  std::set<int> odd;
-  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
-    if (feature.feature_id % 11 == 3) feature.estimated_depth = -1;
-    if (feature.feature_id % 11 == 4) {
-      feature.feature_per_frame[0].point = world.in_camera(feature.start_frame, world.in_world({0.1, 0, -5}));
-      feature.estimated_depth = 1;
-    }
-    if (feature.feature_id % 11 == 3 || feature.feature_id % 11 == 4) odd.insert(feature.feature_id);
-    if (feature.estimated_depth < 0) {
-      without_depth += static_cast<std::size_t>(std::count(candidates.begin(), candidates.end(), feature.feature_id));
-    }
-  }
-  VinsFusion good(50);
-  good.ask(world.estimator);
-  const std::set<int> left_out = world.left_out(good);
-  EXPECT_GT(left_out.size(), 50U);
-  EXPECT_EQ(good.cost().candidates, candidates.size() - without_depth);
-  for (const int id : odd) EXPECT_EQ(left_out.count(id), 0U) << id;
+  VinsFusionWorld world(random, 200, 50, 200);
+  for (std::size_t i = 0; i < 200; i += 10) world.candidates[i]->estimated_depth = -1;
+  const std::set<std::size_t> kept = world.run();
+  for (std::size_t i = 0; i < 200; i += 10) EXPECT_EQ(kept.count(i), 1U) << i;
+  EXPECT_EQ(kept.size(), 70U);
+  EXPECT_EQ(world.hook().cost().candidates, 180U);
 }
 
-TEST(VinsFusionAdapter, what_is_left_out_is_not_removed_for_its_reprojection_error) {
+TEST(VinsFusionAdapter, what_is_left_out_keeps_its_place_in_para_feature_and_is_not_removed_for_its_error) {
   Random random;
   SCOPED_TRACE(random.name());
-  World world(random, 300);
-  world.estimator.optimization();
-  std::set<int> removed;
-  world.estimator.outliersRejection(removed);
-  const std::set<int> left_out = world.left_out(world.estimator.good_features);
-  ASSERT_FALSE(left_out.empty());
-  EXPECT_EQ(removed.size(), world.estimator.added.size());
-  for (const int id : left_out) EXPECT_EQ(removed.count(id), 0U) << id;
-}
-
-TEST(VinsFusionAdapter, features_keep_their_places_in_para_feature) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 300);
-  VinsFusion good(100);
-  good.ask(world.estimator);
-  const std::set<int> left_out = world.left_out(good);
-  world.estimator.optimization();
+  VinsFusionWorld world(random, 200, 100, 200);
+  EXPECT_EQ(world.run().size(), 100U);
   std::vector<std::pair<int, int>> expected;
+  std::set<int> optimised;
   int place = -1;
   for (const FeaturePerId& feature : world.estimator.f_manager.feature) {
     if (feature.feature_per_frame.size() < 4) continue;
     ++place;
-    if (left_out.count(feature.feature_id) == 0) expected.emplace_back(feature.feature_id, place);
+    if (world.leaves_out(feature)) continue;
+    expected.emplace_back(feature.feature_id, place);
+    optimised.insert(feature.feature_id);
   }
   EXPECT_EQ(world.estimator.added, expected);
-}
-
-TEST(VinsFusionAdapter, of_few_features_and_after_an_error_none_is_left_out) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 300);
-  const auto expect_all = [&](VinsFusion good, const std::string& why) {
-    good.ask(world.estimator);
-    EXPECT_TRUE(world.left_out(good).empty()) << why;
-    EXPECT_EQ(good.cost().status, why);
-  };
-  expect_all(VinsFusion(400), "all_selected");
-  VinsFusion good(100);
-  good.ask(world.estimator);
-  EXPECT_FALSE(world.left_out(good).empty());
-  world.estimator.Rs[WINDOW_SIZE] *= 2;  // no rotation
-  expect_all(std::move(good), "invalid_pose");
-}
-
-TEST(VinsFusionAdapter, at_a_deadline_all_but_the_budget_are_left_out_and_beyond_the_capacity_none) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const World world(random, 300);
-  VinsFusion good(100);
-  good.options.time_limit = 1e-9;
-  good.ask(world.estimator);
-  EXPECT_EQ(world.left_out(good).size(), world.candidates().size() - 100);
-  EXPECT_STREQ(good.cost().status, "deadline_reached");
-  good = VinsFusion(40, 50);
-  good.ask(world.estimator);
-  EXPECT_EQ(world.left_out(good).size(), 10U);
-  EXPECT_STREQ(good.cost().status, "capacity_exceeded");
-}
-
-TEST(VinsFusionAdapter, a_feature_that_is_not_finite_stays_in) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  World world(random, 300);
-  VinsFusion good(40);
-  good.ask(world.estimator);
-  const int id = *world.left_out(good).begin();
-  for (FeaturePerId& feature : world.estimator.f_manager.feature) {
-    if (feature.feature_id == id) feature.feature_per_frame[0].point.x() = std::numeric_limits<double>::quiet_NaN();
-  }
-  good.ask(world.estimator);
-  EXPECT_EQ(world.left_out(good).count(id), 0U);
-  EXPECT_EQ(good.cost().selected, 41U);
+  std::set<int> removed;
+  world.estimator.outliersRejection(removed);
+  EXPECT_EQ(removed, optimised);
 }
 
 }  // namespace

@@ -12,48 +12,28 @@
 
 namespace {
 
-struct Match {
-  Eigen::Vector3d point;
-  Eigen::Vector2d pixel;
-  double sigma;
-  bool is_used, is_outlier;
-};
-
 class Tracker {
  public:
-  void track(std::vector<Match>& matches) {
+  Eigen::Isometry3d track(const std::vector<toy::Seen>& frame, std::vector<bool>& is_used,
+                          std::vector<bool>& is_outlier) {
     std::vector<toy::Observation> used;
-    good_.start(camera_, T_cw);
-    for (const Match& m : matches) good_.add(m.point, m.pixel, m.sigma);
+    good_.start(camera_, T_cw_);
+    for (const toy::Seen& m : frame) good_.add(m.point, Eigen::Vector2d(m.u, m.v), m.sigma);
     for (const std::size_t i : good_.select(100)) {
-      used.push_back({matches[i].point, matches[i].pixel.x(), matches[i].pixel.y(), -1, matches[i].sigma});
-      matches[i].is_used = true;
+      used.push_back({frame[i].point, frame[i].u, frame[i].v, -1, frame[i].sigma});
+      is_used[i] = true;
     }
-    T_cw = toy::optimize(T_cw, used);
-    for (const std::size_t i : good_.outliers(T_cw)) matches[i].is_outlier = true;
+    T_cw_ = toy::optimize(T_cw_, used);
+    for (const std::size_t i : good_.outliers(T_cw_)) is_outlier[i] = true;
+    return T_cw_;
   }
 
-  Eigen::Isometry3d T_cw = Eigen::Isometry3d::Identity();
-
  private:
+  Eigen::Isometry3d T_cw_ = Eigen::Isometry3d::Identity();
   const maxlogdet::Camera camera_{toy::fx, toy::fy, toy::cx, toy::cy};
   maxlogdet::GoodFeatures good_{2000};
 };
 
 }  // namespace
 
-int main() {
-  toy::Judge judge;
-  Tracker tracker;
-  for (int number = 0; number < 20; ++number) {
-    const std::vector<toy::Seen> frame = toy::see(number);
-    std::vector<Match> matches;
-    for (const toy::Seen& seen : frame) matches.push_back({seen.point, {seen.u, seen.v}, seen.sigma, false, false});
-    tracker.track(matches);
-    judge.pose(tracker.T_cw, number);
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      judge.outlier(frame[i], matches[i].is_used, matches[i].is_outlier, i);
-    }
-  }
-  return judge.end("a tracker with Eigen");
-}
+int main() { return toy::run<Tracker>("a tracker with Eigen"); }

@@ -25,56 +25,57 @@ Eigen::Isometry3d isometry_of(const cv::Mat& mat) {
   return T;
 }
 
+cv::Point3f point_of(const toy::Seen& seen) {
+  cv::Point3f point;
+  point.x = static_cast<float>(seen.point.x());
+  point.y = static_cast<float>(seen.point.y());
+  point.z = static_cast<float>(seen.point.z());
+  return point;
+}
+
+cv::KeyPoint keypoint_of(const toy::Seen& seen) {
+  cv::KeyPoint keypoint;
+  keypoint.pt.x = static_cast<float>(seen.u);
+  keypoint.pt.y = static_cast<float>(seen.v);
+  keypoint.octave = seen.octave;
+  return keypoint;
+}
+
+toy::Observation observation_of(const cv::Point3f& point, const cv::KeyPoint& keypoint, double sigma) {
+  return {Eigen::Vector3f(point.x, point.y, point.z).cast<double>(), double{keypoint.pt.x}, double{keypoint.pt.y}, -1,
+          sigma};
+}
+
 class Tracker {
  public:
-  void track(const std::vector<cv::Point3f>& points, const std::vector<cv::KeyPoint>& keypoints) {
+  Eigen::Isometry3d track(const std::vector<toy::Seen>& frame, std::vector<bool>& is_used,
+                          std::vector<bool>& is_outlier) {
+    std::vector<cv::Point3f> points;
+    std::vector<cv::KeyPoint> keypoints;
+    for (const toy::Seen& seen : frame) {
+      points.push_back(point_of(seen));
+      keypoints.push_back(keypoint_of(seen));
+    }
     std::vector<toy::Observation> observations;
-    is_used.assign(points.size(), false);
-    is_outlier.assign(points.size(), false);
-    good_.start(camera_, T_cw);
+    good_.start(camera_, T_cw_);
     for (std::size_t i = 0; i < points.size(); ++i) good_.add(points[i], keypoints[i].pt, sigma(keypoints[i]));
     for (const std::size_t i : good_.select(100)) {
-      const Eigen::Vector3f point(points[i].x, points[i].y, points[i].z);
-      observations.push_back(
-          {point.cast<double>(), double{keypoints[i].pt.x}, double{keypoints[i].pt.y}, -1, sigma(keypoints[i])});
+      observations.push_back(observation_of(points[i], keypoints[i], sigma(keypoints[i])));
       is_used[i] = true;
     }
-    T_cw = mat_of(toy::optimize(isometry_of(T_cw), observations));
-    for (const std::size_t i : good_.outliers(T_cw)) is_outlier[i] = true;
+    T_cw_ = mat_of(toy::optimize(isometry_of(T_cw_), observations));
+    for (const std::size_t i : good_.outliers(T_cw_)) is_outlier[i] = true;
+    return isometry_of(T_cw_);
   }
-
-  cv::Mat T_cw = mat_of(Eigen::Isometry3d::Identity());
-  std::vector<bool> is_used, is_outlier;
 
  private:
   static double sigma(const cv::KeyPoint& keypoint) { return std::pow(1.2, keypoint.octave); }
 
+  cv::Mat T_cw_ = mat_of(Eigen::Isometry3d::Identity());
   const maxlogdet::Camera camera_{toy::fx, toy::fy, toy::cx, toy::cy};
   maxlogdet::GoodFeatures good_{2000};
 };
 
 }  // namespace
 
-int main() {
-  toy::Judge judge;
-  Tracker tracker;
-  for (int number = 0; number < 20; ++number) {
-    const std::vector<toy::Seen> frame = toy::see(number);
-    std::vector<cv::Point3f> points(frame.size());
-    std::vector<cv::KeyPoint> keypoints(frame.size());
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      points[i].x = static_cast<float>(frame[i].point.x());
-      points[i].y = static_cast<float>(frame[i].point.y());
-      points[i].z = static_cast<float>(frame[i].point.z());
-      keypoints[i].pt.x = static_cast<float>(frame[i].u);
-      keypoints[i].pt.y = static_cast<float>(frame[i].v);
-      keypoints[i].octave = frame[i].octave;
-    }
-    tracker.track(points, keypoints);
-    judge.pose(isometry_of(tracker.T_cw), number);
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      judge.outlier(frame[i], tracker.is_used[i], tracker.is_outlier[i], i);
-    }
-  }
-  return judge.end("a tracker with OpenCV");
-}
+int main() { return toy::run<Tracker>("a tracker with OpenCV"); }

@@ -144,4 +144,19 @@ class Judge {
   int failures_ = 0;
 };
 
+/// Lets a tracker follow 20 frames: track(frame, is_used, is_outlier) sets the flags of its matches and returns the
+/// pose. Returns what the program returns.
+template <class Tracker>
+int run(const char* name) {
+  Judge judge;
+  Tracker tracker;
+  for (int number = 0; number < 20; ++number) {
+    const std::vector<Seen> frame = see(number);
+    std::vector<bool> is_used(frame.size()), is_outlier(frame.size());
+    judge.pose(tracker.track(frame, is_used, is_outlier), number);
+    for (std::size_t i = 0; i < frame.size(); ++i) judge.outlier(frame[i], is_used[i], is_outlier[i], i);
+  }
+  return judge.end(name);
+}
+
 }  // namespace toy
