@@ -231,31 +231,24 @@ TEST(FeatureSelector, shared_errors_are_those_of_cells_and_of_keyframes) {
   }
 }
 
-TEST(FeatureSelector, shared_errors_need_pixel_noise) {
+TEST(FeatureSelector, refuses_unusable_input) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
   Indices candidates(100);
   std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings good = settings_of(SelectorKind::shared_cells, 10);
-  EXPECT_EQ(FeatureSelector(good).select(frame, candidates).size(), 10U);
-  SelectorSettings bias = good, depth = good, tau = good;
+  const SelectorSettings md = settings_of(SelectorKind::md, 10), shared = settings_of(SelectorKind::shared_cells, 10);
+  EXPECT_EQ(FeatureSelector(shared).select(frame, candidates).size(), 10U);
+  SelectorSettings epsilon = md, bias = shared, depth = shared, tau = shared;
+  epsilon.search.strategy = Strategy::stochastic_greedy;
+  epsilon.search.stochastic.epsilon = 2;
   bias.blocks.weighting = Weighting::map_bias;
   depth.blocks.depth_cue = DepthCue::depth;
   tau.tau = -1;
-  for (const SelectorSettings& bad : {bias, depth, tau}) {
+  for (const SelectorSettings& bad : {epsilon, bias, depth, tau}) {
     EXPECT_THROW(FeatureSelector(bad).select(frame, candidates), std::invalid_argument);
   }
-}
-
-TEST(FeatureSelector, md_refuses_unusable_input) {
-  Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
-  Indices candidates(100);
-  std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings settings = settings_of(SelectorKind::md, 10);
-  settings.search.strategy = Strategy::stochastic_greedy;
-  settings.search.stochastic.epsilon = 2;
-  EXPECT_THROW(FeatureSelector(settings).select(frame, candidates), std::invalid_argument);
-  frame.camera.fx = 0;
-  EXPECT_THROW(FeatureSelector(settings_of(SelectorKind::md, 10)).select(frame, candidates), std::invalid_argument);
+  Frame broken = frame;
+  broken.camera.fx = 0;
+  EXPECT_THROW(FeatureSelector(md).select(broken, candidates), std::invalid_argument);
 }
 
 }  // namespace

@@ -228,7 +228,6 @@ TEST_P(FrameOf, matches_without_an_image_are_left_out) {
   const auto add = [&](const std::function<void(Match&)>& spoil) {
     Match match = frame_.matches[0];
     spoil(match);
-    LinearizedMatch at;
     EXPECT_EQ(chi2(frame_.camera, T_cw_, match, true), infinity);
     frame_.matches.push_back(match);
   };
@@ -250,67 +249,6 @@ TEST_P(FrameOf, matches_without_an_image_are_left_out) {
     const double resolved = method == PoseMethod::gauss_newton ? 1e-10 : 1e-8;
     EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), resolved);
     EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
-  }
-}
-
-// The path of all models, on what has a path of its own.
-TEST(FrameCamera, a_pinhole_as_a_rig_of_one_gives_the_same_pose) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(20); trial > 0; --trial) {
-    Frame frame = simulated_frame(random, FrameKind::monocular, 60);
-    add_errors(random, frame, 2);
-    Frame general = frame;
-    general.camera.rig = {RigCamera(Camera(frame.camera))};
-    EXPECT_TRUE(frame.camera.is_pinhole());
-    EXPECT_FALSE(general.camera.is_pinhole());
-    const Pose T_cw = sim::pose_of(frame.T_cw_prior), start = random_pose(random, 0.1, 0.02) * T_cw;
-    const Subset all = all_matches(frame);
-    for (const bool weighs_map : {false, true}) {
-      const bool damps = random.chance(0.5);
-      PoseOptions options = precise(damps ? PoseMethod::levenberg_marquardt : PoseMethod::gauss_newton);
-      const double tolerance = damps ? 1e-8 : 1e-9;  // where costs are compared, they resolve no less
-      options.huber_monocular = random.chance(0.5) ? 2 : 0;
-      std::vector<Whitening> whitenings, generally;
-      if (weighs_map) {
-        whitenings = whitenings_of(frame, start, true, 0.05);
-        generally = whitenings_of(general, start, true, 0.05);
-      }
-      const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all, start, options, whitenings);
-      const PoseEstimate estimate = optimize_pose(general.camera, general.matches, all, start, options, generally);
-      EXPECT_EQ(estimate.status, expected.status);
-      EXPECT_LT(difference(estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), tolerance);
-      EXPECT_LT(relative_difference(estimate.information, expected.information), tolerance);
-      EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
-      for (const std::uint32_t i : all) {
-        const double chi2_expected =
-            chi2(frame.camera, start, frame.matches[i], true, weighs_map ? &whitenings[i] : nullptr);
-        EXPECT_NEAR(chi2(general.camera, start, general.matches[i], true, weighs_map ? &generally[i] : nullptr),
-                    chi2_expected, 1e-9 * (1 + chi2_expected));
-      }
-    }
-  }
-}
-
-TEST(FrameCamera, a_rig_of_cameras_at_one_place_is_one_camera) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Frame frame = simulated_frame(random, FrameKind::fisheye, 60);
-  add_errors(random, frame);
-  Frame rig = frame;
-  const Pose T_cb = random_pose(random, 1, 1);
-  rig.camera.rig.assign(3, RigCamera(frame.camera.rig[0].camera, T_cb));
-  for (Match& match : rig.matches) match.camera_id = static_cast<std::uint8_t>(random.index(3));
-  const Pose T_cw = sim::pose_of(frame.T_cw_prior);
-  const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all_matches(frame), T_cw, precise());
-  const PoseEstimate estimate =
-      optimize_pose(rig.camera, rig.matches, all_matches(rig), T_cb.inverse() * T_cw, precise());
-  EXPECT_LT(difference(T_cb * estimate.T_cw, expected.T_cw).lpNorm<Eigen::Infinity>(), 1e-9);
-  EXPECT_NEAR(estimate.cost, expected.cost, 1e-9 * expected.cost);
-  rig.T_cw_prior = sim::to_rows(T_cb.inverse() * T_cw);
-  for (std::size_t i = 0; i < 60; ++i) {
-    const auto p = in_camera(rig, rig.matches[i]), expected_p = in_camera(frame, frame.matches[i]);
-    for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(p[axis], expected_p[axis], 1e-10);
   }
 }
 

@@ -5,7 +5,6 @@
 #include "sim/evaluation/report.hpp"
 #include "tests/sim/precise_pose.hpp"
 #include "tests/sim/simulated_evaluation.hpp"
-#include "tests/support/expect_input_error.hpp"
 
 #include <set>
 
@@ -31,20 +30,6 @@ std::set<std::string> selectors_of(const Evaluation& evaluation) {
   return names;
 }
 
-TEST(EvaluationOfFrames, does_not_depend_on_threads) {
-  for (const FrameKind kind : {FrameKind::stereo, FrameKind::rig}) {
-    Random random(static_cast<std::uint64_t>(kind));
-    SCOPED_TRACE(random.name());
-    const std::vector<std::vector<Frame>> recordings = {recording(random, kind, 6, 80), recording(random, kind, 5, 60)};
-    const std::string one = to_json(sim::evaluate(recordings, small_options(), 1)).dump();
-    EXPECT_EQ(to_json(sim::evaluate(recordings, small_options(), 2)).dump(), one);
-    EXPECT_EQ(to_json(sim::evaluate(recordings, small_options(), 0)).dump(), one);
-    EvaluationOptions others = small_options();
-    others.seed = 1;
-    EXPECT_NE(to_json(sim::evaluate(recordings, others, 1)).dump(), one);
-  }
-}
-
 TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -67,18 +52,6 @@ TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
   }
   EXPECT_EQ(after.chi2_by_leverage, before.chi2_by_leverage);
   EXPECT_EQ(after.cell_correlation.value, before.cell_correlation.value);
-}
-
-TEST(EvaluationOfFrames, without_any_pose_is_refused) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  std::vector<Frame> frames = recording(random, FrameKind::stereo, 3, 60);
-  for (Frame& frame : frames) frame.matches.resize(5);
-  expect_input_error([&] { sim::evaluate({frames}, small_options(), 1); }, "no frame has 10 matches",
-                     "expected frames");
-  for (Frame& frame : frames) frame.matches.clear();
-  expect_input_error([&] { sim::evaluate({frames}, small_options(), 1); }, "no frame has 10 matches",
-                     "expected frames");
 }
 
 TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {

@@ -223,11 +223,19 @@ TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_decile
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
 }
 
+// A random selection, drawn here and not by the contestant that it is compared with, is worth its own number.
 TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
   Random random;
   SCOPED_TRACE(random.name());
-  const auto frames =
-      simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) { add_errors(random, frame); });
+  const auto frames = simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) {
+    add_errors(random, frame);
+    frame.has_selection = true;
+    std::vector<std::uint32_t> all = all_matches(frame);
+    for (std::size_t i = 0; i < 100; ++i) {
+      std::swap(all[i], all[i + random.index(all.size() - i)]);
+      frame.matches[all[i]].is_selected = true;
+    }
+  });
   EvaluationOptions options;
   options.repeats = 4;
   const Evaluation evaluation = sim::evaluate({frames}, options, 2);
@@ -242,37 +250,13 @@ TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
     EXPECT_FALSE(evaluation.row("random", budget)->worth_random);
     EXPECT_FALSE(evaluation.row("bucket", budget)->worth_random);
   }
-  const sim::Verdict verdict = verdict_of(evaluation);
-  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: 100 of your matches", 0), 0U) << verdict.text;
-  EXPECT_EQ(verdict.recommended, "md");
-}
-
-TEST(EvaluationOfErrors, random_matches_are_worth_their_own_number) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const auto frames =
-      simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) { add_errors(random, frame); });
-  EvaluationOptions options = options_for({frames}, EvaluationOptions());
-  options.repeats = 4;
-  // Drawn by someone else: the contestant that is measured has random numbers of its own.
-  std::vector<Frame> selected = frames;
-  for (Frame& frame : selected) {
-    std::vector<std::uint32_t> all = all_matches(frame);
-    for (std::size_t i = 0; i < 100; ++i) {
-      std::swap(all[i], all[i + random.index(all.size() - i)]);
-      frame.matches[all[i]].is_selected = true;
-    }
-  }
-  options.contestants = {{"own", SelectorKind::all, true},
-                         {"bucket", SelectorKind::bucket, false},
-                         {"random", SelectorKind::random, false}};
-  const Evaluation evaluation = evaluation_of(selected, options);
-  const EvaluationRow& own = evaluation.rows.at(0);
-  EXPECT_EQ(own.selector, "own");
-  EXPECT_EQ(own.budget, 100U);
+  const EvaluationRow& own = *evaluation.row("own", 100);
   EXPECT_EQ(own.frames, 40U);
   EXPECT_NEAR(own.worth_random->matches, 100, 12);
   EXPECT_TRUE(contains(own.worth_random->interval, 100));
+  const sim::Verdict verdict = verdict_of(evaluation);
+  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: 100 of your matches", 0), 0U) << verdict.text;
+  EXPECT_EQ(verdict.recommended, "md");
 }
 
 }  // namespace

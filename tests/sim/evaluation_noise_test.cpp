@@ -7,7 +7,6 @@
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
 
-#include <map>
 #include <numeric>
 
 namespace maxlogdet::test {
@@ -160,33 +159,6 @@ TEST(FrameNoise, sums_of_cells_are_those_of_their_residuals_and_missing_of_a_rig
   for (std::size_t c = 0; c < 48; ++c) EXPECT_LT((noise.cell_sums[c] - expected[c]).norm(), 1e-9);
   const NoiseCase rig = noise_case(random, FrameKind::rig, 50);
   EXPECT_TRUE(noise_of(rig.frame, rig.all, rig.inliers, rig.whitenings, {}).cell_sums.empty());
-}
-
-TEST(FrameNoise, matches_of_different_cameras_of_a_rig_are_no_neighbours) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  NoiseCase given = noise_case(random, FrameKind::rig, 60);
-  std::map<std::uint8_t, double> of_camera;
-  for (Match& match : given.frame.matches) {
-    match.u = 100;
-    match.v = 100;
-    ++of_camera[match.camera_id];
-  }
-  double pairs = 0;
-  for (const auto& [camera, n] : of_camera) pairs += n * (n - 1) / 2;
-  EXPECT_EQ(of_camera.size(), 3U);
-  EXPECT_EQ(noise_of(given.frame, given.all, given.inliers, given.whitenings, {}).all.pairs, pairs);
-}
-
-TEST(FrameNoise, sums_add_up) {
-  const PairSums a = {1, 2, 3, 4, 5, 6}, b = {10, 20, 30, 40, 50, 60};
-  const PairSums sum = a + 2 * b;
-  EXPECT_EQ(sum.products, 21);
-  EXPECT_EQ(sum.fitted, 42);
-  EXPECT_EQ(sum.pairs, 63);
-  EXPECT_EQ(sum.squares, 84);
-  EXPECT_EQ(sum.fitted_self, 105);
-  EXPECT_EQ(sum.matches, 126);
 }
 
 TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {

@@ -32,19 +32,6 @@ TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
   }
 }
 
-TEST(FeatureSelector, budgets_and_rejection_are_those_of_its_kinds) {
-  using K = SelectorKind;
-  std::size_t with_budget = 0;
-  for (const K kind : sim::selector_kinds) {
-    if (kind == K::inl || kind == K::all || kind == K::all_weighted) continue;
-    EXPECT_TRUE(has_budget(kind) && rejects_outliers(kind)) << to_string(kind);
-    ++with_budget;
-  }
-  EXPECT_EQ(with_budget, 13U);
-  EXPECT_TRUE(!has_budget(K::inl) && rejects_outliers(K::inl));
-  for (const K kind : {K::all, K::all_weighted}) EXPECT_TRUE(!has_budget(kind) && !rejects_outliers(kind));
-}
-
 TEST(FeatureSelector, draws_from_its_seed_alone) {
   Random random;
   SCOPED_TRACE(random.name());

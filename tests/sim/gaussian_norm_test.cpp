@@ -88,24 +88,6 @@ TEST(GaussianNorm, quantiles_invert_probabilities) {
   }
 }
 
-TEST(GaussianNorm, a_mixture_is_drawn_from_in_turn) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const std::vector<Eigen::Vector3d> variances = {{1, 1, 1}, {0, 0.01, 0.02}, {0, 0.5, 4}, {0, 0, 0}};
-  std::vector<double> lengths;
-  constexpr std::size_t n = 40000;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d z(normal(random), normal(random), normal(random));
-    lengths.push_back(variances[i % variances.size()].cwiseSqrt().cwiseProduct(z).norm());
-  }
-  std::sort(lengths.begin(), lengths.end());
-  for (const double q : {0.3, 0.5, 0.75, 0.9}) {
-    const double length = predicted_quantile(variances, q);
-    const auto within = std::lower_bound(lengths.begin(), lengths.end(), length) - lengths.begin();
-    EXPECT_NEAR(static_cast<double>(within) / n, q, promised(q) + 5 * std::sqrt(q * (1 - q) / n));
-  }
-}
-
 TEST(GaussianNorm, without_variance_there_is_no_length) {
   EXPECT_EQ(predicted_quantile({}, 0.5), 0);
   EXPECT_EQ(predicted_quantile({Eigen::Vector3d::Zero()}, 0.5), 0);

@@ -140,41 +140,6 @@ TEST(GreedyMetric, max_trace_sorts) {
   }
 }
 
-TEST(GreedyMetric, max_trace_is_optimal) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(20); trial > 0; --trial) {
-    constexpr std::uint32_t n = 9;
-    const BlockStore blocks = awkward_blocks(random, n);
-    std::vector<double> best(n + 1, 0);
-    for (std::uint32_t mask = 0; mask < (1U << n); ++mask) {
-      Indices subset;
-      for (std::uint32_t i = 0; i < n; ++i) {
-        if (((mask >> i) & 1U) != 0) subset.push_back(i);
-      }
-      best[subset.size()] = std::max(best[subset.size()], trace_of(blocks, subset));
-    }
-    for (std::size_t k = 0; k <= n; ++k) {
-      const double found = trace_of(blocks, select_greedily(GreedyMetric::max_trace, blocks, k));
-      EXPECT_NEAR(found, best[k], 1e-12 * best[k]) << k;
-    }
-  }
-}
-
-TEST(GreedyMetric, a_smaller_selection_is_the_beginning_of_a_larger_one) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const BlockStore blocks = awkward_blocks(random, 60);
-  for (const GreedyMetric metric : sim::greedy_metrics) {
-    const Indices all = select_greedily(metric, blocks, 60);
-    for (const std::size_t k : {0U, 1U, 7U, 30U, 59U}) {
-      const Indices some = select_greedily(metric, blocks, k);
-      ASSERT_EQ(some.size(), k);
-      EXPECT_TRUE(std::equal(some.begin(), some.end(), all.begin())) << to_string(metric) << ' ' << k;
-    }
-  }
-}
-
 TEST(GreedyMetric, ignores_invalid_blocks_and_selects_at_most_all) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -194,15 +159,7 @@ TEST(GreedyMetric, ignores_invalid_blocks_and_selects_at_most_all) {
     EXPECT_EQ(expected.size(), without.size()) << to_string(metric);
     for (std::uint32_t& i : expected) i = index_of[i];
     EXPECT_EQ(select_greedily(metric, with, 1000), expected) << to_string(metric);
-  }
-}
-
-TEST(GreedyMetric, of_no_candidates_selects_none) {
-  BlockStore invalid;
-  invalid.push_back_invalid();
-  for (const GreedyMetric metric : sim::greedy_metrics) {
-    EXPECT_TRUE(select_greedily(metric, BlockStore(), 5).empty());
-    EXPECT_TRUE(select_greedily(metric, invalid, 5).empty());
+    EXPECT_TRUE(select_greedily(metric, BlockStore(), 5).empty()) << to_string(metric);
   }
 }
 

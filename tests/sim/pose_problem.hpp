@@ -172,27 +172,4 @@ inline Pose slow_optimum(const Scenario& scenario, const Pose& start, const Pose
   return T_cw;
 }
 
-// Calls body for every combination of options, with noise and some gross outliers.
-template <class Body>
-void for_every_problem(const Body& body) {
-  std::uint64_t variation = 0;
-  for (const double share_of_stereo : {0.0, 0.5, 1.0}) {
-    for (const double huber : {0.0, 2.0}) {
-      for (const MapNoise map_noise : map_noises) {
-        for (const PoseMethod method : methods) {
-          Random random(++variation);
-          SCOPED_TRACE(random.name());
-          Scenario scenario = noisy_scenario(random, 60, share_of_stereo, 1);
-          for (std::size_t i = 0; i < 6; ++i) scenario.matches[i].u += random.uniform(-30, 30);
-          PoseOptions options = precise(method);
-          options.huber_monocular = huber;
-          options.huber_stereo = 1.2 * huber;
-          set_map_noise(random, map_noise, scenario);
-          body(random, scenario, options);
-        }
-      }
-    }
-  }
-}
-
 }  // namespace maxlogdet::test
