@@ -369,18 +369,5 @@ TEST_F(Program, info_prints_version_instruction_sets_and_threads) {
   EXPECT_EQ(run("--help").exit_code, 0);
 }
 
-TEST_F(Program, selects_on_every_real_frame) {
-  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  const std::string input = std::filesystem::absolute(data_folder()).string() + "/orb_slam2_frames";
-  const auto objects = run_json("select --budget 100 --input '" + input + "'");
-  ASSERT_EQ(objects.size(), 50U);
-  for (const auto& object : objects) {
-    EXPECT_EQ(object.at("status"), "ok");
-    const auto indices = object.at("indices").get<std::vector<std::size_t>>();
-    EXPECT_EQ((std::set<std::size_t>(indices.begin(), indices.end()).size()), 100U);
-    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object.at("candidates").get<std::size_t>());
-  }
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

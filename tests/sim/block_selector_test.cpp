@@ -5,6 +5,7 @@
 #include "tests/sim/selector_cases.hpp"
 #include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -37,8 +38,7 @@ Indices selected_by_library(const Frame& frame, const Indices& candidates, const
 }
 
 TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const BlockKind& kind : block_kinds) {
     for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
       SelectorSettings settings = settings_of(SelectorKind::md, 60);
@@ -58,8 +58,7 @@ TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
 }
 
 TEST(FeatureSelector, quality_md_is_md_among_the_best_by_quality) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const std::size_t pool : {60U, 120U, 1000U}) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 400, random.seed());
     const Indices candidates = some_of(random, frame);
@@ -104,8 +103,7 @@ bool is_replaced_or_exact(Strategy strategy) {
 }
 
 TEST(FeatureSelector, md_with_a_maximum_is_the_library_with_groups) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(60); trial > 0; --trial) {
     const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
     const Frame frame = with_keyframes(make_scene(scene, 300, random.seed() + trial), random.integer(1, 20));
@@ -147,8 +145,7 @@ TEST(FeatureSelector, points_of_unknown_keyframes_share_no_group) {
 }
 
 TEST(FeatureSelector, half_random_is_md_and_then_uniform) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame frame = make_scene(sim::Scene::euroc_like, 60, random.seed());
   const Indices candidates = some_of(random, frame);
   FeatureSelector selector(settings_of(SelectorKind::half_random, 11));
@@ -170,8 +167,7 @@ TEST(FeatureSelector, half_random_is_md_and_then_uniform) {
 }
 
 TEST(FeatureSelector, leverage_draws_by_the_share_of_information) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame frame = make_scene(sim::Scene::euroc_like, 40, random.seed());
   const Indices candidates = some_of(random, frame);
   BlockStore blocks;
@@ -207,8 +203,7 @@ TEST(FeatureSelector, leverage_draws_by_the_share_of_information) {
 }
 
 TEST(FeatureSelector, shared_errors_are_those_of_cells_and_of_keyframes) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(10); trial > 0; --trial) {
     Frame frame = with_keyframes(make_scene(sim::Scene::euroc_like, 150, random.seed() + trial), 7);
     frame.matches[3].keyframe = -1;

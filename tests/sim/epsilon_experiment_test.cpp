@@ -176,14 +176,5 @@ TEST(Epsilon, tables_average_what_they_name) {
   EXPECT_EQ(none.rows[0], Row({"0.5", "0.132", "-", "-", "-", "-", "-", "-", "-"}));
 }
 
-TEST(Epsilon, csv_has_a_row_for_each_outcome) {
-  const sim::Table table = epsilon_table(hand_made(), {"0", "7"});
-  EXPECT_EQ(sim::to_csv({table.header, {}}),
-            "run,n,k,epsilon,us,us_greedy,us_lazy,gap_nats,differing,gains,gains_greedy,share_of_greedy,"
-            "share_of_bound\n");
-  ASSERT_EQ(table.rows.size(), 5U);
-  EXPECT_EQ(sim::to_csv({table.rows[4], {}}), "7,200,10,0.1,1,100,8,9,10,10,1955,0.5,0.4\n");
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

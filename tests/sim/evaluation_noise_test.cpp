@@ -6,6 +6,7 @@
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <numeric>
 
@@ -142,8 +143,7 @@ TEST(FrameNoise, deciles_of_leverage_partition_the_matches) {
 }
 
 TEST(FrameNoise, sums_of_cells_are_those_of_their_residuals_and_missing_of_a_rig) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const NoiseCase given = noise_case(random, FrameKind::stereo, 200);
   const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings, {});
   ASSERT_EQ(noise.cell_sums.size(), 48U);
@@ -172,8 +172,7 @@ TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
 
 // With twelve matches the fit takes a quarter of the freedom of their residuals, mostly what neighbours share.
 TEST(FrameNoise, correlation_of_independent_noise_is_zero_however_few_matches_there_are) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const std::size_t n = trials(4000);
   PairSums sums;
   double squares = 0;  // of the pairs' part of single frames, for the standard error

@@ -4,7 +4,7 @@
 
 #include "tests/support/numbers.hpp"
 #include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,8 +81,7 @@ double slow_quantile(const std::vector<std::pair<double, std::uint32_t>>& values
 }
 
 TEST(Resampling, quantiles_are_those_of_sorted_values) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(200); trial > 0; --trial) {
     const auto frames = static_cast<std::size_t>(random.integer(1, 30));
     std::vector<std::pair<double, std::uint32_t>> given;
@@ -150,8 +149,7 @@ double coverage_of_median(Random& random, double rho) {
 
 // The deviation of a share near 0.95 of 400 is 0.011. Blocks of ten frames miss some of the correlation.
 TEST(Resampling, intervals_of_a_median_cover_the_true_one_of_series_whose_neighbours_depend_on_one_another) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const double tolerance = 5 / std::sqrt(static_cast<double>(trials(400)));
   EXPECT_GT(coverage_of_median(random, 0), 0.94 - 0.22 * tolerance);
   EXPECT_GT(coverage_of_median(random, 0.6), 0.90 - 0.22 * tolerance);

@@ -4,7 +4,7 @@
 
 #include "sim/angles.hpp"
 #include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,8 +40,7 @@ Eigen::Vector3d random_variances(Random& random) {
 }
 
 TEST(GaussianNorm, probability_is_the_share_of_draws) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   constexpr std::size_t n = 20000;
   for (std::size_t trial = trials(20); trial > 0; --trial) {
     const Eigen::Vector3d variances = random_variances(random);
@@ -62,8 +61,7 @@ TEST(GaussianNorm, probability_is_the_share_of_draws) {
 }
 
 TEST(GaussianNorm, quantiles_invert_probabilities) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(50); trial > 0; --trial) {
     std::vector<Eigen::Vector3d> variances;
     for (int i = random.integer(1, 20); i > 0; --i) {

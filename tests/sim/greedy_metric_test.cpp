@@ -3,7 +3,7 @@
 
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -88,8 +88,7 @@ BlockStore duplicated_blocks(Random& random, std::size_t n) {
 }
 
 TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(30); trial > 0; --trial) {
     const auto n = static_cast<std::size_t>(random.integer(5, 80));
     expect_textbook_greedy(random_blocks(random, n), n / 2);
@@ -104,8 +103,7 @@ TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy_on_scenes) {
 }
 
 TEST(GreedyMetric, max_log_det_adds_the_largest_gain_in_each_round) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(30); trial > 0; --trial) {
     const auto n = static_cast<std::size_t>(random.integer(5, 80));
     const Matrix6 prior = random.chance(0.5) ? small_prior : random_prior(random);
@@ -123,8 +121,7 @@ double trace_of(const BlockStore& blocks, const Indices& indices) {
 }
 
 TEST(GreedyMetric, max_trace_sorts) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(50); trial > 0; --trial) {
     const auto n = static_cast<std::size_t>(random.integer(1, 80));
     const BlockStore blocks = random.chance(0.5) ? awkward_blocks(random, n) : duplicated_blocks(random, n);
@@ -141,8 +138,7 @@ TEST(GreedyMetric, max_trace_sorts) {
 }
 
 TEST(GreedyMetric, ignores_invalid_blocks_and_selects_at_most_all) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   BlockStore with, without;
   Indices index_of;
   for (int i = 0; i < 60; ++i) {

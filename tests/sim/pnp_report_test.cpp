@@ -2,7 +2,7 @@
 #include "experiments/pnp_report.hpp"
 
 #include "tests/sim/pnp_options.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -145,25 +145,6 @@ TEST(Pnp, comparison_separates_better_worse_and_noise) {
   EXPECT_EQ(cell_of(table, "max_log_det", 1).rfind(sim::fixed(rms, 4), 0), 0U) << "translation at 1 px";
   EXPECT_EQ(cell_of(table, "max_log_det", 4).rfind(sim::fixed(4 * rms, 4), 0), 0U) << "rotation at 2 px";
   EXPECT_EQ(cell_of(table, "max_trace", 1).rfind(sim::fixed(1.2 * rms, 4), 0), 0U);
-}
-
-// With a single size the score is an RMS, and the jackknife's interval is near that of the delta method.
-TEST(Pnp, comparison_has_the_interval_of_an_rms) {
-  PnpOptions options = small_options();
-  options.sizes = {20};
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Runs runs = hand_made(options, 300, [&](const PnpCase&, std::size_t) { return random.uniform(0.5, 1.5); });
-  const auto rows = summarize(options, runs);
-  const Table table = comparison_table(options, runs, Weighting::map_bias);
-  for (const sim::PnpRow& row : rows) {
-    if (row.which.weighting != "map_bias" || row.which.noise_px != 1) continue;
-    const std::string cell = cell_of(table, row.which.selector, 1);
-    const std::size_t at = cell.find("± ");
-    ASSERT_NE(at, std::string::npos);
-    EXPECT_NEAR(std::stod(cell), row.translation_m.value, 1e-4);
-    EXPECT_NEAR(std::stod(cell.substr(at + std::string("± ").size())), row.translation_m.ci95, 2e-3);
-  }
 }
 
 TEST(Pnp, crossing_is_the_size_from_which_on_all_is_reached_for_good) {

@@ -2,7 +2,10 @@
 // Section II of the paper against dense stacked matrices, and against errors of the pose optimiser.
 #include "experiments/pose_error_model.hpp"
 
-#include "tests/sim/pose_problem.hpp"
+#include "tests/sim/pose_oracle.hpp"
+#include "tests/sim/simulated_frames.hpp"
+#include "tests/support/decompositions.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <functional>
 
@@ -11,17 +14,19 @@ namespace {
 
 using sim::PoseErrorModel;
 
-// Points of equal weights; with stereo some remain monocular.
-struct ErrorScenario : Scenario {
+// A frame of equal weights; with stereo some matches remain monocular.
+struct ErrorScenario {
+  Frame frame;
+  Subset all;
   bool stereo = false;
 
-  PoseErrorModel model() const { return {camera, matches, all, T_cw, stereo}; }
+  Pose T_cw() const { return pose_of(frame); }
+  PoseErrorModel model() const { return {frame.camera, frame.matches, all, T_cw(), stereo}; }
 };
 
 ErrorScenario error_scenario(Random& random, std::size_t n, bool stereo) {
-  ErrorScenario scenario{random_scenario(random, n, 0.75), stereo};
-  for (Match& match : scenario.matches) match.inv_sigma2 = 1;
-  return scenario;
+  const Frame frame = simulated_frame(random, FrameKind::stereo, n, 1);
+  return {frame, all_of(frame), stereo};
 }
 
 // H_x and the block-diagonal H_p of all matches.
@@ -37,8 +42,8 @@ Dense stack(const ErrorScenario& scenario) {
   Eigen::Index rows = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
     LinearizedMatch at;
-    const Match& match = scenario.matches[scenario.all[static_cast<std::size_t>(i)]];
-    EXPECT_TRUE(linearize(scenario.camera, scenario.T_cw, match, scenario.stereo, at));
+    const Match& match = scenario.frame.matches[scenario.all[static_cast<std::size_t>(i)]];
+    EXPECT_TRUE(linearize(scenario.frame.camera, scenario.T_cw(), match, scenario.stereo, at));
     dense.H_x.middleRows(rows, at.rows) = at.H_x.topRows(at.rows);
     dense.H_p.block(rows, 3 * i, at.rows, 3) = at.H_p.topRows(at.rows);
     rows += at.rows;
@@ -92,21 +97,19 @@ TEST(PoseErrorModel, weighted_least_squares_is_never_worse) {
 }
 
 TEST(PoseErrorModel, only_matches_of_the_subset_in_front_count) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const ErrorScenario scenario = error_scenario(random, 20, true);
   ErrorScenario larger = scenario;
-  const Eigen::Vector3d behind = scenario.T_cw.inverse() * Eigen::Vector3d(1, 1, -5);
-  larger.matches.push_back(scenario.matches[0]);  // not in the subset
-  larger.matches.push_back(scenario.matches[0]);
-  std::copy(behind.data(), behind.data() + 3, larger.matches.back().point);
+  const Eigen::Vector3d behind = scenario.T_cw().inverse() * Eigen::Vector3d(1, 1, -5);
+  larger.frame.matches.push_back(scenario.frame.matches[0]);  // not in the subset
+  larger.frame.matches.push_back(scenario.frame.matches[0]);
+  std::copy(behind.data(), behind.data() + 3, larger.frame.matches.back().point);
   larger.all.push_back(21);
   EXPECT_EQ(larger.model().bias_amplification(), scenario.model().bias_amplification());
 }
 
 TEST(PoseErrorModel, without_full_rank_nothing_is_finite) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   ErrorScenario scenario = error_scenario(random, 20, true);
   for (const Subset& subset : {Subset{}, Subset{5}, Subset{5, 5, 5, 5}}) {
     scenario.all = subset;
@@ -127,12 +130,12 @@ Vector6 error_of_estimate(const ErrorScenario& scenario, const std::vector<Match
   options.step_tolerance = 1e-11;
   std::vector<Whitening> whitenings;
   if (map_sigma > 0) {
-    whiten(scenario.camera, scenario.T_cw, matches, scenario.stereo, nullptr, map_sigma, whitenings);
+    whiten(scenario.frame.camera, scenario.T_cw(), matches, scenario.stereo, nullptr, map_sigma, whitenings);
   }
   const PoseEstimate estimate =
-      optimize_pose(scenario.camera, matches, scenario.all, scenario.T_cw, options, whitenings);
+      optimize_pose(scenario.frame.camera, matches, scenario.all, scenario.T_cw(), options, whitenings);
   EXPECT_EQ(estimate.status, PoseStatus::converged);
-  return difference(estimate.T_cw, scenario.T_cw);
+  return difference(estimate.T_cw, scenario.T_cw());
 }
 
 // The mean of n outer products, whitened by the expected covariance, is I, with deviations of sqrt(1 / n), on the
@@ -144,7 +147,7 @@ void expect_covariance(const ErrorScenario& scenario, const Matrix6& covariance,
   const auto n = static_cast<double>(count);
   Matrix6 mean = Matrix6::Zero();
   for (std::size_t trial = 0; trial < count; ++trial) {
-    std::vector<Match> matches = scenario.matches;
+    std::vector<Match> matches = scenario.frame.matches;
     for (Match& match : matches) disturb(match);
     const Vector6 error = solve_lower(factor, error_of_estimate(scenario, matches, map_sigma));
     mean += error * error.transpose() / n;
@@ -154,13 +157,15 @@ void expect_covariance(const ErrorScenario& scenario, const Matrix6& covariance,
 
 TEST(PoseErrorModel, equations_5_and_6_are_the_effect_of_noise) {
   for (const bool stereo : {false, true}) {
-    Random random(stereo ? 1 : 0);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(stereo ? 1 : 0);
     const ErrorScenario scenario = error_scenario(random, 20, stereo);
     const PoseErrorModel model = scenario.model();
     constexpr double sigma_z = 1e-2, sigma_p = 1e-4;
-    expect_covariance(scenario, model.covariance_of_measurement_error(sigma_z), 0,
-                      [&](Match& match) { add_noise(random, match, sigma_z); });
+    expect_covariance(scenario, model.covariance_of_measurement_error(sigma_z), 0, [&](Match& match) {
+      match.u += sigma_z * normal(random);
+      match.v += sigma_z * normal(random);
+      if (match.is_stereo()) match.u_right += sigma_z * normal(random);
+    });
     const auto move_point = [&](Match& match) {
       for (double& x : match.point) x += sigma_p * normal(random);
     };
@@ -173,14 +178,14 @@ TEST(PoseErrorModel, equations_5_and_6_are_the_effect_of_noise) {
 TEST(PoseErrorModel, eq_7_is_the_effect_of_a_shift_of_the_map) {
   for_every_scenario([](const ErrorScenario& scenario) {
     const Eigen::Vector3d mu_p(1e-5, -2e-5, 3e-5);
-    std::vector<Match> shifted = scenario.matches;
+    std::vector<Match> shifted = scenario.frame.matches;
     for (Match& match : shifted) {
       for (int i = 0; i < 3; ++i) match.point[i] += mu_p(i);
     }
     const Vector6 expected = scenario.model().expected_error(mu_p);
     EXPECT_LT((error_of_estimate(scenario, shifted) - expected).norm(), 1e-4 * expected.norm());
     // The camera follows a shift of all points: T_cw' (p + mu) = T_cw p.
-    EXPECT_LT((expected.head<3>() + scenario.T_cw.linear() * mu_p).norm(), 1e-6 * mu_p.norm());
+    EXPECT_LT((expected.head<3>() + scenario.T_cw().linear() * mu_p).norm(), 1e-6 * mu_p.norm());
     EXPECT_LT(expected.tail<3>().norm(), 1e-6 * mu_p.norm());
   });
 }

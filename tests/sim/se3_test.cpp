@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/se3.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <Eigen/LU>
 #include <cmath>
@@ -45,8 +45,7 @@ Eigen::Matrix4d hat(const Vector6& xi) {
 double largest_difference(const Pose& a, const Pose& b) { return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff(); }
 
 TEST(Se3, skew_is_the_cross_product) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Eigen::Vector3d v = random_vector(random);
   const Eigen::Vector3d w = random_vector(random);
   EXPECT_LT((sim::skew(v) * w - v.cross(w)).norm(), 1e-15);
@@ -117,8 +116,7 @@ TEST(Se3, cameras_are_as_far_apart_as_their_centres_and_turned_by_the_angle_betw
 }
 
 TEST(Se3, the_nearest_pose_projects_onto_rotations) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t i = trials(200); i > 0; --i) {
     const Pose T = sim::exp_se3(random_xi(random, 2));
     Eigen::Matrix<double, 3, 4> rows = T.matrix().topRows<3>();

@@ -4,7 +4,7 @@
 
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -69,8 +69,7 @@ double value_of(const Problem& problem, const Indices& selected, double tau) {
 }
 
 TEST(SharedError, whitened_rows_have_the_information_of_the_librarys_blocks) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
     for (const DepthCue third : {DepthCue::none, DepthCue::stereo}) {
       for (const bool has_covariances : {false, true}) {
@@ -109,8 +108,7 @@ TEST(SharedError, matches_without_a_block_have_no_rows) {
 }
 
 TEST(SharedError, information_and_gains_are_those_of_the_dense_formula) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(60); trial > 0; --trial) {
     const Problem problem = random_problem(random, 25, static_cast<std::size_t>(random.integer(1, 8)));
     const double tau = random.chance(0.1) ? 0 : std::pow(10, random.uniform(-2, 1.5));
@@ -131,8 +129,7 @@ TEST(SharedError, information_and_gains_are_those_of_the_dense_formula) {
 }
 
 TEST(SharedError, respects_budget_and_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Problem problem = random_problem(random, 50, 5);
   for (std::size_t i = 0; i < 50; i += 2) problem.matches[i].rows = 0;
   for (const std::size_t budget : {0U, 1U, 10U, 25U, 100U}) {

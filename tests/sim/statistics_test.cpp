@@ -3,7 +3,7 @@
 
 #include "sim/draws.hpp"
 #include "sim/table.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -21,8 +21,7 @@ using sim::Estimate;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Draws, uniform_ones_fill_their_range_evenly) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   std::vector<int> counts(10, 0);
   const auto n = static_cast<int>(trials(100000));
@@ -37,8 +36,7 @@ TEST(Draws, uniform_ones_fill_their_range_evenly) {
 
 // Every bound is five deviations of the sample's moment.
 TEST(Draws, normal_ones_have_the_moments_of_a_standard_normal) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   const std::size_t n = trials(200000);
   const double deviation = 1 / std::sqrt(static_cast<double>(n));
@@ -64,8 +62,7 @@ TEST(Draws, normal_ones_have_the_moments_of_a_standard_normal) {
 }
 
 TEST(Draws, normal3_has_three_independent_entries_of_the_deviation) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   const std::size_t n = trials(50000);
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -91,8 +88,7 @@ TEST(Draws, streams_share_no_number) {
 }
 
 TEST(Draws, shuffle_front_keeps_all_values) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   for (std::size_t trial = trials(500); trial > 0; --trial) {
     std::vector<std::uint32_t> values(static_cast<std::size_t>(random.integer(0, 20)));
@@ -105,8 +101,7 @@ TEST(Draws, shuffle_front_keeps_all_values) {
 }
 
 TEST(Draws, shuffle_front_is_uniform) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   constexpr std::size_t n = 8, front = 3;
   std::vector<std::vector<int>> counts(front, std::vector<int>(n, 0));
@@ -163,21 +158,6 @@ double coverage(std::size_t runs, double truth, const Interval& interval) {
 
 double sampling_error(std::size_t runs) { return 5 * std::sqrt(0.95 * 0.05 / static_cast<double>(runs)); }
 
-TEST(MeanOf, its_interval_covers_the_mean_in_95_percent_of_samples) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Draws draws(random.seed());
-  const std::size_t runs = trials(20000);
-  for (const int n : {2, 5, 30}) {
-    const double covered = coverage(runs, 3, [&] {
-      std::vector<double> values;
-      for (int i = 0; i < n; ++i) values.push_back(3 + 2 * draws.normal());
-      return sim::mean_of(values);
-    });
-    EXPECT_NEAR(covered, 0.95, sampling_error(runs)) << n;
-  }
-}
-
 TEST(RmsOf, is_as_computed_by_hand) {
   const Estimate estimate = sim::rms_of({3, -4});
   EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
@@ -186,8 +166,7 @@ TEST(RmsOf, is_as_computed_by_hand) {
 
 // The delta method is for large samples: with 300 errors the coverage is one per cent less.
 TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   const std::size_t runs = trials(4000);
   const double covered = coverage(runs, 0.1, [&] {
@@ -215,8 +194,7 @@ TEST(RmsChange, is_as_computed_by_hand) {
 }
 
 TEST(RmsChange, its_interval_covers_the_change_in_about_95_percent_of_samples) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   const std::size_t samples = trials(2000);
   const double covered = coverage(samples, -20, [&] {
@@ -250,8 +228,7 @@ TEST(Table, goes_to_markdown_padded_by_characters_and_not_by_bytes) {
 }
 
 TEST(Exact, reads_back_as_the_same_double) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   for (std::size_t trial = trials(20000); trial > 0; --trial) {
     const std::uint64_t bits = draws.bits();

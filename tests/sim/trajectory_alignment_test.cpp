@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/sim/horn_alignment.hpp"
 #include "tests/sim/random_similarity.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <limits>
@@ -59,8 +60,7 @@ void expect_rotation(const Eigen::Matrix3d& R) {
 }
 
 TEST(TrajectoryAlignment, is_that_of_horn) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(1000); trial > 0; --trial) {
     const PointSets sets = random_points(random);
     SCOPED_TRACE(sets.kind);
@@ -79,36 +79,8 @@ TEST(TrajectoryAlignment, is_that_of_horn) {
   }
 }
 
-TEST(TrajectoryAlignment, is_the_best_near_and_far) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(300); trial > 0; --trial) {
-    const PointSets sets = random_points(random);
-    SCOPED_TRACE(sets.kind);
-    const sim::Similarity sim3 = sim::align_sim3(sets.from, sets.to);
-    const sim::Similarity rigid = sim::align_rigid(sets.from, sets.to);
-    const double spread = (sets.to.colwise() - Vector3d(sets.to.rowwise().mean())).squaredNorm();
-    const double min_sim3 = squares(sim3, sets.from, sets.to) - 1e-13 * spread;
-    const double min_rigid = squares(rigid, sets.from, sets.to) - 1e-13 * spread;
-    EXPECT_GE(squares(rigid, sets.from, sets.to), min_sim3);
-    for (int i = 0; i < 50; ++i) {
-      const double size = std::pow(10.0, random.uniform(-6, 0.5));
-      const Vector3d axis = random_vector(random).normalized();
-      const Eigen::Matrix3d turn = Eigen::AngleAxisd(size * random.uniform(-1, 1), axis).toRotationMatrix();
-      const Vector3d shift = random_vector(random, size);
-      const double stretch = std::exp(size * random.uniform(-1, 1));
-      EXPECT_GE(squares({sim3.scale * stretch, turn * sim3.R, sim3.t + shift}, sets.from, sets.to), min_sim3);
-      EXPECT_GE(squares({1, turn * rigid.R, rigid.t + shift}, sets.from, sets.to), min_rigid);
-      // A rotation about the centre, which moves no point far.
-      const Vector3d centre = sets.to.rowwise().mean();
-      EXPECT_GE(squares({sim3.scale, turn * sim3.R, turn * (sim3.t - centre) + centre}, sets.from, sets.to), min_sim3);
-    }
-  }
-}
-
 TEST(TrajectoryAlignment, keeps_scale_and_rotation_where_points_coincide) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Matrix3Xd spread(3, 10);
   for (auto point : spread.colwise()) point = random_vector(random);
   const Vector3d place = random_vector(random, 100);
@@ -130,8 +102,7 @@ TEST(TrajectoryAlignment, keeps_scale_and_rotation_where_points_coincide) {
 }
 
 TEST(TrajectoryAlignment, of_points_on_a_line_brings_the_lines_together) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(300); trial > 0; --trial) {
     const int n = random.integer(3, 20);
     const Vector3d a = random_vector(random, 5);

@@ -4,6 +4,7 @@
 #include "sim/angles.hpp"
 #include "tests/sim/horn_alignment.hpp"
 #include "tests/sim/random_similarity.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -50,29 +51,6 @@ void expect_zero(const sim::TrajectoryErrors& errors, double tolerance = 1e-12) 
   EXPECT_NEAR(errors.ate_m, 0, tolerance);
   EXPECT_NEAR(errors.rpe_m_per_s, 0, tolerance);
   EXPECT_NEAR(errors.roe_deg_per_s, 0, degrees * tolerance);
-}
-
-TEST(TrajectoryErrors, of_four_poses_by_hand) {
-  // Along a line: x = -3, -1, 1, 3 m; the estimate leaves it by y = 1, -1, -1, 1 m, which no similarity removes.
-  // Squares of x sum to 20, of y to 4, products to 0: the best scale is 20 / 24, and the squares that remain
-  // are 20 * 4 / 24.
-  Poses truth;
-  Poses estimate;
-  for (const auto& [x, y] : {std::pair{-3, 1}, {-1, -1}, {1, -1}, {3, 1}}) {
-    const double time = (x + 3) / 2.0;
-    truth.push_back({time, sim::Pose(Eigen::Translation3d(x, 0, 0))});
-    estimate.push_back({time, sim::Pose(Eigen::Translation3d(x, y, 0))});
-  }
-  const auto errors = sim::trajectory_errors(estimate, truth);
-  EXPECT_NEAR(errors.scale, 5.0 / 6, 1e-15);
-  EXPECT_NEAR(errors.ate_m, std::sqrt(5.0 / 6), 1e-15);
-  EXPECT_EQ(errors.windows, 1U);
-  EXPECT_NEAR(errors.rpe_m_per_s, (6 - 5) / 3.0, 1e-15) << "from first to last: 6 m, by the estimate 6 * 5 / 6";
-  EXPECT_NEAR(errors.roe_deg_per_s, 0, 1e-12);
-  // Windows of 1 s: along the line 2 m by the truth and 5/3 m by the estimate, across it 5/3, 0 and 5/3 m.
-  const auto short_windows = sim::trajectory_errors(estimate, truth, 1);
-  EXPECT_EQ(short_windows.windows, 3U);
-  EXPECT_NEAR(short_windows.rpe_m_per_s, (2 * std::sqrt(26.0) + 1) / 9, 1e-15);
 }
 
 TEST(TrajectoryErrors, of_a_trajectory_shorter_than_a_window_have_no_drift) {
@@ -190,8 +168,7 @@ sim::TrajectoryErrors errors_by_definition(const Poses& estimate, const Poses& t
 }
 
 TEST(TrajectoryErrors, are_those_of_the_definition) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(20); trial > 0; --trial) {
     auto truth = sim::analytic_trajectory(12).poses;
     for (auto& pose : truth) pose.time += 1403636580.83856 + random.uniform(-0.02, 0.02);
@@ -206,28 +183,6 @@ TEST(TrajectoryErrors, are_those_of_the_definition) {
     expect_near(errors, expected, 1e-10);
     EXPECT_NEAR(errors.scale, expected.scale, 1e-11 * expected.scale);
     EXPECT_GT(errors.windows, 0U);
-  }
-}
-
-TEST(RealTrajectoryErrors, of_the_truth_in_another_frame_are_zero) {
-  const std::string folder = data_folder() + "/euroc_ground_truth";
-  std::error_code error;
-  if (data_folder().empty() || !std::filesystem::is_directory(folder, error)) GTEST_SKIP() << no_real_frames;
-  Random random;
-  SCOPED_TRACE(random.name());
-  const auto trajectories = sim::read_trajectories(folder);
-  EXPECT_EQ(trajectories.size(), 11U);
-  for (const auto& trajectory : trajectories) {
-    SCOPED_TRACE(trajectory.name);
-    const auto itself = sim::trajectory_errors(trajectory.poses, trajectory.poses);
-    expect_zero(itself);
-    EXPECT_NEAR(itself.scale, 1, 1e-13);
-    EXPECT_GT(itself.windows, trajectory.poses.size() * 9 / 10);
-    const sim::Similarity moved = random_similarity(random);
-    const auto errors = sim::trajectory_errors(transformed(moved, trajectory.poses), trajectory.poses);
-    expect_zero(errors, 1e-11);
-    EXPECT_NEAR(errors.scale * moved.scale, 1, 1e-12);
-    EXPECT_EQ(errors.windows, itself.windows);
   }
 }
 

@@ -2,6 +2,7 @@
 #include "sim/trajectory.hpp"
 
 #include "tests/support/text_folder.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -131,8 +132,7 @@ void expect_same(const sim::Trajectory& a, const sim::Trajectory& b) {
 }
 
 TEST_F(TrajectoryReader, reads_what_was_written) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   sim::Trajectory written;
   double time = 1403636580.83856;
   for (int i = 0; i < 500; ++i) {

@@ -4,6 +4,7 @@
 
 #include "tests/sim/noisy_frame.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <string>
@@ -42,8 +43,7 @@ void add_errors(Random& random, const Pose& truth, Frame& frame) {
 
 // The mean of chi2 with 6 degrees of freedom is 6, and its variance 12.
 TEST(MatchNoise, with_true_covariances_of_the_map_estimates_are_better_and_consistent) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   PoseOptions options = precise(PoseMethod::levenberg_marquardt);
   options.step_tolerance = 1e-7;
   const std::size_t count = trials(2000);

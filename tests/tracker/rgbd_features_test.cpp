@@ -129,15 +129,5 @@ TEST_F(DepthTracking, begins_with_the_first_frame_that_has_depth) {
   EXPECT_EQ(tracked.track(extract(2)).status, FrameStatus::tracked);
 }
 
-TEST_F(DepthTracking, black_frames_are_predicted) {
-  StereoTracker tracked = tracker();
-  tracked.track(extract(0));
-  tracked.track(extract(1));
-  StereoImages black = images(2);
-  black.left = cv::Mat::zeros(black.left.size(), CV_8U);
-  EXPECT_EQ(tracked.track(extractor_.extract(black)).status, FrameStatus::predicted);
-  EXPECT_EQ(tracked.track(extract(3)).status, FrameStatus::tracked);
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

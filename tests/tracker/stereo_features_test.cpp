@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/features.hpp"
+#include "tests/support/traced_random.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
 #include <cmath>
@@ -39,8 +40,7 @@ std::vector<cv::Point2f> random_points(Random& random, int width, int height, in
 }
 
 TEST(Align, finds_patches_that_moved_by_less_than_a_few_pixels) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Texture texture(random.name());
   const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8));
   for (int i = 0; i < 10; ++i) {
@@ -58,8 +58,7 @@ TEST(Align, finds_patches_that_moved_by_less_than_a_few_pixels) {
 }
 
 TEST(Align, refuses_what_is_far_away) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Texture texture(random.name());
   const std::vector<cv::Point2f> from = random_points(random, 200, 150, 30, 40);
   const auto found = [&](double dx) {
@@ -80,8 +79,7 @@ TEST(Align, refuses_where_there_is_no_texture) {
 }
 
 TEST(Align, finds_many_at_once_where_it_finds_them_one_by_one) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Texture texture(random.name());
   const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8)),
                              after = pyramid_of(texture.image(200, 150, 8, 2.2, -1.3));
