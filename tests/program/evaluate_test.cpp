@@ -169,9 +169,7 @@ TEST_F(Evaluate, says_the_verdict_first_and_then_shows_the_tables) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(outcome.out.rfind("Max-logDet pays: 60 of your matches give the pose that ", 0), 0U) << outcome.out;
-  for (const char* const text :
-       {"12 frames, 160 matches", "Chi-squared by leverage", "Correlation of whitened residuals", "| md ", "| own ",
-        "worth random", "against the true one"}) {
+  for (const char* const text : {"12 frames, 160 matches", "Chi-squared by leverage", "| md ", "| own "}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
   }
 }
@@ -188,15 +186,6 @@ TEST_F(Evaluate, files_of_a_folder_are_its_recording) {
   EXPECT_EQ(evaluated("frames/frame_*.csv more --budgets 30"), both);
   EXPECT_EQ(evaluated("frames more/frame_*.csv --budgets 30"), both);
   EXPECT_EQ(evaluated("frames/frame_103.csv --budgets 30").at("frames"), 1);
-}
-
-TEST_F(Evaluate, draws_by_its_seed_alone) {
-  write_recording("frames", 5);
-  const Json one = evaluated("frames --budgets 30 --threads 1 --seed 3");
-  EXPECT_EQ(evaluated("frames --budgets 30 --threads 2 --seed 3"), one);
-  const Json other = evaluated("frames --budgets 30 --threads 1 --seed 4");
-  EXPECT_NE(row_of(other, "random", 30), row_of(one, "random", 30));
-  EXPECT_EQ(row_of(other, "md", 30).at("translation_mm"), row_of(one, "md", 30).at("translation_mm"));
 }
 
 TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_to) {
@@ -240,18 +229,23 @@ TEST_F(Evaluate, writes_its_files) {
 
 TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   write_recording("frames", 3);
-  expect_refused(run("evaluate"), "FRAMES");
-  expect_refused(run("evaluate nowhere"), "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files");
-  expect_refused(run("evaluate frames ./frames/"), "./frames/: is given twice");
-  expect_refused(run("evaluate frames/frame_100.csv nowhere.csv"), "nowhere.csv: cannot be opened");
   std::filesystem::create_directories(folder_ + "/empty");
-  expect_refused(run("evaluate empty"), "empty: expected files named frame_*.csv");
-  expect_refused(run("evaluate ''"), "a value is missing");
+  write_frame("frame_few.csv", 5);
+  std::filesystem::rename(folder_ + "/frames/frame_few.csv", folder_ + "/frame_few.csv");
   std::ofstream(folder_ + "/frames/frame_101.csv", std::ios::app) << "1,2,oops\n";
-  expect_refused(run("evaluate frames"), "frames/frame_101.csv:166: expected 12 fields");
-  expect_refused(run("evaluate frames --json --output results"), "frames/frame_101.csv:166: expected 12 fields");
-  write_frame("frame_101.csv", 5);
-  expect_refused(run("evaluate frames/frame_101.csv"), "no frame has 10 matches that agree with one pose; expected");
+  const std::pair<const char*, const char*> refusals[] = {
+      {"", "FRAMES"},
+      {" nowhere", "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files"},
+      {" frames ./frames/", "./frames/: is given twice"},
+      {" frames/frame_100.csv nowhere.csv", "nowhere.csv: cannot be opened"},
+      {" empty", "empty: expected files named frame_*.csv"},
+      {" ''", "a value is missing"},
+      {" frames", "frames/frame_101.csv:166: expected 12 fields"},
+      {" frames --json --output results", "frames/frame_101.csv:166: expected 12 fields"},
+      {" frame_few.csv", "no frame has 10 matches that agree with one pose; expected"}};
+  for (const auto& [arguments, message] : refusals) {
+    expect_refused(run("evaluate" + std::string(arguments)), message);
+  }
 }
 
 TEST_F(Evaluate, counts_frames_without_a_pose) {

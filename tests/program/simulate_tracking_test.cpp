@@ -110,28 +110,26 @@ TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
 TEST_F(Simulate, refuses_options_without_effect) {
   write_trajectory("first");
   const std::string euroc = small_tracking("euroc") + "--selectors ";
-  expect_refused(run(euroc + "inl,all --budget 50"), "--budget does nothing here; expected with it a selector");
-  expect_refused(run(euroc + "md,inl --pool 150"), "--pool does nothing here; expected with it --selectors quality_md");
-  expect_refused(run(euroc + "random --strategy greedy"), "--strategy does nothing here");
-  expect_refused(run(euroc + "random --weighting measurement"), "--weighting does nothing here");
-  expect_refused(run(euroc + "md --map-sigma 0.1"), "--map-sigma does nothing here");
-  expect_refused(run(euroc + "inl --weights measurement --map-sigma 0.1"), "--map-sigma does nothing here");
-  expect_refused(run(euroc + "all_weighted --weights measurement_and_map"), "--weights does nothing here");
-  expect_refused(run(euroc + "inl --weights map_bias"), "--weights");
-  expect_refused(run(euroc + "leverage --strategy greedy"), "--strategy does nothing here");
-  expect_refused(run(euroc + "md,shared_cells"), "expected --weighting measurement or measurement_and_map");
-  const std::string used = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output ";
-  EXPECT_EQ(
-      run(euroc + "quality_md --pool 30 --strategy greedy --weighting measurement_and_map" + used + "out").exit_code,
-      0);
-  EXPECT_EQ(run(euroc + "random,all_weighted" + used + "other").exit_code, 0);
-  EXPECT_EQ(run(euroc + "random --weights measurement_and_map" + used + "weights").exit_code, 0);
-  EXPECT_EQ(run(euroc +
-                "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting "
-                "measurement_and_map" +
-                used + "rest")
-                .exit_code,
-            0);
+  const std::pair<std::string, std::string> refusals[] = {
+      {"inl,all --budget 50", "--budget does nothing here; expected with it a selector"},
+      {"md,inl --pool 150", "--pool does nothing here; expected with it --selectors quality_md"},
+      {"random --strategy greedy", "--strategy does nothing here"},
+      {"leverage --strategy greedy", "--strategy does nothing here"},
+      {"random --weighting measurement", "--weighting does nothing here"},
+      {"md --map-sigma 0.1", "--map-sigma does nothing here"},
+      {"inl --weights measurement --map-sigma 0.1", "--map-sigma does nothing here"},
+      {"all_weighted --weights measurement_and_map", "--weights does nothing here"},
+      {"inl --weights map_bias", "--weights"},
+      {"md,shared_cells", "expected --weighting measurement or measurement_and_map"}};
+  for (const auto& [arguments, message] : refusals) expect_refused(run(euroc + arguments), message);
+  int number = 0;
+  for (const char* const used :
+       {"quality_md --pool 30 --strategy greedy --weighting measurement_and_map", "random,all_weighted",
+        "random --weights measurement_and_map",
+        "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting measurement_and_map"}) {
+    const std::string output = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output out" + std::to_string(++number);
+    EXPECT_EQ(run(euroc + used + output).exit_code, 0) << used;
+  }
 }
 
 TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_pictures) {
