@@ -120,40 +120,5 @@ TEST(Resampling, intervals_lie_between_quantiles_if_these_are_known) {
   EXPECT_EQ(sim::percentile_interval(std::vector<double>(10, infinity)).low, infinity);
 }
 
-// Of an autoregressive series with a correlation of rho between neighbours.
-std::vector<double> series(Random& random, std::size_t n, double rho) {
-  std::vector<double> values;
-  double x = normal(random);
-  for (std::size_t i = 0; i < n; ++i) {
-    values.push_back(x);
-    x = rho * x + std::sqrt(1 - rho * rho) * normal(random);
-  }
-  return values;
-}
-
-double coverage_of_median(Random& random, double rho) {
-  constexpr std::size_t frames = 200, resamples = 200;
-  const std::size_t n = trials(400);
-  const auto in_order = sim::resample_frames({frames}, resamples, random.seed());
-  std::size_t covered = 0;
-  for (std::size_t trial = 0; trial < n; ++trial) {
-    SortedValues values;
-    const std::vector<double> simulated = series(random, frames, rho);
-    for (std::uint32_t f = 0; f < frames; ++f) values.add(std::exp(simulated[f]), f);
-    values.sort();
-    const Interval interval = sim::percentile_interval(values.quantiles(0.5, in_order));
-    if (interval.low <= 1 && 1 <= interval.high) ++covered;
-  }
-  return static_cast<double>(covered) / static_cast<double>(n);
-}
-
-// The deviation of a share near 0.95 of 400 is 0.011. Blocks of ten frames miss some of the correlation.
-TEST(Resampling, intervals_of_a_median_cover_the_true_one_of_series_whose_neighbours_depend_on_one_another) {
-  TracedRandom random;
-  const double tolerance = 5 / std::sqrt(static_cast<double>(trials(400)));
-  EXPECT_GT(coverage_of_median(random, 0), 0.94 - 0.22 * tolerance);
-  EXPECT_GT(coverage_of_median(random, 0.6), 0.90 - 0.22 * tolerance);
-}
-
 }  // namespace
 }  // namespace maxlogdet::test
