@@ -229,17 +229,6 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   }
 }
 
-TEST_F(Evaluate, counts_frames_without_a_pose) {
-  write_recording("frames", 4);
-  write_frame("frame_200.csv", 5);
-  const Json json = evaluated("frames --budgets 30");
-  EXPECT_EQ(json.at("frames"), 5);
-  EXPECT_EQ(json.at("frames_unusable"), 1);
-  EXPECT_EQ(row_of(json, "md", 30).at("frames"), 4);
-  EXPECT_NE(run("evaluate frames --budgets 30 --repeats 1").out.find("(1 frames without a pose left out)"),
-            std::string::npos);
-}
-
 TEST_F(Evaluate, refuses_options_that_it_does_not_understand) {
   write_recording("frames", 2);
   for (const char* const bad :

@@ -51,19 +51,6 @@ TEST(Epsilon, gains_are_those_of_algorithm_1) {
       << "1.25 ln 200 = 6.6: 7 of 10, 9, 8 and 7, then all of 6, 5, 4 and 3";
 }
 
-TEST(Epsilon, of_1_selects_one_random_candidate_in_each_round) {
-  constexpr std::size_t n = 40;
-  std::vector<double> differing;
-  const std::size_t runs = trials(40);
-  for (std::uint64_t run = 0; run < runs; ++run) {
-    differing.push_back(static_cast<double>(run_epsilon(one_case(0.5, 1), n, run).at(0).differing));
-  }
-  double mean = 0;
-  for (const double value : differing) mean += value / static_cast<double>(runs);
-  // Of 20 random ones out of 40 half are not greedy's: hypergeometric, with a variance of 20 / 4 * 20 / 39.
-  EXPECT_NEAR(mean, 10, 5 * std::sqrt(5.0 * 20 / 39 / static_cast<double>(runs)));
-}
-
 // Computes the frame and the answers again, by the library alone.
 TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   EpsilonOptions options;

@@ -74,10 +74,6 @@ TEST_F(FrameReader, reports_unknown_columns) {
   EXPECT_EQ(read(lines).unknown_columns, (std::vector<std::string>{"uR", "invSigma2"}));
 }
 
-TEST_F(FrameReader, a_frame_without_matches_is_a_frame) {
-  EXPECT_EQ(read({good_lines.begin(), good_lines.begin() + 6}).matches.size(), 0U);
-}
-
 TEST_F(FrameReader, names_the_line_and_what_it_expected) {
   const auto columns = [](const std::string& X, const std::string& Y, const std::string& depth) {
     return "3,14," + X + "," + Y + ",25.45,962,148,0,945.9," + depth + ",1,30";

@@ -245,9 +245,9 @@ TEST_F(EurocFolder, tells_what_is_wrong_with_a_pose_of_a_sensor_file) {
   Pose stretched = right_.T_bs;
   stretched.linear() *= 1.01;
   with_pose(stretched, ":5: ", "a rigid transform, sensor to body, as T_BS");
-  with_pose(left_.T_bs, ": ", "a T_BS that puts cam1 to the right of cam0");
-  with_pose(left_.T_bs * Eigen::Translation3d(-0.11, 0, 0), ": ", "to the right of cam0");
-  with_pose(left_.T_bs * Eigen::Translation3d(0, 0.11, 0), ": ", "to the right of cam0");
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 0), {-0.11, 0, 0}, {0, 0.11, 0}, {0.1, 0.06, 0}}) {
+    with_pose(left_.T_bs * Eigen::Translation3d(p), ": ", "a T_BS that puts cam1 to the right of cam0");
+  }
   Lines projective = right_.yaml();
   projective[7] = "         0, 1, 0, 0, 0, 0, 0, 2]";
   expect_error_in(sensor_file, projective, ":5: ", "a rigid transform");

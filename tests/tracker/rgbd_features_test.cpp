@@ -100,15 +100,6 @@ TEST_F(DepthTracking, aligned_matches_have_the_depth_of_where_they_are) {
   EXPECT_GT(stereo, 200U);
 }
 
-TEST_F(DepthTracking, tracks_rendered_frames) {
-  StereoTracker tracked = tracker();
-  for (std::size_t i = 0; i < 8; ++i) {
-    const auto& result = tracked.track(extract(i));
-    EXPECT_EQ(result.status, i == 0 ? FrameStatus::initialized : FrameStatus::tracked) << i;
-    EXPECT_LT(error(result.T_cw, i), 0.02) << i;
-  }
-}
-
 TEST_F(DepthTracking, frames_without_depth_are_tracked_by_what_the_map_has) {
   StereoTracker tracked = tracker();
   for (std::size_t i = 0; i < 5; ++i) {
