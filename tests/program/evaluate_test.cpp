@@ -140,17 +140,24 @@ TEST_F(Evaluate, computes_what_the_library_computes_for_every_kind_of_camera) {
     options.repeats = 2;
     options.seed = 9;
     const auto expected = sim::evaluate({sim::read_frames(folder_ + "/" + folder)}, options, 1);
-    EXPECT_EQ(evaluated(folder + " --budgets 30 --seed 9 --threads 2"), Json::parse(to_json(expected).dump()));
+    const Json json = evaluated(folder + " --budgets 30 --seed 9 --threads 2");
+    EXPECT_EQ(json, Json::parse(to_json(expected).dump()));
+    const Json other = evaluated(folder + " --budgets 30 --seed 10");
+    EXPECT_NE(row_of(other, "random", 30), row_of(json, "random", 30));
+    EXPECT_EQ(row_of(other, "md", 30).at("translation_mm").at("median"),
+              row_of(json, "md", 30).at("translation_mm").at("median"));
   }
 }
 
 TEST_F(Evaluate, says_the_verdict_first_and_then_shows_the_tables) {
   write_recording("frames", 12);
+  write_frame("frame_200.csv", 5);
   const Outcome outcome = run("evaluate frames --budgets 30,60 --repeats 2");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(outcome.out.rfind("Max-logDet pays: 60 of your matches give the pose that ", 0), 0U) << outcome.out;
-  for (const char* const text : {"12 frames, 160 matches", "Chi-squared by leverage", "| md ", "| own "}) {
+  for (const char* const text : {"13 frames", "(1 frames without a pose left out)", "160 matches",
+                                 "Chi-squared by leverage", "| md ", "| random ", "worth random"}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
   }
 }
