@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/program/simulate.hpp"
 
-#include <map>
 #include <set>
 
 namespace maxlogdet::test {

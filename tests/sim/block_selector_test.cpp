@@ -3,14 +3,12 @@
 #include "sim/feature_selector.hpp"
 
 #include "tests/sim/selector_cases.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <stdexcept>

@@ -5,7 +5,6 @@
 #include "tests/sim/noisy_frame.hpp"
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <numeric>

@@ -3,7 +3,6 @@
 #include "sim/evaluation/resampling.hpp"
 
 #include "tests/support/numbers.hpp"
-#include "tests/support/random_geometry.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>

@@ -5,9 +5,6 @@
 #include "tests/support/numbers.hpp"
 #include "tests/support/traced_random.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace maxlogdet::test {
 namespace {
 

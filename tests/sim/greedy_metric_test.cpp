@@ -5,9 +5,7 @@
 #include "tests/support/oracle.hpp"
 #include "tests/support/traced_random.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace maxlogdet::test {
 namespace {

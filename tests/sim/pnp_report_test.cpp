@@ -2,7 +2,6 @@
 #include "experiments/pnp_report.hpp"
 
 #include "tests/sim/pnp_options.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>

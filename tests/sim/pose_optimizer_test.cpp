@@ -7,8 +7,6 @@
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/traced_random.hpp"
 
-#include <functional>
-
 namespace maxlogdet::test {
 namespace {
 

@@ -5,8 +5,6 @@
 #include "tests/sim/tracked_selectors.hpp"
 #include "tests/support/support.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace maxlogdet::test {

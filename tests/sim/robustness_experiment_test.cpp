@@ -5,7 +5,6 @@
 #include "sim/match_noise.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/projection.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>

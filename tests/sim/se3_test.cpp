@@ -3,7 +3,6 @@
 #include "tests/support/traced_random.hpp"
 
 #include <Eigen/LU>
-#include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace maxlogdet::test {

@@ -4,8 +4,6 @@
 #include "tests/sim/tracked_selectors.hpp"
 #include "tests/support/support.hpp"
 
-#include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 

@@ -7,9 +7,7 @@
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <functional>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 

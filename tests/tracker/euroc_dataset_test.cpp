@@ -4,10 +4,6 @@
 #include "tests/tracker/distorted_camera.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <optional>
 
 namespace maxlogdet::test {
 namespace {

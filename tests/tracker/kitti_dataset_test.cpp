@@ -3,9 +3,6 @@
 #include "tests/tracker/dataset_folder.hpp"
 
 #include <Eigen/LU>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 

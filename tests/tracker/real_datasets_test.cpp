@@ -2,7 +2,6 @@
 // Recorded data of each layout, if present.
 #include "tests/tracker/dataset_folder.hpp"
 
-#include <filesystem>
 #include <opencv2/core.hpp>
 
 namespace maxlogdet::test {

@@ -3,7 +3,6 @@
 #include "tests/tracker/rgbd_dataset_folder.hpp"
 
 #include <Eigen/Geometry>
-#include <functional>
 #include <stdexcept>
 
 namespace maxlogdet::test {

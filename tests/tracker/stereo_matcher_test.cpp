@@ -4,7 +4,6 @@
 #include "tests/tracker/made_features.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
-#include <cmath>
 #include <set>
 
 namespace maxlogdet::test {

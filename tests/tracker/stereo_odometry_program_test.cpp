@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
-#include <sstream>
 
 namespace maxlogdet::test {
 namespace {

@@ -4,7 +4,6 @@
 #include "tests/tracker/rendered_world.hpp"
 
 #include <cmath>
-#include <limits>
 #include <set>
 #include <sstream>
 
