@@ -3,16 +3,12 @@
 #include "tests/support/program.hpp"
 #include "sim/frame_reader.hpp"
 
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <sstream>
 
 namespace maxlogdet::test {
@@ -128,15 +124,6 @@ TEST_F(Program, stops_at_targets) {
   EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_NE(table.out.find("D-efficiency against all candidates"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("expected deviation of the rotation"), std::string::npos) << table.out;
-  expect_refused(run("select --target-efficiency 1.1"), "--target-efficiency");
-  for (const char* const option : {"translation", "rotation"}) {
-    for (const char* const value : {"-1", "inf", "nan"}) {
-      expect_refused(run(std::string("select --target-") + option + "-sigma " + value),
-                     "0 (none) or a positive finite number for --target-translation-sigma and --target-rotation-sigma");
-    }
-  }
-  expect_refused(run("select --target-efficiency 0.5 --strategy relaxed"), "stop at targets");
-  expect_refused(run("select --target-efficiency 0.5 --exchange-sweeps 1"), "stop at targets");
 }
 
 TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
@@ -148,55 +135,63 @@ TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_
   }
 }
 
+// Each with a part of its error.
+using Refusals = std::vector<std::pair<std::string, std::string>>;
+
 TEST_F(Program, refuses_invalid_arguments) {
-  expect_refused(run(""), "evaluate, select, simulate or info");
-  expect_refused(run("selct"), "selct");
-  expect_refused(run("select --bogus"), "--bogus");
-  expect_refused(run("select --budget"), "--budget");
-  expect_refused(run("select --budget -1"), "--budget");
-  expect_refused(run("select --budget 1.5"), "--budget");
-  expect_refused(run("select --budget 99999999999999999999"), "--budget");
-  expect_refused(run("select --strategy best"), "best");
-  expect_refused(run("select --weighting best"), "best");
-  expect_refused(run("select --strategy stochastic_greedy --seed x"), "--seed 'x'");
-  expect_refused(run("select --strategy stochastic_greedy --seed -1"), "--seed '-1'");
-  expect_refused(run("select --repeat 0"), "--repeat");
-  expect_refused(run("select --epsilon x"), "--epsilon");
-  for (const char* const epsilon : {"0", "1", "-1", "nan", "inf"}) {
-    expect_refused(run(std::string("select --strategy stochastic_greedy --epsilon ") + epsilon), "0 < epsilon < 1");
-  }
-  expect_refused(run("select --input nowhere"), "nowhere: cannot be opened");
-  expect_refused(run("select --input ."), "found none");
-  expect_refused(run("select --plot-data picture.svg"), "ends in .json");
-  for (const char* const seed : {"' -1'", "18446744073709551616", "99999999999999999999999", "1e3"}) {
-    expect_refused(run(std::string("select --strategy stochastic_greedy --seed ") + seed), "--seed '");
+  std::filesystem::create_directories(folder_ + "/folder.json");
+  const Refusals refusals = {
+      {"", "evaluate, select, simulate or info"},
+      {"selct", "selct"},
+      {"select --bogus", "--bogus"},
+      {"select --budget", "--budget"},
+      {"select --strategy best", "best"},
+      {"select --weighting best", "best"},
+      {"select --input nowhere", "nowhere: cannot be opened"},
+      {"select --input .", "found none"},
+      {"select --input 'two\nlines'", "two?lines: cannot be opened"},
+      {"select --plot-data picture.svg", "ends in .json"},
+      {"select --plot-data folder.json", "is a folder"},
+      {"select --strategy relaxed --grid 8x6",
+       "relaxed does not support --grid; expected --strategy greedy, lazy_greedy, stochastic_greedy, automatic"},
+      {"select --strategy backward_greedy --grid 8x6", "backward_greedy does not support --grid"},
+      {"select --target-efficiency 1.1", "--target-efficiency"},
+      {"select --target-efficiency 0.5 --strategy relaxed", "stop at targets"},
+      {"select --target-efficiency 0.5 --exchange-sweeps 1", "stop at targets"}};
+  for (const auto& [arguments, message] : refusals) expect_refused(run(arguments), message);
+  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+}
+
+// Options, their bad values, and a part of the error.
+TEST_F(Program, refuses_invalid_values) {
+  const struct {
+    std::string option;
+    std::vector<std::string> values;
+    std::string message;
+  } refusals[] = {
+      {"select --budget", {"-1", "1.5", "99999999999999999999"}, "--budget"},
+      {"select --repeat", {"0"}, "--repeat"},
+      {"select --grid", {"8", "8x", "x6", "0x6", "8x0", "8x6x2", "1001x1", "-1x3", "ax6"}, "--grid"},
+      {"select --max-per-cell", {"-1"}, "--max-per-cell"},
+      {"select --threads", {"-1", "two"}, "--threads"},
+      {"select --time-limit-ms", {"-1", "nan"}, "--time-limit-ms"},
+      {"select --certificate-passes", {"-1"}, "--certificate-passes"},
+      {"select --exchange-sweeps", {"x"}, "--exchange-sweeps"},
+      {"select --epsilon", {"x"}, "--epsilon"},
+      {"select --strategy stochastic_greedy --epsilon", {"0", "1", "-1", "nan", "inf"}, "0 < epsilon < 1"},
+      {"select --strategy stochastic_greedy --seed",
+       {"x", "-1", "' -1'", "18446744073709551616", "99999999999999999999999", "1e3"},
+       "--seed '"},
+      {"select --weighting measurement_and_map --map-sigma", {"-1", "inf", "nan"}, "a finite --map-sigma of 0 or more"},
+      {"evaluate frames --map-sigma", {"-1", "inf", "nan"}, "--map-sigma: expected a finite number of 0 or more"},
+      {"select --target-translation-sigma", {"-1", "inf", "nan"}, "0 (none) or a positive finite number for --target-"},
+      {"select --target-rotation-sigma",
+       {"-1", "inf", "nan"},
+       "0 (none) or a positive finite number for --target-translation-sigma and --target-rotation-sigma"}};
+  for (const auto& [option, values, message] : refusals) {
+    for (const std::string& value : values) expect_refused(run(option + " " + value), message);
   }
   EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy --seed 18446744073709551615").exit_code, 0);
-  for (const char* const sigma : {"-1", "inf", "nan"}) {
-    expect_refused(run(std::string("select --weighting measurement_and_map --map-sigma ") + sigma),
-                   "a finite --map-sigma of 0 or more");
-    expect_refused(run(std::string("evaluate frames --map-sigma ") + sigma),
-                   "--map-sigma: expected a finite number of 0 or more");
-  }
-  expect_refused(run("select --plot-data frames"), "ends in .json");
-  std::filesystem::create_directories(folder_ + "/folder.json");
-  expect_refused(run("select --plot-data folder.json"), "is a folder");
-  expect_refused(run("select --input 'two\nlines'"), "two?lines: cannot be opened");
-  for (const char* const grid : {"8", "8x", "x6", "0x6", "8x0", "8x6x2", "1001x1", "-1x3", "ax6"}) {
-    expect_refused(run(std::string("select --grid ") + grid), "--grid");
-  }
-  expect_refused(run("select --max-per-cell -1"), "--max-per-cell");
-  expect_refused(run("select --threads -1"), "--threads");
-  expect_refused(run("select --threads two"), "--threads");
-  expect_refused(run("select --time-limit-ms -1"), "--time-limit-ms");
-  expect_refused(run("select --time-limit-ms nan"), "--time-limit-ms");
-  expect_refused(run("select --certificate-passes -1"), "--certificate-passes");
-  expect_refused(run("select --exchange-sweeps x"), "--exchange-sweeps");
-  expect_refused(
-      run("select --strategy relaxed --grid 8x6"),
-      "relaxed does not support --grid; expected --strategy greedy, lazy_greedy, stochastic_greedy, automatic");
-  expect_refused(run("select --strategy backward_greedy --grid 8x6"), "backward_greedy does not support --grid");
-  expect_refused(run("select", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
 // Of every option that takes a value, as --help lists them.
@@ -221,19 +216,19 @@ TEST_F(Program, refuses_empty_values_of_all_options) {
 
 TEST_F(Program, refuses_options_without_effect) {
   write_frame("frame_001.csv", 20);
-  const std::pair<const char*, const char*> idle[] = {
-      {"--certificate-passes 3", "--certify"},
-      {"--max-per-cell 2", "--grid 4x3"},
-      {"--epsilon 0.2", "--strategy stochastic_greedy"},
-      {"--seed 3", "--strategy stochastic_greedy"},
-      {"--map-sigma 0.1", "--weighting measurement_and_map"},
+  const struct {
+    std::string option, value, needed, its_value;
+  } idle[] = {
+      {"--certificate-passes", " 3", "--certify", ""},
+      {"--max-per-cell", " 2", "--grid", " 4x3"},
+      {"--epsilon", " 0.2", "--strategy stochastic_greedy", ""},
+      {"--seed", " 3", "--strategy stochastic_greedy", ""},
+      {"--map-sigma", " 0.1", "--weighting measurement_and_map", ""},
   };
-  for (const auto& [option, needed] : idle) {
-    const std::string select = std::string("select --input frames --repeat 1 ") + option;
-    const std::string text = option;
-    const std::string name = std::string(needed).substr(0, std::string(needed).find("4x3") - 1);
-    expect_refused(run(select), text.substr(0, text.find(' ')) + " does nothing here; expected with it " + name);
-    EXPECT_EQ(run(select + " " + needed).exit_code, 0) << option;
+  for (const auto& [option, value, needed, its_value] : idle) {
+    const std::string select = "select --input frames --repeat 1 " + option + value;
+    expect_refused(run(select), option + " does nothing here; expected with it " + needed);
+    EXPECT_EQ(run(select + " " + needed + its_value).exit_code, 0) << option;
   }
 }
 
@@ -273,53 +268,49 @@ TEST_F(Program, reports_that_standard_output_cannot_be_written) {
   }
 }
 
-TEST_F(Program, refuses_stereo_rows_for_a_camera_without_baseline) {
+TEST_F(Program, refuses_or_warns_of_stereo_without_stereo_and_of_columns_that_may_be_misspelt) {
   write_frame("frame_001.csv", 20);
-  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
-  text.replace(text.find("50.45"), text.find('\n') - text.find("50.45"), "0");
-  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  const std::string good = contents_of(folder_ + "/frames/frame_001.csv");
+  const auto with = [&](const std::string& old, std::size_t length, const std::string& text) {
+    std::ofstream(folder_ + "/frames/frame_001.csv") << std::string(good).replace(good.find(old), length, text);
+  };
+  with("50.45", good.find('\n') - good.find("50.45"), "0");  // the camera has no baseline
   EXPECT_EQ(run("select --input frames").exit_code, 0);
   expect_refused(run("select --input frames --stereo"), "bf > 0");
-}
-
-TEST_F(Program, warns_about_columns_that_may_be_misspelt_and_stereo_without_stereo) {
-  write_frame("frame_001.csv", 20);
-  std::string text = contents_of(folder_ + "/frames/frame_001.csv");
-  text.replace(text.find("u_right"), 7, "uR");
-  std::ofstream(folder_ + "/frames/frame_001.csv") << text;
+  with("u_right", 7, "uR");
   const Outcome outcome = run("select --input frames --stereo");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.err.find("unknown column 'uR'"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("no match has a right-image column"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Program, reports_rays_without_a_world_frame_block) {
-  std::ofstream(folder_ + "/frames/frame_001.csv")
-      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 0,-1,0,0,0,0,-1,0,1,0,0,0\n"
-         "mp_id,X,Y,Z,u,v\n1,5,1,0,296,240\n2,5,0,1,376,160\n";
-  const Outcome outcome = run("select --input frames --json --weighting map_bias_world");
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
-  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("invalid_candidates"), 1);
-}
-
-TEST_F(Program, answers_for_a_frame_behind_the_camera) {
+TEST_F(Program, counts_candidates_without_a_block) {
   write_frame("frame_001.csv", 20);
+  const std::string camera = "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: ";
+  const std::string header = "\nmp_id,X,Y,Z,u,v\n";
   std::ofstream(folder_ + "/frames/frame_002.csv")
-      << "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1,0\n"
-         "mp_id,X,Y,Z,u,v\n1,5,1,-3,296,240\n2,5,0,-1,376,160\n";
+      << camera << "1,0,0,0,0,1,0,0,0,0,1,0" << header << "1,5,1,-3,296,240\n2,5,0,-1,376,160\n";  // behind it
   const auto objects = run_json("select --input frames --budget 10");
   ASSERT_EQ(objects.size(), 2U);
   EXPECT_EQ(objects[0].at("indices").size(), 10U);
   EXPECT_EQ(objects[1].at("status"), "all_selected");
   EXPECT_EQ(objects[1].at("invalid_candidates"), 2);
   EXPECT_EQ(objects[1].at("indices").size(), 0U);
+  std::ofstream(folder_ + "/ray.csv") << camera << "0,-1,0,0,0,0,-1,0,1,0,0,0" << header
+                                      << "1,5,1,0,296,240\n2,5,0,1,376,160\n";
+  const Outcome outcome = run("select --input ray.csv --json --weighting map_bias_world");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("invalid_candidates"), 1);
 }
 
 TEST_F(Program, draws_selected_matches_red_in_both_views) {
-  ASSERT_EQ(run("select --budget 100 --repeat 1 --plot-data picture.json").exit_code, 0);
-  ASSERT_EQ(draw("selection", "picture.json").exit_code, 0);
-  const std::string svg = contents_of(folder_ + "/picture.svg");
+  EXPECT_EQ(run("select --budget 100 --repeat 1 --plot-data \"it's.json\"").exit_code, 0);
+  EXPECT_EQ(draw("selection", "\"it's.json\"").out, "drew it's.svg and .png\n");
+  const std::string svg = contents_of(folder_ + "/it's.svg");
+  for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
   // gnuplot marks each point by <use xlink:href=... color='rgb(...)'/>, and once more in the legend of each view.
   const auto count = [&](const std::string& colour) {
     std::size_t marks = 0;
@@ -334,24 +325,16 @@ TEST_F(Program, draws_selected_matches_red_in_both_views) {
   EXPECT_LE(count("rgb( 52, 101, 196)"), 2U * (1900 + 1));
 }
 
-TEST_F(Program, draws_pictures) {
-  write_frame("frame_001.csv", 50);
-  EXPECT_EQ(run("select --input frames --repeat 1 --plot-data \"it's.json\"").exit_code, 0);
-  EXPECT_EQ(draw("selection", "\"it's.json\"").out, "drew it's.svg and .png\n");
-  const std::string svg = contents_of(folder_ + "/it's.svg");
-  for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
-    EXPECT_NE(svg.find(text), std::string::npos) << text;
-  }
-  write_frame("frame_002.csv", 50);
+TEST_F(Program, draws_a_picture_of_each_frame) {
+  for (const char* const name : {"frame_001.csv", "frame_002.csv"}) write_frame(name, 50);
   const Outcome outcome = run("select --input frames --repeat 1 --budget 0 --plot-data picture.json");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_NE(
-      outcome.out.find("\n\ndata of a picture: picture_frame_001.json\ndata of a picture: picture_frame_002.json\n"),
-      std::string::npos)
-      << outcome.out;
+  const std::string files = "data of a picture: picture_frame_001.json\ndata of a picture: picture_frame_002.json\n";
+  EXPECT_NE(outcome.out.find("\n\n" + files), std::string::npos) << outcome.out;
   EXPECT_EQ(draw("selection", "picture_frame_001.json picture_frame_002.json").exit_code, 0);
-  EXPECT_EQ(contents_of(folder_ + "/picture_frame_001.png").substr(1, 3), "PNG");
-  EXPECT_EQ(contents_of(folder_ + "/picture_frame_002.png").substr(1, 3), "PNG");
+  for (const char* const name : {"/picture_frame_001.png", "/picture_frame_002.png"}) {
+    EXPECT_EQ(contents_of(folder_ + name).substr(1, 3), "PNG");
+  }
   expect_refused(run("select --repeat 1 --plot-data nowhere/picture.json"), "nowhere/picture.json: cannot be written");
 }
 
@@ -367,19 +350,6 @@ TEST_F(Program, info_prints_version_instruction_sets_and_threads) {
   EXPECT_EQ(info.at("isa_built_in").get<std::vector<std::string>>(), sim::built_in_isas());
   EXPECT_EQ(run("--version").out, std::string(version()) + "\n");
   EXPECT_EQ(run("--help").exit_code, 0);
-}
-
-TEST_F(Program, selects_on_every_real_frame) {
-  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  const std::string input = std::filesystem::absolute(data_folder()).string() + "/orb_slam2_frames";
-  const auto objects = run_json("select --budget 100 --input '" + input + "'");
-  ASSERT_EQ(objects.size(), 50U);
-  for (const auto& object : objects) {
-    EXPECT_EQ(object.at("status"), "ok");
-    const auto indices = object.at("indices").get<std::vector<std::size_t>>();
-    EXPECT_EQ((std::set<std::size_t>(indices.begin(), indices.end()).size()), 100U);
-    EXPECT_LT(*std::max_element(indices.begin(), indices.end()), object.at("candidates").get<std::size_t>());
-  }
 }
 
 }  // namespace

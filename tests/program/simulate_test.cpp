@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/program/simulate.hpp"
 
-#include <map>
 #include <set>
 
 namespace maxlogdet::test {
@@ -135,94 +134,71 @@ TEST_F(Simulate, robustness_covers_its_cases_for_any_number_of_threads) {
   EXPECT_EQ(csv("one/robustness.csv").size(), 1 + 2 * 10U);
 }
 
-TEST_F(Simulate, robustness_refuses_invalid_arguments) {
-  const std::string robustness = "simulate robustness --";
-  for (const char* const bad : {"matches 10", "matches -1", "budgets 5", "budgets 1000", "budgets x", "keyframes 0",
-                                "disturbances fog", "scene far_narrow", "runs 0", "seed x"}) {
-    const std::string option = bad;
-    expect_refused(run(robustness + option), "--" + option.substr(0, option.find(' ')));
+// Of options that are given bad values the error names the option.
+TEST_F(Simulate, refuses_invalid_values) {
+  const std::vector<const char*> no_numbers = {"nan", "inf", "-11", "x", "1e99"};
+  const std::pair<std::string, std::vector<const char*>> bad[] = {{"metrics --runs", {"0"}},
+                                                                  {"metrics --threads", {"-1"}},
+                                                                  {"metrics --seed", {"x"}},
+                                                                  {"metrics --sizes", {"4", "400", "ten"}},
+                                                                  {"metrics --noise", {"0", "nan"}},
+                                                                  {"metrics --points", {"5"}},
+                                                                  {"metrics --weightings", {"heavy"}},
+                                                                  {"metrics --prior", {"0", "1e-21"}},
+                                                                  {"metrics --nearest", {"30"}},
+                                                                  {"metrics --map-bias", {"inf"}},
+                                                                  {"epsilon --sizes", {"5"}},
+                                                                  {"epsilon --epsilons", {"2"}},
+                                                                  {"euroc --budget", {"1"}},
+                                                                  {"euroc --outliers", {"0.9"}},
+                                                                  {"robustness --matches", {"10", "-1"}},
+                                                                  {"robustness --budgets", {"5", "1000", "x"}},
+                                                                  {"robustness --keyframes", {"0"}},
+                                                                  {"robustness --disturbances", {"fog"}},
+                                                                  {"robustness --scene", {"far_narrow"}},
+                                                                  {"robustness --runs", {"0"}},
+                                                                  {"robustness --seed", {"x"}}};
+  for (const auto& [option, values] : bad) {
+    for (const char* const value : values) {
+      expect_refused(run("simulate " + option + " " + value), option.substr(option.find("--")));
+    }
   }
-  for (const char* const option : {"pixel-sigma", "map-sigma", "batch-translation", "batch-rotation", "patch-sigma",
-                                   "gate", "focal-error", "tau"}) {
-    for (const char* const value : {"nan", "inf", "-11", "x", "1e99"}) {
-      expect_refused(run(robustness + option + " " + value), std::string("--") + option);
+  for (const char* const option :
+       {"euroc --pixel-sigma", "euroc --outliers", "euroc --batch-translation", "euroc --map-sigma", "euroc --seconds",
+        "robustness --pixel-sigma", "robustness --map-sigma", "robustness --batch-translation",
+        "robustness --batch-rotation", "robustness --patch-sigma", "robustness --gate", "robustness --focal-error",
+        "robustness --tau"}) {
+    for (const char* const value : no_numbers) {
+      const std::string given = option;
+      expect_refused(run("simulate " + given + " " + value), given.substr(given.find("--")));
     }
   }
 }
 
 TEST_F(Simulate, refuses_invalid_arguments) {
-  expect_refused(run("simulate"), "an experiment is missing: metrics, budget, euroc, epsilon or robustness");
-  expect_refused(run("simulate everything"), "everything");
-  expect_refused(run("simulate metrics --runs 0"), "--runs");
-  expect_refused(run("simulate metrics --threads -1"), "--threads");
-  expect_refused(run("simulate metrics --seed x"), "--seed");
-  expect_refused(run("simulate metrics --sizes 4"), "--sizes");
-  expect_refused(run("simulate metrics --sizes 400"), "--sizes");
-  expect_refused(run("simulate metrics --sizes ten"), "--sizes");
-  expect_refused(run("simulate metrics --noise 0"), "--noise");
-  expect_refused(run("simulate metrics --noise nan"), "--noise");
-  expect_refused(run("simulate metrics --points 5"), "--points");
-  expect_refused(run("simulate metrics --weightings heavy"), "heavy");
-  expect_refused(run("simulate metrics --prior 0"), "--prior: expected a number from 1e-20 to 1e6");
-  expect_refused(run("simulate metrics --prior 1e-21"), "--prior: expected a number from 1e-20 to 1e6");
-  EXPECT_EQ(run(std::string(small_metrics) + " --prior 1e-20").exit_code, 0) << "the smallest that the library takes";
-  expect_refused(run("simulate metrics --nearest 30"), "--nearest");
-  expect_refused(run("simulate metrics --map-bias inf"), "--map-bias: expected -1 to 1 m");
-  std::ofstream(folder_ + "/file") << "no folder\n";
-  expect_refused(run("simulate metrics --output file/out"), "file/out");
-  expect_refused(run("simulate epsilon --sizes 5"), "--sizes");
-  expect_refused(run("simulate epsilon --epsilons 2"), "--epsilons");
-  expect_refused(run("simulate euroc --trajectories nowhere"), "nowhere");
-  expect_refused(run("simulate euroc --trajectories frames"), "frames");
-  expect_refused(run("simulate euroc --budget 1"), "--budget");
-  for (const char* const option : {"pixel-sigma", "outliers", "batch-translation", "map-sigma", "seconds"}) {
-    for (const char* const value : {"nan", "inf", "-1", "x", "1e99"}) {
-      expect_refused(run(std::string("simulate euroc --") + option + " " + value), std::string("--") + option);
-    }
-  }
   write_trajectory("a,b");
-  expect_refused(run("simulate euroc --trajectories tum"), "a,b.txt: expected a file name of letters");
-  expect_refused(run("simulate metrics --nearest 0.6 --farthest 0.9 --map-bias -1"), "in front of the camera");
-  expect_refused(run("simulate euroc --outliers 0.9"), "--outliers");
-  expect_refused(run("simulate euroc --budget 300"), "--pool 200; expected at least the budget, 300");
+  std::ofstream(folder_ + "/file") << "no folder\n";
+  const std::pair<const char*, const char*> refusals[] = {
+      {"", "an experiment is missing: metrics, budget, euroc, epsilon or robustness"},
+      {" everything", "everything"},
+      {" metrics --prior 0", "--prior: expected a number from 1e-20 to 1e6"},
+      {" metrics --map-bias inf", "--map-bias: expected -1 to 1 m"},
+      {" metrics --nearest 0.6 --farthest 0.9 --map-bias -1", "in front of the camera"},
+      {" metrics --output file/out", "file/out"},
+      {" euroc --trajectories nowhere", "nowhere"},
+      {" euroc --trajectories frames", "frames"},
+      {" euroc --trajectories tum", "a,b.txt: expected a file name of letters"},
+      {" euroc --budget 300", "--pool 200; expected at least the budget, 300"}};
+  for (const auto& [arguments, message] : refusals) {
+    expect_refused(run("simulate" + std::string(arguments)), message);
+  }
+  EXPECT_EQ(run(std::string(small_metrics) + " --prior 1e-20").exit_code, 0) << "the smallest that the library takes";
   expect_refused(run("simulate metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
-TEST_F(Simulate, reports_an_unwritable_file_and_leaves_no_partial_one) {
-  // In blocks of 512 bytes: enough for the runs, but not for their table.
-  const Outcome outcome = run_script("ulimit -f 68\n" MAXLOGDET_PROGRAM " " + std::string(small_metrics) +
-                                     " >out.txt 2>err.txt </dev/null");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_NE(outcome.err.find("out/metrics_runs.csv: cannot be written (File too large)"), std::string::npos)
-      << outcome.err;
-  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  EXPECT_FALSE(std::filesystem::exists(folder_ + "/out/metrics_runs.csv"));
-  EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 2 * 3 * 7U) << "what was written before is complete";
-  for (const auto& entry : std::filesystem::directory_iterator(folder_ + "/out")) {
-    EXPECT_NE(entry.path().extension(), ".new") << entry.path();
-  }
-}
-
-TEST_F(Simulate, without_gnuplot_writes_numbers_and_drawing_reports_why_it_failed) {
-  const Outcome outcome = run(small_metrics, "PATH=nowhere ");
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.err, "");
-  EXPECT_FALSE(contents("out/metrics.json").empty());
+TEST_F(Simulate, needs_no_gnuplot) {
+  EXPECT_EQ(run(small_metrics, "PATH=nowhere ").exit_code, 0);
   EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 2 * 3 * 7U);
-  // One that fails, since the interpreter must be found on the same path.
-  std::filesystem::create_directories(folder_ + "/bin");
-  std::ofstream(folder_ + "/bin/gnuplot") << "#!/bin/sh\necho 'no font' >&2\nexit 1\n";
-  std::filesystem::permissions(folder_ + "/bin/gnuplot", std::filesystem::perms::owner_all);
-  const Outcome failed = draw("experiment", "out", "PATH='" + folder_ + "'/bin:$PATH ");
-  EXPECT_EQ(failed.exit_code, 1);
-  EXPECT_EQ(failed.err, "out/metrics_map_bias.svg: gnuplot could not draw it: no font\n");
-  EXPECT_FALSE(std::filesystem::exists(folder_ + "/out/metrics_map_bias.svg"));
-}
-
-TEST_F(Simulate, takes_subsets_of_all_points) {
-  const Outcome outcome = run("simulate metrics --points 40 --sizes 40 --runs 3 --output out");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(csv("out/metrics.csv").size(), 1 + 2 * 3 * 7U);
 }
 
 }  // namespace

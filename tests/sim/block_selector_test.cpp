@@ -3,13 +3,12 @@
 #include "sim/feature_selector.hpp"
 
 #include "tests/sim/selector_cases.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -37,8 +36,7 @@ Indices selected_by_library(const Frame& frame, const Indices& candidates, const
 }
 
 TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const BlockKind& kind : block_kinds) {
     for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
       SelectorSettings settings = settings_of(SelectorKind::md, 60);
@@ -58,8 +56,7 @@ TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
 }
 
 TEST(FeatureSelector, quality_md_is_md_among_the_best_by_quality) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const std::size_t pool : {60U, 120U, 1000U}) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 400, random.seed());
     const Indices candidates = some_of(random, frame);
@@ -104,8 +101,7 @@ bool is_replaced_or_exact(Strategy strategy) {
 }
 
 TEST(FeatureSelector, md_with_a_maximum_is_the_library_with_groups) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(60); trial > 0; --trial) {
     const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
     const Frame frame = with_keyframes(make_scene(scene, 300, random.seed() + trial), random.integer(1, 20));
@@ -147,8 +143,7 @@ TEST(FeatureSelector, points_of_unknown_keyframes_share_no_group) {
 }
 
 TEST(FeatureSelector, half_random_is_md_and_then_uniform) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame frame = make_scene(sim::Scene::euroc_like, 60, random.seed());
   const Indices candidates = some_of(random, frame);
   FeatureSelector selector(settings_of(SelectorKind::half_random, 11));
@@ -170,8 +165,7 @@ TEST(FeatureSelector, half_random_is_md_and_then_uniform) {
 }
 
 TEST(FeatureSelector, leverage_draws_by_the_share_of_information) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame frame = make_scene(sim::Scene::euroc_like, 40, random.seed());
   const Indices candidates = some_of(random, frame);
   BlockStore blocks;
@@ -207,8 +201,7 @@ TEST(FeatureSelector, leverage_draws_by_the_share_of_information) {
 }
 
 TEST(FeatureSelector, shared_errors_are_those_of_cells_and_of_keyframes) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(10); trial > 0; --trial) {
     Frame frame = with_keyframes(make_scene(sim::Scene::euroc_like, 150, random.seed() + trial), 7);
     frame.matches[3].keyframe = -1;
@@ -231,31 +224,24 @@ TEST(FeatureSelector, shared_errors_are_those_of_cells_and_of_keyframes) {
   }
 }
 
-TEST(FeatureSelector, shared_errors_need_pixel_noise) {
+TEST(FeatureSelector, refuses_unusable_input) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
   Indices candidates(100);
   std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings good = settings_of(SelectorKind::shared_cells, 10);
-  EXPECT_EQ(FeatureSelector(good).select(frame, candidates).size(), 10U);
-  SelectorSettings bias = good, depth = good, tau = good;
+  const SelectorSettings md = settings_of(SelectorKind::md, 10), shared = settings_of(SelectorKind::shared_cells, 10);
+  EXPECT_EQ(FeatureSelector(shared).select(frame, candidates).size(), 10U);
+  SelectorSettings epsilon = md, bias = shared, depth = shared, tau = shared;
+  epsilon.search.strategy = Strategy::stochastic_greedy;
+  epsilon.search.stochastic.epsilon = 2;
   bias.blocks.weighting = Weighting::map_bias;
   depth.blocks.depth_cue = DepthCue::depth;
   tau.tau = -1;
-  for (const SelectorSettings& bad : {bias, depth, tau}) {
+  for (const SelectorSettings& bad : {epsilon, bias, depth, tau}) {
     EXPECT_THROW(FeatureSelector(bad).select(frame, candidates), std::invalid_argument);
   }
-}
-
-TEST(FeatureSelector, md_refuses_unusable_input) {
-  Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
-  Indices candidates(100);
-  std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings settings = settings_of(SelectorKind::md, 10);
-  settings.search.strategy = Strategy::stochastic_greedy;
-  settings.search.stochastic.epsilon = 2;
-  EXPECT_THROW(FeatureSelector(settings).select(frame, candidates), std::invalid_argument);
-  frame.camera.fx = 0;
-  EXPECT_THROW(FeatureSelector(settings_of(SelectorKind::md, 10)).select(frame, candidates), std::invalid_argument);
+  Frame broken = frame;
+  broken.camera.fx = 0;
+  EXPECT_THROW(FeatureSelector(md).select(broken, candidates), std::invalid_argument);
 }
 
 }  // namespace

@@ -51,19 +51,6 @@ TEST(Epsilon, gains_are_those_of_algorithm_1) {
       << "1.25 ln 200 = 6.6: 7 of 10, 9, 8 and 7, then all of 6, 5, 4 and 3";
 }
 
-TEST(Epsilon, of_1_selects_one_random_candidate_in_each_round) {
-  constexpr std::size_t n = 40;
-  std::vector<double> differing;
-  const std::size_t runs = trials(40);
-  for (std::uint64_t run = 0; run < runs; ++run) {
-    differing.push_back(static_cast<double>(run_epsilon(one_case(0.5, 1), n, run).at(0).differing));
-  }
-  double mean = 0;
-  for (const double value : differing) mean += value / static_cast<double>(runs);
-  // Of 20 random ones out of 40 half are not greedy's: hypergeometric, with a variance of 20 / 4 * 20 / 39.
-  EXPECT_NEAR(mean, 10, 5 * std::sqrt(5.0 * 20 / 39 / static_cast<double>(runs)));
-}
-
 // Computes the frame and the answers again, by the library alone.
 TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   EpsilonOptions options;
@@ -174,15 +161,6 @@ TEST(Epsilon, tables_average_what_they_name) {
   EXPECT_EQ(over_all.rows[1], Row({"0.1", "0.532", "0.5000", "0.4000", "3.000", "43.3", "67.8", "38.3", "3.8"}));
   const sim::Table none = speedup_table(options, hand_made(), 300, 10);
   EXPECT_EQ(none.rows[0], Row({"0.5", "0.132", "-", "-", "-", "-", "-", "-", "-"}));
-}
-
-TEST(Epsilon, csv_has_a_row_for_each_outcome) {
-  const sim::Table table = epsilon_table(hand_made(), {"0", "7"});
-  EXPECT_EQ(sim::to_csv({table.header, {}}),
-            "run,n,k,epsilon,us,us_greedy,us_lazy,gap_nats,differing,gains,gains_greedy,share_of_greedy,"
-            "share_of_bound\n");
-  ASSERT_EQ(table.rows.size(), 5U);
-  EXPECT_EQ(sim::to_csv({table.rows[4], {}}), "7,200,10,0.1,1,100,8,9,10,10,1955,0.5,0.4\n");
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include "sim/evaluation/report.hpp"
 #include "tests/sim/precise_pose.hpp"
 #include "tests/sim/simulated_evaluation.hpp"
-#include "tests/support/expect_input_error.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <set>
 
@@ -31,23 +31,8 @@ std::set<std::string> selectors_of(const Evaluation& evaluation) {
   return names;
 }
 
-TEST(EvaluationOfFrames, does_not_depend_on_threads) {
-  for (const FrameKind kind : {FrameKind::stereo, FrameKind::rig}) {
-    Random random(static_cast<std::uint64_t>(kind));
-    SCOPED_TRACE(random.name());
-    const std::vector<std::vector<Frame>> recordings = {recording(random, kind, 6, 80), recording(random, kind, 5, 60)};
-    const std::string one = to_json(sim::evaluate(recordings, small_options(), 1)).dump();
-    EXPECT_EQ(to_json(sim::evaluate(recordings, small_options(), 2)).dump(), one);
-    EXPECT_EQ(to_json(sim::evaluate(recordings, small_options(), 0)).dump(), one);
-    EvaluationOptions others = small_options();
-    others.seed = 1;
-    EXPECT_NE(to_json(sim::evaluate(recordings, others, 1)).dump(), one);
-  }
-}
-
 TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 12, 60);
   const Evaluation before = sim::evaluate({{frames.begin(), frames.begin() + 9}}, small_options(), 1);
   frames[9].matches.resize(9);                                       // too few
@@ -69,21 +54,8 @@ TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
   EXPECT_EQ(after.cell_correlation.value, before.cell_correlation.value);
 }
 
-TEST(EvaluationOfFrames, without_any_pose_is_refused) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  std::vector<Frame> frames = recording(random, FrameKind::stereo, 3, 60);
-  for (Frame& frame : frames) frame.matches.resize(5);
-  expect_input_error([&] { sim::evaluate({frames}, small_options(), 1); }, "no frame has 10 matches",
-                     "expected frames");
-  for (Frame& frame : frames) frame.matches.clear();
-  expect_input_error([&] { sim::evaluate({frames}, small_options(), 1); }, "no frame has 10 matches",
-                     "expected frames");
-}
-
 TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 4, 60);
   const std::set<std::string> usual = {"md", "md_spread", "md_cells", "bucket", "random"};
   EXPECT_EQ(selectors_of(sim::evaluate({frames}, small_options(), 1)), usual);
@@ -98,8 +70,7 @@ TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {
 }
 
 TEST(EvaluationOfFrames, has_rows_of_the_frames_with_more_inliers_than_the_budget) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 3, 100);
   const std::vector<Frame> few = recording(random, FrameKind::stereo, 2, 35);
   frames.insert(frames.end(), few.begin(), few.end());
@@ -115,8 +86,7 @@ TEST(EvaluationOfFrames, has_rows_of_the_frames_with_more_inliers_than_the_budge
 
 // The recorded tracker's own selection, against poses optimised here.
 TEST(EvaluationOfFrames, own_selections_deviate_as_poses_optimised_directly) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 9, 80);
   std::vector<double> translations, rotations;
   std::size_t i = 0;
@@ -152,8 +122,7 @@ TEST(EvaluationOfFrames, own_selections_deviate_as_poses_optimised_directly) {
 
 // Of selectors whose selections are nested, one selection serves all budgets.
 TEST(EvaluationOfFrames, nested_selections_begin_with_the_smaller_ones) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const FrameKind kind : {FrameKind::stereo, FrameKind::fisheye, FrameKind::rig}) {
     Frame frame = simulated_frame(random, kind, 90);
     for (Match& match : frame.matches) match.desc_dist = random.integer(0, 20);
@@ -192,8 +161,7 @@ double median_of(std::vector<double> values) {  // of an odd number
 }
 
 TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   // Two recordings: no step leads from one to the other, nor over a frame without a pose or without the truth.
   std::vector<Frame> first = recording(random, FrameKind::stereo, 6, 80);
   std::vector<Frame> second = recording(random, FrameKind::stereo, 7, 80);
@@ -239,8 +207,7 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
 
 // A column without values may have zeros, and a camera alone has no right image.
 TEST(EvaluationOfFrames, right_columns_without_a_baseline_do_not_count) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::monocular, 4, 60);
   const std::string expected = to_json(sim::evaluate({frames}, small_options(), 1)).dump();
   for (Frame& frame : frames) {
@@ -250,8 +217,7 @@ TEST(EvaluationOfFrames, right_columns_without_a_baseline_do_not_count) {
 }
 
 TEST(EvaluationOfFrames, of_true_noise_free_matches_find_the_true_motion) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const FrameKind kind : frame_kinds) {
     const auto frames = simulated_recording(random, kind, 4, 60, [](Frame&) {});
     const Evaluation evaluation = sim::evaluate({frames}, small_options(), 1);

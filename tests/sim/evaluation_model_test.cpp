@@ -5,6 +5,7 @@
 #include "sim/evaluation/verdict.hpp"
 #include "tests/sim/simulated_evaluation.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 namespace maxlogdet::test {
 namespace {
@@ -41,8 +42,7 @@ std::vector<Frame> independent_recording(Random& random, FrameKind kind, std::si
 class EvaluationOf : public ::testing::TestWithParam<FrameKind> {};
 
 TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_and_no_correlation) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Evaluation evaluation = evaluation_of(independent_recording(random, GetParam(), 80), short_options());
   EXPECT_EQ(evaluation.frames, 80U);
   EXPECT_EQ(evaluation.unusable, 0U);
@@ -73,8 +73,7 @@ INSTANTIATE_TEST_SUITE_P(EveryKindOfFrame, EvaluationOf, ::testing::ValuesIn(fra
                          [](const auto& of) { return to_string(of.param); });
 
 TEST(EvaluationOfErrors, independent_ones_of_many_frames_deviate_as_predicted_within_few_percent) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   EvaluationOptions options = short_options();
   options.budgets = {30, 100};
   const Evaluation evaluation = evaluation_of(independent_recording(random, FrameKind::stereo, trials(600)), options);
@@ -91,8 +90,7 @@ TEST(EvaluationOfErrors, independent_ones_of_many_frames_deviate_as_predicted_wi
 }
 
 TEST(EvaluationOfErrors, twice_as_large_as_modelled_have_a_chi2_of_four_and_no_correlation) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   // Small, so that neither the gate nor Huber's loss is in the way: half of 0.4 deviations is modelled.
   std::vector<Frame> frames = independent_recording(random, FrameKind::stereo, 60, 0.4);
   const auto model = [&](double sigmas) {
@@ -125,8 +123,7 @@ std::vector<Frame> sharing_recording(Random& random, std::size_t frames, double 
 }
 
 TEST(EvaluationOfErrors, that_cells_share_are_found_of_their_true_size) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const double tau : {0.3, 0.6, 1.0}) {
     SCOPED_TRACE(tau);
     // Scaled down, so that the gate takes none of the larger errors away.
@@ -152,8 +149,7 @@ TEST(EvaluationOfErrors, that_cells_share_are_found_of_their_true_size) {
 }
 
 TEST(EvaluationOfErrors, that_stay_at_a_place_of_the_image_are_told_from_those_that_do_not) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   constexpr double tau = 0.7;
   const auto field = random_field(random, tau, sim::noise_grid.cells());
   const auto add = [&](Frame& frame) {
@@ -199,8 +195,7 @@ std::vector<std::uint32_t> by_leverage(const Frame& frame) {
 }
 
 TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_deciles) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const auto variance = [](std::size_t decile) { return 0.2 + 0.12 * static_cast<double>(decile); };
   const auto add = [&](Frame& frame) {
     const std::vector<std::uint32_t> order = by_leverage(frame);
@@ -223,11 +218,18 @@ TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_decile
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
 }
 
+// A random selection, drawn here and not by the contestant that it is compared with, is worth its own number.
 TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const auto frames =
-      simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) { add_errors(random, frame); });
+  TracedRandom random;
+  const auto frames = simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) {
+    add_errors(random, frame);
+    frame.has_selection = true;
+    std::vector<std::uint32_t> all = all_matches(frame);
+    for (std::size_t i = 0; i < 100; ++i) {
+      std::swap(all[i], all[i + random.index(all.size() - i)]);
+      frame.matches[all[i]].is_selected = true;
+    }
+  });
   EvaluationOptions options;
   options.repeats = 4;
   const Evaluation evaluation = sim::evaluate({frames}, options, 2);
@@ -242,37 +244,13 @@ TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
     EXPECT_FALSE(evaluation.row("random", budget)->worth_random);
     EXPECT_FALSE(evaluation.row("bucket", budget)->worth_random);
   }
-  const sim::Verdict verdict = verdict_of(evaluation);
-  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: 100 of your matches", 0), 0U) << verdict.text;
-  EXPECT_EQ(verdict.recommended, "md");
-}
-
-TEST(EvaluationOfErrors, random_matches_are_worth_their_own_number) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const auto frames =
-      simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) { add_errors(random, frame); });
-  EvaluationOptions options = options_for({frames}, EvaluationOptions());
-  options.repeats = 4;
-  // Drawn by someone else: the contestant that is measured has random numbers of its own.
-  std::vector<Frame> selected = frames;
-  for (Frame& frame : selected) {
-    std::vector<std::uint32_t> all = all_matches(frame);
-    for (std::size_t i = 0; i < 100; ++i) {
-      std::swap(all[i], all[i + random.index(all.size() - i)]);
-      frame.matches[all[i]].is_selected = true;
-    }
-  }
-  options.contestants = {{"own", SelectorKind::all, true},
-                         {"bucket", SelectorKind::bucket, false},
-                         {"random", SelectorKind::random, false}};
-  const Evaluation evaluation = evaluation_of(selected, options);
-  const EvaluationRow& own = evaluation.rows.at(0);
-  EXPECT_EQ(own.selector, "own");
-  EXPECT_EQ(own.budget, 100U);
+  const EvaluationRow& own = *evaluation.row("own", 100);
   EXPECT_EQ(own.frames, 40U);
   EXPECT_NEAR(own.worth_random->matches, 100, 12);
   EXPECT_TRUE(contains(own.worth_random->interval, 100));
+  const sim::Verdict verdict = verdict_of(evaluation);
+  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: 100 of your matches", 0), 0U) << verdict.text;
+  EXPECT_EQ(verdict.recommended, "md");
 }
 
 }  // namespace

@@ -5,9 +5,8 @@
 #include "tests/sim/noisy_frame.hpp"
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
 
-#include <map>
 #include <numeric>
 
 namespace maxlogdet::test {
@@ -143,8 +142,7 @@ TEST(FrameNoise, deciles_of_leverage_partition_the_matches) {
 }
 
 TEST(FrameNoise, sums_of_cells_are_those_of_their_residuals_and_missing_of_a_rig) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const NoiseCase given = noise_case(random, FrameKind::stereo, 200);
   const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings, {});
   ASSERT_EQ(noise.cell_sums.size(), 48U);
@@ -162,33 +160,6 @@ TEST(FrameNoise, sums_of_cells_are_those_of_their_residuals_and_missing_of_a_rig
   EXPECT_TRUE(noise_of(rig.frame, rig.all, rig.inliers, rig.whitenings, {}).cell_sums.empty());
 }
 
-TEST(FrameNoise, matches_of_different_cameras_of_a_rig_are_no_neighbours) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  NoiseCase given = noise_case(random, FrameKind::rig, 60);
-  std::map<std::uint8_t, double> of_camera;
-  for (Match& match : given.frame.matches) {
-    match.u = 100;
-    match.v = 100;
-    ++of_camera[match.camera_id];
-  }
-  double pairs = 0;
-  for (const auto& [camera, n] : of_camera) pairs += n * (n - 1) / 2;
-  EXPECT_EQ(of_camera.size(), 3U);
-  EXPECT_EQ(noise_of(given.frame, given.all, given.inliers, given.whitenings, {}).all.pairs, pairs);
-}
-
-TEST(FrameNoise, sums_add_up) {
-  const PairSums a = {1, 2, 3, 4, 5, 6}, b = {10, 20, 30, 40, 50, 60};
-  const PairSums sum = a + 2 * b;
-  EXPECT_EQ(sum.products, 21);
-  EXPECT_EQ(sum.fitted, 42);
-  EXPECT_EQ(sum.pairs, 63);
-  EXPECT_EQ(sum.squares, 84);
-  EXPECT_EQ(sum.fitted_self, 105);
-  EXPECT_EQ(sum.matches, 126);
-}
-
 TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
   // Nothing fitted: the mean product of a pair, of two entries each, over their variance.
   EXPECT_DOUBLE_EQ(correlation_of({12, 0, 20, 80, 0, 10}), 12.0 / (2 * 20) / (80.0 / 20));
@@ -200,8 +171,7 @@ TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
 
 // With twelve matches the fit takes a quarter of the freedom of their residuals, mostly what neighbours share.
 TEST(FrameNoise, correlation_of_independent_noise_is_zero_however_few_matches_there_are) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const std::size_t n = trials(4000);
   PairSums sums;
   double squares = 0;  // of the pairs' part of single frames, for the standard error

@@ -5,6 +5,7 @@
 #include "tests/sim/precise_pose.hpp"
 #include "tests/sim/simulated_evaluation.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 namespace maxlogdet::test {
 namespace {
@@ -46,8 +47,7 @@ class PredictedDeviation : public ::testing::TestWithParam<FrameKind> {};
 // The mean of n outer products, whitened by what is predicted, is I, with deviations of sqrt(1 / n), on the diagonal
 // sqrt(2 / n). Huber's loss adds 1 %.
 TEST_P(PredictedDeviation, has_the_covariance_of_many_draws) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame exact = simulated_frame(random, GetParam(), 150);
   const Predicted predicted = predict(exact);
   const Eigen::MatrixXd factor = cholesky(predicted.difference);
@@ -85,8 +85,7 @@ INSTANTIATE_TEST_SUITE_P(EveryKindOfFrame, PredictedDeviation, ::testing::Values
                          [](const auto& of) { return to_string(of.param); });
 
 TEST(PredictedDeviationOf, matches_whose_map_has_errors_has_the_covariance_of_many_draws) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Frame exact = simulated_frame(random, FrameKind::stereo, 120);
   EvaluationOptions options;
   options.contestants = {{"md", SelectorKind::md, false}};

@@ -4,6 +4,7 @@
 
 #include "tests/sim/selector_cases.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +15,7 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
     for (const std::size_t budget : {0U, 1U, 20U, 100U, 1000U}) {
@@ -32,22 +32,8 @@ TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
   }
 }
 
-TEST(FeatureSelector, budgets_and_rejection_are_those_of_its_kinds) {
-  using K = SelectorKind;
-  std::size_t with_budget = 0;
-  for (const K kind : sim::selector_kinds) {
-    if (kind == K::inl || kind == K::all || kind == K::all_weighted) continue;
-    EXPECT_TRUE(has_budget(kind) && rejects_outliers(kind)) << to_string(kind);
-    ++with_budget;
-  }
-  EXPECT_EQ(with_budget, 13U);
-  EXPECT_TRUE(!has_budget(K::inl) && rejects_outliers(K::inl));
-  for (const K kind : {K::all, K::all_weighted}) EXPECT_TRUE(!has_budget(kind) && !rejects_outliers(kind));
-}
-
 TEST(FeatureSelector, draws_from_its_seed_alone) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const SelectorKind kind : sim::selector_kinds) {
     FeatureSelector one(settings_of(kind, 30, 5)), same(settings_of(kind, 30, 5)), other(settings_of(kind, 30, 6));
     bool differs = false;
@@ -66,8 +52,7 @@ TEST(FeatureSelector, draws_from_its_seed_alone) {
 }
 
 TEST(FeatureSelector, quality_takes_the_lowest_distances_and_of_equal_ones_the_lowest_index) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(50); trial > 0; --trial) {
     Frame frame = make_scene(sim::Scene::euroc_like, 150, random.seed());
     for (sim::Match& match : frame.matches) match.desc_dist = random.integer(0, 12);
@@ -79,8 +64,7 @@ TEST(FeatureSelector, quality_takes_the_lowest_distances_and_of_equal_ones_the_l
 }
 
 TEST(FeatureSelector, bucket_spreads_over_cells) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(100); trial > 0; --trial) {
     const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
     const Frame frame = make_scene(scene, 400, random.seed() + trial);

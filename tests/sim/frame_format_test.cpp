@@ -11,8 +11,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using Lines = std::vector<std::string>;
-
 const std::string pinhole = "# fx,fy,cx,cy,bf: 450,460,376,240,50";
 const std::string prior = "# Tcw_prior: 1,0,0,0.5,0,1,0,1,0,0,1,2";
 const std::string header = "mp_id,X,Y,Z,u,v";
@@ -20,10 +18,11 @@ const std::string row = "7,0.5,0.25,5,100,200";
 
 class FrameFormat : public FrameFiles {
  protected:
-  sim::Frame read(const Lines& lines) const { return sim::read_frame(write(lines)); }
-  sim::Frame read_with_camera(const std::string& camera) const { return read({camera, prior, header, row}); }
-  void expect_no_camera(const std::string& camera, const std::string& expected) const {
-    expect_error({camera, prior, header, row}, ":1: ", expected);
+  // Errors of the first line.
+  void expect_no_camera(const std::vector<std::pair<std::string, std::string>>& cameras_and_errors) const {
+    std::vector<BrokenLine> broken;
+    for (const auto& [camera, expected] : cameras_and_errors) broken.push_back({1, "# camera: " + camera, expected});
+    expect_errors({pinhole, prior, header, row}, broken);
   }
 };
 
@@ -32,7 +31,7 @@ TEST_F(FrameFormat, any_model_may_be_the_camera) {
     std::string values = to_string(model);
     for (const char* const value : {"190", "191", "376", "240"}) values += std::string(",") + value;
     for (std::size_t i = 0; i < parameter_count(model); ++i) values += ", 0.0" + std::to_string(i + 1);
-    const sim::Frame frame = read_with_camera("# camera (as calibrated): " + values);
+    const sim::Frame frame = read({"# camera (as calibrated): " + values, prior, header, row});
     const bool is_pinhole = model == CameraModel::pinhole;
     EXPECT_EQ(frame.camera.is_pinhole(), is_pinhole);
     EXPECT_EQ(frame.camera.rig.size(), is_pinhole ? 0U : 1U);
@@ -47,21 +46,22 @@ TEST_F(FrameFormat, any_model_may_be_the_camera) {
       EXPECT_EQ(camera.parameters[i], 0.01 * static_cast<double>(i + 1));
     }
     EXPECT_EQ(frame.camera.depth_cue(), DepthCue::none);
-    expect_no_camera("# camera: " + values + ",1", std::string(to_string(model)) + ",fx,fy,cx,cy and ");
-    expect_no_camera("# camera: " + std::string(to_string(model)) + ",1,1,1", "fx,fy,cx,cy and ");
+    expect_no_camera({{values + ",1", std::string(to_string(model)) + ",fx,fy,cx,cy and "},
+                      {std::string(to_string(model)) + ",1,1,1", "fx,fy,cx,cy and "}});
   }
 }
 
 TEST_F(FrameFormat, cameras_that_are_none_are_refused) {
-  expect_no_camera("# camera: fisheye,190,190,376,240", "a camera model, one of pinhole, ");
-  expect_no_camera("# camera: fisheye,190,190,376,240", "not 'fisheye'");
-  expect_no_camera("# camera:", "a camera model, one of ");
-  expect_no_camera("# camera: pinhole,0,190,376,240", "positive fx and fy");
-  expect_no_camera("# camera: pinhole,190,-1,376,240", "positive fx and fy");
-  expect_no_camera("# camera: pinhole,190,x,376,240", "a finite number for a camera's parameter, not 'x'");
-  expect_no_camera("# camera: double_sphere,190,190,376,240,0.1,1.5", "distortion within the range of double_sphere");
-  expect_no_camera("# camera: double_sphere,190,190,376,240,-1,0.5", "distortion within the range of double_sphere");
-  expect_no_camera("# camera: kannala_brandt,190,190,376,240,0,0,0,nan", "a finite number");
+  const std::string range = "distortion within the range of double_sphere";
+  expect_no_camera({{"fisheye,190,190,376,240", "a camera model, one of pinhole, "},
+                    {"fisheye,190,190,376,240", "not 'fisheye'"},
+                    {"", "a camera model, one of "},
+                    {"pinhole,0,190,376,240", "positive fx and fy"},
+                    {"pinhole,190,-1,376,240", "positive fx and fy"},
+                    {"pinhole,190,x,376,240", "a finite number for a camera's parameter, not 'x'"},
+                    {"double_sphere,190,190,376,240,0.1,1.5", range},
+                    {"double_sphere,190,190,376,240,-1,0.5", range},
+                    {"kannala_brandt,190,190,376,240,0,0,0,nan", "a finite number"}});
 }
 
 TEST_F(FrameFormat, there_is_exactly_one_camera_or_rig) {
@@ -126,13 +126,11 @@ TEST_F(FrameFormat, a_rig_is_numbered_from_zero_without_gaps) {
 
 TEST_F(FrameFormat, matches_name_a_camera_that_there_is) {
   const Lines lines = {"# camera 0: pinhole,450,460,376,240", "# camera 1: pinhole,450,460,376,240", prior,
-                       "mp_id,X,Y,Z,u,v,camera"};
-  for (const char* const bad : {"2", "-1", "9999999"}) {
-    Lines all = lines;
-    all.push_back(row + "," + bad);
-    expect_error(all, ":5: ", "a camera from 0 to 1");
-  }
-  expect_error({lines[0], lines[1], lines[2], lines[3], row + ",0.5"}, ":5: ", "an integer for camera, not '0.5'");
+                       "mp_id,X,Y,Z,u,v,camera", row + ",1"};
+  expect_errors(lines, {{5, row + ",2", "a camera from 0 to 1"},
+                        {5, row + ",-1", "a camera from 0 to 1"},
+                        {5, row + ",9999999", "a camera from 0 to 1"},
+                        {5, row + ",0.5", "an integer for camera, not '0.5'"}});
   expect_error({pinhole, prior, lines[3], row + ",1"}, ":4: ", "a camera from 0 to 0");
   EXPECT_EQ(read({lines[0], lines[1], prior, header, row}).matches[0].camera_id, 0) << "the default";
 }
@@ -156,12 +154,9 @@ TEST_F(FrameFormat, depths_count_where_their_deviation_is_known) {
   EXPECT_EQ(read({"# camera: kannala_brandt,190,190,376,240,0,0,0,0", lines[1], prior, lines[3], lines[4]})
                 .camera.depth_cue(),
             DepthCue::depth);
-  for (const char* const bad : {"0", "-1"}) {
-    without[1] = std::string("# depth_sigma: ") + bad;
-    expect_error(without, ":2: ", "a positive depth_sigma, m");
-  }
-  without[1] = "# depth_sigma: 1,2";
-  expect_error(without, ":2: ", "1 numbers for depth_sigma");
+  expect_errors(lines, {{2, "# depth_sigma: 0", "a positive depth_sigma, m"},
+                        {2, "# depth_sigma: -1", "a positive depth_sigma, m"},
+                        {2, "# depth_sigma: 1,2", "1 numbers for depth_sigma"}});
 }
 
 TEST_F(FrameFormat, right_columns_are_of_a_pinhole_alone) {
@@ -189,12 +184,14 @@ TEST_F(FrameFormat, covariances_are_symmetric_or_unknown) {
   fill_unknown_covariances(filled, 0.5);
   EXPECT_EQ(filled.map_covariances[0], frame.map_covariances[0]);
   EXPECT_EQ(filled.map_covariances[1], (std::array<double, 9>{0.25, 0, 0, 0, 0.25, 0, 0, 0, 0.25}));
-  expect_error({pinhole, prior, columns, row + ",1,0,0,-4,0,6"}, ":4: ", "variances cov_yy and cov_zz of 0 or more");
-  expect_error({pinhole, prior, columns, row + ",1,0,0,4,0,-6"}, ":4: ", "variances cov_yy and cov_zz of 0 or more");
-  expect_error({pinhole, prior, columns, row + ",1,0,0,4,0"}, ":4: ", "12 fields");
-  expect_error({pinhole, prior, columns, row + ",1,0,0,nan,0,1"}, ":4: ", "a finite number for cov_yy");
-  expect_error({pinhole, prior, header + ",cov_xx,cov_xy"}, ":3: ", "all six columns cov_xx,");
-  expect_error({pinhole, prior, header + ",cov_zz"}, ":3: ", "all six columns cov_xx,");
+  const std::string variances = "variances cov_yy and cov_zz of 0 or more", all_six = "all six columns cov_xx,";
+  expect_errors({pinhole, prior, columns, row + ",1,0,0,1,0,1"},
+                {{4, row + ",1,0,0,-4,0,6", variances},
+                 {4, row + ",1,0,0,4,0,-6", variances},
+                 {4, row + ",1,0,0,4,0", "12 fields"},
+                 {4, row + ",1,0,0,nan,0,1", "a finite number for cov_yy"},
+                 {3, header + ",cov_xx,cov_xy", all_six},
+                 {3, header + ",cov_zz", all_six}});
 }
 
 TEST_F(FrameFormat, selections_qualities_keyframes_and_true_poses_are_optional) {
@@ -213,23 +210,22 @@ TEST_F(FrameFormat, selections_qualities_keyframes_and_true_poses_are_optional) 
   EXPECT_EQ(frame.matches[1].keyframe, -1);
   EXPECT_EQ(frame.T_cw_true, (std::array<double, 12>{0, -1, 0, 1, 1, 0, 0, 2, 0, 0, 1, 3}));
   EXPECT_TRUE(frame.unknown_columns.empty());
-  for (const char* const bad : {"2", "-1"}) {
-    expect_error({pinhole, prior, header + ",selected", row + "," + bad}, ":4: ", "0 or 1 for selected");
-  }
-  expect_error({pinhole, prior, header + ",selected", row + ",yes"}, ":4: ", "a finite number for selected");
-  expect_error({pinhole, prior, header + ",keyframe", row + ",1.5"}, ":4: ", "an integer for keyframe");
-  expect_error({pinhole, prior, "# Tcw_true: 1,0,0", header}, ":3: ", "12 numbers for Tcw_true");
-  expect_error({pinhole, prior, "# Tcw_true: 2,0,0,0,0,1,0,0,0,0,1,0", header}, ":3: ", "a rotation in the first 3");
-  expect_error({pinhole, prior, "# Tcw_true: 1,0,0,0,0,1,0,0,0,0,1,0", "# Tcw_true: 1,0,0,0,0,1,0,0,0,0,1,0"},
-               ":4: ", "one comment 'Tcw_true'");
+  const std::string truth = "# Tcw_true: 1,0,0,0,0,1,0,0,0,0,1,0";
+  expect_errors({pinhole, prior, truth, header + ",selected,keyframe", row + ",1,1"},
+                {{5, row + ",2,1", "0 or 1 for selected"},
+                 {5, row + ",-1,1", "0 or 1 for selected"},
+                 {5, row + ",yes,1", "a finite number for selected"},
+                 {5, row + ",1,1.5", "an integer for keyframe"},
+                 {3, "# Tcw_true: 1,0,0", "12 numbers for Tcw_true"},
+                 {3, "# Tcw_true: 2,0,0,0,0,1,0,0,0,0,1,0", "a rotation in the first 3"}});
+  expect_error({pinhole, prior, truth, truth}, ":4: ", "one comment 'Tcw_true'");
 }
 
 // The cells of an image then divide the extent of the matches of all frames.
 TEST_F(FrameFormat, without_a_size_the_matches_of_a_recording_extend_over_the_image) {
   const auto file = [&](const std::string& name, const std::string& u, const std::string& v, bool has_size = false) {
-    return write({pinhole, prior, has_size ? "# image width,height: 752,480" : "# no size", header,
-                  "1,1,1,1," + u + "," + v, "2,1,1,1,40,40"},
-                 name);
+    return write(name, {pinhole, prior, has_size ? "# image width,height: 752,480" : "# no size", header,
+                        "1,1,1,1," + u + "," + v, "2,1,1,1,40,40"});
   };
   const std::vector<std::string> files = {file("frame_1.csv", "140", "30"), file("frame_2.csv", "-60", "90"),
                                           file("frame_3.csv", "5000", "90", true)};

@@ -2,7 +2,6 @@
 #include "sim/frame_reader.hpp"
 #include "sim/latency.hpp"
 #include "tests/sim/frame_files.hpp"
-#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <set>
@@ -10,7 +9,7 @@
 namespace maxlogdet::test {
 namespace {
 
-const std::vector<std::string> good_lines = {
+const Lines good_lines = {
     "# a frame",
     "# fx,fy,cx,cy,bf: 458.654,457.296,367.215,248.375,50.5",
     "# image width,height: 752,480",
@@ -24,7 +23,7 @@ const std::vector<std::string> good_lines = {
 class FrameReader : public FrameFiles {};
 
 TEST_F(FrameReader, reads_a_frame) {
-  const sim::Frame frame = sim::read_frame(write(good_lines));
+  const sim::Frame frame = read(good_lines);
   EXPECT_EQ(frame.name, "frame_007");
   EXPECT_EQ(frame.camera.fx, 458.654);
   EXPECT_EQ(frame.camera.bf, 50.5);
@@ -49,7 +48,7 @@ TEST_F(FrameReader, accepts_white_space_line_ends_empty_lines_and_any_order_of_c
   lines[6] = "v, u, Z, Y, X, mp_id\r";
   lines[7] = " 148 ,962,25.45,-1.26,12.35,14\r";
   lines.pop_back();
-  const sim::Frame frame = sim::read_frame(write(lines));
+  const sim::Frame frame = read(lines);
   ASSERT_EQ(frame.matches.size(), 1U);
   EXPECT_EQ(frame.matches[0].point[0], 12.35);
   EXPECT_EQ(frame.matches[0].u, 962);
@@ -63,59 +62,59 @@ TEST_F(FrameReader, matches_comments_by_their_full_name) {
   lines.emplace_back("# Tcw_prior_gt: 1,0,0,9,0,1,0,9,0,0,1,9");
   lines.emplace_back("# Tcw_prior_covariance: 1,2,3");
   lines[0] = "\xEF\xBB\xBF" + lines[0];
-  const sim::Frame frame = sim::read_frame(write(lines));
+  const sim::Frame frame = read(lines);
   EXPECT_EQ(frame.T_cw_prior[3], 0.5);
   EXPECT_EQ(frame.camera.cy, 248.375);
 }
 
 TEST_F(FrameReader, reports_unknown_columns) {
   auto lines = good_lines;
-  EXPECT_TRUE(sim::read_frame(write(lines)).unknown_columns.empty());
+  EXPECT_TRUE(read(lines).unknown_columns.empty());
   lines[5] = "kp,mp_id,X,Y,Z,u,v,octave,uR,depth,invSigma2,desc_dist";
-  EXPECT_EQ(sim::read_frame(write(lines)).unknown_columns, (std::vector<std::string>{"uR", "invSigma2"}));
-}
-
-TEST_F(FrameReader, a_frame_without_matches_is_a_frame) {
-  EXPECT_EQ(sim::read_frame(write({good_lines.begin(), good_lines.begin() + 6})).matches.size(), 0U);
+  EXPECT_EQ(read(lines).unknown_columns, (std::vector<std::string>{"uR", "invSigma2"}));
 }
 
 TEST_F(FrameReader, names_the_line_and_what_it_expected) {
-  const auto with = [](std::size_t line, const std::string& text) {
-    auto lines = good_lines;
-    lines[line - 1] = text;
-    return lines;
+  const auto columns = [](const std::string& X, const std::string& Y, const std::string& depth) {
+    return "3,14," + X + "," + Y + ",25.45,962,148,0,945.9," + depth + ",1,30";
   };
+  const std::string camera = "# fx,fy,cx,cy,bf: ", size = "# image width,height: ", pose = "# Tcw_prior: ";
+  const std::string size_range = "width and height from 1 to 2^20";
+  expect_errors(good_lines, {{8, "33,26,11.93", "12 fields"},
+                             {8, good_lines[7] + ",5", "12 fields"},
+                             {7, columns("abc", "1", "1"), "a finite number for X, not 'abc'"},
+                             {7, columns("", "1", "1"), "number for X"},
+                             {7, columns("nan", "1", "1"), "finite number for X"},
+                             {7, columns("1", "1e999", "1"), "finite number for Y"},
+                             {7, columns("1", "1.5x", "1"), "number for Y"},
+                             {7, columns("1", "1", "inf"), "number for depth"},
+                             {7, "3,1.5,1,1,25.45,962,148,0,945.9,2,1,30", "an integer for mp_id"},
+                             {7, "3,14,1,1,25.45,962,148,-1,945.9,2,1,30", "octave from 0"},
+                             {7, "3,14,1,1,25.45,962,148,0,945.9,2,0,30", "positive inv_sigma2"},
+                             {6, "kp,mp_id,X,Y,u,v", "'Z' is missing"},
+                             {6, "kp,mp_id,X,Y,Z,u,v,X", "'X' twice"},
+                             {2, camera + "458.654,457.296,367.215,248.375", "5 numbers"},
+                             {2, camera + "0,457.296,367.215,248.375,50", "positive fx and fy"},
+                             {2, camera + "400,457.296,367.215,248.375,-50", "bf"},
+                             {3, size + "0,480", size_range},
+                             {3, size + "752,0", size_range},
+                             {3, size + "-752,480", size_range},
+                             {3, size + "1048577,480", size_range},
+                             {3, size + "752,1048577", size_range},
+                             {3, size + "752,480,3", "2 integers"},
+                             {5, pose + "1,0,0,0,0,1,0,0,0,0,1", "12 numbers"},
+                             {5, pose + "2,0,0,0,0,1,0,0,0,0,1,0", "rotation"},
+                             {5, pose + "-1,0,0,0,0,-1,0,0,0,0,-1,0", "rotation"},
+                             {4, good_lines[1], "one comment 'fx,fy,cx,cy,bf'"},
+                             {4, good_lines[2], "one comment 'imagewidth,height'"}});
   const auto without = [](std::size_t line) {
-    auto lines = good_lines;
+    Lines lines = good_lines;
     lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(line) - 1);
     return lines;
   };
-  expect_error(with(8, "33,26,11.93"), ":8: ", "12 fields");
-  expect_error(with(8, good_lines[7] + ",5"), ":8: ", "12 fields");
-  expect_error(with(7, "3,14,abc,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "a finite number for X, not 'abc'");
-  expect_error(with(7, "3,14,,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "number for X");
-  expect_error(with(7, "3,14,nan,-1.26,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "finite number for X");
-  expect_error(with(7, "3,14,1,1e999,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "finite number for Y");
-  expect_error(with(7, "3,14,1,1.5x,25.45,962,148,0,945.9,23.6,1,30"), ":7: ", "number for Y");
-  expect_error(with(7, "3,14,1,1,25.45,962,148,0,945.9,inf,1,30"), ":7: ", "number for depth");
-  expect_error(with(7, "3,1.5,1,1,25.45,962,148,0,945.9,2,1,30"), ":7: ", "an integer for mp_id");
-  expect_error(with(7, "3,14,1,1,25.45,962,148,-1,945.9,2,1,30"), ":7: ", "octave from 0");
-  expect_error(with(7, "3,14,1,1,25.45,962,148,0,945.9,2,0,30"), ":7: ", "positive inv_sigma2");
-  expect_error(with(6, "kp,mp_id,X,Y,u,v"), ":6: ", "'Z' is missing");
-  expect_error(with(6, "kp,mp_id,X,Y,Z,u,v,X"), ":6: ", "'X' twice");
-  expect_error(with(2, "# fx,fy,cx,cy,bf: 458.654,457.296,367.215,248.375"), ":2: ", "5 numbers");
-  expect_error(with(2, "# fx,fy,cx,cy,bf: 0,457.296,367.215,248.375,50"), ":2: ", "positive fx and fy");
-  expect_error(with(2, "# fx,fy,cx,cy,bf: 400,457.296,367.215,248.375,-50"), ":2: ", "bf");
-  for (const char* size : {"0,480", "752,0", "-752,480", "1048577,480", "752,1048577"}) {
-    expect_error(with(3, std::string("# image width,height: ") + size), ":3: ", "width and height from 1 to 2^20");
-  }
-  expect_error(with(3, "# image width,height: 752,480,3"), ":3: ", "2 integers");
-  expect_error(with(5, "# Tcw_prior: 1,0,0,0,0,1,0,0,0,0,1"), ":5: ", "12 numbers");
-  expect_error(with(5, "# Tcw_prior: 2,0,0,0,0,1,0,0,0,0,1,0"), ":5: ", "rotation");
-  expect_error(with(5, "# Tcw_prior: -1,0,0,0,0,-1,0,0,0,0,-1,0"), ":5: ", "rotation");
-  expect_error(with(4, good_lines[4]), ":5: ", "one comment 'Tcw_prior'");
-  expect_error(with(4, good_lines[1]), ":4: ", "one comment 'fx,fy,cx,cy,bf'");
-  expect_error(with(4, good_lines[2]), ":4: ", "one comment 'imagewidth,height'");
+  Lines twice = good_lines;
+  twice[3] = good_lines[4];
+  expect_error(twice, ":5: ", "one comment 'Tcw_prior'");
   expect_error(without(2), ":7: end of file", "fx,fy,cx,cy,bf");
   expect_error(without(5), ":7: end of file", "Tcw_prior");
   expect_error({good_lines.begin(), good_lines.begin() + 5}, ":5: end of file", "header line");
@@ -123,22 +122,16 @@ TEST_F(FrameReader, names_the_line_and_what_it_expected) {
 }
 
 TEST_F(FrameReader, reads_a_folder_in_order_and_nothing_else_in_it) {
-  write(good_lines, "frame_002.csv");
-  write(good_lines, "frame_010.csv");
-  write(good_lines, "frame_001.csv");
-  write({"not a frame"}, "ground_truth_T_cw.csv");
-  write({"not a frame"}, "frame_003.txt");
+  EXPECT_THROW(sim::read_frames(folder_), sim::InputError) << "an empty folder";
+  EXPECT_THROW(sim::read_frame(folder_), sim::InputError) << "a folder is no frame";
+  EXPECT_THROW(sim::read_frames(folder_ + "/nowhere.csv"), sim::InputError);
+  for (const char* const name : {"frame_002.csv", "frame_010.csv", "frame_001.csv"}) write(name, good_lines);
+  for (const char* const name : {"ground_truth_T_cw.csv", "frame_003.txt"}) write(name, {"not a frame"});
   const auto frames = sim::read_frames(folder_);
   ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[0].name, "frame_001");
   EXPECT_EQ(frames[1].name, "frame_002");
   EXPECT_EQ(frames[2].name, "frame_010");
-}
-
-TEST_F(FrameReader, names_what_cannot_be_read) {
-  EXPECT_THROW(sim::read_frames(folder_), sim::InputError) << "an empty folder";
-  EXPECT_THROW(sim::read_frames(folder_ + "/nowhere.csv"), sim::InputError);
-  EXPECT_THROW(sim::read_frame(folder_), sim::InputError) << "a folder";
 }
 
 TEST(MatchArrays, hold_what_the_frame_holds) {

@@ -4,7 +4,7 @@
 
 #include "sim/angles.hpp"
 #include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,8 +40,7 @@ Eigen::Vector3d random_variances(Random& random) {
 }
 
 TEST(GaussianNorm, probability_is_the_share_of_draws) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   constexpr std::size_t n = 20000;
   for (std::size_t trial = trials(20); trial > 0; --trial) {
     const Eigen::Vector3d variances = random_variances(random);
@@ -62,8 +61,7 @@ TEST(GaussianNorm, probability_is_the_share_of_draws) {
 }
 
 TEST(GaussianNorm, quantiles_invert_probabilities) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(50); trial > 0; --trial) {
     std::vector<Eigen::Vector3d> variances;
     for (int i = random.integer(1, 20); i > 0; --i) {
@@ -85,24 +83,6 @@ TEST(GaussianNorm, quantiles_invert_probabilities) {
     }
     const double scaled = predicted_quantile({4 * variances.front()}, 0.5);
     EXPECT_NEAR(scaled, 2 * predicted_quantile({variances.front()}, 0.5), 1e-3 * scaled);
-  }
-}
-
-TEST(GaussianNorm, a_mixture_is_drawn_from_in_turn) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const std::vector<Eigen::Vector3d> variances = {{1, 1, 1}, {0, 0.01, 0.02}, {0, 0.5, 4}, {0, 0, 0}};
-  std::vector<double> lengths;
-  constexpr std::size_t n = 40000;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d z(normal(random), normal(random), normal(random));
-    lengths.push_back(variances[i % variances.size()].cwiseSqrt().cwiseProduct(z).norm());
-  }
-  std::sort(lengths.begin(), lengths.end());
-  for (const double q : {0.3, 0.5, 0.75, 0.9}) {
-    const double length = predicted_quantile(variances, q);
-    const auto within = std::lower_bound(lengths.begin(), lengths.end(), length) - lengths.begin();
-    EXPECT_NEAR(static_cast<double>(within) / n, q, promised(q) + 5 * std::sqrt(q * (1 - q) / n));
   }
 }
 

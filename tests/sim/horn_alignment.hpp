@@ -5,13 +5,10 @@
 #include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
 
-#include <cmath>
-
 namespace maxlogdet::test {
 
 struct HornAlignment {
   sim::Similarity similarity;
-  double symmetric_scale = 1;
   double separation = 0;  // relative, of the two largest eigenvalues
 };
 
@@ -35,7 +32,6 @@ inline HornAlignment horn(const Matrix3Xd& from, const Matrix3Xd& to) {
   s.scale = q.cwiseProduct(transformed(s, p)).sum() / p.squaredNorm();
   const Vector3d centre = transformed(s, from_mean);
   s.t = to_mean - centre;
-  result.symmetric_scale = std::sqrt(q.squaredNorm() / p.squaredNorm());
   result.separation = (of_N.values[3] - of_N.values[2]) / of_N.values[3];
   return result;
 }

@@ -23,30 +23,29 @@ Eigen::Vector2d project(const PinholeCamera& camera, const Eigen::Vector3d& p) {
   return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
 }
 
+// Where a point of the world is seen, px, and how far.
+struct Sight {
+  Eigen::Vector2d pixel;
+  double depth;
+};
+
+Sight sight_of(const MappedWorld& world, const Frame& frame, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d p_c = world.true_T_cw() * point;
+  return {project(frame.camera, p_c), p_c.z()};
+}
+
+bool is_in_view(const Sight& sight, const Frame& frame) {
+  const double u = sight.pixel.x(), v = sight.pixel.y();
+  return sight.depth >= 0.5 && u >= 16 && u <= frame.width - 16 && v >= 16 && v <= frame.height - 16;
+}
+
+const MappedWorld::Landmark& landmark_of(const MappedWorld& world, const Match& match) {
+  return world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
+}
+
 // The error of a match against the projection of its true landmark, px.
 Eigen::Vector2d error_of(const MappedWorld& world, const Frame& frame, const Match& match) {
-  const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
-  return Eigen::Vector2d(match.u, match.v) - project(frame.camera, world.true_T_cw() * landmark.position);
-}
-
-std::vector<double> numbers_of(const Trajectory& trajectory, std::uint64_t seed) {
-  std::vector<double> numbers;
-  for_every_frame(trajectory, small_world(), seed, [&](const MappedWorld&, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      numbers.insert(numbers.end(), match.point, match.point + 3);
-      numbers.insert(numbers.end(), {match.u, match.v, match.desc_dist, match.inv_sigma2});
-      numbers.push_back(static_cast<double>(match.map_point_id));
-    }
-  });
-  return numbers;
-}
-
-TEST(MappedWorld, is_drawn_from_its_seed) {
-  const Trajectory trajectory = sim::analytic_trajectory(3);
-  const auto numbers = numbers_of(trajectory, 1);
-  EXPECT_GT(numbers.size(), 61U * 100);
-  EXPECT_EQ(numbers_of(trajectory, 1), numbers);
-  EXPECT_NE(numbers_of(trajectory, 2), numbers);
+  return Eigen::Vector2d(match.u, match.v) - sight_of(world, frame, landmark_of(world, match).position).pixel;
 }
 
 TEST(MappedWorld, follows_the_trajectory_and_leaves_the_prior_alone) {
@@ -91,7 +90,7 @@ TEST(MappedWorld, matches_know_the_keyframe_that_mapped_their_point) {
   std::set<std::int64_t> keyframes;
   for_every_frame(sim::analytic_trajectory(5), small_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     for (const Match& match : frame.matches) {
-      ASSERT_EQ(match.keyframe, world.landmarks()[static_cast<std::size_t>(match.map_point_id)].batch);
+      ASSERT_EQ(match.keyframe, landmark_of(world, match).batch);
       keyframes.insert(match.keyframe);
     }
   });
@@ -103,10 +102,9 @@ TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   for_every_frame(sim::analytic_trajectory(10), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     EXPECT_GE(frame.matches.size(), 50U);
     for (const Match& match : frame.matches) {
-      const Eigen::Vector3d p_c = world.true_T_cw() * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
-      ASSERT_GT(p_c.z(), 0.4);
-      const Eigen::Vector2d pixel = project(frame.camera, p_c);
-      ASSERT_LT((pixel - Eigen::Vector2d(match.u, match.v)).norm(), 1e-9);
+      const Sight sight = sight_of(world, frame, Eigen::Map<const Eigen::Vector3d>(match.point));
+      ASSERT_GT(sight.depth, 0.4);
+      ASSERT_LT((sight.pixel - Eigen::Vector2d(match.u, match.v)).norm(), 1e-9);
       ASSERT_TRUE(match.u > 0 && match.u < frame.width && match.v > 0 && match.v < frame.height);
       ASSERT_FALSE(match.is_stereo());
     }
@@ -122,11 +120,7 @@ TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
   for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
     matched += static_cast<double>(frame.matches.size());
     for (const auto& landmark : world.landmarks()) {
-      const Eigen::Vector3d p_c = world.true_T_cw() * landmark.position;
-      const Eigen::Vector2d pixel = project(frame.camera, p_c);
-      const bool is_inside = p_c.z() >= 0.5 && pixel.x() >= 16 && pixel.x() <= frame.width - 16 && pixel.y() >= 16 &&
-                             pixel.y() <= frame.height - 16;
-      if (is_inside && landmark.batch != 0) ++mapped;
+      if (landmark.batch != 0 && is_in_view(sight_of(world, frame, landmark.position), frame)) ++mapped;
     }
   });
   EXPECT_NEAR(matched, 0.7 * mapped, 5 * std::sqrt(mapped * 0.21));
@@ -162,8 +156,8 @@ TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
 TEST(MappedWorld, octaves_fall_with_distance) {
   for_every_frame(sim::analytic_trajectory(2), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     for (const Match& match : frame.matches) {
-      const auto& landmark = world.landmarks()[static_cast<std::size_t>(match.map_point_id)];
-      const double depth = (world.true_T_cw() * landmark.position).z();
+      const auto& landmark = landmark_of(world, match);
+      const double depth = sight_of(world, frame, landmark.position).depth;
       const double octave = landmark.octave + std::log(landmark.reference_depth / depth) / std::log(1.2);
       ASSERT_NEAR(match.octave, std::clamp(octave, 0.0, 7.0), 0.5 + 1e-9);
     }
@@ -271,16 +265,13 @@ TEST(MappedWorld, forgets_a_landmark_after_10_keyframes_out_of_view_and_no_soone
   for_every_frame(trajectory, options, 1, [&](const MappedWorld& world, const Frame& frame) {
     for (std::size_t i = 0; i < options.landmarks; ++i) {
       const auto& landmark = world.landmarks()[i];
-      const Eigen::Vector3d p_c = world.true_T_cw() * landmark.position;
-      const Eigen::Vector2d pixel = project(frame.camera, p_c);
-      const bool is_in_view = p_c.z() >= 0.5 && pixel.x() >= 16 && pixel.x() <= frame.width - 16 && pixel.y() >= 16 &&
-                              pixel.y() <= frame.height - 16;
-      const bool is_late = is_in_view && keyframes - seen[i] > 10;
+      const bool is_seen = is_in_view(sight_of(world, frame, landmark.position), frame);
+      const bool is_late = is_seen && keyframes - seen[i] > 10;
       if (batches[i] != 0) {
         ASSERT_EQ(landmark.batch != batches[i], is_late) << i;
         ++(is_late ? forgotten : remembered);
       }
-      if (is_in_view) seen[i] = static_cast<std::uint32_t>(world.keyframes());
+      if (is_seen) seen[i] = static_cast<std::uint32_t>(world.keyframes());
       batches[i] = landmark.batch;
     }
     keyframes = static_cast<std::uint32_t>(world.keyframes());

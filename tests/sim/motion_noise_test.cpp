@@ -3,7 +3,7 @@
 #include "sim/motion_noise.hpp"
 
 #include "sim/draws.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 
@@ -59,8 +59,7 @@ double worst_ratio(const MotionNoise& a, const MotionNoise& b, double farthest) 
 TEST(MotionNoiseEstimate, finds_the_noise_that_was_drawn) {
   for (const MotionNoise& truth : {MotionNoise{0.1, 0.09}, MotionNoise{0.5, 0}, MotionNoise{0.05, 0.2}}) {
     for (const MotionNoise& start : {MotionNoise{0.1, 0.09}, MotionNoise{1, 0}, MotionNoise{0.05, 0.5}}) {
-      Random random;
-      SCOPED_TRACE(random.name());
+      TracedRandom random;
       Draws draws(random.seed());
       MotionNoiseEstimate estimate(start);
       add_frames({truth}, 200, draws, estimate);  // some tens suffice, except from bad starts
@@ -71,8 +70,7 @@ TEST(MotionNoiseEstimate, finds_the_noise_that_was_drawn) {
 }
 
 TEST(MotionNoiseEstimate, follows_a_change) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   MotionNoiseEstimate estimate;
   add_frames({{0.1, 0.09}}, 60, draws, estimate);
@@ -81,8 +79,7 @@ TEST(MotionNoiseEstimate, follows_a_change) {
 }
 
 TEST(MotionNoiseEstimate, is_robust_to_wrong_matches) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Draws draws(random.seed());
   const World clean{{0.1, 0.05}};
   World dirty = clean;

@@ -4,10 +4,10 @@
 #include "tests/sim/selector_cases.hpp"
 #include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace maxlogdet::test {
@@ -75,8 +75,7 @@ Rows12 stacked(const Rows12& above, const Rows12& below) {
 }
 
 TEST(Observability, information_is_that_of_rows_differentiated_numerically) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const int poses : {0, 1, 2, 3, 5}) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 60, random.seed());
     const Indices candidates = some_of(random, frame);
@@ -135,8 +134,7 @@ void expect_best_of_samples(const Frame& frame, const Indices& candidates, const
 }
 
 TEST(Observability, selects_the_best_of_every_sample) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(6); trial > 0; --trial) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 60, random.seed() + trial);
     const Indices candidates = some_of(random, frame);
@@ -147,8 +145,7 @@ TEST(Observability, selects_the_best_of_every_sample) {
 }
 
 TEST(Observability, improves_the_weakest_direction_over_random_selection) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(20); trial > 0; --trial) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 200, random.seed() + trial);
     Indices candidates = some_of(random, frame);

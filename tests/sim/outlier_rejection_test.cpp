@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The rejection of outliers, against a dense optimiser and ORB-SLAM2's own poses.
+// The rejection of outliers, against planted outliers and ORB-SLAM2's own poses.
 #include "sim/outlier_rejection.hpp"
 
 #include "sim/angles.hpp"
 #include "sim/frame_reader.hpp"
-#include "tests/sim/pose_problem.hpp"
+#include "tests/sim/pose_oracle.hpp"
+#include "tests/sim/simulated_frames.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <array>
 #include <fstream>
@@ -15,13 +17,12 @@ namespace maxlogdet::test {
 namespace {
 
 TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(30); trial > 0; --trial) {
-    Scenario scenario = random_scenario(random, 200, random.uniform(0, 1));
-    Subset expected;
-    for (const std::uint32_t i : scenario.all) {
-      Match& match = scenario.matches[i];
+    Frame frame = simulated_frame(random, random.chance(0.3) ? FrameKind::monocular : FrameKind::stereo, 200);
+    Subset expected, disordered = all_of(frame);
+    for (const std::uint32_t i : disordered) {
+      Match& match = frame.matches[i];
       const double sigma = 1 / std::sqrt(match.inv_sigma2);
       match.u += random.uniform(-1, 1) * sigma;  // chi2 is at most 3: none of these may be rejected
       match.v += random.uniform(-1, 1) * sigma;
@@ -30,58 +31,51 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
       if (is_outlier) match.v += (random.chance(0.5) ? 1 : -1) * random.uniform(10, 60) * sigma;
       if (!is_outlier) expected.push_back(i);
     }
-    const Pose start = random_pose(random, 0.05, 0.01) * scenario.T_cw;
-    Subset disordered = scenario.all;
     std::reverse(disordered.begin(), disordered.end());
-    const sim::Rejection rejection = reject_outliers(scenario.camera, scenario.matches, disordered, start, {});
+    const Pose start = random_pose(random, 0.05, 0.01) * pose_of(frame);
+    const sim::Rejection rejection = reject_outliers(frame.camera, frame.matches, disordered, start, {});
     EXPECT_EQ(rejection.estimate.status, PoseStatus::converged);
     EXPECT_EQ(rejection.inliers, expected);
-    scenario.all = expected;
-    const Pose optimum = slow_optimum(scenario, scenario.T_cw, PoseOptions());
-    EXPECT_LT(largest(difference(rejection.estimate.T_cw, optimum)), 1e-6);
+    const PoseEstimate optimum = optimize_pose(frame.camera, frame.matches, expected, start, precise());
+    EXPECT_LT(largest(difference(rejection.estimate.T_cw, optimum.T_cw)), 1e-6);
   }
 }
 
 TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
-  for (const MapNoise map_noise : {MapNoise::alike, MapNoise::individual}) {
-    Random random(static_cast<std::uint64_t>(map_noise));
-    SCOPED_TRACE(random.name());
-    Scenario scenario = random_scenario(random, 200, 0.5);
-    set_map_noise(random, map_noise, scenario, 0.1);
-    for (const std::uint32_t i : scenario.all) {
-      const Eigen::Vector3d draws(normal(random), normal(random), normal(random));
-      const Eigen::VectorXd error = product(cholesky(scenario.map_covariances[i]), draws);
-      for (int axis = 0; axis < 3; ++axis) scenario.matches[i].point[axis] += error(axis);
-    }
-    const auto whitenings = whitenings_at(scenario, scenario.T_cw, true);
-    const auto by_pixels = reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, {});
-    const auto by_both =
-        reject_outliers(scenario.camera, scenario.matches, scenario.all, scenario.T_cw, {}, whitenings);
-    EXPECT_LT(by_pixels.inliers.size(), 120U);
-    EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
-    const Pose& T_cw = by_both.estimate.T_cw;
-    for (const std::uint32_t i : scenario.all) {
-      LinearizedMatch at;
-      const Match& match = scenario.matches[i];
-      ASSERT_TRUE(linearize(scenario.camera, T_cw, match, true, at));
-      const Eigen::VectorXd e = at.residual.head(at.rows);
-      const double expected = squared_deviation(e, covariance_of(scenario, i, scenario.T_cw, true));
-      EXPECT_NEAR(chi2(scenario.camera, T_cw, match, true, &whitenings[i]), expected, 1e-9 * expected);
-      const bool is_inlier = std::binary_search(by_both.inliers.begin(), by_both.inliers.end(), i);
-      EXPECT_EQ(is_inlier, expected <= (at.rows == 3 ? 7.815 : 5.991));
-      EXPECT_EQ(is_inlier, agrees(scenario.camera, match, T_cw, {}, &whitenings[i]));
-    }
+  TracedRandom random;
+  Frame frame = simulated_frame(random, FrameKind::stereo, 200);
+  for (const std::uint32_t i : all_of(frame)) {
+    set_covariance(frame, i, random_covariance(random, 0.1, 1e-5));
+    const Eigen::Vector3d draws(normal(random), normal(random), normal(random));
+    const Eigen::VectorXd error = product(cholesky(covariance_of(frame, i)), draws);
+    for (int axis = 0; axis < 3; ++axis) frame.matches[i].point[axis] += error(axis);
+  }
+  const Pose start = pose_of(frame);
+  const auto whitenings = whitenings_of(frame, start, true);
+  const auto by_pixels = reject_outliers(frame.camera, frame.matches, all_of(frame), start, {});
+  const auto by_both = reject_outliers(frame.camera, frame.matches, all_of(frame), start, {}, whitenings);
+  EXPECT_LT(by_pixels.inliers.size(), 120U);
+  EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
+  const Pose& T_cw = by_both.estimate.T_cw;
+  for (const std::uint32_t i : all_of(frame)) {
+    LinearizedMatch at;
+    const Match& match = frame.matches[i];
+    ASSERT_TRUE(linearize(frame.camera, T_cw, match, true, at));
+    const double expected = (whitenings[i].matrix() * at.residual).squaredNorm();
+    EXPECT_NEAR(chi2(frame.camera, T_cw, match, true, &whitenings[i]), expected, 1e-9 * expected);
+    const bool is_inlier = std::binary_search(by_both.inliers.begin(), by_both.inliers.end(), i);
+    EXPECT_EQ(is_inlier, expected <= (at.rows == 3 ? chi2_of_three : chi2_of_two));
+    EXPECT_EQ(is_inlier, agrees(frame.camera, match, T_cw, {}, &whitenings[i]));
   }
 }
 
 TEST(OutlierRejection, a_round_that_fails_is_the_last) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Scenario scenario = random_scenario(random, 10, 1);
-  const sim::Rejection rejection = reject_outliers(scenario.camera, scenario.matches, {7, 2}, scenario.T_cw, {});
+  TracedRandom random;
+  const Frame frame = simulated_frame(random, FrameKind::stereo, 10);
+  const sim::Rejection rejection = reject_outliers(frame.camera, frame.matches, {7, 2}, pose_of(frame), {});
   EXPECT_EQ(rejection.estimate.status, PoseStatus::too_few_matches);
   EXPECT_EQ(rejection.inliers, (Subset{2, 7}));
-  EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), sim::to_rows(scenario.T_cw));
+  EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), frame.T_cw_prior);
 }
 
 std::vector<std::string> split(const std::string& line) {

@@ -2,75 +2,48 @@
 // Section II of the paper against dense stacked matrices, and against errors of the pose optimiser.
 #include "experiments/pose_error_model.hpp"
 
-#include "sim/pose_optimizer.hpp"
-#include "sim/projection.hpp"
+#include "tests/sim/pose_oracle.hpp"
+#include "tests/sim/simulated_frames.hpp"
 #include "tests/support/decompositions.hpp"
-#include "tests/support/linear_algebra.hpp"
-#include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
-#include <cmath>
 #include <functional>
-#include <numeric>
 
 namespace maxlogdet::test {
 namespace {
 
-using sim::Match;
-using sim::Pose;
 using sim::PoseErrorModel;
-using Subset = std::vector<std::uint32_t>;
 
-struct Scenario {
-  PinholeCamera camera{450, 460, 376, 240, 50};
-  Pose T_cw;
-  std::vector<Match> matches;
+// A frame of equal weights; with stereo some matches remain monocular.
+struct ErrorScenario {
+  Frame frame;
   Subset all;
-  bool stereo = false;  // some remain monocular
+  bool stereo = false;
 
-  PoseErrorModel model() const { return {camera, matches, all, T_cw, stereo}; }
+  Pose T_cw() const { return pose_of(frame); }
+  PoseErrorModel model() const { return {frame.camera, frame.matches, all, T_cw(), stereo}; }
 };
 
-Scenario random_scenario(Random& random, std::size_t n, bool stereo) {
-  Scenario scenario;
-  scenario.stereo = stereo;
-  Vector6 xi;
-  for (double& x : xi) x = random.uniform(-1.5, 1.5);
-  scenario.T_cw = sim::exp_se3(xi);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double Z = random.uniform(2, 20);
-    const Eigen::Vector3d p(Z * random.uniform(-0.3, 0.7), Z * random.uniform(-0.5, 0.5), Z);
-    const Eigen::Vector3d in_world = scenario.T_cw.inverse() * p;
-    Match match;
-    std::copy(in_world.data(), in_world.data() + 3, match.point);
-    match.u = scenario.camera.fx * p.x() / Z + scenario.camera.cx;
-    match.v = scenario.camera.fy * p.y() / Z + scenario.camera.cy;
-    if (i % 4 != 0) match.u_right = match.u - scenario.camera.bf / Z;
-    scenario.matches.push_back(match);
-  }
-  scenario.all.resize(n);
-  std::iota(scenario.all.begin(), scenario.all.end(), 0U);
-  return scenario;
+ErrorScenario error_scenario(Random& random, std::size_t n, bool stereo) {
+  const Frame frame = simulated_frame(random, FrameKind::stereo, n, 1);
+  return {frame, all_of(frame), stereo};
 }
 
 // H_x and the block-diagonal H_p of all matches.
 struct Dense {
   Eigen::MatrixXd H_x, H_p;
-
-  // Of the pose for errors of the map.
-  Eigen::MatrixXd amplification() const { return product(pseudo_inverse(H_x), H_p); }
 };
 
-Dense stack(const Scenario& scenario) {
+Dense stack(const ErrorScenario& scenario) {
   Dense dense;
   const auto n = static_cast<Eigen::Index>(scenario.all.size());
   dense.H_x.setZero(3 * n, 6);
   dense.H_p.setZero(3 * n, 3 * n);
   Eigen::Index rows = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    sim::LinearizedMatch at;
-    const Match& match = scenario.matches[scenario.all[static_cast<std::size_t>(i)]];
-    EXPECT_TRUE(linearize(scenario.camera, scenario.T_cw, match, scenario.stereo, at));
+    LinearizedMatch at;
+    const Match& match = scenario.frame.matches[scenario.all[static_cast<std::size_t>(i)]];
+    EXPECT_TRUE(linearize(scenario.frame.camera, scenario.T_cw(), match, scenario.stereo, at));
     dense.H_x.middleRows(rows, at.rows) = at.H_x.topRows(at.rows);
     dense.H_p.block(rows, 3 * i, at.rows, 3) = at.H_p.topRows(at.rows);
     rows += at.rows;
@@ -86,7 +59,7 @@ void for_every_scenario(const Body& body) {
     Random random(stereo ? 1 : 0);
     SCOPED_TRACE(random.name() + (stereo ? " stereo" : " monocular"));
     for (std::size_t trial = trials(10); trial > 0; --trial) {
-      body(random_scenario(random, static_cast<std::size_t>(random.integer(8, 40)), stereo));
+      body(error_scenario(random, static_cast<std::size_t>(random.integer(8, 40)), stereo));
     }
   }
 }
@@ -96,66 +69,38 @@ void expect_close(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { EXPECT_L
 // A A^T.
 Eigen::MatrixXd spread_of(const Eigen::MatrixXd& a) { return gram(a.transpose()); }
 
-TEST(PoseErrorModel, eq_5_agrees_with_dense_matrices) {
-  for_every_scenario([](const Scenario& scenario) {
-    const Eigen::MatrixXd inverse = pseudo_inverse(stack(scenario).H_x);
-    expect_close(scenario.model().covariance_of_measurement_error(0.5), 0.25 * spread_of(inverse));
-  });
-}
-
-TEST(PoseErrorModel, eq_6_agrees_with_dense_matrices) {
-  for_every_scenario([](const Scenario& scenario) {
+TEST(PoseErrorModel, equations_5_to_7_agree_with_dense_matrices) {
+  for_every_scenario([](const ErrorScenario& scenario) {
+    const PoseErrorModel model = scenario.model();
     const Dense dense = stack(scenario);
-    expect_close(scenario.model().covariance_of_map_error(0.1), 0.01 * spread_of(dense.amplification()));
+    const Eigen::MatrixXd amplification = product(pseudo_inverse(dense.H_x), dense.H_p);
+    expect_close(model.covariance_of_measurement_error(0.5), 0.25 * spread_of(pseudo_inverse(dense.H_x)));
+    expect_close(model.covariance_of_map_error(0.1), 0.01 * spread_of(amplification));
     const Eigen::MatrixXd information = gram(solve_lower(cholesky(spread_of(dense.H_p)), dense.H_x));
-    expect_close(scenario.model().covariance_of_map_error_weighted(0.1), 0.01 * inverse(information));
-  });
-}
-
-TEST(PoseErrorModel, eq_7_agrees_with_dense_matrices) {
-  for_every_scenario([](const Scenario& scenario) {
-    const Dense dense = stack(scenario);
+    expect_close(model.covariance_of_map_error_weighted(0.1), 0.01 * inverse(information));
     const Eigen::Vector3d mu_p(0.01, -0.02, 0.03);
     const Eigen::VectorXd everywhere = mu_p.replicate(static_cast<Eigen::Index>(scenario.all.size()), 1);
-    expect_close(scenario.model().expected_error(mu_p), -product(dense.amplification(), everywhere));
-  });
-}
-
-TEST(PoseErrorModel, amplification_agrees_with_dense_matrices) {
-  for_every_scenario([](const Scenario& scenario) {
-    const Vector6 expected = singular_values(stack(scenario).amplification()).head<6>();
-    const Vector6 values = scenario.model().bias_amplification();
-    EXPECT_LT(((values - expected).array() / expected.array()).abs().maxCoeff(), 1e-6);
-  });
-}
-
-TEST(PoseErrorModel, weighted_least_squares_is_never_worse) {
-  for_every_scenario([](const Scenario& scenario) {
-    const PoseErrorModel model = scenario.model();
-    const Matrix6 ordinary = model.covariance_of_map_error(1);
-    const Matrix6 weighted = model.covariance_of_map_error_weighted(1);
-    EXPECT_GT(eigenvalues(ordinary - weighted)(0), -1e-9 * ordinary.norm());
-    EXPECT_GT(ordinary.trace(), 1.01 * weighted.trace()) << "and the two lines of eq. 6 are not the same";
+    expect_close(model.expected_error(mu_p), -product(amplification, everywhere));
+    const Vector6 expected = singular_values(amplification).head<6>();
+    EXPECT_LT(((model.bias_amplification() - expected).array() / expected.array()).abs().maxCoeff(), 1e-6);
   });
 }
 
 TEST(PoseErrorModel, only_matches_of_the_subset_in_front_count) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Scenario scenario = random_scenario(random, 20, true);
-  Scenario larger = scenario;
-  const Eigen::Vector3d behind = scenario.T_cw.inverse() * Eigen::Vector3d(1, 1, -5);
-  larger.matches.push_back(scenario.matches[0]);  // not in the subset
-  larger.matches.push_back(scenario.matches[0]);
-  std::copy(behind.data(), behind.data() + 3, larger.matches.back().point);
+  TracedRandom random;
+  const ErrorScenario scenario = error_scenario(random, 20, true);
+  ErrorScenario larger = scenario;
+  const Eigen::Vector3d behind = scenario.T_cw().inverse() * Eigen::Vector3d(1, 1, -5);
+  larger.frame.matches.push_back(scenario.frame.matches[0]);  // not in the subset
+  larger.frame.matches.push_back(scenario.frame.matches[0]);
+  std::copy(behind.data(), behind.data() + 3, larger.frame.matches.back().point);
   larger.all.push_back(21);
   EXPECT_EQ(larger.model().bias_amplification(), scenario.model().bias_amplification());
 }
 
 TEST(PoseErrorModel, without_full_rank_nothing_is_finite) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Scenario scenario = random_scenario(random, 20, true);
+  TracedRandom random;
+  ErrorScenario scenario = error_scenario(random, 20, true);
   for (const Subset& subset : {Subset{}, Subset{5}, Subset{5, 5, 5, 5}}) {
     scenario.all = subset;
     const PoseErrorModel model = scenario.model();
@@ -167,34 +112,32 @@ TEST(PoseErrorModel, without_full_rank_nothing_is_finite) {
   }
 }
 
-// ---------------------------------------------------------------------------------------------------------------------
-
 // Ordinary least squares, with equal weights; with a map_sigma (m), residuals are whitened with it.
-Vector6 error_of_estimate(const Scenario& scenario, const std::vector<Match>& matches, double map_sigma = 0) {
-  sim::PoseOptions options;
-  options.method = sim::PoseMethod::gauss_newton;
+Vector6 error_of_estimate(const ErrorScenario& scenario, const std::vector<Match>& matches, double map_sigma = 0) {
+  PoseOptions options;
+  options.method = PoseMethod::gauss_newton;
   options.stereo = scenario.stereo;
   options.step_tolerance = 1e-11;
-  std::vector<sim::Whitening> whitenings;
+  std::vector<Whitening> whitenings;
   if (map_sigma > 0) {
-    whiten(scenario.camera, scenario.T_cw, matches, scenario.stereo, nullptr, map_sigma, whitenings);
+    whiten(scenario.frame.camera, scenario.T_cw(), matches, scenario.stereo, nullptr, map_sigma, whitenings);
   }
-  const sim::PoseEstimate estimate =
-      optimize_pose(scenario.camera, matches, scenario.all, scenario.T_cw, options, whitenings);
-  EXPECT_EQ(estimate.status, sim::PoseStatus::converged);
-  return sim::log_se3(estimate.T_cw * scenario.T_cw.inverse());
+  const PoseEstimate estimate =
+      optimize_pose(scenario.frame.camera, matches, scenario.all, scenario.T_cw(), options, whitenings);
+  EXPECT_EQ(estimate.status, PoseStatus::converged);
+  return difference(estimate.T_cw, scenario.T_cw());
 }
 
 // The mean of n outer products, whitened by the expected covariance, is I, with deviations of sqrt(1 / n), on the
 // diagonal sqrt(2 / n).
-void expect_covariance(const Scenario& scenario, const Matrix6& covariance, double map_sigma,
+void expect_covariance(const ErrorScenario& scenario, const Matrix6& covariance, double map_sigma,
                        const std::function<void(Match&)>& disturb) {
   const Eigen::MatrixXd factor = cholesky(covariance);
   const std::size_t count = trials(3000);
   const auto n = static_cast<double>(count);
   Matrix6 mean = Matrix6::Zero();
   for (std::size_t trial = 0; trial < count; ++trial) {
-    std::vector<Match> matches = scenario.matches;
+    std::vector<Match> matches = scenario.frame.matches;
     for (Match& match : matches) disturb(match);
     const Vector6 error = solve_lower(factor, error_of_estimate(scenario, matches, map_sigma));
     mean += error * error.transpose() / n;
@@ -202,48 +145,24 @@ void expect_covariance(const Scenario& scenario, const Matrix6& covariance, doub
   EXPECT_LT(largest_difference(mean, Matrix6::Identity()), 5 * std::sqrt(2 / n) + 20 / n);
 }
 
-TEST(PoseErrorModel, eq_5_is_the_effect_of_measurement_noise) {
+TEST(PoseErrorModel, equations_5_and_6_are_the_effect_of_noise) {
   for (const bool stereo : {false, true}) {
-    Random random(stereo ? 1 : 0);
-    SCOPED_TRACE(random.name());
-    const Scenario scenario = random_scenario(random, 20, stereo);
-    constexpr double sigma_z = 1e-2;
-    expect_covariance(scenario, scenario.model().covariance_of_measurement_error(sigma_z), 0, [&](Match& match) {
+    TracedRandom random(stereo ? 1 : 0);
+    const ErrorScenario scenario = error_scenario(random, 20, stereo);
+    const PoseErrorModel model = scenario.model();
+    constexpr double sigma_z = 1e-2, sigma_p = 1e-4;
+    expect_covariance(scenario, model.covariance_of_measurement_error(sigma_z), 0, [&](Match& match) {
       match.u += sigma_z * normal(random);
       match.v += sigma_z * normal(random);
       if (match.is_stereo()) match.u_right += sigma_z * normal(random);
     });
-  }
-}
-
-TEST(PoseErrorModel, eq_6_is_the_effect_of_map_noise) {
-  for (const bool stereo : {false, true}) {
-    Random random(stereo ? 1 : 0);
-    SCOPED_TRACE(random.name());
-    const Scenario scenario = random_scenario(random, 20, stereo);
-    constexpr double sigma_p = 1e-4;
-    const auto disturb = [&](Match& match) {
+    const auto move_point = [&](Match& match) {
       for (double& x : match.point) x += sigma_p * normal(random);
     };
-    expect_covariance(scenario, scenario.model().covariance_of_map_error(sigma_p), 0, disturb);
+    expect_covariance(scenario, model.covariance_of_map_error(sigma_p), 0, move_point);
     // The second line belongs to whitened residuals; with a map_sigma of 1 km, measurement noise is negligible.
-    expect_covariance(scenario, scenario.model().covariance_of_map_error_weighted(sigma_p), 1e3, disturb);
+    expect_covariance(scenario, model.covariance_of_map_error_weighted(sigma_p), 1e3, move_point);
   }
-}
-
-TEST(PoseErrorModel, eq_7_is_the_effect_of_a_shift_of_the_map) {
-  for_every_scenario([](const Scenario& scenario) {
-    const Eigen::Vector3d mu_p(1e-5, -2e-5, 3e-5);
-    std::vector<Match> shifted = scenario.matches;
-    for (Match& match : shifted) {
-      for (int i = 0; i < 3; ++i) match.point[i] += mu_p(i);
-    }
-    const Vector6 expected = scenario.model().expected_error(mu_p);
-    EXPECT_LT((error_of_estimate(scenario, shifted) - expected).norm(), 1e-4 * expected.norm());
-    // The camera follows a shift of all points: T_cw' (p + mu) = T_cw p.
-    EXPECT_LT((expected.head<3>() + scenario.T_cw.linear() * mu_p).norm(), 1e-6 * mu_p.norm());
-    EXPECT_LT(expected.tail<3>().norm(), 1e-6 * mu_p.norm());
-  });
 }
 
 }  // namespace

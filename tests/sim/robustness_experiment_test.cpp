@@ -5,7 +5,6 @@
 #include "sim/match_noise.hpp"
 #include "sim/outlier_rejection.hpp"
 #include "sim/projection.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -178,18 +177,6 @@ TEST(Robustness, batches_move_the_points_of_a_keyframe_together_by_the_configure
   EXPECT_LT(std::sqrt(sum / 15), 0.03);
 }
 
-TEST(Robustness, near_points_are_mostly_of_the_last_keyframe) {
-  const RobustnessOptions options;
-  const DisturbedFrame disturbed = disturbed_frame(options, Disturbance::none, 4);
-  std::map<std::int64_t, double> depth, count;
-  for (const sim::Match& match : disturbed.frame.matches) {
-    depth[match.keyframe] += in_camera(disturbed.frame, match)[2];
-    ++count[match.keyframe];
-  }
-  ASSERT_EQ(depth.size(), options.keyframes);
-  EXPECT_LT(2 * depth[7] / count[7], depth[0] / count[0]);
-}
-
 TEST(Robustness, patches_share_an_error_in_u_and_v_and_u_right_has_that_of_u) {
   RobustnessOptions options = perfect_options();
   options.matches = 400;
@@ -335,12 +322,6 @@ TEST(RobustnessReport, reports_differences_of_md_and_no_verdict_on_ties) {
   EXPECT_EQ(cell("all"), "0.0 ± 0.0 ·, 100.0 ± 0.0 ▼");
   EXPECT_EQ(cell("bucket").substr(cell("bucket").find(',') - 3, 3), " ·") << cell("bucket");
   EXPECT_EQ(cell("md against"), "focal");
-  const auto rows = summarize(options, runs);
-  EXPECT_EQ(robustness_table(rows, runs.size()).rows.size(), cases.size());
-  EXPECT_EQ(robustness_table(rows, runs.size()).header.size(), robustness_table(rows, runs.size()).rows[0].size());
-  const Table levels = robustness_levels(options, rows, 20);
-  EXPECT_EQ(levels.header.size(), 7U);
-  EXPECT_EQ(levels.rows.size(), 2U);
   EXPECT_TRUE(summarize(options, {}).empty());
 }
 

@@ -2,17 +2,15 @@
 #include "experiments/runs.hpp"
 
 #include "sim/frame_reader.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <mutex>
-#include <numeric>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -33,8 +31,6 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-void write(const std::string& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
-
 std::vector<std::string> keys_up_to(int n) {
   std::vector<std::string> keys;
   for (int i = 0; i < n; ++i) keys.push_back("run " + std::to_string(i));
@@ -43,20 +39,9 @@ std::vector<std::string> keys_up_to(int n) {
 
 json length_of(const std::string& key) { return key.size(); }
 
-// Each test has its folder.
-class Runs : public ::testing::Test {
+class Runs : public TextFolder {
  protected:
-  void SetUp() override {
-    const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ("maxlogdet_runs_" + std::to_string(Random().seed()) + "_" + std::to_string(now));
-    std::filesystem::create_directories(folder_);
-    file_ = (folder_ / "runs.jsonl").string();
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_;
-  std::string file_;
+  std::string file_ = path("runs.jsonl");
 };
 
 // Special cases: escapes, a line end, an empty text, nesting, all digits of a number.
@@ -68,7 +53,7 @@ const std::vector<std::pair<std::string, json>> results = {
     {"e", 12},
 };
 
-TEST_F(Runs, come_back_from_the_file) {
+TEST_F(Runs, truncated_anywhere_keep_every_complete_line_and_no_other) {
   {
     RunLog log(file_, settings);
     for (const auto& [key, result] : results) {
@@ -78,27 +63,12 @@ TEST_F(Runs, come_back_from_the_file) {
       EXPECT_EQ(log.at(key), result);
     }
   }
-  for (int i = 0; i < 2; ++i) {
-    const RunLog log(file_, settings);
-    for (const auto& [key, result] : results) {
-      ASSERT_TRUE(log.has(key)) << key;
-      EXPECT_EQ(log.at(key), result);
-    }
-    EXPECT_FALSE(log.has("d"));
-  }
-}
-
-TEST_F(Runs, truncated_anywhere_keep_every_complete_line_and_no_other) {
-  {
-    RunLog log(file_, settings);
-    for (const auto& [key, result] : results) log.add(key, result);
-  }
   const std::string complete = text_of(file_);
   for (std::size_t cut = 0; cut <= complete.size(); ++cut) {
     SCOPED_TRACE(cut);
     const std::string kept = complete.substr(0, cut);
     const auto lines = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), '\n'));
-    write(file_, kept);
+    std::ofstream(file_, std::ios::binary) << kept;
     {
       RunLog log(file_, settings);
       for (std::size_t i = 0; i < results.size(); ++i) {
@@ -117,8 +87,8 @@ TEST_F(Runs, truncated_anywhere_keep_every_complete_line_and_no_other) {
 }
 
 TEST_F(Runs, skip_other_lines) {
-  write(file_, settings.dump() + "\n\n7\n{\"key\":5,\"result\":1}\n{\"key\":\"a\"}\nnot {json\n" +
-                   "{\"key\":\"b\",\"result\":2}\n");
+  write("runs.jsonl", {settings.dump(), "", "7", R"({"key":5,"result":1})", R"({"key":"a"})", "not {json",
+                       R"({"key":"b","result":2})"});
   const RunLog log(file_, settings);
   EXPECT_FALSE(log.has("a"));
   ASSERT_TRUE(log.has("b"));
@@ -140,8 +110,8 @@ TEST_F(Runs, of_other_settings_are_refused_and_kept) {
 }
 
 TEST_F(Runs, need_a_folder_that_can_be_written_to) {
-  EXPECT_THROW(RunLog((folder_ / "missing" / "runs.jsonl").string(), settings), sim::InputError);
-  EXPECT_THROW(RunLog(folder_.string(), settings), sim::InputError);
+  EXPECT_THROW(RunLog(path("missing/runs.jsonl"), settings), sim::InputError);
+  EXPECT_THROW(RunLog(folder_, settings), sim::InputError);
   RunLog log(file_, settings);
   std::filesystem::remove_all(folder_);
   EXPECT_THROW(log.add("a", 1), sim::InputError);
@@ -161,74 +131,58 @@ TEST_F(Runs, hold_null_for_nan) {
   EXPECT_EQ(sim::number_of(log.at("a").at(1)), 1.5);
 }
 
-TEST_F(Runs, that_are_missing_run_exactly_once) {
-  const auto keys = keys_up_to(20);
-  {
-    RunLog log(file_, settings);
-    for (const int i : {3, 4, 17}) log.add(keys[static_cast<std::size_t>(i)], "old");
-  }
-  for (const int threads : {1, 2}) {
-    RunLog log(file_, settings);
-    std::mutex mutex;
-    std::multiset<std::string> called;
-    const std::size_t done = run_missing("test", keys, threads, log, [&](const std::string& key) {
-      const std::lock_guard<std::mutex> lock(mutex);
-      called.insert(key);
-      return length_of(key);
-    });
-    EXPECT_EQ(done, keys.size());
-    EXPECT_EQ(called.size(), threads == 1 ? 17U : 0U) << "the second time all are there";
-    EXPECT_EQ(called.count(keys[3]) + called.count(keys[4]) + called.count(keys[17]), 0U);
-    EXPECT_EQ(log.at(keys[4]), "old");
-    EXPECT_EQ(log.at(keys[12]), length_of(keys[12]));
-  }
-}
-
-TEST_F(Runs, are_the_same_on_any_number_of_threads) {
+TEST_F(Runs, that_are_missing_run_exactly_once_on_any_number_of_threads) {
   const auto keys = keys_up_to(40);
   for (const int threads : {0, 1, 2, 4}) {
     const std::string file = file_ + std::to_string(threads);
     {
       RunLog log(file, settings);
-      const auto square = [](const std::string& key) { return json(std::sqrt(static_cast<double>(key.back()))); };
-      EXPECT_EQ(run_missing("test", keys, threads, log, square), keys.size());
+      for (const int i : {3, 4, 17}) log.add(keys[static_cast<std::size_t>(i)], "old");
     }
-    const RunLog log(file, settings);
-    for (const auto& key : keys) EXPECT_EQ(log.at(key), std::sqrt(static_cast<double>(key.back())));
+    RunLog log(file, settings);
+    std::mutex mutex;
+    std::multiset<std::string> called;
+    const auto square_root = [&](const std::string& key) -> json {
+      const std::lock_guard<std::mutex> lock(mutex);
+      called.insert(key);
+      return std::sqrt(static_cast<double>(key.back()));
+    };
+    EXPECT_EQ(run_missing("test", keys, threads, log, square_root), keys.size());
+    EXPECT_EQ(run_missing("test", keys, threads, log, square_root), keys.size());
+    const RunLog read(file, settings);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      const bool is_old = i == 3 || i == 4 || i == 17;
+      EXPECT_EQ(called.count(keys[i]), is_old ? 0U : 1U) << "the second time all are there";
+      EXPECT_EQ(read.at(keys[i]), is_old ? json("old") : json(std::sqrt(static_cast<double>(keys[i].back()))));
+    }
   }
 }
 
-TEST_F(Runs, stop_at_an_exception_and_keep_finished_ones) {
-  const auto keys = keys_up_to(10);
-  const auto fail_at_5 = [&](const std::string& key) {
-    if (key == keys[5]) throw std::runtime_error("at " + key);
-    return length_of(key);
-  };
-  RunLog log(file_, settings);
-  try {
-    run_missing("test", keys, 1, log, fail_at_5);
-    FAIL() << "no exception";
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "at run 5");
-  }
-  const RunLog again(file_, settings);
-  for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_EQ(again.has(keys[i]), i < 5) << i;
-}
-
-TEST_F(Runs, under_way_on_other_threads_are_kept_when_one_throws) {
+TEST_F(Runs, that_returned_before_an_exception_are_kept) {
   const auto keys = keys_up_to(50);
-  RunLog log(file_, settings);
-  std::mutex mutex;
-  std::set<std::string> returned;
-  EXPECT_THROW(run_missing("test", keys, 4, log,
-                           [&](const std::string& key) {
-                             if (key == keys[7]) throw std::runtime_error("at " + key);
-                             const std::lock_guard<std::mutex> lock(mutex);
-                             returned.insert(key);
-                             return length_of(key);
-                           }),
-               std::runtime_error);
-  for (const auto& key : keys) EXPECT_EQ(log.has(key), returned.count(key) == 1) << key;
+  for (const int threads : {1, 4}) {
+    const std::string file = file_ + std::to_string(threads);
+    RunLog log(file, settings);
+    std::mutex mutex;
+    std::set<std::string> returned;
+    const auto fail_at_7 = [&](const std::string& key) {
+      if (key == keys[7]) throw std::runtime_error("at " + key);
+      const std::lock_guard<std::mutex> lock(mutex);
+      returned.insert(key);
+      return length_of(key);
+    };
+    try {
+      run_missing("test", keys, threads, log, fail_at_7);
+      FAIL() << "no exception";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "at run 7");
+    }
+    const RunLog read(file, settings);
+    for (const auto& key : keys) EXPECT_EQ(read.has(key), returned.count(key) == 1) << key;
+    if (threads == 1) {
+      EXPECT_EQ(returned, std::set<std::string>(keys.begin(), keys.begin() + 7));
+    }
+  }
 }
 
 TEST_F(Runs, that_give_null_are_not_logged) {

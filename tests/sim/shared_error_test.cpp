@@ -4,12 +4,11 @@
 
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/random_geometry.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace maxlogdet::test {
 namespace {
@@ -62,32 +61,6 @@ Matrix6 dense_information(const Problem& problem, const Indices& selected, doubl
   return prior + product(H.transpose(), product(inverse(R), H));
 }
 
-Indices greedy_by_dense_formula(const Problem& problem, double tau, const Matrix6& prior, std::size_t budget) {
-  Indices selected;
-  while (selected.size() < budget) {
-    double highest = -std::numeric_limits<double>::infinity();
-    std::uint32_t best = 0;
-    for (std::uint32_t i = 0; i < problem.matches.size(); ++i) {
-      if (std::count(selected.begin(), selected.end(), i) > 0) continue;
-      Indices with = selected;
-      with.push_back(i);
-      const double value = log_det(dense_information(problem, with, tau, prior));
-      if (value > highest) {
-        highest = value;
-        best = i;
-      }
-    }
-    selected.push_back(best);
-  }
-  return selected;
-}
-
-Indices select(const Problem& problem, double tau, std::size_t budget, const Matrix6& prior = weak_prior) {
-  Indices selected;
-  SharedErrorSelection().select(problem.matches, problem.groups, problem.group_count, tau, prior, budget, selected);
-  return selected;
-}
-
 double value_of(const Problem& problem, const Indices& selected, double tau) {
   SharedInformation information;
   information.reset(problem.group_count, tau, weak_prior);
@@ -96,8 +69,7 @@ double value_of(const Problem& problem, const Indices& selected, double tau) {
 }
 
 TEST(SharedError, whitened_rows_have_the_information_of_the_librarys_blocks) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
     for (const DepthCue third : {DepthCue::none, DepthCue::stereo}) {
       for (const bool has_covariances : {false, true}) {
@@ -136,11 +108,10 @@ TEST(SharedError, matches_without_a_block_have_no_rows) {
 }
 
 TEST(SharedError, information_and_gains_are_those_of_the_dense_formula) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(60); trial > 0; --trial) {
     const Problem problem = random_problem(random, 25, static_cast<std::size_t>(random.integer(1, 8)));
-    const double tau = std::pow(10, random.uniform(-2, 1.5));
+    const double tau = random.chance(0.1) ? 0 : std::pow(10, random.uniform(-2, 1.5));
     const Matrix6 prior = random_prior(random);
     SharedInformation information;
     information.reset(problem.group_count, tau, prior);
@@ -157,73 +128,14 @@ TEST(SharedError, information_and_gains_are_those_of_the_dense_formula) {
   }
 }
 
-TEST(SharedError, selects_what_greedy_does_by_the_dense_formula) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(30); trial > 0; --trial) {
-    const Problem problem = random_problem(random, 24, static_cast<std::size_t>(random.integer(1, 8)));
-    const double tau = std::pow(10, random.uniform(-2, 1.5));
-    const Matrix6 prior = random_prior(random);
-    EXPECT_EQ(select(problem, tau, 10, prior), greedy_by_dense_formula(problem, tau, prior, 10));
-  }
-}
-
-TEST(SharedError, without_a_shared_error_it_is_the_librarys_greedy) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (std::size_t trial = trials(20); trial > 0; --trial) {
-    const Problem problem = random_problem(random, 120, 6);
-    BlockStore blocks;
-    for (const WhitenedMatch& match : problem.matches) push_back(blocks, match.H);
-    Options options;
-    options.budget = 40;
-    const double expected = value_of(problem, select_indices(blocks, options), 0);
-    for (const double tau : {0.0, 1e-5}) {
-      const Indices selected = select(problem, tau, 40);
-      EXPECT_NEAR(value_of(problem, selected, 0), expected, 1e-4) << "float32 may choose another of equals";
-    }
-  }
-}
-
-// A small rotation shifts all pixels of far points equally.
-TEST(SharedError, a_large_error_shared_by_all_removes_its_direction_from_the_information) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Problem problem = random_problem(random, 80, 1);
-  Indices all(80);
-  std::iota(all.begin(), all.end(), 0U);
-  const auto information_with = [&](double tau) { return dense_information(problem, all, tau, Matrix6::Zero()); };
-  const Matrix6 alone = information_with(0), limit = information_with(1e4), beyond = information_with(1e5);
-  EXPECT_LT(relative_difference(beyond, limit), 1e-5) << "it has converged";
-  EXPECT_GT(eigenvalues(alone - limit)[4], 0.1 * eigenvalues(alone)[0]) << "two directions lose information";
-  EXPECT_NEAR(eigenvalues(alone - limit)[3] / eigenvalues(alone)[5], 0, 1e-9) << "and no other";
-  SharedInformation information;
-  information.reset(1, 1e4, weak_prior);
-  for (const WhitenedMatch& match : problem.matches) information.add(match, 0);
-  EXPECT_LT(relative_difference(information.matrix(), limit + weak_prior), 1e-5);
-}
-
-TEST(SharedError, many_of_a_group_are_worth_less_than_as_many_of_several) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  Problem together = random_problem(random, 60, 30), apart = together;
-  for (std::uint32_t i = 0; i < 60; ++i) {
-    together.groups[i] = i < 30 ? 0 : 1 + i % 29;
-    apart.groups[i] = i % 30;
-    together.matches[i] = apart.matches[i] = together.matches[i % 30];  // 30 pairs of equals
-  }
-  const Indices selected = select(together, 2, 20);
-  const auto crowded = std::count_if(selected.begin(), selected.end(), [](std::uint32_t i) { return i < 30; });
-  EXPECT_LT(crowded, 10) << "the others are equal and share less";
-}
-
 TEST(SharedError, respects_budget_and_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Problem problem = random_problem(random, 50, 5);
   for (std::size_t i = 0; i < 50; i += 2) problem.matches[i].rows = 0;
   for (const std::size_t budget : {0U, 1U, 10U, 25U, 100U}) {
-    Indices selected = select(problem, 1, budget);
+    Indices selected;
+    SharedErrorSelection().select(problem.matches, problem.groups, problem.group_count, 1, weak_prior, budget,
+                                  selected);
     EXPECT_EQ(selected.size(), std::min<std::size_t>(budget, 25));
     std::sort(selected.begin(), selected.end());
     EXPECT_EQ(std::adjacent_find(selected.begin(), selected.end()), selected.end());

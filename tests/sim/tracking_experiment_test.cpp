@@ -97,18 +97,11 @@ TEST(Tracking, outcomes_come_back_from_json) {
   o.used = 99.5;
   o.lost = 3;
   const std::vector<TrackingOutcome> outcomes = {o, outcome_of(std::nan(""), 1, 2)};
-  const auto back = sim::tracking_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()));
+  const auto json = to_json(outcomes);
+  const auto back = sim::tracking_outcomes_of(nlohmann::json::parse(json.dump()));
+  EXPECT_EQ(to_json(back).dump(), json.dump());
   ASSERT_EQ(back.size(), 2U);
   EXPECT_EQ(back[0].errors.ate_m, 0.3);
-  EXPECT_EQ(back[0].errors.rpe_m_per_s, 0.1);
-  EXPECT_EQ(back[0].errors.roe_deg_per_s, 0.2);
-  EXPECT_EQ(back[0].errors.scale, 1.1);
-  EXPECT_EQ(back[0].errors.windows, 17U);
-  EXPECT_EQ(back[0].ms_outliers, 1.5);
-  EXPECT_EQ(back[0].ms_selection, 2.5);
-  EXPECT_EQ(back[0].ms_pose, 3.5);
-  EXPECT_EQ(back[0].matches, 200.25);
-  EXPECT_EQ(back[0].used, 99.5);
   EXPECT_EQ(back[0].lost, 3U);
   EXPECT_TRUE(std::isnan(back[1].errors.rpe_m_per_s));
 }

@@ -4,8 +4,6 @@
 #include "tests/sim/tracked_selectors.hpp"
 #include "tests/support/support.hpp"
 
-#include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,18 +30,6 @@ TrackingRuns hand_made() {
 }
 
 using Row = std::vector<std::string>;
-
-TEST(TrackingReport, csv_has_a_row_for_each_outcome) {
-  TrackingRuns runs = hand_made();
-  runs.runs[1].outcomes[2].ms_outliers = 1.5;
-  runs.runs[1].outcomes[2].ms_selection = 0.25;
-  runs.runs[1].outcomes[2].ms_pose = 7;
-  const sim::Table table = euroc_table(runs);
-  EXPECT_EQ(sim::to_csv({table.header, {}}),
-            "sequence,selector,run,ate_m,rpe_m_per_s,roe_deg_per_s,ms_outliers,ms_selection,ms_pose\n");
-  ASSERT_EQ(table.rows.size(), 16U);
-  EXPECT_EQ(sim::to_csv({table.rows[6], {}}), "A,inl,1,3,0.3,4,1.5,0.25,7\n");
-}
 
 TEST(TrackingReport, relative_errors_are_averaged_and_compared_with_all) {
   const sim::Table table = relative_error_table(hand_made());
@@ -91,49 +77,6 @@ TEST(TrackingReport, times_are_means_over_runs_and_lost_frames_a_sum) {
   const sim::Table table = time_table(runs);
   ASSERT_EQ(table.rows.size(), 4U);
   EXPECT_EQ(table.rows[0], Row({"md", "1.500", "0.250", "2.000", "3.750", "300", "100", "6"}));
-}
-
-// Errors of `ours` and `theirs` over 20 runs of two sequences, in all three errors.
-TrackingRuns duel(const std::function<double(std::size_t run)>& ours,
-                  const std::function<double(std::size_t run)>& theirs) {
-  TrackingRuns runs;
-  runs.contestants = {"quality", "md"};
-  runs.sequences = {"A", "B"};
-  for (std::size_t run = 0; run < 20; ++run) {
-    for (const double scale : {1.0, 3.0}) {
-      const double a = scale * theirs(run), b = scale * ours(run);
-      runs.runs.push_back({scale == 1 ? "A" : "B", run, {outcome_of(a, a, a), outcome_of(b, b, b)}});
-    }
-  }
-  return runs;
-}
-
-double spread(std::size_t run) { return 1 + 0.3 * std::sin(static_cast<double>(run)); }
-
-TEST(TrackingReport, claims_only_significant_differences) {
-  const auto verdict_of = [](const TrackingRuns& runs, std::size_t column) {
-    const sim::Table table = claim_table(runs, "md");
-    EXPECT_EQ(table.rows.size(), 1U);
-    EXPECT_EQ(table.rows[0][0], "quality");
-    return table.rows[0].at(column);
-  };
-  const auto ends_with = [](const std::string& text, const std::string& end) {
-    return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-  };
-  for (std::size_t column = 1; column < 4; ++column) {
-    // Paired by frames, 10 % are significant although runs differ by 60 %.
-    const auto better = verdict_of(duel([](auto run) { return 0.9 * spread(run); }, spread), column);
-    const auto worse = verdict_of(duel([](auto run) { return 1.1 * spread(run); }, spread), column);
-    const auto noise = verdict_of(duel([](auto run) { return 1.01 * spread(run + 7); }, spread), column);
-    const auto equal = verdict_of(duel(spread, spread), column);
-    EXPECT_EQ(better.rfind("-10.0 ± ", 0), 0U) << better;
-    EXPECT_EQ(worse.rfind("10.0 ± ", 0), 0U) << worse;
-    EXPECT_TRUE(ends_with(better, " % ▲")) << better;
-    EXPECT_TRUE(ends_with(worse, " % ▼")) << worse;
-    EXPECT_TRUE(ends_with(noise, " % ·")) << noise;
-    EXPECT_TRUE(ends_with(equal, " % ·")) << equal;
-  }
-  EXPECT_TRUE(claim_table(duel(spread, spread), "nobody").rows.empty());
 }
 
 // In percent of the other's mean: theirs are (2 + 4) / 2 = 3 and (3 + 9) / 2 = 6, mean 4.5; ours 2 and 6. Differences

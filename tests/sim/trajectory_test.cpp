@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/trajectory.hpp"
 
-#include "tests/support/expect_input_error.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -15,38 +15,25 @@ namespace {
 
 constexpr double degrees = 180 / 3.14159265358979323846;
 
-const std::vector<std::string> good_lines = {
+const Lines good_lines = {
     "# timestamp tx ty tz qx qy qz qw",
     "1403636580.83856 4.688319 -1.786938 0.783338 0 0 0 1",
     "1403636580.88856 4.5 -1.5 0.75 0 0 0.6 0.8",
     "1403636580.93856 -4 1e-3 0 0.5 -0.5 0.5 -0.5",
 };
 
-class TrajectoryReader : public ::testing::Test {
+class TrajectoryReader : public TextFolder {
  protected:
-  TrajectoryReader() : folder_(::testing::TempDir() + "maxlogdet_trajectory_" + std::to_string(Random().seed())) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~TrajectoryReader() override { std::filesystem::remove_all(folder_); }
+  sim::Trajectory read(const Lines& lines) const { return sim::read_tum(write("V1_01.txt", lines)); }
 
-  std::string write(const std::vector<std::string>& lines, const std::string& name = "V1_01.txt") const {
-    std::string file = folder_ + "/" + name;
-    std::ofstream stream(file);
-    for (const std::string& line : lines) stream << line << '\n';
-    return file;
-  }
-
-  void expect_error_in(const std::vector<std::string>& lines, const std::string& place,
-                       const std::string& expected) const {
-    const std::string file = write(lines);
+  void expect_error(const Lines& lines, const std::string& place, const std::string& expected) const {
+    const std::string file = write("V1_01.txt", lines);
     expect_input_error([&] { sim::read_tum(file); }, file + place, expected);
   }
-
-  std::string folder_;
 };
 
 TEST_F(TrajectoryReader, reads_poses) {
-  const sim::Trajectory trajectory = sim::read_tum(write(good_lines));
+  const sim::Trajectory trajectory = read(good_lines);
   EXPECT_EQ(trajectory.name, "V1_01");
   ASSERT_EQ(trajectory.poses.size(), 3U);
   EXPECT_EQ(trajectory.poses[0].time, 1403636580.83856);
@@ -61,11 +48,10 @@ TEST_F(TrajectoryReader, reads_poses) {
 }
 
 TEST_F(TrajectoryReader, accepts_comments_white_space_line_ends_and_empty_lines) {
-  const auto expected = sim::read_tum(write(good_lines)).poses;
-  const auto poses =
-      sim::read_tum(write({"\xEF\xBB\xBF" + good_lines[1] + " # the first\r", "\r", "", " \t ", "  # 1 2 3", "#",
-                           "\t1403636580.88856  4.5\t-1.5 \t 0.75 0 0 0.6 0.8 \t\r", good_lines[3] + "#"}))
-          .poses;
+  const auto expected = read(good_lines).poses;
+  const auto poses = read({"\xEF\xBB\xBF" + good_lines[1] + " # the first\r", "\r", "", " \t ", "  # 1 2 3", "#",
+                           "\t1403636580.88856  4.5\t-1.5 \t 0.75 0 0 0.6 0.8 \t\r", good_lines[3] + "#"})
+                         .poses;
   ASSERT_EQ(poses.size(), expected.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     EXPECT_EQ(poses[i].time, expected[i].time);
@@ -80,39 +66,36 @@ TEST_F(TrajectoryReader, reads_a_last_line_without_its_end) {
 }
 
 TEST_F(TrajectoryReader, normalises_quaternions) {
-  const auto poses = sim::read_tum(write({"0 0 0 0 0 0 0 1.009", "1 0 0 0 0.5949 0 0 0.7932"})).poses;
+  const auto poses = read({"0 0 0 0 0 0 0 1.009", "1 0 0 0 0.5949 0 0 0.7932"}).poses;
   EXPECT_TRUE(poses[0].T_wb.linear().isIdentity(1e-15));
   EXPECT_TRUE(poses[1].T_wb.linear().isUnitary(1e-15));
   EXPECT_NEAR(poses[1].T_wb.linear()(2, 1), 0.96, 1e-15);
 }
 
 TEST_F(TrajectoryReader, names_the_line_and_what_it_expected) {
-  const auto with = [](std::size_t line, const std::string& text) {
-    auto lines = good_lines;
-    lines[line - 1] = text;
-    return lines;
+  const std::string rest = " 0 0 0 0 0 0 1", quaternion = "expected a quaternion qx qy qz qw of norm 1 within 0.01";
+  const std::vector<BrokenLine> broken = {
+      {3, "5 0 0 0 0 0 1", "expected 8 fields 'timestamp tx ty tz qx qy qz qw', not 7"},
+      {3, "5 0 0 0 0 0 0 1 2", "expected 8 fields"},
+      {3, "5,0,0,0,0,0,0,1", "8 fields 'timestamp tx ty tz qx qy qz qw', not 1"},
+      {2, "abc" + rest, "expected a finite number for timestamp, not 'abc'"},
+      {2, "1 1.5x 0 0 0 0 0 1", "expected a finite number for tx, not '1.5x'"},
+      {2, "1 0 nan 0 0 0 0 1", "expected a finite number for ty, not 'nan'"},
+      {2, "1 0 0 1e999 0 0 0 1", "expected a finite number for tz, not '1e999'"},
+      {2, "1 0 0 0 0 0 0 -inf", "expected a finite number for qw, not '-inf'"},
+      {2, std::string(1000, 'x') + rest, "not '" + std::string(40, 'x') + "...'"},
+      {3, "1403636580.83856" + rest, "expected a timestamp later than that of the pose before"},
+      {4, "7" + rest, "later than that of the pose before, not '7'"},
+      {2, "1 0 0 0 0 0 0 1.011", quaternion},
+      {2, "1 0 0 0 0 0 0 0.989", "norm '0.989000'"},
+      {2, "1 0 0 0 0 0 0 0", quaternion},
+      {2, "1 0 0 0 0 0 1e150 1", quaternion},
+      {2, "1 0 0 0 0 0 1e300 1", quaternion},
   };
-  const std::string rest = " 0 0 0 0 0 0 1";
-  expect_error_in(with(3, "5 0 0 0 0 0 1"), ":3: ", "expected 8 fields 'timestamp tx ty tz qx qy qz qw', not 7");
-  expect_error_in(with(3, "5 0 0 0 0 0 0 1 2"), ":3: ", "expected 8 fields");
-  expect_error_in(with(3, "5,0,0,0,0,0,0,1"), ":3: ", "8 fields 'timestamp tx ty tz qx qy qz qw', not 1");
-  expect_error_in(with(2, "abc" + rest), ":2: ", "expected a finite number for timestamp, not 'abc'");
-  expect_error_in(with(2, "1 1.5x 0 0 0 0 0 1"), ":2: ", "expected a finite number for tx, not '1.5x'");
-  expect_error_in(with(2, "1 0 nan 0 0 0 0 1"), ":2: ", "expected a finite number for ty, not 'nan'");
-  expect_error_in(with(2, "1 0 0 1e999 0 0 0 1"), ":2: ", "expected a finite number for tz, not '1e999'");
-  expect_error_in(with(2, "1 0 0 0 0 0 0 -inf"), ":2: ", "expected a finite number for qw, not '-inf'");
-  expect_error_in(with(2, std::string(1000, 'x') + rest), ":2: ", "not '" + std::string(40, 'x') + "...'");
-  expect_error_in(with(3, "1403636580.83856" + rest),
-                  ":3: ", "expected a timestamp later than that of the pose before");
-  expect_error_in(with(4, "7" + rest), ":4: ", "later than that of the pose before, not '7'");
-  expect_error_in(with(2, "1 0 0 0 0 0 0 1.011"), ":2: ", "expected a quaternion qx qy qz qw of norm 1 within 0.01");
-  expect_error_in(with(2, "1 0 0 0 0 0 0 0.989"), ":2: ", "norm '0.989000'");
-  expect_error_in(with(2, "1 0 0 0 0 0 0 0"), ":2: ", "expected a quaternion");
-  expect_error_in(with(2, "1 0 0 0 0 0 1e150 1"), ":2: ", "expected a quaternion");
-  expect_error_in(with(2, "1 0 0 0 0 0 1e300 1"), ":2: ", "expected a quaternion");
-  expect_error_in({good_lines[0], good_lines[1], ""}, ":3: end of file", "expected at least 2 lines 'timestamp tx");
-  expect_error_in({good_lines[0]}, ":1: end of file", "expected at least 2 lines 'timestamp tx");
-  expect_error_in({}, ":0: end of file", "not 0");
+  expect_every_one_refused("V1_01.txt", good_lines, broken, [&] { sim::read_tum(path("V1_01.txt")); });
+  expect_error({good_lines[0], good_lines[1], ""}, ":3: end of file", "expected at least 2 lines 'timestamp tx");
+  expect_error({good_lines[0]}, ":1: end of file", "expected at least 2 lines 'timestamp tx");
+  expect_error({}, ":0: end of file", "not 0");
 }
 
 TEST_F(TrajectoryReader, names_what_cannot_be_read_or_written) {
@@ -127,10 +110,8 @@ TEST_F(TrajectoryReader, names_what_cannot_be_read_or_written) {
 }
 
 TEST_F(TrajectoryReader, reads_a_folder_in_order_and_nothing_else_in_it) {
-  write(good_lines, "V2.txt");
-  write(good_lines, "MH.txt");
-  write(good_lines, "V1.txt");
-  write({"not a trajectory"}, "A.csv");
+  for (const char* const name : {"V2.txt", "MH.txt", "V1.txt"}) write(name, good_lines);
+  write("A.csv", {"not a trajectory"});
   const auto trajectories = sim::read_trajectories(folder_);
   ASSERT_EQ(trajectories.size(), 3U);
   EXPECT_EQ(trajectories[0].name, "MH");
@@ -151,8 +132,7 @@ void expect_same(const sim::Trajectory& a, const sim::Trajectory& b) {
 }
 
 TEST_F(TrajectoryReader, reads_what_was_written) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   sim::Trajectory written;
   double time = 1403636580.83856;
   for (int i = 0; i < 500; ++i) {
@@ -176,25 +156,23 @@ TEST_F(TrajectoryReader, reads_what_was_written) {
 }
 
 TEST_F(TrajectoryReader, reads_ground_truth_in_the_asl_layout) {
-  const std::vector<std::string> rows = {"#timestamp, p_RS_R_x [m], ... ,",
-                                         "1403636580838555648,1, -2,0.5,0.8,0,0,0.6,9,9\r",
-                                         "1403636580843555648,4,5,6,1,0,0,0"};
-  const sim::Trajectory trajectory = sim::read_asl(write(rows, "data.csv"));
+  const Lines rows = {"#timestamp, p_RS_R_x [m], ... ,", "1403636580838555648,1, -2,0.5,0.8,0,0,0.6,9,9\r",
+                      "1403636580843555648,4,5,6,1,0,0,0"};
+  const sim::Trajectory trajectory = sim::read_asl(write("data.csv", rows));
   ASSERT_EQ(trajectory.poses.size(), 2U);
   EXPECT_NEAR(trajectory.poses[0].time, 1403636580.838555648, 1e-6);
   EXPECT_EQ(trajectory.poses[0].T_wb.translation(), Eigen::Vector3d(1, -2, 0.5));
   Eigen::Matrix3d turned;  // about z, by twice the angle whose cosine is 0.8
   turned << 0.28, -0.96, 0, 0.96, 0.28, 0, 0, 0, 1;
   EXPECT_TRUE(trajectory.poses[0].T_wb.linear().isApprox(turned, 1e-15));
-  const auto expect_error_with = [&](const std::string& row, const std::string& expected) {
-    const std::string file = write({rows[0], rows[1], row}, "data.csv");
-    expect_input_error([&] { sim::read_asl(file); }, file + ":3: ", expected);
-  };
-  expect_error_with("1403636580843555648,4,5,6,1,0,0", "expected the fields stamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z, not 7");
-  expect_error_with("1403636580838555648,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before");
-  expect_error_with("1.5,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before, not '1.5'");
-  expect_error_with("1403636580843555648,4,5,x,1,0,0,0", "expected a finite number for a pose, not 'x'");
-  expect_error_with("1403636580843555648,4,5,6,1.02,0,0,0", "expected a quaternion q_w,q_x,q_y,q_z of norm 1");
+  expect_every_one_refused(
+      "data.csv", rows,
+      {{3, "1403636580843555648,4,5,6,1,0,0", "expected the fields stamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z, not 7"},
+       {3, "1403636580838555648,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before"},
+       {3, "1.5,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before, not '1.5'"},
+       {3, "1403636580843555648,4,5,x,1,0,0,0", "expected a finite number for a pose, not 'x'"},
+       {3, "1403636580843555648,4,5,6,1.02,0,0,0", "expected a quaternion q_w,q_x,q_y,q_z of norm 1"}},
+      [&] { sim::read_asl(path("data.csv")); });
 }
 
 TEST(PoseAt, is_exact_on_steady_turns_and_straight_lines_and_nothing_in_gaps) {
@@ -235,19 +213,11 @@ TEST(AnalyticTrajectory, has_the_requested_poses) {
   EXPECT_THROW(sim::analytic_trajectory(60, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
-TEST(AnalyticTrajectory, does_not_depend_on_rate_and_duration) {
-  const auto poses = sim::analytic_trajectory(60, 20).poses;
-  const auto again = sim::analytic_trajectory(60, 20).poses;
-  const auto longer = sim::analytic_trajectory(70, 100).poses;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    EXPECT_EQ(poses[i].T_wb.matrix(), again[i].T_wb.matrix());
-    EXPECT_TRUE(poses[i].T_wb.isApprox(longer[5 * i].T_wb, 1e-13));
-  }
-}
-
-TEST(AnalyticTrajectory, stays_in_its_room) {
+TEST(AnalyticTrajectory, stays_in_its_room_whatever_rate_and_duration) {
+  const auto poses = sim::analytic_trajectory(60, 20).poses, longer = sim::analytic_trajectory(600, 100).poses;
+  for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_TRUE(poses[i].T_wb.isApprox(longer[5 * i].T_wb, 1e-13));
   Eigen::AlignedBox3d flown;
-  for (const auto& pose : sim::analytic_trajectory(600, 20).poses) flown.extend(pose.T_wb.translation());
+  for (const auto& pose : longer) flown.extend(pose.T_wb.translation());
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.7);
   const Eigen::AlignedBox3d room(Eigen::Vector3d(-4, -3, 0) + margin, Eigen::Vector3d(4, 3, 3) - margin);
   EXPECT_TRUE(room.contains(flown));
@@ -302,51 +272,28 @@ TEST(AnalyticTrajectory, is_smooth) {
   }
 }
 
-class RealTrajectories : public TrajectoryReader {
- protected:
-  void SetUp() override {
-    euroc_ = data_folder() + "/euroc_ground_truth";
-    std::error_code error;
-    if (data_folder().empty() || !std::filesystem::is_directory(euroc_, error)) GTEST_SKIP() << no_real_frames;
-  }
+class RealTrajectories : public TrajectoryReader {};
 
-  std::string euroc_;
-};
-
-TEST_F(RealTrajectories, are_read_completely) {
-  const auto trajectories = sim::read_trajectories(euroc_);
+TEST_F(RealTrajectories, are_read_completely_and_as_they_were_written) {
+  const std::string euroc = data_folder() + "/euroc_ground_truth";
+  if (data_folder().empty() || !std::filesystem::is_directory(euroc)) GTEST_SKIP() << no_real_frames;
   std::vector<std::string> names;
-  for (const auto& trajectory : trajectories) {
+  for (const auto& trajectory : sim::read_trajectories(euroc)) {
     SCOPED_TRACE(trajectory.name);
     names.push_back(trajectory.name);
-    std::ifstream stream(euroc_ + "/" + trajectory.name + ".txt");
+    std::ifstream stream(euroc + "/" + trajectory.name + ".txt");
     std::size_t lines = 0;
     for (std::string line; std::getline(stream, line);) lines += line.front() == '#' ? 0 : 1;
     EXPECT_EQ(trajectory.poses.size(), lines);
     EXPECT_GT(lines, 1000U);
-    double largest = 0;
-    for (const auto& pose : trajectory.poses) {
-      const Eigen::Matrix3d R = pose.T_wb.linear();
-      largest = std::max(largest, (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff());
-    }
-    EXPECT_LT(largest, 4e-15);
+    for (const auto& pose : trajectory.poses) ASSERT_TRUE(pose.T_wb.linear().isUnitary(4e-15));
+    const std::string copy = folder_ + "/copy.txt";
+    sim::write_tum(trajectory, copy);
+    expect_same(trajectory, sim::read_tum(copy));
   }
   EXPECT_EQ(names, (std::vector<std::string>{"MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult",
                                              "MH_05_difficult", "V1_01_easy", "V1_02_medium", "V1_03_difficult",
                                              "V2_01_easy", "V2_02_medium", "V2_03_difficult"}));
-}
-
-TEST_F(RealTrajectories, are_read_as_they_are_written) {
-  const sim::Trajectory trajectory = sim::read_tum(euroc_ + "/V1_02_medium.txt");
-  EXPECT_EQ(trajectory.poses[0].time, 1403715524.90714);
-  EXPECT_EQ(trajectory.poses[0].T_wb.translation(), Eigen::Vector3d(0.515356, 1.996773, 0.971104));
-  EXPECT_GT(Eigen::Quaterniond(trajectory.poses[0].T_wb.linear())
-                .coeffs()
-                .dot(Eigen::Vector4d(0.789985, -0.205376, 0.554528, 0.161996)),
-            1 - 1e-5);
-  const std::string file = folder_ + "/copy.txt";
-  sim::write_tum(trajectory, file);
-  expect_same(trajectory, sim::read_tum(file));
 }
 
 }  // namespace

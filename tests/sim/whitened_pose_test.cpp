@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Poses from whitened residuals, against unwhitened ones, the library's blocks, and random errors.
+// Poses from whitened residuals, against random errors.
 #include "sim/pose_optimizer.hpp"
 
 #include "tests/sim/noisy_frame.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <string>
@@ -12,73 +12,6 @@
 
 namespace maxlogdet::test {
 namespace {
-
-TEST(MatchNoise, deviations_as_whitenings_equal_no_whitenings) {
-  for (const double huber : {0.0, 2.0}) {
-    Random random(static_cast<std::uint64_t>(huber));
-    SCOPED_TRACE(random.name());
-    for (std::size_t trial = trials(20); trial > 0; --trial) {
-      Frame frame = random_frame(random, 60);
-      std::vector<Whitening> whitenings;
-      for (Match& match : frame.matches) {
-        const double sigma = 1 / std::sqrt(match.inv_sigma2);
-        match.u += sigma * normal(random);
-        match.v += sigma * normal(random);
-        if (match.is_stereo()) match.u_right += sigma * normal(random);
-        whitenings.push_back({1 / sigma, 0, 1 / sigma, 0, 0, 1 / sigma});
-      }
-      const Pose start = random_pose(random, 0.1, 0.02) * pose_of(frame);
-      PoseOptions options = precise();
-      options.huber_monocular = options.huber_stereo = huber;
-      const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, all_of(frame), start, options);
-      const PoseEstimate estimate =
-          optimize_pose(frame.camera, frame.matches, all_of(frame), start, options, whitenings);
-      EXPECT_EQ(estimate.status, PoseStatus::converged);
-      EXPECT_LT(difference(estimate.T_cw, expected.T_cw).norm(), 1e-10);
-      EXPECT_NEAR(estimate.cost, expected.cost, 1e-12 * expected.cost);
-      EXPECT_LT(relative_difference(estimate.information, expected.information), 1e-9);
-      for (const std::uint32_t i : all_of(frame)) {
-        const double unwhitened = chi2(frame.camera, start, frame.matches[i], true);
-        EXPECT_NEAR(chi2(frame.camera, start, frame.matches[i], true, &whitenings[i]), unwhitened, 1e-12 * unwhitened);
-      }
-    }
-  }
-}
-
-// The information that a match is selected for is its information in the estimate.
-TEST(MatchNoise, information_of_the_estimate_is_that_of_the_librarys_blocks) {
-  for (const bool has_covariances : {false, true}) {
-    for (const bool stereo : {false, true}) {
-      Random random(has_covariances ? 1 : 0);
-      SCOPED_TRACE(random.name());
-      for (std::size_t trial = trials(20); trial > 0; --trial) {
-        Frame frame = random_frame(random, 60);
-        for (std::size_t i = 0; has_covariances && i < frame.matches.size(); ++i) {
-          set_covariance(frame, i, random_covariance(random, 0.1));
-        }
-        BlockOptions blocks;
-        blocks.weighting = Weighting::measurement_and_map;
-        blocks.depth_cue = stereo ? DepthCue::stereo : DepthCue::none;
-        blocks.map_sigma = 0.07;
-        BlockStore store;
-        build_blocks(frame, blocks, store);
-        Matrix6 expected = Matrix6::Zero();
-        for (std::size_t i = 0; i < frame.matches.size(); ++i) expected += gram(stored_block(store, i));
-
-        const Pose T_cw = pose_of(frame);
-        PoseOptions options = precise();
-        options.stereo = stereo;
-        options.max_iterations = 0;
-        const PoseEstimate estimate = optimize_pose(frame.camera, frame.matches, all_of(frame), T_cw, options,
-                                                    whitenings_of(frame, T_cw, stereo, blocks.map_sigma));
-        // With the diagonal scaled to 1, metres and radians are comparable.
-        const Vector6 scale = expected.diagonal().array().rsqrt();
-        const Matrix6 apart = scale.asDiagonal() * (estimate.information - expected) * scale.asDiagonal();
-        EXPECT_LT(largest_entry(apart), 1e-6);
-      }
-    }
-  }
-}
 
 // The covariance of a point that a stereo camera mapped from another pose: the deviation grows with the square of the
 // depth and is largest along that camera's ray.
@@ -110,8 +43,7 @@ void add_errors(Random& random, const Pose& truth, Frame& frame) {
 
 // The mean of chi2 with 6 degrees of freedom is 6, and its variance 12.
 TEST(MatchNoise, with_true_covariances_of_the_map_estimates_are_better_and_consistent) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   PoseOptions options = precise(PoseMethod::levenberg_marquardt);
   options.step_tolerance = 1e-7;
   const std::size_t count = trials(2000);

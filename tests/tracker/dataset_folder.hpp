@@ -2,8 +2,8 @@
 #pragma once
 
 #include "examples/stereo_odometry/dataset.hpp"
-#include "tests/support/expect_input_error.hpp"
-#include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <gtest/gtest.h>
 #include <cmath>
@@ -23,37 +23,20 @@ namespace fs = std::filesystem;
 using sim::Pose;
 using stereo_odometry::open_dataset;
 using stereo_odometry::StereoImages;
-using Lines = std::vector<std::string>;
 
-/// A temporary folder for a dataset.
-class StereoDatasetFolder : public ::testing::Test {
+/// A folder for a dataset.
+class StereoDatasetFolder : public TextFolder {
  protected:
-  StereoDatasetFolder() : folder_(::testing::TempDir() + "maxlogdet_stereo_" + std::to_string(Random().seed())) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~StereoDatasetFolder() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& file) const { return folder_ + "/" + file; }
-
-  void write(const std::string& file, const Lines& lines) const {
-    fs::create_directories(fs::path(path(file)).parent_path());
-    std::ofstream stream(path(file));
-    for (const std::string& line : lines) stream << line << '\n';
-  }
+  using TextFolder::write;
 
   void write(const std::string& file, const cv::Mat& image) const {
     fs::create_directories(fs::path(path(file)).parent_path());
     ASSERT_TRUE(cv::imwrite(path(file), image)) << file;
   }
 
-  // Writes a file with one line replaced, expects the error, and restores the file.
-  void expect_error_with(const std::string& file, const Lines& lines, std::size_t line, const std::string& text,
-                         const std::string& expected) const {
-    Lines changed = lines;
-    changed[line - 1] = text;
-    expect_error_in(file, changed, ":" + std::to_string(line) + ": ", expected);
-    write(file, lines);
+  // Of each of the lines, broken.
+  void expect_errors(const std::string& file, const Lines& good, const std::vector<BrokenLine>& broken) const {
+    expect_every_one_refused(file, good, broken, [&] { open_dataset(folder_); });
   }
 
   void expect_error_in(const std::string& file, const Lines& lines, const std::string& place,
@@ -65,8 +48,6 @@ class StereoDatasetFolder : public ::testing::Test {
   void expect_error(const std::string& place, const std::string& expected) const {
     expect_input_error([&] { open_dataset(folder_); }, path(place), expected);
   }
-
-  std::string folder_;
 };
 
 inline std::string numbers(const std::vector<double>& values, const char* separator = " ") {
@@ -106,18 +87,15 @@ inline void write_bytes(const std::string& file, const std::string& bytes) {
 
 /// Changes, removes, inserts, truncates or repeats bytes, one to three times.
 inline std::string damaged(std::string bytes, Random& random) {
-  const auto any = [&random](std::size_t n) {
-    return static_cast<std::size_t>(random.integer(0, static_cast<int>(n) - 1));
-  };
   for (int changes = random.integer(1, 3); changes > 0 && !bytes.empty(); --changes) {
-    const std::size_t i = any(bytes.size());
+    const std::size_t i = random.index(bytes.size());
     constexpr char syntax[] = "[]{}:,- \n\t#&*!%'\"0e.9";
     switch (random.integer(0, 4)) {
       case 0: bytes[i] = static_cast<char>(random.integer(0, 255)); break;
-      case 1: bytes.erase(i, 1 + any(20)); break;
-      case 2: bytes.insert(i, 1, syntax[any(sizeof syntax - 1)]); break;
+      case 1: bytes.erase(i, 1 + random.index(20)); break;
+      case 2: bytes.insert(i, 1, syntax[random.index(sizeof syntax - 1)]); break;
       case 3: bytes.resize(i); break;
-      default: bytes.insert(i, bytes.substr(any(bytes.size()), 1 + any(30))); break;
+      default: bytes.insert(i, bytes.substr(random.index(bytes.size()), 1 + random.index(30))); break;
     }
   }
   return bytes;
@@ -125,12 +103,10 @@ inline std::string damaged(std::string bytes, Random& random) {
 
 /// However a file is damaged, the folder is read, or there is an InputError of one line.
 inline void expect_no_crash_of_damaged_files(const std::string& folder, const Lines& files, std::size_t count) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::size_t errors = 0;
   for (std::size_t trial = trials(count); trial > 0; --trial) {
-    const std::string file =
-        folder + "/" + files[static_cast<std::size_t>(random.integer(0, static_cast<int>(files.size()) - 1))];
+    const std::string file = folder + "/" + files[random.index(files.size())];
     SCOPED_TRACE(file + ", trials left " + std::to_string(trial));
     const std::string good = read_bytes(file);
     ASSERT_FALSE(good.empty());

@@ -3,9 +3,6 @@
 #include "tests/tracker/dataset_folder.hpp"
 
 #include <Eigen/LU>
-#include <filesystem>
-#include <fstream>
-#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -57,20 +54,15 @@ TEST_F(KittiFolder, opens_and_loads_as_it_is_written) {
   EXPECT_THROW(dataset->load(3), std::out_of_range);
 }
 
-TEST_F(KittiFolder, reads_times_and_does_without_truth) {
-  write("times.txt", {"0.000000e+00", "1.036224e-01", "2.5"});
+TEST_F(KittiFolder, reads_times_and_orthonormalises_poses) {
+  write("times.txt", Lines{"0.000000e+00", "1.036224e-01", "2.5"});
+  write("poses.txt", Lines{"1 1e-5 0 4 0 1 0 5 0 0 1.0001 6"});
   const auto dataset = open_dataset(folder_);
   EXPECT_EQ(dataset->time(1), 1.036224e-01);
   EXPECT_EQ(dataset->time(2), 2.5);
-  EXPECT_FALSE(dataset->truth(0).has_value());
-}
-
-TEST_F(KittiFolder, orthonormalises_poses) {
-  write("poses.txt", {"1 1e-5 0 4 0 1 0 5 0 0 1.0001 6"});
-  const auto truth = open_dataset(folder_)->truth(0);
-  ASSERT_TRUE(truth.has_value());
-  EXPECT_TRUE(truth->linear().isUnitary(1e-14));
-  EXPECT_EQ(truth->translation(), Eigen::Vector3d(4, 5, 6));
+  ASSERT_TRUE(dataset->truth(0).has_value());
+  EXPECT_TRUE(dataset->truth(0)->linear().isUnitary(1e-14));
+  EXPECT_EQ(dataset->truth(0)->translation(), Eigen::Vector3d(4, 5, 6));
 }
 
 TEST_F(KittiFolder, reads_grey_and_colour_cameras_by_their_matrices) {
@@ -110,21 +102,21 @@ TEST_F(KittiFolder, names_make_plain_text) {
 }
 
 TEST_F(KittiFolder, tells_what_is_wrong_with_the_calibration) {
-  const auto with = [&](std::size_t line, const std::string& text, const std::string& expected) {
-    expect_error_with("calib.txt", bare_calibration, line, text, expected);
-  };
-  with(1, "700 0 60.5 0 0 710 22.5 0 0 0 1", "12 numbers, a projection matrix (3 x 4 row-major), not 11");
-  with(2, "700 0 60.5 x 0 710 22.5 0 0 0 1 0", "a finite number for a projection matrix, not 'x'");
-  with(2, "700 0 60.5 nan 0 710 22.5 0 0 0 1 0", "a finite number for a projection matrix, not 'nan'");
-  with(1, "0 0 60.5 0 0 710 22.5 0 0 0 1 0", "positive fx and fy");
-  with(1, "700 0 60.5 0 0 -710 22.5 0 0 0 1 0", "positive fx and fy");
-  with(1, "700 1 60.5 0 0 710 22.5 0 0 0 1 0", "a projection matrix 'fx 0 cx . 0 fy cy . 0 0 1 .'");
-  with(1, "700 0 60.5 0 0 710 22.5 0 0 0 2 0", "a projection matrix 'fx 0 cx . 0 fy cy . 0 0 1 .'");
-  with(2, "701 0 60.5 -350 0 710 22.5 0 0 0 1 0", "the same fx, fy, cx, cy left and right");
-  with(2, "700 0 60.5 0 0 710 22.5 0 0 0 1 0", "P_left[3] - P_right[3] > 0");
-  with(2, "700 0 60.5 350 0 710 22.5 0 0 0 1 0", "P_left[3] - P_right[3] > 0");
-  with(2, "700 0 60.5 -350 0 710 22.5 -350 0 0 1 0", "to the right of the left one");
-  with(2, "700 0 60.5 -1e308 0 710 22.5 0 0 0 1 1e308", "to the right of the left one");
+  const std::string matrix = "a projection matrix 'fx 0 cx . 0 fy cy . 0 0 1 .'", positive = "positive fx and fy";
+  const std::string order = "P_left[3] - P_right[3] > 0", right = "to the right of the left one";
+  expect_errors("calib.txt", bare_calibration,
+                {{1, "700 0 60.5 0 0 710 22.5 0 0 0 1", "12 numbers, a projection matrix (3 x 4 row-major), not 11"},
+                 {2, "700 0 60.5 x 0 710 22.5 0 0 0 1 0", "a finite number for a projection matrix, not 'x'"},
+                 {2, "700 0 60.5 nan 0 710 22.5 0 0 0 1 0", "a finite number for a projection matrix, not 'nan'"},
+                 {1, "0 0 60.5 0 0 710 22.5 0 0 0 1 0", positive},
+                 {1, "700 0 60.5 0 0 -710 22.5 0 0 0 1 0", positive},
+                 {1, "700 1 60.5 0 0 710 22.5 0 0 0 1 0", matrix},
+                 {1, "700 0 60.5 0 0 710 22.5 0 0 0 2 0", matrix},
+                 {2, "701 0 60.5 -350 0 710 22.5 0 0 0 1 0", "the same fx, fy, cx, cy left and right"},
+                 {2, "700 0 60.5 0 0 710 22.5 0 0 0 1 0", order},
+                 {2, "700 0 60.5 350 0 710 22.5 0 0 0 1 0", order},
+                 {2, "700 0 60.5 -350 0 710 22.5 -350 0 0 1 0", right},
+                 {2, "700 0 60.5 -1e308 0 710 22.5 0 0 0 1 1e308", right}});
   const Lines far = {"1e-300 0 60 0 0 710 22 0 0 0 1 0", "1e-300 0 60 -1e300 0 710 22 0 0 0 1 0"};
   expect_error_in("calib.txt", far, ":2: end of file", "cameras whose places float64 can hold");
   const std::string what = "two projection matrices";
@@ -172,29 +164,25 @@ TEST_F(KittiFolder, names_the_image_without_partner) {
 }
 
 TEST_F(KittiFolder, names_the_image_that_cannot_be_used) {
-  const std::string good = read_bytes(path("image_l/000001.png"));
+  const std::string file = path("image_l/000001.png"), good = read_bytes(file);
   const auto dataset = open_dataset(folder_);
-  const auto expect_load_error = [&](const std::string& file, const std::string& expected) {
-    expect_input_error([&] { dataset->load(1); }, path(file) + ": ", expected);
+  const auto expect_load_error = [&](const std::string& expected) {
+    expect_input_error([&] { dataset->load(1); }, file + ": ", expected);
   };
   const std::string unreadable = "cannot be read; expected a complete image file";
-  write_bytes(path("image_l/000001.png"), good.substr(0, good.size() / 2));
-  expect_load_error("image_l/000001.png", unreadable);
   std::string damaged = good;
   damaged[damaged.size() / 2] = static_cast<char>(~damaged[damaged.size() / 2]);
-  write_bytes(path("image_l/000001.png"), damaged);
-  expect_load_error("image_l/000001.png", unreadable);
-  write_bytes(path("image_l/000001.png"), "");
-  expect_load_error("image_l/000001.png", unreadable);
-  fs::remove(path("image_l/000001.png"));
-  expect_load_error("image_l/000001.png", "is missing; expected an image");
-  fs::create_directories(path("image_l/000001.png"));
-  expect_load_error("image_l/000001.png", "is missing; expected an image");
-  fs::remove_all(path("image_l/000001.png"));
-  write_bytes(path("image_l/000001.png"), good);
+  for (const std::string& bytes : {good.substr(0, good.size() / 2), damaged, std::string()}) {
+    write_bytes(file, bytes);
+    expect_load_error(unreadable);
+  }
   Random random;
-  write("image_r/000001.png", random_image(random, 119, 45));
-  expect_load_error("image_r/000001.png", "is an image of 119 x 45 px; expected 120 x 45 px");
+  write("image_l/000001.png", random_image(random, 119, 45));
+  expect_load_error("is an image of 119 x 45 px; expected 120 x 45 px");
+  fs::remove(file);
+  expect_load_error("is missing; expected an image");
+  fs::create_directories(file);
+  expect_load_error("is missing; expected an image");
   EXPECT_TRUE(same(dataset->load(2).left, images_[4])) << "the other images can still be loaded";
 
   write_bytes(path("image_l/000000.png"), "no image");

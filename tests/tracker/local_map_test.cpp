@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/local_map.hpp"
+#include "tests/support/random_geometry.hpp"
+#include "tests/support/traced_random.hpp"
 #include "tests/tracker/made_features.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
@@ -38,13 +40,6 @@ Eigen::Matrix3d jacobian(const Pose& T_cw, const Eigen::Vector3d& point) {
     H.col(i) = (project(T_cw, point + step) - project(T_cw, point - step)) / 2e-5;
   }
   return H;
-}
-
-// Approximately normal: a sum of twelve uniform numbers.
-double normal(Random& random) {
-  double sum = -6;
-  for (int i = 0; i < 12; ++i) sum += random.uniform(0, 1);
-  return sum;
 }
 
 Eigen::Vector3d random_landmark(Random& random) {
@@ -98,8 +93,7 @@ void expect_stereo_point(const MapPoints& map, std::size_t p, const Pose& T_cw, 
 }
 
 TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Pose T_cw = RenderedWorld::T_wc(5).inverse();
   StereoFeatures features;
   std::vector<std::size_t> stereo;
@@ -150,8 +144,7 @@ Spread spread_of(const MapPoints& map, const std::vector<Eigen::Vector3d>& landm
 }
 
 TEST(LocalMap, more_views_bring_points_nearer_to_the_truth_and_the_covariance_knows) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<Eigen::Vector3d> landmarks;
   for (int i = 0; i < 400; ++i) landmarks.push_back(random_landmark(random));
   LocalMap map(camera, MapOptions());
@@ -205,8 +198,7 @@ Ids add_overlapping_keyframe(LocalMap& map, std::int64_t number, Random& random)
 }
 
 TEST(LocalMap, consists_of_the_last_keyframes) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   MapOptions options;
   options.keyframes = 3;
   LocalMap map(camera, options);
@@ -232,40 +224,26 @@ TEST(LocalMap, consists_of_the_last_keyframes) {
   EXPECT_EQ(map.points().arrays().size, 0U);
 }
 
-TEST(LocalMap, points_keep_as_many_observations_as_there_are_keyframes) {
-  Random random;
-  MapOptions options;
-  options.keyframes = 2;
-  LocalMap map(camera, options);
-  const std::vector<Eigen::Vector3d> landmarks = {random_landmark(random)};
-  for (std::size_t view = 0; view < 5; ++view) {
-    const Pose T_cw = RenderedWorld::T_wc(view).inverse();
-    const StereoFeatures features = features_of(T_cw, landmarks);
-    add_keyframe(map, T_cw, features, all_points(map));
-    const auto& observations = map.points().points.at(0).observations;
-    ASSERT_EQ(observations.size(), std::min<std::size_t>(view + 1, 2));
-    EXPECT_EQ(observations.front().view, 0) << "the first observation";
-    EXPECT_EQ(observations.back().view, view) << "and the last observations";
-  }
-  for (std::size_t view = 0; view < 5; ++view)
-    EXPECT_TRUE(map.pose_of(static_cast<std::int64_t>(view)).isApprox(RenderedWorld::T_wc(view).inverse(), 0));
-}
-
-TEST(LocalMap, keeps_no_image_of_a_keyframe_that_has_left_it_though_its_points_stay) {
+TEST(LocalMap, keeps_as_many_observations_of_a_point_as_there_are_keyframes_and_images_of_these_alone) {
   Random random;
   MapOptions options;
   options.keyframes = 2;
   LocalMap map(camera, options);
   const std::vector<Eigen::Vector3d> landmarks = {random_landmark(random)};
   std::vector<cv::Mat> images;
-  for (int view = 0; view < 5; ++view) {
-    const Pose T_cw = RenderedWorld::T_wc(static_cast<std::size_t>(view)).inverse();
+  for (std::size_t view = 0; view < 5; ++view) {
+    const Pose T_cw = RenderedWorld::T_wc(view).inverse();
     StereoFeatures features = features_of(T_cw, landmarks);
     images.emplace_back(RenderedWorld::height, RenderedWorld::width, CV_8UC1);
     features.pyramid = {images.back()};
     add_keyframe(map, T_cw, features, all_points(map));
+    const auto& observations = map.points().points.at(0).observations;
+    ASSERT_EQ(observations.size(), std::min<std::size_t>(view + 1, 2));
+    EXPECT_EQ(observations.front().view, 0) << "the first observation";
+    EXPECT_EQ(observations.back().view, view) << "and the last observations";
   }
   for (std::size_t view = 0; view < images.size(); ++view) {
+    EXPECT_TRUE(map.pose_of(static_cast<std::int64_t>(view)).isApprox(RenderedWorld::T_wc(view).inverse(), 0));
     EXPECT_EQ(images[view].u->refcount, view < 3 ? 1 : 2) << view;
   }
 }

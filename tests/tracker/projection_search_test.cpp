@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/projection_search.hpp"
+#include "tests/support/traced_random.hpp"
 #include "tests/tracker/made_features.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
@@ -80,8 +81,7 @@ TEST(ProjectionSearch, searches_as_wide_as_the_level_is_coarse) {
 }
 
 TEST(ProjectionSearch, finds_keypoints_all_over_the_image) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   StereoFeatures features;
   std::vector<Descriptor> descriptors;
   for (int i = 0; i < 300; ++i) {
@@ -190,8 +190,7 @@ void expect_prediction(const Prediction& found, const MapPoints& map, std::size_
 }
 
 TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Pose T_cw = RenderedWorld::T_wc(9).inverse();
   const Eigen::Vector3d center = T_cw.inverse() * Eigen::Vector3d::Zero();
   const MapPoints map = random_map(random, center);

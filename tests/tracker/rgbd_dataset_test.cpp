@@ -3,7 +3,6 @@
 #include "tests/tracker/rgbd_dataset_folder.hpp"
 
 #include <Eigen/Geometry>
-#include <functional>
 #include <stdexcept>
 
 namespace maxlogdet::test {
@@ -97,27 +96,27 @@ TEST_F(RgbdFolder, truth_is_interpolated_but_not_over_gaps) {
 }
 
 TEST_F(RgbdFolder, tells_what_is_wrong_with_the_camera_file) {
-  const auto with = [&](std::size_t line, const std::string& text, const std::string& expected) {
-    expect_error_with("camera.txt", plain_camera(), line, text, expected);
-  };
   const std::string lens = "'fx fy cx cy k1 k2 p1 p2 k3'", image = "'width height depth_units_per_metre'";
-  with(2, "100 101 59.5 44.5 0 0 0", lens + ", not 7 fields");
-  with(2, "100 101 59.5 44.5 0 0 0 0 0 0", lens + ", not 10 fields");
-  with(2, "100 101 59.5 x 0 0 0 0 0", "a finite number for " + lens + ", not 'x'");
-  with(2, "100 nan 59.5 44.5 0 0 0 0 0", "a finite number for " + lens + ", not 'nan'");
-  with(2, "100 101 59.5 44.5 inf 0 0 0 0", "a finite number for " + lens + ", not 'inf'");
-  with(2, "0 101 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
-  with(2, "100 -101 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
-  with(2, "100 1e300 59.5 44.5 0 0 0 0 0", "focal lengths fx and fy from 1 to 1000000 px");
-  with(4, "120", image + ", not 1 fields");
-  with(4, "120 90 1000 1", image + ", not 4 fields");
-  with(4, "0 90 1000", "a width and height from 1 to 32766 px");
-  with(4, "120.5 90 1000", "a width and height from 1 to 32766 px");
-  with(4, "120 1e9 1000", "a width and height from 1 to 32766 px");
-  with(4, "120 90 0", "from 1 to 1000000 depth units a metre");
-  with(4, "120 90 -1000", "from 1 to 1000000 depth units a metre");
-  with(4, "120 90 nan", "a finite number for " + image);
-  with(4, "50 90 1000", "an image in which the principal point cx cy is");
+  const std::string number = "a finite number for " + lens, focal = "focal lengths fx and fy from 1 to 1000000 px";
+  const std::string sides = "a width and height from 1 to 32766 px", units = "from 1 to 1000000 depth units a metre";
+  expect_errors("camera.txt", plain_camera(),
+                {{2, "100 101 59.5 44.5 0 0 0", lens + ", not 7 fields"},
+                 {2, "100 101 59.5 44.5 0 0 0 0 0 0", lens + ", not 10 fields"},
+                 {2, "100 101 59.5 x 0 0 0 0 0", number + ", not 'x'"},
+                 {2, "100 nan 59.5 44.5 0 0 0 0 0", number + ", not 'nan'"},
+                 {2, "100 101 59.5 44.5 inf 0 0 0 0", number + ", not 'inf'"},
+                 {2, "0 101 59.5 44.5 0 0 0 0 0", focal},
+                 {2, "100 -101 59.5 44.5 0 0 0 0 0", focal},
+                 {2, "100 1e300 59.5 44.5 0 0 0 0 0", focal},
+                 {4, "120", image + ", not 1 fields"},
+                 {4, "120 90 1000 1", image + ", not 4 fields"},
+                 {4, "0 90 1000", sides},
+                 {4, "120.5 90 1000", sides},
+                 {4, "120 1e9 1000", sides},
+                 {4, "120 90 0", units},
+                 {4, "120 90 -1000", units},
+                 {4, "120 90 nan", "a finite number for " + image},
+                 {4, "50 90 1000", "an image in which the principal point cx cy is"}});
   expect_error_in("camera.txt", {plain_camera()[1]}, ":1: end of file", image);
   expect_error_in("camera.txt", {"# nothing"}, ":1: end of file", lens);
   expect_error_in("camera.txt", {plain_camera()[1], plain_camera()[3], "1"}, ":3: ", "not one more");
@@ -131,21 +130,21 @@ TEST_F(RgbdFolder, tells_what_is_wrong_with_the_camera_file) {
 
 TEST_F(RgbdFolder, tells_what_is_wrong_with_lists) {
   const std::string file = "associations.txt";
-  const auto with = [&](std::size_t line, const std::string& text, const std::string& expected) {
-    expect_error_with(file, associations(), line, text, expected);
-  };
-  const std::string fields = "'timestamp rgb/FILE timestamp depth/FILE'";
-  with(2, "10.00 rgb/0.png", "the 4 fields " + fields + ", not 2");
-  with(2, "10.00 rgb/0.png 10.01", "the 4 fields " + fields + ", not 3");
-  with(2, "rgb/0.png 10.00 depth/0.png 10.01", "a finite number for a time in s, not 'rgb/0.png'");
-  with(3, "nan rgb/1.png 10.02 depth/1.png", "a finite number for a time in s, not 'nan'");
-  with(3, "10.03 rgb/1.png inf depth/1.png", "a finite number for a time in s, not 'inf'");
-  with(3, "10.00 rgb/1.png 10.02 depth/1.png", "a time later than the one before");
-  with(3, "10.02 depth/1.png 9.00 rgb/1.png", "a time later than the one before");
-  with(3, "10.03 rgb/1.png 10.02 rgb/2.png", fields);
-  with(3, "10.03 depth/1.png 10.02 depth/2.png", fields);
-  with(3, "10.03 1.png 10.02 1d.png", fields);
-  with(2, std::string("10.00 rgb/0\0.png 10.01 depth/0.png", 35), "a file name without control characters");
+  const std::string fields = "'timestamp rgb/FILE timestamp depth/FILE'", rising = "a time later than the one before";
+  const std::string number = "a finite number for a time in s, not ";
+  expect_errors(
+      file, associations(),
+      {{2, "10.00 rgb/0.png", "the 4 fields " + fields + ", not 2"},
+       {2, "10.00 rgb/0.png 10.01", "the 4 fields " + fields + ", not 3"},
+       {2, "rgb/0.png 10.00 depth/0.png 10.01", number + "'rgb/0.png'"},
+       {3, "nan rgb/1.png 10.02 depth/1.png", number + "'nan'"},
+       {3, "10.03 rgb/1.png inf depth/1.png", number + "'inf'"},
+       {3, "10.00 rgb/1.png 10.02 depth/1.png", rising},
+       {3, "10.02 depth/1.png 9.00 rgb/1.png", rising},
+       {3, "10.03 rgb/1.png 10.02 rgb/2.png", fields},
+       {3, "10.03 depth/1.png 10.02 depth/2.png", fields},
+       {3, "10.03 1.png 10.02 1d.png", fields},
+       {2, std::string("10.00 rgb/0\0.png 10.01 depth/0.png", 35), "a file name without control characters"}});
   expect_error_in(file, {"# pairs"}, ":1: end of file", "at least one pair of images: " + fields);
   write(file, Lines{"10.00 rgb/0.png 10.01 depth/0.png", "10.03 rgb/1.png 10.02 depth/none.png"});
   expect_error("depth/none.png: is missing", "an image file");
@@ -169,28 +168,20 @@ TEST_F(RgbdFolder, tells_what_is_wrong_with_lists) {
   expect_error_in("groundtruth.txt", {"1 2 3"}, ":1: ", "8 fields");
 }
 
-TEST_F(RgbdFolder, names_the_image_that_cannot_be_used) {
+TEST_F(RgbdFolder, names_the_depth_that_cannot_be_used) {
   const auto dataset = open_dataset(folder_);
-  const auto expect_load_error = [&](const std::string& file, const cv::Mat& image, const std::string& expected) {
-    const std::string good = read_bytes(path(file));
-    write(file, image);
-    expect_input_error([&] { dataset->load(1); }, path(file) + ": ", expected);
-    write_bytes(path(file), good);
-  };
   Random random;
-  expect_load_error(colour(1), random_image(random, width, height + 1),
-                    "is an image of 120 x 91 px; expected 120 x 90");
-  expect_load_error(depth(1), random_depth(random, width - 1), "is an image of 119 x 90 px; expected 120 x 90");
   const std::string type = "expected depth in one channel of 16 bit";
-  expect_load_error(depth(1), random_image(random, width, height), type);
-  expect_load_error(depth(1), random_image(random, width, height, CV_8UC3), type);
-  expect_load_error(depth(1), cv::Mat(height, width, CV_16UC3, cv::Scalar(1, 2, 3)), type);
-  write_bytes(path(depth(1)), "no image");
-  expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", "expected a complete image file");
-  fs::remove(path(depth(1)));
-  expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", "expected an image file");
+  const std::pair<cv::Mat, std::string> images[] = {
+      {random_depth(random, width - 1), "is an image of 119 x 90 px; expected 120 x 90"},
+      {random_image(random, width, height), type},
+      {random_image(random, width, height, CV_8UC3), type},
+      {cv::Mat(height, width, CV_16UC3, cv::Scalar(1, 2, 3)), type}};
+  for (const auto& [image, expected] : images) {
+    write(depth(1), image);
+    expect_input_error([&] { dataset->load(1); }, path(depth(1)) + ": ", expected);
+  }
   EXPECT_TRUE(same(dataset->load(2).left, colours_[2])) << "the other images can still be loaded";
-  write(depth(1), depths_[1]);
 
   const cv::Mat metres(height, width, CV_32F, cv::Scalar(std::nan("")));  // PNG cannot store NaN
   ASSERT_TRUE(cv::imwrite(path("depth/0.tiff"), metres));

@@ -100,15 +100,6 @@ TEST_F(DepthTracking, aligned_matches_have_the_depth_of_where_they_are) {
   EXPECT_GT(stereo, 200U);
 }
 
-TEST_F(DepthTracking, tracks_rendered_frames) {
-  StereoTracker tracked = tracker();
-  for (std::size_t i = 0; i < 8; ++i) {
-    const auto& result = tracked.track(extract(i));
-    EXPECT_EQ(result.status, i == 0 ? FrameStatus::initialized : FrameStatus::tracked) << i;
-    EXPECT_LT(error(result.T_cw, i), 0.02) << i;
-  }
-}
-
 TEST_F(DepthTracking, frames_without_depth_are_tracked_by_what_the_map_has) {
   StereoTracker tracked = tracker();
   for (std::size_t i = 0; i < 5; ++i) {
@@ -127,16 +118,6 @@ TEST_F(DepthTracking, begins_with_the_first_frame_that_has_depth) {
   EXPECT_EQ(tracked.track(extractor_.extract(first)).status, FrameStatus::predicted);
   EXPECT_EQ(tracked.track(extract(1)).status, FrameStatus::initialized);
   EXPECT_EQ(tracked.track(extract(2)).status, FrameStatus::tracked);
-}
-
-TEST_F(DepthTracking, black_frames_are_predicted) {
-  StereoTracker tracked = tracker();
-  tracked.track(extract(0));
-  tracked.track(extract(1));
-  StereoImages black = images(2);
-  black.left = cv::Mat::zeros(black.left.size(), CV_8U);
-  EXPECT_EQ(tracked.track(extractor_.extract(black)).status, FrameStatus::predicted);
-  EXPECT_EQ(tracked.track(extract(3)).status, FrameStatus::tracked);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/features.hpp"
+#include "tests/support/traced_random.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
 #include <cmath>
@@ -39,8 +40,7 @@ std::vector<cv::Point2f> random_points(Random& random, int width, int height, in
 }
 
 TEST(Align, finds_patches_that_moved_by_less_than_a_few_pixels) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Texture texture(random.name());
   const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8));
   for (int i = 0; i < 10; ++i) {
@@ -58,8 +58,7 @@ TEST(Align, finds_patches_that_moved_by_less_than_a_few_pixels) {
 }
 
 TEST(Align, refuses_what_is_far_away) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Texture texture(random.name());
   const std::vector<cv::Point2f> from = random_points(random, 200, 150, 30, 40);
   const auto found = [&](double dx) {
@@ -77,21 +76,6 @@ TEST(Align, refuses_where_there_is_no_texture) {
   const std::vector<cv::Point2f> from = random_points(random, 200, 150, 0, 20);
   EXPECT_EQ(aligned(grey, grey, from).is_aligned, std::vector<unsigned char>(20, 0));
   EXPECT_TRUE(aligned(grey, grey, {}).is_aligned.empty());
-}
-
-TEST(Align, finds_many_at_once_where_it_finds_them_one_by_one) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const Texture texture(random.name());
-  const std::vector<cv::Mat> before = pyramid_of(texture.image(200, 150, 8)),
-                             after = pyramid_of(texture.image(200, 150, 8, 2.2, -1.3));
-  const std::vector<cv::Point2f> points = random_points(random, 200, 150, 0, 60);  // up to the border, where some fail
-  const Alignment all = aligned(before, after, points);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const Alignment alone = aligned(before, after, {points[p]});
-    EXPECT_EQ(all.is_aligned[p], alone.is_aligned[0]);
-    EXPECT_EQ(all.to[p], alone.to[0]);
-  }
 }
 
 TEST(FeatureExtractor, stereo_matches_are_where_the_scene_has_them) {
@@ -141,28 +125,6 @@ TEST(FeatureExtractor, spreads_at_most_count_keypoints_over_all_texture) {
       EXPECT_EQ(cv::countNonZero(in_cell(cv::Rect(1, 1, 5, 6))), 30) << in_cell;
     }
   }
-}
-
-TEST(FeatureExtractor, gives_the_same_whatever_threads_there_are) {
-  const RenderedWorld world;
-  const StereoImages images = world.images(RenderedWorld::T_wc(3));
-  const int threads = cv::getNumThreads();
-  FeatureExtractor first(RenderedWorld::camera(), 400), second(RenderedWorld::camera(), 400);
-  cv::setNumThreads(1);
-  const StereoFeatures a = first.extract(images);
-  for (const int n : {1, 2}) {
-    cv::setNumThreads(n);
-    for (FeatureExtractor* const extractor : {&first, &second}) {
-      const StereoFeatures b = extractor->extract(images);
-      ASSERT_EQ(b.size(), a.size());
-      EXPECT_EQ(b.u_right, a.u_right);
-      EXPECT_EQ(cv::norm(a.descriptors, b.descriptors, cv::NORM_INF), 0);
-      for (std::size_t i = 0; i < a.size(); ++i) {
-        ASSERT_TRUE(a.keypoints[i].pt == b.keypoints[i].pt && a.keypoints[i].octave == b.keypoints[i].octave) << i;
-      }
-    }
-  }
-  cv::setNumThreads(threads);
 }
 
 TEST(FeatureExtractor, finds_nothing_on_blank_images) {

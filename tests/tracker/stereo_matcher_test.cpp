@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "examples/stereo_odometry/matcher.hpp"
 #include "tests/support/allocation_counter.hpp"
+#include "tests/tracker/made_features.hpp"
 #include "tests/tracker/rendered_world.hpp"
 
-#include <cmath>
 #include <set>
 
 namespace maxlogdet::test {
@@ -75,17 +75,6 @@ class Matching : public ::testing::Test {
   StereoFeatures now_;
 };
 
-void expect_same(const std::vector<Match>& a, const std::vector<Match>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].map_point_id, b[i].map_point_id);
-    EXPECT_EQ(a[i].keypoint, b[i].keypoint);
-    EXPECT_EQ(a[i].u, b[i].u);
-    EXPECT_EQ(a[i].v, b[i].v);
-    EXPECT_EQ(a[i].u_right, b[i].u_right);
-  }
-}
-
 TEST_F(Matching, finds_points_where_the_camera_sees_them) {
   Matcher matcher = started(now_);
   const std::size_t predicted = all_points(matcher, map_).size();
@@ -109,7 +98,7 @@ TEST_F(Matching, at_once_matches_what_it_matches_one_by_one) {
   EXPECT_LT(matched.size(), points.size());
   all_points(at_once, map_);
   EXPECT_EQ(match(at_once, matched), std::vector<unsigned char>(matched.size(), 1));
-  expect_same(at_once.matches(), one_by_one.matches());
+  expect_same_matches(at_once.matches(), one_by_one.matches());
   EXPECT_EQ(at_once.points(), matched);
 
   all_points(all_at_once, map_);
@@ -136,7 +125,7 @@ TEST_F(Matching, what_does_not_agree_leaves_its_keypoint_to_others) {
   EXPECT_TRUE(matcher.matches().empty());
   all_points(fresh, map_);
   EXPECT_EQ(match(matcher, points), match(fresh, points));
-  expect_same(matcher.matches(), fresh.matches());
+  expect_same_matches(matcher.matches(), fresh.matches());
 }
 
 TEST_F(Matching, predicts_only_what_is_not_matched_yet) {

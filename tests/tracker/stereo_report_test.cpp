@@ -4,7 +4,6 @@
 #include "tests/tracker/rendered_world.hpp"
 
 #include <cmath>
-#include <limits>
 #include <set>
 #include <sstream>
 
@@ -202,23 +201,6 @@ TEST(StereoReport, without_truth_errors_are_null_and_a_dash) {
   EXPECT_EQ(entry.dump().find("nan"), std::string::npos);
   const Row row = summary_table(all).rows.at(0);
   EXPECT_EQ(Row(row.begin() + 1, row.begin() + 5), Row({"-", "-", "-", "-"}));
-}
-
-TEST(StereoReport, tables_have_a_row_each_as_wide_as_the_header) {
-  const StereoDataset dataset = dataset_of(true);
-  const Outcome good = outcome_of(run_along_truth(0.001), dataset), bad = outcome_of(run_along_truth(0.002), dataset);
-  const std::vector<Summary> all = {summary_of("md", {good, good}), summary_of("inl", {bad, bad}),
-                                    summary_of("all", {bad, good})};
-  const sim::Table summary = summary_table(all), of_frames = frame_table(run_along_truth());
-  ASSERT_EQ(summary.rows.size(), 3U);
-  ASSERT_EQ(of_frames.rows.size(), frames);
-  for (const sim::Table* const table : {&summary, &of_frames}) {
-    for (const Row& row : table->rows) {
-      EXPECT_EQ(row.size(), table->header.size());
-      for (const std::string& cell : row) EXPECT_EQ(cell.find(','), std::string::npos) << cell;
-    }
-  }
-  EXPECT_EQ(summary.rows[1][0], "inl");
 }
 
 TEST(StereoReport, frame_table_has_a_row_for_each_frame) {
