@@ -26,7 +26,8 @@ struct Proposals {
         error(search.start(blocks, options)),
         rounds(search),
         lanes(best) {
-    search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
+    if (error == Error::none)
+      search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   }
 
   Candidate candidate(std::size_t position) const noexcept {

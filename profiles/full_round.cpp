@@ -55,11 +55,11 @@ FullRound::~FullRound() = default;
 void FullRound::operator()() noexcept {
   State& state = *state_;
   const simd::Planes planes = all_of(state.blocks).planes;
-  const simd::Tiles tiles{planes.data,           simd::tile_size,        planes.stride,
+  const simd::Tiles tiles{planes.data,          simd::tile_size,        planes.stride,
                           state.in_each.size(), state.remaining.data(), state.in_each.data()};
   simd::Round round;
-  round.arrays = {state.bounds.data(), state.highest.data(), state.relative_gains.data(),
-                  nullptr,             state.tiles.data(),   nullptr};
+  round.arrays = {
+      state.bounds.data(), state.highest.data(), state.relative_gains.data(), nullptr, state.tiles.data(), nullptr};
   state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, round, simd::any_candidate, {0, 1, 0});
 }
 

@@ -18,7 +18,7 @@ struct Arithmetic {
 
 /// Screening in float32: Y = H W^T takes 6 products and 15 fused multiply-adds per row; a dot product of two rows takes
 /// 2, 4 and an addition, with three rows 1 and 5; the relative gain takes what relative_gain_by_minors in
-/// simd/screen.inl does.
+/// simd/gains.inl does.
 constexpr const char* arithmetic_name = "float32, fused";
 constexpr std::size_t element_bytes = 4;
 constexpr Arithmetic gain_arithmetic[3] = {{47, 28}, {110, 66}, {200, 118}};  // [rows - 1]

@@ -26,8 +26,8 @@ struct Whitening {
 /// Whitens by the library's match_whitening(), as blocks of Weighting::measurement_and_map are: `map_covariance` is
 /// Sigma_p, 3 x 3, world frame, m^2, or zero. With `uses_depth_cue`, matches that have a third measurement have three
 /// rows. Not finite where there is none (the point is not in front of the camera, 1 / inv_sigma2 not positive and
-/// finite, Sigma not positive definite or without digits): chi2() is infinite then, and optimize_pose() leaves the match
-/// out.
+/// finite, Sigma not positive definite or without digits): chi2() is infinite then, and optimize_pose() leaves the
+/// match out.
 Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance);
 

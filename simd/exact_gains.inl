@@ -9,7 +9,8 @@ struct Listed {
   Candidate candidate[double_lanes];
   Doubles operator()(const float* plane) const {
     alignas(sizeof(Doubles)) double entries[double_lanes];
-    for (std::size_t lane = 0; lane < double_lanes; ++lane) entries[lane] = static_cast<double>(plane[number(candidate[lane])]);
+    for (std::size_t lane = 0; lane < double_lanes; ++lane)
+      entries[lane] = static_cast<double>(plane[number(candidate[lane])]);
     return Doubles::load_aligned(entries);
   }
 };

@@ -4,9 +4,9 @@
 
 namespace {
 
-// det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as in decide.inl, and the terms of its error bound: of row
-// a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its coefficient in
-// row b before that is orthogonalised to it, and product[a][b] their dot product.
+// det(I + Y Y^T) - 1 by modified Gram-Schmidt on [Y^T; I], as in exact_gains.inl, and the terms of its error bound: of
+// row a, orthogonalised to those before it, squares[a] + 1 is the squared length; projection[a][b] is its coefficient
+// in row b before that is orthogonalised to it, and product[a][b] their dot product.
 template <int Rows>
 struct Orthogonalised {
   Floats squares[Rows];
@@ -166,7 +166,7 @@ inline void magnitudes_of(const float* w, float (&magnitudes)[dimension * padded
 // As evaluate_listed; returns the maximum lower bound.
 template <Form form>
 inline Evaluated evaluate_listed_with_care(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
-                                       const RoundArrays& arrays) {
+                                           const RoundArrays& arrays) {
   const Floats huge(1e36F);  // above it products may have overflowed
   const Floats infinity(std::numeric_limits<float>::infinity());
   const Floats nothing(-1.0F);

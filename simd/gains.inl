@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Relative gains in float32, with one error bound for all (simd/gain_filter.hpp). Fused and unfused units give different bits; the bounds of
-// docs/numerics.md hold for both.
+// Relative gains in float32, with one error bound for all (simd/gain_filter.hpp). Fused and unfused units give
+// different bits; the bounds of docs/numerics.md hold for both.
 
 namespace {
 
@@ -99,11 +99,11 @@ inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1)
   }
 }
 
-// Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns the largest of all, and how many
-// candidates these are.
+// Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns the largest of all, and how
+// many candidates these are.
 template <Form form>
 inline Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
-                             const RoundArrays& arrays) {
+                                 const RoundArrays& arrays) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
   float* const gains = arrays.gains;

@@ -8,11 +8,12 @@
 #include <cstddef>
 #include <cstdint>
 
-// The functions that an instruction set offers, by parts. Raw pointers in, raw pointers out: besides the headers of this
-// folder, a per-ISA translation unit shares with the rest only what is inlined or has internal linkage, so that the
-// linker cannot merge code of wider instructions into baseline code.
+// The functions that an instruction set offers, by parts. Raw pointers in, raw pointers out: besides the headers of
+// this folder, a per-ISA translation unit shares with the rest only what is inlined or has internal linkage, so that
+// the linker cannot merge code of wider instructions into baseline code.
 //
-// W is the inverse Cholesky factor, 6 x 8 row-major, of which the lower triangle is read: M = L L^T, W = L^-1. Y = H W^T.
+// W is the inverse Cholesky factor, 6 x 8 row-major, of which the lower triangle is read: M = L L^T, W = L^-1. Y = H
+// W^T.
 
 namespace maxlogdet {
 namespace simd {
@@ -40,10 +41,9 @@ struct RoundFunctions {
   Evaluated (*evaluate)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
 
   /// The same with bounds of each candidate's own rounding error (docs/numerics.md): `gains` and `highest` hold upper
-  /// bounds of the exact relative gain, +infinity where float32 overflows, `lower` lower bounds, of which it returns the
-  /// largest.
-  Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const Round& round, float from,
-                                  const Part& part);
+  /// bounds of the exact relative gain, +infinity where float32 overflows, `lower` lower bounds, of which it returns
+  /// the largest.
+  Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
 
   /// A whole round for one candidate without care: prove_best and survivors.
   void (*run)(const Tiles& tiles, const float* w, Round& round);
@@ -74,8 +74,8 @@ struct LayoutFunctions {
   /// tiles[(entries * t + e) * 16 + l]. `count` is a multiple of 16.
   void (*gather)(const float* records, const Candidate* listed, std::size_t count, float* tiles);
 
-  /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other; of factored ones
-  /// of |A| [ I | |[X]x| ].
+  /// column_max[c] is the largest |entry| in column c of any row of tiles that lie one after the other; of factored
+  /// ones of |A| [ I | |[X]x| ].
   void (*column_max)(const float* tiles, std::size_t tile_count, double* column_max);
 };
 
@@ -95,13 +95,13 @@ struct ExactFunctions {
                         float* traces);
 
   /// The relative loss of removing a candidate, 1 - det(M - H^T H) / det(M) = 1 - det(I - Y Y^T), in [0, 1], for the
-  /// tiles listed, whatever lane a candidate is in. losses[16 t + l] is that of lane l of tile t, no_loss if it does not
-  /// remain, lowest[t] the smallest of the tile.
+  /// tiles listed, whatever lane a candidate is in. losses[16 t + l] is that of lane l of tile t, no_loss if it does
+  /// not remain, lowest[t] the smallest of the tile.
   void (*losses)(const Tiles& tiles, const double* w, const Tile* list, std::size_t count, double* losses,
                  double* lowest);
 
-  /// sums, 6 x 6: H^T H summed over the candidates i in [0, count) with counted[i] != 0; at least `count` + 7 floats of a
-  /// plane can be read. Each entry takes at most `sum_roundings` additions in a row.
+  /// sums, 6 x 6: H^T H summed over the candidates i in [0, count) with counted[i] != 0; at least `count` + 7 floats of
+  /// a plane can be read. Each entry takes at most `sum_roundings` additions in a row.
   void (*sum_information)(const Planes& planes, const unsigned char* counted, std::size_t count, double* sums);
 };
 

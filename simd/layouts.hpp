@@ -51,8 +51,8 @@ struct Tiles {
   std::size_t tile_stride;
   std::size_t entry_stride;
   std::size_t count;
-  const float* remaining;            ///< per lane: 1 where there is a candidate that remains, else 0
-  const unsigned char* in_each;      ///< per tile: how many remain
+  const float* remaining;        ///< per lane: 1 where there is a candidate that remains, else 0
+  const unsigned char* in_each;  ///< per tile: how many remain
 };
 
 }  // namespace simd

@@ -58,8 +58,7 @@ inline Doubles loss_by_minors(const Doubles (&products)[Rows * (Rows + 1) / 2]) 
 }
 
 template <int Rows>
-void losses(const Tiles& tiles, const double* w, const Tile* list, std::size_t count, double* losses,
-            double* lowest) {
+void losses(const Tiles& tiles, const double* w, const Tile* list, std::size_t count, double* losses, double* lowest) {
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = number(list[j]);
     Doubles lowest_of_tile(maxlogdet::simd::no_loss);

@@ -14,12 +14,12 @@ namespace simd {
 
 /// The arrays that a round reads and writes. All hold whole registers.
 struct RoundArrays {
-  float* bounds;    ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
-  float* highest;   ///< per tile: the maximum of `gains` when last evaluated
-  float* gains;     ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; -1: none there
-  float* lower;     ///< per lane, with care only: a lower bound
-  Tile* list;       ///< scratch: tiles to evaluate
-  Lane* survivors;  ///< lanes that float64 decides between
+  float* bounds;   ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
+  float* highest;  ///< per tile: the maximum of `gains` when last evaluated
+  float* gains;  ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; -1: none there
+  float* lower;  ///< per lane, with care only: a lower bound
+  Tile* list;    ///< scratch: tiles to evaluate
+  Lane* survivors;  ///< lanes that float64 decides between, for run()
 };
 
 /// Nothing is evaluated: NaN, which no bound reaches.
@@ -32,13 +32,13 @@ struct Round {
   double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
 
   float evaluated_from = nothing;  ///< just the tiles of at least this stale bound are evaluated
-  float best = -1;          ///< the (k-th) largest relative gain found, with care the (k-th) largest lower bound; below
-                            ///< 0 if there are not as many
-  double assured = -1;      ///< a lower bound of the (k-th) largest exact relative gain
-  float share = 1;          ///< about speed alone: what share of the highest bound the best is expected to have
-  float guess = -1;         ///< that share, while nothing is known
+  float best = -1;      ///< the (k-th) largest relative gain found, with care the (k-th) largest lower bound; below
+                        ///< 0 if there are not as many
+  double assured = -1;  ///< a lower bound of the (k-th) largest exact relative gain
+  float share = 1;      ///< about speed alone: what share of the highest bound the best is expected to have
+  float guess = -1;     ///< that share, while nothing is known
   std::size_t evaluations = 0;
-  std::size_t survivors = 0;  ///< if they are listed already
+  std::size_t survivors = 0;  ///< if run() has listed them
 
   [[gnu::always_inline]] bool has_evaluated() const noexcept { return evaluated_from == evaluated_from; }
 
@@ -55,10 +55,10 @@ struct Round {
   [[gnu::always_inline]] float needed() const noexcept { return best < 0 ? guess : stale_threshold(assured, drift); }
 };
 
-/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is the k-th largest value so
-/// far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at least this stale bound
-/// that are not evaluated yet, or a few more; it returns down to which bound. `steps.highest_left(round)` is the highest
-/// bound of the others. Called again, after candidates were withdrawn, it evaluates what is no longer excluded.
+/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is the k-th largest value
+/// so far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at least this stale
+/// bound that are not evaluated yet, or a few more; it returns down to which bound. `steps.highest_left(round)` is the
+/// highest bound of the others. Called again, after candidates were withdrawn, it evaluates what is no longer excluded.
 template <class Steps>
 [[gnu::always_inline]] inline void prove_best(Round& round, Steps& steps) noexcept {
   for (;;) {

@@ -33,8 +33,7 @@ void traces(const Planes& planes, const double* w64, const unsigned char* free, 
 }
 
 template <int Rows>
-void exact_traces(const Planes& planes, const double* w, const Candidate* indices, std::size_t count,
-                  double* values) {
+void exact_traces(const Planes& planes, const double* w, const Candidate* indices, std::size_t count, double* values) {
   decide_each(indices, count, values, [&](const Listed& load) {
     Doubles y[Rows][dimension];
     whiten_exactly<Rows>(planes, w, load, y);

@@ -91,8 +91,8 @@ inline float largest_lane(const Floats& x) {
 #endif
 }
 
-// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written. `Index`
-// is an enumeration of 32 bits.
+// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written.
+// `Index` is an enumeration of 32 bits.
 template <class Index>
 inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Index first, Index* list) {
   static_assert(sizeof(Index) == sizeof(std::uint32_t), "lists are of 32 bits");
@@ -104,9 +104,16 @@ inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Index fi
   _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
   return static_cast<std::size_t>(__builtin_popcount(bits));
 #else
+  constexpr std::uint32_t all = (std::uint32_t{1} << Floats::size) - 1;
+  if (bits == all) {  // as where every tile is evaluated
+    for (std::uint32_t i = 0; i < Floats::size; ++i)
+      list[i] = static_cast<Index>(static_cast<std::uint32_t>(first) + i);
+    return Floats::size;
+  }
   std::size_t found = 0;
   for (; bits != 0; bits &= bits - 1) {
-    list[found++] = static_cast<Index>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
+    list[found++] =
+        static_cast<Index>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
   }
   return found;
 #endif

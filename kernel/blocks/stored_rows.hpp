@@ -25,7 +25,8 @@ inline bool round_block(const double* block, int rows, float (&stored)[max_block
 }
 
 /// Reads the stored rows of a candidate, candidates.rows() of them, into float64.
-inline void read_rows(const Candidates& candidates, Candidate candidate, double (&rows)[max_block_rows][state_dimension]) {
+inline void read_rows(const Candidates& candidates, Candidate candidate,
+                      double (&rows)[max_block_rows][state_dimension]) {
   for (int row = 0; row < candidates.rows(); ++row) {
     for (int column = 0; column < state_dimension; ++column) {
       rows[row][column] = static_cast<double>(candidates.plane(row, column)[simd::number(candidate)]);
@@ -37,7 +38,8 @@ inline void read_rows(const Candidates& candidates, Candidate candidate, double 
 inline bool are_identical(const simd::Planes& planes, int rows, Candidate a, Candidate b) noexcept {
   for (int e = 0; e < rows * state_dimension; ++e) {
     const float* const plane = planes.data + static_cast<std::size_t>(e) * planes.stride;
-    if (plane[simd::number(a)] < plane[simd::number(b)] || plane[simd::number(a)] > plane[simd::number(b)]) return false;
+    if (plane[simd::number(a)] < plane[simd::number(b)] || plane[simd::number(a)] > plane[simd::number(b)])
+      return false;
   }
   return true;
 }

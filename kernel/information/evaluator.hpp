@@ -43,7 +43,7 @@ class Evaluator {
 
   /// As simd::ExactFunctions::screen_traces.
   void screen_traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
-              float* values) const noexcept {
+                     float* values) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
       exact().screen_traces(planes, inverse_factor, free + first, size, values + first);
@@ -67,8 +67,8 @@ class Evaluator {
     return std::accumulate(counts, counts + chunks, std::size_t{0});
   }
 
-  /// Lists the candidates with values[0 .. count) of at least `threshold`, in order; returns how many. `list` needs room
-  /// for count + list_room.
+  /// Lists the candidates with values[0 .. count) of at least `threshold`, in order; returns how many. `list` needs
+  /// room for count + list_room.
   std::size_t list_at_least(const float* values, std::size_t count, float threshold, Candidate* list) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
     Candidate* lists[threading::Team::max_chunks];
@@ -97,7 +97,8 @@ class Evaluator {
   }
 
   /// As simd::LayoutFunctions::gather.
-  void gather(simd::Form form, const float* records, const Candidate* listed, std::size_t count, float* tiles) const noexcept {
+  void gather(simd::Form form, const float* records, const Candidate* listed, std::size_t count,
+              float* tiles) const noexcept {
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       kernel_.layouts[form].gather(records, listed + first, size, tiles + first * simd::entries_of(form));
     });

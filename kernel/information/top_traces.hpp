@@ -13,11 +13,11 @@ namespace maxlogdet {
 /// Memory of find_top_traces for up to `capacity` candidates.
 struct TraceMemory {
   explicit TraceMemory(std::size_t capacity);
-  AlignedArray<float> traces;             ///< per candidate, in whole tiles, float32
-  std::vector<Candidate> contenders;      ///< candidates whose trace may be among the largest
-  std::vector<double> exact;              ///< their traces in float64
-  std::vector<std::uint32_t> order;       ///< positions in the two above, partially sorted
-  std::vector<Candidate> top;             ///< the result
+  AlignedArray<float> traces;         ///< per candidate, in whole tiles, float32
+  std::vector<Candidate> contenders;  ///< candidates whose trace may be among the largest
+  std::vector<double> exact;          ///< their traces in float64
+  std::vector<std::uint32_t> order;   ///< positions in the two above, partially sorted
+  std::vector<Candidate> top;         ///< the result
 };
 
 /// The free candidates of largest trace d_i = |H_i W^T|_F^2.

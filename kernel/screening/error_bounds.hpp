@@ -15,7 +15,8 @@ namespace maxlogdet {
 /// candidate has an upper and a lower bound of its own, and the filter excludes nothing more.
 class ErrorBounds {
  public:
-  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this form.
+  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
+  /// form.
   ErrorBounds(simd::Form form, const double* column_max) noexcept : form_(form), rows_(simd::rows_of(form)) {
     restart(column_max);
   }
@@ -32,8 +33,8 @@ class ErrorBounds {
   double* column_max() noexcept { return column_max_; }
 
   /// Sets the filter and the drift of a round with this information. `may_last`: from here on candidates are only
-  /// removed, so that bounds may serve later rounds; `highest`: an upper bound of every exact relative gain, +infinity if
-  /// none is known; `expected`: about the best relative gain.
+  /// removed, so that bounds may serve later rounds; `highest`: an upper bound of every exact relative gain, +infinity
+  /// if none is known; `expected`: about the best relative gain.
   void begin_round(const InformationFactor& factor, bool may_last, float highest, double expected,
                    simd::Round& round) noexcept;
 
@@ -56,13 +57,13 @@ class ErrorBounds {
 
   bool is_lasting_ = false;  // the bound of |Y| also holds in later rounds
   bool with_care_ = false;
-  double drift_ = 0;         // relative error of det M between this round and any earlier one
-  double row_squares_ = 0;   // upper bound of |y|^2 for every row y of Y
-  double delta_ = 0;         // upper bound of the error of every row of Y
-  double volume_error_ = 0;  // E of docs/numerics.md: error of sqrt(det) of any candidate
-  double shrink_ = 0;        // min(1, |y|): the share of it that affects a relative gain
-  double minors_error_ = 0;  // error of any relative gain, from the arithmetic after Y
-  double drift_limit_ = 0;   // the maximum drift for which the bounds hold
+  double drift_ = 0;                // relative error of det M between this round and any earlier one
+  double row_squares_ = 0;          // upper bound of |y|^2 for every row y of Y
+  double delta_ = 0;                // upper bound of the error of every row of Y
+  double volume_error_ = 0;         // E of docs/numerics.md: error of sqrt(det) of any candidate
+  double shrink_ = 0;               // min(1, |y|): the share of it that affects a relative gain
+  double minors_error_ = 0;         // error of any relative gain, from the arithmetic after Y
+  double drift_limit_ = 0;          // the maximum drift for which the bounds hold
   float highest_when_bounded_ = 0;  // the highest stale bound when they were computed
 };
 

@@ -7,8 +7,7 @@ namespace maxlogdet {
 
 // A counting sort by the upper bits, with separate counts for each chunk of lanes.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
-                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
-                        Lane* order) noexcept {
+                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket, Lane* order) noexcept {
   constexpr std::int32_t buckets = lane_order_buckets;
   // Per chunk and bucket; the last bucket holds the lanes that do not remain.
   auto* const first = reinterpret_cast<std::uint32_t(*)[buckets + 1]>(counts);

@@ -33,7 +33,6 @@ constexpr std::size_t lane_order_counts = threading::Team::max_chunks * (lane_or
 /// bucket[lane] counts down from `top`, the maximum; values more than 16 octaves below it share the last bucket.
 /// Returns how many. `counts`: scratch, lane_order_counts entries; too many for a real-time thread's stack.
 std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
-                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket,
-                        Lane* order) noexcept;
+                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket, Lane* order) noexcept;
 
 }  // namespace maxlogdet

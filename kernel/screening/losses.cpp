@@ -60,8 +60,8 @@ void Losses::evaluate_all(const InformationFactor& factor) noexcept {
 
 void Losses::evaluate_between(const InformationFactor& factor, float min_bound, float max_bound) noexcept {
   const std::size_t first = listed_;
-  listed_ +=
-      kernel_.arrays.list_tiles(shared_.bounds.data(), tiles_.tiles().count, min_bound, max_bound, shared_.list + first);
+  listed_ += kernel_.arrays.list_tiles(shared_.bounds.data(), tiles_.tiles().count, min_bound, max_bound,
+                                       shared_.list + first);
   if (listed_ > first) evaluate(factor, first, listed_);
 }
 

@@ -27,7 +27,6 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       gains(padded(capacity)),
       lower(padded(capacity)),
       list(2 * padded(tiles_of(capacity)) + 2 * tile_size * threading::Team::max_chunks),
-      survivors(padded(capacity)),
       ranked(padded(capacity)) {}
 
 Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* column_max,
@@ -39,7 +38,7 @@ Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* 
       tiles_(evaluator, form, memory.tiles),
       errors_(form, column_max) {
   round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(),
-                   memory.lower.data(),  memory.list,           memory.survivors};
+                   memory.lower.data(),  memory.list,           nullptr};
 }
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
@@ -97,8 +96,8 @@ void Screening::forget_gains() noexcept {
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
-  // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no other
-  // tile is needed.
+  // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no
+  // other tile is needed.
   round_.share = static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
   begin(factor, highest_bound_, first_guess());
 }
@@ -113,8 +112,9 @@ bool Screening::is_inlined(std::size_t k) const noexcept {
   return k == 1 && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
 }
 
-void Screening::prove(std::size_t k) noexcept {
+void Screening::prove(std::size_t k, Lane* lanes) noexcept {
   if (is_inlined(k)) {
+    round_.arrays.survivors = lanes;
     kernel_.rounds[tiles_.form()].run(tiles_.tiles(), w_, round_);
     return;
   }
@@ -125,21 +125,20 @@ void Screening::prove(std::size_t k) noexcept {
 
 std::size_t Screening::survivors(std::size_t k, Lane* lanes) noexcept {
   assert(is_open_);
-  prove(k);
+  prove(k, lanes);
   std::size_t found = list_survivors(lanes);
   if (k > 1 || found <= many_survivors) return found;
   found = drop_copies(lanes, found);
   if (found <= many_survivors || errors_.with_care()) return found;
+  const std::size_t evaluations = round_.evaluations;
   take_care();
-  prove(k);
+  prove(k, lanes);
+  round_.evaluations = evaluations;  // the same candidates count once
   return drop_copies(lanes, list_survivors(lanes));
 }
 
 std::size_t Screening::list_survivors(Lane* lanes) noexcept {
-  if (round_.survivors > 0) {
-    std::copy_n(static_cast<const Lane*>(memory_.survivors), round_.survivors, lanes);
-    return round_.survivors;
-  }
+  if (round_.survivors > 0) return round_.survivors;
   return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
 
@@ -149,8 +148,8 @@ std::size_t Screening::drop_copies(Lane* lanes, std::size_t count) const noexcep
   const auto has_lower_index = [this](Lane a, Lane b) { return tiles_.candidate(a) < tiles_.candidate(b); };
   const Lane first = *std::min_element(lanes, lanes + count, has_lower_index);
   const auto is_copy = [this, first](Lane lane) {
-    return lane != first && are_identical(evaluator_.planes(), evaluator_.rows(), tiles_.candidate(lane),
-                                          tiles_.candidate(first));
+    return lane != first &&
+           are_identical(evaluator_.planes(), evaluator_.rows(), tiles_.candidate(lane), tiles_.candidate(first));
   };
   return static_cast<std::size_t>(std::remove_if(lanes, lanes + count, is_copy) - lanes);
 }
@@ -179,7 +178,8 @@ void Screening::end_round() noexcept {
 
 float Screening::bound_all(const InformationFactor& factor) noexcept {
   begin(factor, float_infinity, any_candidate);
-  prove(1);
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
+  simd::prove_best(round_, steps);
   keep_bounds();
   is_open_ = false;
   return highest_bound_;
@@ -188,14 +188,24 @@ float Screening::bound_all(const InformationFactor& factor) noexcept {
 std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, Lane* lanes) noexcept {
   errors_.forget();
   begin(factor, float_infinity, std::max(any_candidate, min_bound));
-  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
-  round_.evaluated_from = steps.evaluate(round_, round_.guess);
-  round_.learn(steps.best(round_));
-  std::size_t found = list_survivors(lanes);
-  if (found > many_survivors) found = drop_copies(lanes, found);
+  std::size_t found = try_guess(lanes);
+  if (found > many_survivors && !errors_.with_care()) {
+    errors_.take_care(round_);
+    forget_gains();
+    found = try_guess(lanes);
+  }
   is_open_ = false;
   errors_.forget();
   return found;
+}
+
+// Evaluates down to the guess, and no further.
+std::size_t Screening::try_guess(Lane* lanes) noexcept {
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
+  round_.evaluated_from = steps.evaluate(round_, round_.guess);
+  round_.learn(steps.best(round_));
+  const std::size_t found = list_survivors(lanes);
+  return found > many_survivors ? drop_copies(lanes, found) : found;
 }
 
 void Screening::remove(Lane lane) noexcept {

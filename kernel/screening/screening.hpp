@@ -19,12 +19,11 @@ struct ScreeningMemory {
   explicit ScreeningMemory(std::size_t capacity);
 
   TileMemory tiles;
-  ArrayOf<Tile, float> bounds;    ///< as in simd::RoundArrays, this and the following
+  ArrayOf<Tile, float> bounds;  ///< as in simd::RoundArrays, this and the following
   ArrayOf<Tile, float> highest;
   ArrayOf<Lane, float> gains;
   ArrayOf<Lane, float> lower;
   AlignedArray<Tile> list;
-  AlignedArray<Lane> survivors;
   AlignedArray<float> ranked;  ///< scratch: values to find the k-th largest of
 };
 
@@ -33,11 +32,12 @@ struct ScreeningMemory {
 /// float32 proves. A simd::Round is made of them (docs/architecture.md).
 ///
 /// A round is begin_round(), survivors(), any number of remove() and survivors() again, and end_round(). Without
-/// order_by_gain() every round evaluates all; from then on bounds are kept from round to round, which is right only while
-/// the information of the rounds increases.
+/// order_by_gain() every round evaluates all; from then on bounds are kept from round to round, which is right only
+/// while the information of the rounds increases.
 class Screening {
  public:
-  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this form.
+  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
+  /// form.
   Screening(const Evaluator& evaluator, simd::Form form, const double* column_max, ScreeningMemory& memory) noexcept;
 
   /// Starts with other candidates, as TileLayout::use_store and use_listed. All that is known is forgotten.
@@ -48,8 +48,8 @@ class Screening {
   TileLayout& layout() noexcept { return tiles_; }
   const TileLayout& layout() const noexcept { return tiles_; }
 
-  /// Orders the remaining candidates by descending relative gain, as the last round has found them, so that a tile holds
-  /// similar ones, and keeps a stale bound of each tile.
+  /// Orders the remaining candidates by descending relative gain, as the last round has found them, so that a tile
+  /// holds similar ones, and keeps a stale bound of each tile.
   void order_by_gain() noexcept;
 
   /// Starts a round with this information; nothing is evaluated yet.
@@ -90,9 +90,10 @@ class Screening {
   void begin(const InformationFactor& factor, float highest, float guess) noexcept;
   void keep_bounds() noexcept;
   void forget_gains() noexcept;
-  void prove(std::size_t k) noexcept;
+  void prove(std::size_t k, Lane* lanes) noexcept;
   bool is_inlined(std::size_t k) const noexcept;
   float first_guess() const noexcept;
+  std::size_t try_guess(Lane* lanes) noexcept;
   std::size_t list_survivors(Lane* lanes) noexcept;
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void take_care() noexcept;

@@ -25,7 +25,8 @@ std::size_t CalledSteps::rank(const simd::Round& round, bool by_tiles) const noe
       std::copy_n(lanes, tile_size, ranked + count);
       count += tile_size;
     } else {
-      ranked[count++] = with_care_ ? evaluator_.kernel().arrays.largest(lanes, tile_size) : memory_.highest.data()[tile];
+      ranked[count++] =
+          with_care_ ? evaluator_.kernel().arrays.largest(lanes, tile_size) : memory_.highest.data()[tile];
     }
   }
   return count;
@@ -42,8 +43,8 @@ float CalledSteps::best(const simd::Round& round) const noexcept {
   return ranked[k_ - 1];
 }
 
-// In a round that goes on, a little lower than needed: the next removal may need it. Chunks are strided because promising
-// tiles are adjacent.
+// In a round that goes on, a little lower than needed: the next removal may need it. Chunks are strided because
+// promising tiles are adjacent.
 float CalledSteps::evaluate(simd::Round& round, float from) const noexcept {
   if (goes_on_ && from > 0) from *= 0.98F;
   threading::Team& team = evaluator_.team();

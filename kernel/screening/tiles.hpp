@@ -19,19 +19,20 @@ inline std::size_t padded(std::size_t count) noexcept { return simd::tile_size *
 struct TileMemory {
   explicit TileMemory(std::size_t capacity);
 
-  AlignedArray<float> records;             ///< the entries of each candidate together, to gather from
-  AlignedArray<float> packed;              ///< tiles of rearranged candidates
-  ArrayOf<Lane, Candidate> candidate;      ///< the candidate in each lane
-  ArrayOf<Lane, Candidate> in_new_order;   ///< the same while lanes are rearranged
-  ArrayOf<Lane, float> remaining;          ///< 1 where a candidate remains, else 0
-  ArrayOf<Tile, unsigned char> in_each;    ///< the number of candidates that remain
-  ArrayOf<Candidate, Lane> lane;           ///< where each candidate is, if find_lanes() was called
-  ArrayOf<Lane, Lane> order;               ///< lanes in the new order
-  ArrayOf<Lane, std::uint32_t> bucket;     ///< as order_lanes returns it
+  AlignedArray<float> records;               ///< the entries of each candidate together, to gather from
+  AlignedArray<float> packed;                ///< tiles of rearranged candidates
+  ArrayOf<Lane, Candidate> candidate;        ///< the candidate in each lane
+  ArrayOf<Lane, Candidate> in_new_order;     ///< the same while lanes are rearranged
+  ArrayOf<Lane, float> remaining;            ///< 1 where a candidate remains, else 0
+  ArrayOf<Tile, unsigned char> in_each;      ///< the number of candidates that remain
+  ArrayOf<Candidate, Lane> lane;             ///< where each candidate is, if find_lanes() was called
+  ArrayOf<Lane, Lane> order;                 ///< lanes in the new order
+  ArrayOf<Lane, std::uint32_t> bucket;       ///< as order_lanes returns it
   AlignedArray<std::uint32_t> order_counts;  ///< counters of order_lanes
 };
 
-/// Where each candidate is: the order of evaluation, by tiles. It is that of the store, a list's, or by descending value.
+/// Where each candidate is: the order of evaluation, by tiles. It is that of the store, a list's, or by descending
+/// value.
 class TileLayout {
  public:
   TileLayout(const Evaluator& evaluator, simd::Form form, TileMemory& memory) noexcept

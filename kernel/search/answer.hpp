@@ -2,7 +2,6 @@
 #pragma once
 
 #include "kernel/information/information_factor.hpp"
-#include "simd/indices.hpp"
 
 #include <cstddef>
 #include <vector>

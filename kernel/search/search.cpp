@@ -105,12 +105,15 @@ Lane Search::decide(const InformationFactor& factor, std::size_t survivors) noex
   std::size_t best = 0;
   for (std::size_t j = 1; j < survivors; ++j) {
     const bool ties = own.relative_gains[j] == own.relative_gains[best];
-    if (own.relative_gains[j] > own.relative_gains[best] || (ties && own.candidates[j] < own.candidates[best])) best = j;
+    if (own.relative_gains[j] > own.relative_gains[best] || (ties && own.candidates[j] < own.candidates[best]))
+      best = j;
   }
   return own.lanes[best];
 }
 
-Lane Search::find_best() noexcept { return decide(answer_.factor(), screening_.survivors(1, memory_.decisions.lanes.data())); }
+Lane Search::find_best() noexcept {
+  return decide(answer_.factor(), screening_.survivors(1, memory_.decisions.lanes.data()));
+}
 
 Lane Search::find_best_at(const InformationFactor& factor, float min_bound) noexcept {
   return decide(factor, screening_.try_at(factor, min_bound, memory_.decisions.lanes.data()));

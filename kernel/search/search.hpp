@@ -46,7 +46,7 @@ struct SearchMemory {
   DecisionMemory decisions;
   AnswerMemory answer;
   std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of M_all of a target
-  std::vector<std::uint32_t> reported;  ///< the answer in the caller's indices
+  std::vector<std::uint32_t> reported;    ///< the answer in the caller's indices
 };
 
 /// What every strategy works on: the candidates that remain, and the answer so far. All memory belongs to the
@@ -76,8 +76,8 @@ class Search {
   std::size_t remaining() const noexcept { return remaining_; }
   std::size_t missing() const noexcept { return std::min(budget_ - answer_.size(), remaining_); }
 
-  /// The lane of the best candidate in an open round of the screening at the information of the answer, no_lane if there
-  /// is none. Float64 decides between the survivors; ties go to the lowest index.
+  /// The lane of the best candidate in an open round of the screening at the information of the answer, no_lane if
+  /// there is none. Float64 decides between the survivors; ties go to the lowest index.
   Lane find_best() noexcept;
 
   /// The same for the k best, in descending order, and for further ones that are certain without another evaluation.
@@ -129,11 +129,11 @@ class Search {
   Deadline deadline_;
   Target target_;
   bool is_enough_ = false;
-  std::size_t budget_;             // including required candidates
-  bool has_candidates_;            // whether the store has any, valid or not
-  std::size_t remaining_ = 0;      // candidates that may still be selected
-  std::size_t decisions_ = 0;      // survivors evaluated in float64
-  std::size_t unscreened_ = 0;     // gains and losses that float64 alone evaluated
+  std::size_t budget_;          // including required candidates
+  bool has_candidates_;         // whether the store has any, valid or not
+  std::size_t remaining_ = 0;   // candidates that may still be selected
+  std::size_t decisions_ = 0;   // survivors evaluated in float64
+  std::size_t unscreened_ = 0;  // gains and losses that float64 alone evaluated
 };
 
 }  // namespace maxlogdet

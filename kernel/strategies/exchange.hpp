@@ -10,8 +10,7 @@ namespace maxlogdet {
 
 /// Memory of exchange for up to `capacity` candidates.
 struct ExchangeWorkspace {
-  explicit ExchangeWorkspace(std::size_t capacity)
-      : is_unselected(capacity), is_open(capacity), answer(capacity) {}
+  explicit ExchangeWorkspace(std::size_t capacity) : is_unselected(capacity), is_open(capacity), answer(capacity) {}
   std::vector<unsigned char> is_unselected;  ///< per candidate: whether it is free and not in the answer
   std::vector<unsigned char> is_open;        ///< per candidate: the same, and its group has room
   std::vector<Candidate> answer;             ///< with the swaps so far

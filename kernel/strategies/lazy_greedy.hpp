@@ -15,8 +15,8 @@ Status lazy_greedy(Search& search) noexcept;
 Status search_lazily(Search& search) noexcept;
 
 /// The rounds of lazy greedy. Until the selected rows span the state, gains are those against the prior and predict
-/// later ones poorly; so at least three rounds evaluate every candidate. The round after them does so once more, and the
-/// candidates are ordered by its gains.
+/// later ones poorly; so at least three rounds evaluate every candidate. The round after them does so once more, and
+/// the candidates are ordered by its gains.
 class LazyRounds {
  public:
   explicit LazyRounds(Search& search) noexcept;

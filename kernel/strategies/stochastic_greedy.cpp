@@ -33,16 +33,15 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
     if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
   }
-  const double full_sample =
-      sample_size(filled, search.missing(), options.stochastic.epsilon);
+  const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
   screening.layout().make_records(problem.candidates.size());
 
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;
-    const std::size_t s =
-        full_sample < static_cast<double>(search.remaining()) ? static_cast<std::size_t>(full_sample) : search.remaining();
+    const std::size_t s = full_sample < static_cast<double>(search.remaining()) ? static_cast<std::size_t>(full_sample)
+                                                                                : search.remaining();
     // Without replacement: the first s steps of a Fisher-Yates shuffle.
     problem.evaluator.kernel().draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining()), s, draws);
     for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws[j]]);
@@ -54,7 +53,7 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
     search.select(chosen);
     const Candidate candidate = screening.layout().candidate(chosen);
     pool[simd::number(chosen)] = pool[search.remaining()];  // lane j was pool[j]
-    if (!search.constraints().has_room(candidate)) {  // its group is full
+    if (!search.constraints().has_room(candidate)) {        // its group is full
       const auto is_out = [&](Candidate i) { return !search.constraints().has_room(i); };
       search.close(static_cast<std::size_t>(pool + search.remaining() -
                                             std::remove_if(pool, pool + search.remaining(), is_out)));

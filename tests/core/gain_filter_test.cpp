@@ -51,13 +51,14 @@ TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
     filter.take_tangent_at(random.chance(0.1) ? 0 : log_uniform(random, -6, 12));
     const double value = random.chance(0.1) ? 0 : log_uniform(random, -6, 12);
     const auto error = [&] {
-      return 2 * static_cast<long double>(filter.error) * std::sqrt(1 + static_cast<long double>(value)) + filter.constant;
+      return 2 * static_cast<long double>(filter.error) * std::sqrt(1 + static_cast<long double>(value)) +
+             filter.constant;
     };
     ASSERT_GE(filter.at_most(value), (value + error()) * (1 - 1e-14L));
-    ASSERT_LE(filter.at_least(value), value - error() + value * 1e-14L);
+    ASSERT_LE(filter.at_least(value), value - error() + (value + error()) * 1e-14L);
     filter.follow(value);
     ASSERT_GE(filter.at_most(value), (value + error()) * (1 - 1e-14L));
-    ASSERT_LE(filter.at_most(value), value + 1.26L * error() + value * 1e-14L);
+    ASSERT_LE(filter.at_most(value), value + 1.26L * error() + (value + error()) * 1e-14L);
   }
 }
 

@@ -161,7 +161,8 @@ TEST(Isa, what_is_moved_listed_and_drawn_is_exact_on_all) {
   });
 }
 
-// A round in which some tiles are evaluated, with gains and bounds of small integers, so that thresholds are met exactly.
+// A round in which some tiles are evaluated, with gains and bounds of small integers, so that thresholds are met
+// exactly.
 struct SomeRound {
   std::size_t tile_count;
   std::vector<float> bounds, gains, highest;
@@ -217,7 +218,8 @@ TEST(Isa, survivors_and_bounds_of_a_round_are_exact_on_all) {
       EXPECT_EQ(lanes, survivors);
       EXPECT_EQ(kernel->bounds.highest_evaluated(own.tiles(), own.round), best);
       EXPECT_EQ(kernel->bounds.highest_unevaluated(own.tiles(), own.round), highest_left);
-      EXPECT_EQ(kernel->bounds.keep(own.tiles(), own.round), std::max(-1.0F, *std::max_element(kept.begin(), kept.end())));
+      EXPECT_EQ(kernel->bounds.keep(own.tiles(), own.round),
+                std::max(-1.0F, *std::max_element(kept.begin(), kept.end())));
       own.bounds.resize(own.tile_count);
       EXPECT_EQ(own.bounds, kept);
     }

@@ -14,7 +14,9 @@ namespace {
 constexpr auto strategy_count = static_cast<maxlogdet_strategy>(std::size(strategies));
 
 int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_block_store* blocks) {
-  maxlogdet_options options = options_in_c(with_budget(100));
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
+  options.budget = 100;
   options.certificate_compute = 1;
   options.exchange_sweeps = 1;
   int answers = 0;
@@ -33,7 +35,9 @@ int answers_of_every_strategy(maxlogdet_selector* selector, const maxlogdet_bloc
 // Accepts, measures and rejects proposals in turn; returns how many candidates are selected.
 std::size_t actively_selected(maxlogdet_active_selection* active, const maxlogdet_block_store* blocks,
                               const Block& measured) {
-  const maxlogdet_options options = options_in_c(with_budget(100));
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
+  options.budget = 100;
   maxlogdet_active_selection_start(active, blocks, &options);
   for (int i = 0; maxlogdet_active_selection_next(active) != MAXLOGDET_NONE; ++i) {
     if (i % 3 == 0) maxlogdet_active_selection_accept(active);
@@ -47,8 +51,11 @@ constexpr double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 // A frame of 400 matches.
 void give_frame(maxlogdet_good_features* good) {
-  const maxlogdet_camera camera = in_c(Camera(450, 450, 0, 0));
-  maxlogdet_match match = in_c(FeatureMatch());
+  maxlogdet_camera camera;
+  maxlogdet_match match;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_match_init(&match, sizeof match);
+  camera.fx = camera.fy = 450;
   maxlogdet_good_features_start(good, &camera, identity);
   for (int i = 0; i < 400; ++i) {
     match.point[0] = i % 20 - 9.5;
@@ -61,7 +68,9 @@ void give_frame(maxlogdet_good_features* good) {
 
 // Selects from a frame, judges the rest, and matches it actively; returns how many are selected.
 std::size_t good_features_selected(maxlogdet_good_features* good) {
-  const maxlogdet_options options = options_in_c(with_budget(100));
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
+  options.budget = 100;
   give_frame(good);
   const std::size_t selected = maxlogdet_good_features_select(good, &options)->size;
   const std::uint32_t* outliers = nullptr;
@@ -108,14 +117,18 @@ long failures_of(const Create& create) {
   }
 }
 
+// Appends 1000 matches.
 maxlogdet_error append(maxlogdet_block_store* blocks, const std::vector<double>& points) {
-  Matches matches;
-  matches.size = points.size() / 3;
+  maxlogdet_camera camera;
+  maxlogdet_matches matches;
+  maxlogdet_block_options options;
+  maxlogdet_camera_init(&camera, sizeof camera);
+  maxlogdet_matches_init(&matches, sizeof matches);
+  maxlogdet_block_options_init(&options, sizeof options);
+  camera.fx = camera.fy = 450;
+  matches.size = 1000;
   matches.points = points.data();
-  const maxlogdet_camera camera = in_c(Camera(450, 450, 0, 0));
-  const maxlogdet_matches given = in_c(matches);
-  const maxlogdet_block_options options = in_c(BlockOptions());
-  return maxlogdet_append_blocks(&camera, identity, &given, &options, blocks, nullptr)->error;
+  return maxlogdet_append_blocks(&camera, identity, &matches, &options, blocks, nullptr)->error;
 }
 
 // Whichever allocation fails: a status, nothing half created, and nothing lost.
@@ -140,7 +153,8 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   EXPECT_GT(failures_of([&] { return maxlogdet_good_features_create(10, nullptr, &good); }), of_selector);
   const CGoodFeatures owned_good(good);
   give_frame(good);
-  const maxlogdet_options options = options_in_c(Options());
+  maxlogdet_options options;
+  maxlogdet_options_init(&options, sizeof options);
   const auto find_none = [](void*, std::size_t, maxlogdet_match*) -> std::int32_t { return 0; };
   EXPECT_GT(failures_of([&] { return maxlogdet_good_features_match(good, &options, find_none, nullptr)->error; }),
             of_active);

@@ -82,7 +82,8 @@ Top top_traces(const BlockStore& blocks, const Options& options, std::size_t add
   EXPECT_EQ(search.start(blocks, options), Error::none);
   for (std::size_t i = 0; i < added; ++i) search.add(static_cast<Candidate>(i));
   TraceMemory traces(blocks.size());
-  const TopTraces top = find_top_traces(search.problem(), search.answer().factor().inverse(), wanted, first_guess(wanted), traces);
+  const TopTraces top =
+      find_top_traces(search.problem(), search.answer().factor().inverse(), wanted, first_guess(wanted), traces);
   Top found{{top.candidates, top.candidates + top.count}, top.sum};
   expect_largest(search, found, wanted);
   return found;
@@ -137,7 +138,7 @@ TEST(TopTraces, are_the_first_of_equal_ones) {
   Random random;
   SCOPED_TRACE(random.name());
   const Top top = top_traces(copies_of(random_block(random, 2), 1000), Options(), 0, 100);
-  for (std::uint32_t i = 0; i < 100; ++i) EXPECT_EQ(top.candidates[i], i);
+  for (std::uint32_t i = 0; i < 100; ++i) EXPECT_EQ(top.candidates[i], static_cast<Candidate>(i));
 }
 
 }  // namespace
