@@ -42,6 +42,7 @@ void TileLayout::use_store(const unsigned char* free, std::size_t n) noexcept {
   restrict_to(free);
 }
 
+// NOLINTNEXTLINE(readability-make-member-function-const): changes the layout
 void TileLayout::restrict_to(const unsigned char* free) noexcept {
   float* const remaining = memory_.remaining.data();
   for (std::size_t i = 0; i < size_; ++i) remaining[i] = free[i] != 0 ? 1.0F : 0.0F;

@@ -83,7 +83,7 @@ class TileLayout {
   Lane lane_of(Candidate candidate) const noexcept;
 
   /// Removes a remaining candidate.
-  void remove(Lane lane) noexcept {
+  void remove(Lane lane) noexcept {  // NOLINT(readability-make-member-function-const): changes the layout
     memory_.remaining[lane] = 0;
     --memory_.in_each[simd::tile_of(lane)];
   }

@@ -24,6 +24,7 @@ class Removal {
         problem_(search.problem()),
         own_(own),
         required_(search.answer().factor()),
+        factor_(search.answer().factor()),
         left_(own.is_left.data()),
         count_(search.remaining()) {
     std::copy_n(problem_.is_free, problem_.candidates.size(), left_);
