@@ -113,6 +113,7 @@ inline Floats volume_error_squared(const Orthogonalised<Rows>& r, const Floats (
     if constexpr (Rows == 2) {
       return Floats(2.0F) * (delta[0] * (first * b + mixed * delta[1]) + delta[1] * a);
     } else {
+      static_assert(Rows == 3, "the volumes of up to three rows");
       const Floats s = r.projection[0][1];
       const Floats t = r.projection[0][2];
       const Floats c_last = one + r.squares[2];  // without its parts along a and b

@@ -50,6 +50,7 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
       for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
     }
   } else {  // column by column of Y: a longer chain of dependent operations, but half of the registers
+    static_assert(form == three_rows, "all other forms are above");
     Floats h[Rows][dimension];
     for (int a = 0; a < Rows; ++a) {
       for (int d = 0; d < dimension; ++d) {
@@ -86,6 +87,7 @@ inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1)
     if constexpr (Rows == 2) {
       return minus_product(ab, ab, multiply_add(aa, bb, aa + bb));
     } else {
+      static_assert(Rows == 3, "the minors of up to three rows");
       const Floats ac = products[2];
       const Floats bc = products[4];
       const Floats cc = products[5];

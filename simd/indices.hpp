@@ -29,4 +29,10 @@ constexpr Tile tile_of(Lane lane) { return static_cast<Tile>(number(lane) / tile
 constexpr std::size_t first_lane(Tile tile) { return number(tile) * tile_size; }
 
 }  // namespace simd
+
+constexpr std::size_t tiles_of(std::size_t lanes) { return (lanes + simd::tile_size - 1) / simd::tile_size; }
+
+/// Elements to allocate for `count`: whole registers, and one more that vector stores may write to.
+constexpr std::size_t padded(std::size_t count) { return simd::tile_size * (tiles_of(count) + 1); }
+
 }  // namespace maxlogdet

@@ -26,8 +26,8 @@ struct Planes {
 enum Form { one_row, two_rows, three_rows, factored };
 constexpr std::size_t forms = 4;
 constexpr int rows_of(Form form) { return form == factored ? 3 : static_cast<int>(form) + 1; }
-constexpr Form form_of_rows(int rows) { return static_cast<Form>(rows - 1); }
-static_assert(form_of_rows(3) == three_rows && rows_of(three_rows) == 3, "forms of rows are numbered by them");
+/// Of blocks that are not factored, with 1, 2 or 3 rows.
+constexpr Form form_of_rows(int rows) { return rows == 1 ? one_row : rows == 2 ? two_rows : three_rows; }
 constexpr std::size_t entries_of(Form form) {
   return form == factored ? 9 : static_cast<std::size_t>(dimension * rows_of(form));
 }

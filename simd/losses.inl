@@ -46,6 +46,7 @@ inline Doubles loss_by_minors(const Doubles (&products)[Rows * (Rows + 1) / 2]) 
     if constexpr (Rows == 2) {
       return (aa + bb) - (aa * bb - ab * ab);
     } else {
+      static_assert(Rows == 3, "the minors of up to three rows");
       const Doubles ac = products[2];
       const Doubles bc = products[4];
       const Doubles cc = products[5];

@@ -193,6 +193,7 @@ simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::
   if (input.size == 0) return output;
   constexpr std::size_t min_matches = 1024;  // per chunk: a few microseconds of work
   simd::BlockOutput parts[threading::Team::max_chunks];
+  // Runs on helpers: writes the planes, indices and flags of its own matches, and its own report.
   const std::uint32_t chunks = team.in_chunks(
       input.size, min_matches, simd::tile_size,
       [&](std::size_t first, std::size_t size, std::uint32_t chunk) { parts[chunk] = build(input, first, size); });

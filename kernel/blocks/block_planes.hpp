@@ -12,7 +12,8 @@
 namespace maxlogdet {
 
 /// The contents of a BlockStore as a structure of arrays: one 64-byte aligned plane per entry (row, column), so that
-/// one vector load reads the same entry of consecutive candidates. Invalid candidates have no place in the planes.
+/// one vector load reads the same entry of consecutive candidates. Only valid candidates have a place in the planes,
+/// their position there.
 class BlockPlanes {
  public:
   /// `kernel` is to build blocks.

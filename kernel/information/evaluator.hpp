@@ -28,6 +28,7 @@ class Evaluator {
   /// As simd::ExactFunctions::decide.
   void decide(const double* inverse_factor, const Candidate* listed, std::size_t count,
               double* relative_gains) const noexcept {
+    // Runs on helpers: writes its own relative gains.
     team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
       exact().decide(planes_, inverse_factor, listed + first, size, relative_gains + first);
     });
@@ -36,6 +37,7 @@ class Evaluator {
   /// As simd::ExactFunctions::losses; each tile is listed at most once.
   void losses(const simd::Tiles& tiles, const double* inverse_factor, const Tile* list, std::size_t count,
               double* losses, double* tile_loss) const noexcept {
+    // Runs on helpers: writes the losses of its own tiles.
     team_.in_chunks(count, min_loss_tiles, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
       exact().losses(tiles, inverse_factor, list + first, size, losses, tile_loss);
     });
@@ -44,6 +46,7 @@ class Evaluator {
   /// As simd::ExactFunctions::screen_traces.
   void screen_traces(const double* inverse_factor, const unsigned char* free, std::size_t count,
                      float* values) const noexcept {
+    // Runs on helpers: writes its own values.
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
       exact().screen_traces(planes, inverse_factor, free + first, size, values + first);
@@ -52,6 +55,7 @@ class Evaluator {
 
   /// As simd::ExactFunctions::traces.
   void traces(const double* inverse_factor, const Candidate* listed, std::size_t count, double* values) const noexcept {
+    // Runs on helpers: writes its own values.
     team_.in_chunks(count, min_decisions, 1, [&](std::size_t first, std::size_t size, std::uint32_t) {
       exact().traces(planes_, inverse_factor, listed + first, size, values + first);
     });
@@ -60,6 +64,7 @@ class Evaluator {
   /// As simd::ArrayFunctions::count_at_least.
   std::size_t count_at_least(const float* values, std::size_t count, float threshold) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
+    // Runs on helpers: writes its own count.
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           counts[chunk] = kernel_.arrays.count_at_least(values + first, size, threshold);
@@ -72,6 +77,7 @@ class Evaluator {
   std::size_t list_at_least(const float* values, std::size_t count, float threshold, Candidate* list) const noexcept {
     std::size_t counts[threading::Team::max_chunks];
     Candidate* lists[threading::Team::max_chunks];
+    // Runs on helpers: writes its own part of the list.
     const std::uint32_t chunks = team_.in_chunks(
         count, min_counts, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
           lists[chunk] = list + first + simd::tile_size * chunk;
@@ -90,6 +96,7 @@ class Evaluator {
 
   /// As simd::LayoutFunctions::make_records.
   void make_records(simd::Form form, std::size_t count, float* records) const noexcept {
+    // Runs on helpers: writes its own records.
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const simd::Planes planes{planes_.data + first, planes_.stride};
       kernel_.layouts[form].make_records(planes, size, records + first * simd::record_size(form));
@@ -99,6 +106,7 @@ class Evaluator {
   /// As simd::LayoutFunctions::gather.
   void gather(simd::Form form, const float* records, const Candidate* listed, std::size_t count,
               float* tiles) const noexcept {
+    // Runs on helpers: writes its own tiles.
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       kernel_.layouts[form].gather(records, listed + first, size, tiles + first * simd::entries_of(form));
     });
@@ -107,6 +115,7 @@ class Evaluator {
   /// Copies candidates [0, count) in order to tiles, in the layout of gather(); reads up to the next multiple of 16
   /// candidates.
   void pack(simd::Form form, std::size_t count, float* tiles) const noexcept {
+    // Runs on helpers: writes its own tiles.
     team_.in_chunks(count, min_lanes, simd::tile_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
       const std::size_t entries = simd::entries_of(form);
       for (std::size_t lane = first; lane < first + size; lane += simd::tile_size) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/kernel.hpp"
+#include "kernel/base/aligned_array.hpp"
+#include "simd/indices.hpp"
 #include "threading/team.hpp"
 
 #include <cstddef>
@@ -23,16 +24,30 @@ inline float float_of(std::int32_t bits) noexcept {
   return value;
 }
 
-/// The bits that a bucket ignores: 32 buckets per octave, from `top` down.
+/// The bits that a bucket ignores: 32 buckets per octave, from the maximum down.
 constexpr int lane_order_shift = 18;
-
 constexpr std::int32_t lane_order_buckets = 512;
-constexpr std::size_t lane_order_counts = threading::Team::max_chunks * (lane_order_buckets + 1);
 
-/// Lists the lanes with remaining[lane] > 0 by bucket of their values, which are >= 0, and within a bucket by lane.
-/// bucket[lane] counts down from `top`, the maximum; values more than 16 octaves below it share the last bucket.
-/// Returns how many. `counts`: scratch, lane_order_counts entries; too many for a real-time thread's stack.
-std::size_t order_lanes(const float* values, const float* remaining, std::size_t lanes, float top,
-                        threading::Team& team, std::uint32_t* counts, std::uint32_t* bucket, Lane* order) noexcept;
+/// Memory of order_lanes for up to `capacity` candidates; too much for a real-time thread's stack.
+struct LaneOrderMemory {
+  explicit LaneOrderMemory(std::size_t capacity);
+  AlignedArray<std::uint32_t> counts;
+  ArrayOf<Lane, std::uint32_t> bucket;          ///< of each lane, before
+  ArrayOf<Lane, Candidate> candidate;           ///< in the new order; those that do not remain come last
+  ArrayOf<Tile, std::uint32_t> bucket_of_tile;  ///< of its first lane, in the new order
+};
+
+/// The lanes to order: those with remaining[lane] > 0, by their values, which are >= 0.
+struct LanesToOrder {
+  const float* values;
+  const float* remaining;
+  const Candidate* candidate;
+  std::size_t count;
+  float top;  ///< the maximum
+};
+
+/// Orders lanes by bucket of their values, which counts down from `top`, and within a bucket by lane; values more than
+/// 16 octaves below it share the last bucket. Returns how many remain.
+std::size_t order_lanes(const LanesToOrder& lanes, threading::Team& team, LaneOrderMemory& memory) noexcept;
 
 }  // namespace maxlogdet

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/tiles.hpp"
 
-#include "kernel/screening/lane_order.hpp"
-
 #include <maxlogdet/block_store.hpp>
 
 #include <algorithm>
@@ -17,13 +15,10 @@ TileMemory::TileMemory(std::size_t capacity)
     : records(padded(capacity) * simd::record_size(simd::three_rows)),
       packed(padded(capacity) * simd::dimension * max_block_rows),
       candidate(padded(capacity)),
-      in_new_order(padded(capacity)),
       remaining(padded(capacity)),
       in_each(tiles_of(capacity)),
       lane(padded(capacity)),
-      order(padded(capacity)),
-      bucket(padded(capacity)),
-      order_counts(lane_order_counts) {}
+      order(capacity) {}
 
 void TileLayout::use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride,
                            std::size_t count) noexcept {
@@ -90,17 +85,9 @@ void TileLayout::pack_listed(std::size_t count) noexcept {
   if (filling > 0) memory_.in_each.data()[tiles_.count - 1] = static_cast<unsigned char>(tile_size - filling);
 }
 
-std::size_t TileLayout::list_ordered(const float* values, float top) noexcept {
-  return order_lanes(values, memory_.remaining.data(), lanes(), top, evaluator_.team(), memory_.order_counts,
-                     memory_.bucket.data(), memory_.order.data());
-}
-
 void TileLayout::use_ordered(std::size_t count) noexcept {
   if (is_store_order_) make_records(lanes());
-  for (std::size_t j = 0; j < count; ++j) {
-    memory_.in_new_order.data()[j] = memory_.candidate[memory_.order.data()[j]];
-  }
-  memory_.candidate.swap(memory_.in_new_order);
+  memory_.candidate.swap(memory_.order.candidate);
   is_ordered_ = true;
   pack_listed(count);
 }

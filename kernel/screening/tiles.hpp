@@ -3,6 +3,7 @@
 
 #include "kernel/base/aligned_array.hpp"
 #include "kernel/information/evaluator.hpp"
+#include "kernel/screening/lane_order.hpp"
 #include "simd/kernel.hpp"
 
 #include <cstddef>
@@ -10,25 +11,17 @@
 
 namespace maxlogdet {
 
-inline std::size_t tiles_of(std::size_t count) noexcept { return (count + simd::tile_size - 1) / simd::tile_size; }
-
-/// Elements to allocate for `count`: whole registers, and one more that vector stores may write to.
-inline std::size_t padded(std::size_t count) noexcept { return simd::tile_size * (tiles_of(count) + 1); }
-
 /// Memory of a TileLayout for up to `capacity` candidates, allocated once.
 struct TileMemory {
   explicit TileMemory(std::size_t capacity);
 
-  AlignedArray<float> records;               ///< the entries of each candidate together, to gather from
-  AlignedArray<float> packed;                ///< tiles of rearranged candidates
-  ArrayOf<Lane, Candidate> candidate;        ///< the candidate in each lane
-  ArrayOf<Lane, Candidate> in_new_order;     ///< the same while lanes are rearranged
-  ArrayOf<Lane, float> remaining;            ///< 1 where a candidate remains, else 0
-  ArrayOf<Tile, unsigned char> in_each;      ///< the number of candidates that remain
-  ArrayOf<Candidate, Lane> lane;             ///< where each candidate is, if find_lanes() was called
-  ArrayOf<Lane, Lane> order;                 ///< lanes in the new order
-  ArrayOf<Lane, std::uint32_t> bucket;       ///< as order_lanes returns it
-  AlignedArray<std::uint32_t> order_counts;  ///< counters of order_lanes
+  AlignedArray<float> records;           ///< the entries of each candidate together, to gather from
+  AlignedArray<float> packed;            ///< tiles of rearranged candidates
+  ArrayOf<Lane, Candidate> candidate;    ///< the candidate in each lane
+  ArrayOf<Lane, float> remaining;        ///< 1 where a candidate remains, else 0
+  ArrayOf<Tile, unsigned char> in_each;  ///< the number of candidates that remain
+  ArrayOf<Candidate, Lane> lane;         ///< where each candidate is, if find_lanes() was called
+  LaneOrderMemory order;
 };
 
 /// Where each candidate is: the order of evaluation, by tiles. It is that of the store, a list's, or by descending
@@ -58,9 +51,11 @@ class TileLayout {
   /// called for each new tile with the bucket of its first lane.
   template <class FirstOfTile>
   void order_by(const float* values, float top, const FirstOfTile& first_of_tile) noexcept {
-    const std::size_t count = list_ordered(values, top);
-    for (std::size_t tile = 0; tile < tiles_of(count); ++tile) {
-      first_of_tile(static_cast<Tile>(tile), memory_.bucket[memory_.order.data()[tile * simd::tile_size]]);
+    const std::size_t count = order_lanes({values, memory_.remaining.data(), memory_.candidate.data(), lanes(), top},
+                                          evaluator_.team(), memory_.order);
+    for (std::size_t i = 0; i < tiles_of(count); ++i) {
+      const auto tile = static_cast<Tile>(i);
+      first_of_tile(tile, memory_.order.bucket_of_tile[tile]);
     }
     use_ordered(count);
   }
@@ -96,7 +91,6 @@ class TileLayout {
 
  private:
   void use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride, std::size_t count) noexcept;
-  std::size_t list_ordered(const float* values, float top) noexcept;
   void use_ordered(std::size_t count) noexcept;
   void pack_listed(std::size_t count) noexcept;
 
