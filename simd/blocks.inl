@@ -98,7 +98,8 @@ template <BlockWeighting weighting, ThirdRow third>
 [[gnu::always_inline]] inline void append_lanes(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
                                                 std::size_t used, bool& has_three_rows, BlockOutput& output) {
   constexpr std::size_t entries = std::size_t{BlockPack<weighting, third>::rows} * dimension;
-  constexpr auto reason = pack.is_world ? maxlogdet::simd::singular_ray : maxlogdet::simd::invalid_covariance;
+  constexpr auto reason =
+      BlockPack<weighting, third>::is_world ? maxlogdet::simd::singular_ray : maxlogdet::simd::invalid_covariance;
   float* const planes = output.planes + output.stored;
   std::uint32_t* const indices = output.indices + output.stored;
   float copy[entries * double_lanes];
