@@ -52,7 +52,7 @@ template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
   const Mask has_third = third_of<third>(input, batch, i);
   pack.p = p;
   pack.has_third = has_third;
-  if constexpr (pack.is_world) {
+  if constexpr (BlockPack<weighting, third>::is_world) {
     const Point ray = load_point(batch, by_jacobian ? value::ray : value::point, i);
     pack.valid = map_bias_world_block<third>(input.T_cw, ray, p, has_third, pack.h);
   } else {

@@ -94,7 +94,8 @@ template <class Number, int Rows>
   const Number pivot1 = s[1][1] - l10 * l10;
   inverse[1][1] = one / sqrt(pivot1);
   inverse[1][0] = negated(l10 * inverse[0][0] * inverse[1][1]);
-  const ConditionOf<Number> is_definite = is_positive(s[0][0]) & is_positive(pivot1);
+  const ConditionOf<Number> is_first_positive = is_positive(s[0][0]);
+  const ConditionOf<Number> is_definite = is_first_positive & is_positive(pivot1);
   if (Rows == 2) return is_definite;
   constexpr int third = Rows - 1;
   const Number l20 = s[third][0] * inverse[0][0];
