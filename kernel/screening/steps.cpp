@@ -34,6 +34,7 @@ std::size_t CalledSteps::rank(const simd::Round& round, bool by_tiles) const noe
 
 float CalledSteps::best(const simd::Round& round) const noexcept {
   if (!round.has_evaluated()) return -1;
+  if (k_ == 1 && !goes_on_) return found_;
   if (k_ == 1 && !with_care_) return evaluator_.kernel().bounds.highest_evaluated(tiles_.tiles(), round);
   std::size_t count = rank(round, true);
   if (count < k_) count = rank(round, false);
@@ -45,7 +46,7 @@ float CalledSteps::best(const simd::Round& round) const noexcept {
 
 // In a round that goes on, a little lower than needed: the next removal may need it. Chunks are strided because
 // promising tiles are adjacent.
-float CalledSteps::evaluate(simd::Round& round, float from) const noexcept {
+float CalledSteps::evaluate(simd::Round& round, float from) noexcept {
   if (goes_on_ && from > 0) from *= 0.98F;
   threading::Team& team = evaluator_.team();
   const simd::Tiles& tiles = tiles_.tiles();
@@ -58,7 +59,10 @@ float CalledSteps::evaluate(simd::Round& round, float from) const noexcept {
   team.for_chunks(chunks, [&](std::uint32_t chunk) {
     found[chunk] = function(tiles, w_, round, from, {chunk, chunks, room * chunk});
   });
-  for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) round.evaluations += found[chunk].count;
+  for (std::uint32_t chunk = 0; chunk < chunks; ++chunk) {
+    round.evaluations += found[chunk].count;
+    found_ = std::max(found_, found[chunk].best);
+  }
   return from;
 }
 

@@ -34,7 +34,7 @@ class CalledSteps {
     return evaluator_.kernel().bounds.highest_unevaluated(tiles_.tiles(), round);
   }
 
-  float evaluate(simd::Round& round, float from) const noexcept;
+  float evaluate(simd::Round& round, float from) noexcept;
 
  private:
   std::size_t rank(const simd::Round& round, bool by_tiles) const noexcept;
@@ -46,6 +46,7 @@ class CalledSteps {
   const float* w_;
   std::size_t k_;
   bool goes_on_;
+  float found_ = -1;  // the largest value of all tiles evaluated by these steps
 };
 
 }  // namespace maxlogdet
