@@ -21,11 +21,9 @@ namespace {
 
 // The state from one start() to the next.
 struct Proposals {
-  Proposals(const BlockStore& blocks, const Options& options, SearchMemory& memory, Lane* best) noexcept
-      : search(blocks, options, Deadline(options.time_limit), memory),
-        error(search.start(blocks, options)),
-        rounds(search),
-        lanes(best) {
+  Proposals(const BlockStore& blocks, const Options& options, const Deadline& deadline, SearchMemory& memory,
+            Lane* best) noexcept
+      : search(blocks, options, deadline, memory), error(search.start(blocks, options)), rounds(search), lanes(best) {
     if (error == Error::none)
       search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   }
@@ -164,13 +162,15 @@ ActiveSelection& ActiveSelection::operator=(ActiveSelection&&) noexcept = defaul
 std::size_t ActiveSelection::capacity() const noexcept { return state_ ? state_->memory.capacity : 0; }
 
 Error ActiveSelection::start(const BlockStore& candidates, const Options& options) noexcept {
+  const Deadline deadline(options.time_limit);
   if (!state_) return Error::capacity_exceeded;  // moved from
   State& state = *state_;
   state.proposals = nullptr;
   state.invalid_candidates = candidates.invalid_count();
   state.error = check_active(candidates, options, state.memory);
   if (state.error != Error::none) return state.error;
-  auto* const proposals = new (&state.storage) Proposals(candidates, options, state.memory, state.best.data());
+  auto* const proposals =
+      new (&state.storage) Proposals(candidates, options, deadline, state.memory, state.best.data());
   state.error = proposals->error;
   if (state.error == Error::none) state.proposals = proposals;
   return state.error;

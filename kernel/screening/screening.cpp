@@ -43,18 +43,19 @@ Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* 
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
   tiles_.use_store(free, n);
-  start();
+  errors_.restart(column_max_);
+  forget();
 }
 
 void Screening::use_listed(const Candidate* candidates, std::size_t count) noexcept {
   tiles_.use_listed(candidates, count);
-  start();
+  errors_.restart(column_max_);
+  forget();
 }
 
-// Nothing is known of these candidates.
-void Screening::start() noexcept {
+void Screening::forget() noexcept {
   assert(!is_open_);
-  errors_.restart(column_max_);
+  errors_.forget();
   float* const bounds = memory_.bounds.data();
   std::fill_n(bounds, tiles_.tiles().count, float_infinity);
   std::fill(bounds + tiles_.tiles().count, bounds + tile_size * tiles_of(tiles_.tiles().count), -1.0F);

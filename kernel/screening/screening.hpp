@@ -33,7 +33,7 @@ struct ScreeningMemory {
 ///
 /// A round is begin_round(), survivors(), any number of remove() and survivors() again, and end_round(). Without
 /// order_by_gain() every round evaluates all; from then on bounds are kept from round to round, which is right only
-/// while the information of the rounds increases.
+/// while the information of the rounds increases, or until forget().
 class Screening {
  public:
   /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
@@ -43,6 +43,9 @@ class Screening {
   /// Starts with other candidates, as TileLayout::use_store and use_listed. All that is known is forgotten.
   void use_store(const unsigned char* free, std::size_t n) noexcept;
   void use_listed(const Candidate* candidates, std::size_t count) noexcept;
+
+  /// Forgets all bounds. To be called when the information is replaced by less.
+  void forget() noexcept;
 
   /// Where the candidates are.
   TileLayout& layout() noexcept { return tiles_; }
@@ -86,7 +89,6 @@ class Screening {
   std::size_t evaluations() const noexcept { return round_.evaluations; }
 
  private:
-  void start() noexcept;
   void begin(const InformationFactor& factor, float highest, float guess) noexcept;
   void keep_bounds() noexcept;
   void forget_gains() noexcept;

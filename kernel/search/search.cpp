@@ -183,6 +183,7 @@ void Search::reject(Lane lane) noexcept {
 
 void Search::restart_with(const Candidate* candidates, std::size_t count) noexcept {
   answer_.clear();
+  screening_.forget();
   for (std::size_t j = 0; j < problem_.required_count; ++j) take(problem_.required[j]);
   for (std::size_t j = 0; j < count; ++j) take(candidates[j]);
   if (!constraints_.has_groups()) remaining_ = problem_.free_count - count;
