@@ -57,9 +57,10 @@ len() is the number selected; iteration gives their indices.)")
                     "(k,) of numpy.intp: required ones, then in order of selection; of backward_greedy by index.")
       .def_readonly("gains", &Answer::gains, "(k,): the increase of log det by each after those before it, nats.")
       .def_property_readonly("log_det", number(&Selection::log_det), "log det(prior + sum of selected H^T H), nats.")
-      .def_property_readonly("upper_bound", number(&Selection::upper_bound),
-                             "Proved bound, nats: no selection within the budget that respects required and excluded "
-                             "has a greater log det. NaN unless certificate=True.")
+      .def_property_readonly(
+          "upper_bound", number(&Selection::upper_bound),
+          "Proved bound, nats: no selection that the arguments allow has a greater log det. NaN unless "
+          "certificate=True.")
       .def_property_readonly(
           "certified_efficiency", [](const Answer& self) { return self.selection.certified_efficiency(); },
           "(det M / det of the bound)^(1/6); NaN unless certificate=True.")

@@ -42,10 +42,10 @@ struct Selection {
   std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not decide; may differ
                                   ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
-  double upper_bound;  ///< proved bound, nats: no selection within the budget that respects required and excluded has a
-                       ///< greater log det (docs/numerics.md). Infinite where float64 may have no digits left; NaN if
-                       ///< not asked for (Options::certificate)
-  Strategy strategy;   ///< the requested one, or what `automatic` chose
+  double upper_bound;              ///< proved bound, nats: no selection that the options allow has a greater log det
+                                   ///< (docs/numerics.md). Infinite where float64 may have no digits left; NaN if
+                                   ///< not asked for (Options::certificate)
+  Strategy strategy;               ///< the requested one, or what `automatic` chose
   int threads;  ///< how many threads the work was offered to, including the calling one, at most 16; helpers may have
                 ///< come late or not at all
   double efficiency;         ///< (det M / det M_all)^(1/6), see Options::target.efficiency; NaN without that target.

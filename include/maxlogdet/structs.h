@@ -89,18 +89,18 @@ maxlogdet_error maxlogdet_options_init(maxlogdet_options* options, size_t struct
 
 /// The answer.
 typedef struct maxlogdet_selection {
-  maxlogdet_status status;      ///< how the selection ended
-  maxlogdet_error error;        ///< what is wrong; none if status is not error
-  const uint32_t* indices;      ///< `size` candidate indices, in order of selection; null if there never was an answer
-  size_t size;                  ///< number selected
-  size_t searched;              ///< how many of these the search itself selected; fewer than `size` only at a deadline
-  const double* gains;          ///< `size` gains: the increase of log det by each after those before it, nats
-  double log_det;               ///< log det of prior and selected blocks together, nats
-  size_t evaluations;           ///< gains computed; may differ between machines
-  size_t float64_decisions;     ///< of these, computed again in float64; may differ, too
-  size_t invalid_candidates;    ///< candidates without a block: never selected
-  double upper_bound;           ///< no selection within the budget has a greater log det, nats; infinite where nothing
-                                ///< is known; NaN if not asked for
+  maxlogdet_status status;    ///< how the selection ended
+  maxlogdet_error error;      ///< what is wrong; none if status is not error
+  const uint32_t* indices;    ///< `size` candidate indices, in order of selection; null if there never was an answer
+  size_t size;                ///< number selected
+  size_t searched;            ///< how many of these the search itself selected; fewer than `size` only at a deadline
+  const double* gains;        ///< `size` gains: the increase of log det by each after those before it, nats
+  double log_det;             ///< log det of prior and selected blocks together, nats
+  size_t evaluations;         ///< gains computed; may differ between machines
+  size_t float64_decisions;   ///< of these, computed again in float64; may differ, too
+  size_t invalid_candidates;  ///< candidates without a block: never selected
+  double upper_bound;  ///< no selection that the options allow has a greater log det, nats; infinite where nothing
+                       ///< is known; NaN if not asked for
   maxlogdet_strategy strategy;  ///< the requested one, or what `automatic` chose
   int32_t threads;              ///< how many threads the work was offered to, including the calling one
   double efficiency;            ///< value for target_efficiency; NaN without that target
