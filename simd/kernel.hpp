@@ -22,7 +22,7 @@ namespace simd {
 /// numbers to zero: error bounds take the entries of W as at least this large.
 constexpr double smallest_entry = 1.9721522630525295e-31;
 
-/// Parts in which workers do a step: every `count`-th run of 16 tiles, from run `index` on. Each lists its tiles from
+/// Chunks of a step: every `count`-th run of 16 tiles, from run `index` on. Each lists its tiles from
 /// `first_of_list` of RoundArrays::list on.
 struct Part {
   std::size_t index, count, first_of_list;
@@ -46,7 +46,7 @@ struct RoundFunctions {
   Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
 
   /// A whole round for one candidate without care: prove_best and survivors.
-  void (*run)(const Tiles& tiles, const float* w, Round& round);
+  std::size_t (*run)(const Tiles& tiles, const float* w, Round& round, Lane* survivors);
 };
 
 /// The parts of a round that do not depend on the form.
@@ -54,10 +54,11 @@ struct BoundFunctions {
   /// Lists the lanes of evaluated tiles that may hold the best, and returns how many. Up to 16 more may be written.
   std::size_t (*list_survivors)(const Tiles& tiles, const Round& round, Lane* lanes);
 
-  /// Makes the maxima of the evaluated tiles their stale bounds, which ends the round; returns the largest of all.
+  /// Makes the maxima of the evaluated tiles their stale bounds, and returns the largest of all. A round that goes on
+  /// begins again.
   float (*keep)(const Tiles& tiles, const Round& round);
 
-  /// The largest value of an evaluated tile; -1 if there is none.
+  /// The largest value of all evaluated tiles; -1 if there is none.
   float (*highest_evaluated)(const Tiles& tiles, const Round& round);
 
   /// The largest stale bound of a tile that is not evaluated; any_candidate if there is none.

@@ -7,7 +7,8 @@
 #include <cstddef>
 #include <limits>
 
-// The round of lazy greedy (docs/architecture.md): evaluate the tiles that may hold the best, and no others.
+// The round of every strategy that adds (docs/architecture.md): evaluate the tiles that may hold the best, and no
+// others.
 
 namespace maxlogdet {
 namespace simd {
@@ -19,11 +20,10 @@ struct RoundArrays {
   float* gains;  ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; -1: none there
   float* lower;  ///< per lane, with care only: a lower bound
   Tile* list;    ///< scratch: tiles to evaluate
-  Lane* survivors;  ///< lanes that float64 decides between, for run()
 };
 
 /// Nothing is evaluated: NaN, which no bound reaches.
-constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
+constexpr float nothing_evaluated = std::numeric_limits<float>::quiet_NaN();
 
 /// What a round knows.
 struct Round {
@@ -31,14 +31,13 @@ struct Round {
   GainFilter filter;
   double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
 
-  float evaluated_from = nothing;  ///< just the tiles of at least this stale bound are evaluated
-  float best = -1;      ///< the (k-th) largest relative gain found, with care the (k-th) largest lower bound; below
+  float evaluated_from = nothing_evaluated;  ///< just the tiles of at least this stale bound are evaluated
+  float best = -1;      ///< a lower bound of the (k-th) largest value found, with care of a lower bound; below
                         ///< 0 if there are not as many
   double assured = -1;  ///< a lower bound of the (k-th) largest exact relative gain
   float share = 1;      ///< about speed alone: what share of the highest bound the best is expected to have
   float guess = -1;     ///< that share, while nothing is known
   std::size_t evaluations = 0;
-  std::size_t survivors = 0;  ///< if run() has listed them
 
   [[gnu::always_inline]] bool has_evaluated() const noexcept { return evaluated_from == evaluated_from; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A round of lazy greedy: which tiles to evaluate, who survives, and what is kept for later rounds.
+// A round: which tiles to evaluate, who survives, and what is kept for later rounds.
 
 namespace {
 
@@ -102,10 +102,10 @@ struct InlinedSteps {
 };
 
 template <Form form>
-void run_round(const Tiles& tiles, const float* w, Round& round) {
+std::size_t run_round(const Tiles& tiles, const float* w, Round& round, Lane* survivors) {
   InlinedSteps<form> steps{tiles, w};
   prove_best(round, steps);
-  round.survivors = list_survivors(tiles, round, round.arrays.survivors);
+  return list_survivors(tiles, round, survivors);
 }
 
 }  // namespace

@@ -52,13 +52,13 @@ class ActiveSelection {
   /// Returns 0 where next() is `none`, and for a `count` of 0 or a null pointer, which change nothing.
   std::size_t next(std::uint32_t* indices, std::size_t count) noexcept;
 
-  /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns ok or nothing_proposed.
+  /// Adds the first unanswered proposal to the selection, with its block as proposed. Returns none or nothing_proposed.
   Error accept() noexcept;
   /// Adds it with the block as measured, rows x 6 row-major, rows in {1, 2, 3} (with a stereo row, for example).
-  /// Returns ok, nothing_proposed, or invalid_block (null, rows not in {1, 2, 3}, not finite), after which it is still
-  /// proposed.
+  /// Returns none, nothing_proposed, or invalid_block (null, rows not in {1, 2, 3}, not finite), after which it is
+  /// still proposed.
   Error accept(const double* block, int rows) noexcept;
-  /// Rejects it: it is not proposed again. Returns ok or nothing_proposed.
+  /// Rejects it: it is not proposed again. Returns none or nothing_proposed.
   Error reject() noexcept;
 
   /// The same for any unanswered proposal, in any order; nothing_proposed if this candidate is not one.
@@ -76,7 +76,7 @@ class ActiveSelection {
 
   /// Answers all unanswered proposals in their order: `matched` has `count` bytes, where nonzero accepts, and `count`
   /// is the number of unanswered proposals. Returns nothing_proposed, without effect, if there are none or not as many,
-  /// or for a null pointer; else ok.
+  /// or for a null pointer; else none.
   Error answer(const unsigned char* matched, std::size_t count) noexcept;
 
   /// Returns what has been accepted, in that order; valid until the next call of any other function. The status is

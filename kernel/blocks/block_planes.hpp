@@ -47,7 +47,7 @@ class BlockPlanes {
   /// The maximum |entry| of each column over all stored rows, state_dimension values.
   const double* column_max() const noexcept { return column_max_; }
   /// Whether all blocks are factored, and have three rows: then there are planes of their points.
-  bool is_factored() const noexcept { return are_factored_ && rows_ == max_block_rows; }
+  bool is_factored() const noexcept { return are_factored_ && rows_ == simd::rows_of(simd::factored); }
   /// The same as column_max() of the factored form (simd/blocks.hpp).
   const double* factored_max() const noexcept { return factored_max_; }
 

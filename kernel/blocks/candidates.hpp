@@ -21,7 +21,7 @@ struct Candidates {
   int row_count;
   simd::Form form;                ///< the form in which screening reads them
   const double* largest;          ///< as BlockPlanes::column_max, over at least these candidates
-  const double* largest_of_form;  ///< as simd::ColumnMax for the form, over the same candidates
+  const double* largest_of_form;  ///< as simd::LayoutFunctions::column_max for the form, over the same candidates
   const std::uint32_t* indices;   ///< the caller's index of each candidate
 
   std::size_t size() const noexcept { return count; }

@@ -13,8 +13,10 @@ namespace {
 using simd::float_unit_roundoff;
 
 // Rounding errors in units of 2^-24 (docs/numerics.md): of a row of Y per form, and of the sum of minors per rows.
-constexpr double whitening_errors[simd::forms] = {8, 8, 8, 12};
+constexpr double whitening_errors[] = {8, 8, 8, 12};
 constexpr double minors_errors[] = {8, 32, 160};
+static_assert(sizeof whitening_errors / sizeof(double) == simd::forms, "one of each form");
+static_assert(sizeof minors_errors / sizeof(double) == max_block_rows, "one of each number of rows");
 // For |Y| between these no float32 operation of the kernels overflows, or loses more to underflow than bounds allow.
 constexpr double largest_norm = 1e6;
 constexpr double smallest_norm = 1e-15;

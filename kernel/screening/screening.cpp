@@ -26,7 +26,7 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       highest(padded(tiles_of(capacity))),
       gains(padded(capacity)),
       lower(padded(capacity)),
-      list(2 * padded(tiles_of(capacity)) + 2 * tile_size * threading::Team::max_chunks),
+      list(padded(tiles_of(capacity)) + 2 * tile_size * threading::Team::max_chunks),
       ranked(padded(capacity)) {}
 
 Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* column_max,
@@ -37,8 +37,7 @@ Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* 
       memory_(memory),
       tiles_(evaluator, form, memory.tiles),
       errors_(form, column_max) {
-  round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(),
-                   memory.lower.data(),  memory.list,           nullptr};
+  round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(), memory.lower.data(), memory.list};
 }
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
@@ -60,10 +59,11 @@ void Screening::forget() noexcept {
   std::fill_n(bounds, tiles_.tiles().count, float_infinity);
   std::fill(bounds + tiles_.tiles().count, bounds + tile_size * tiles_of(tiles_.tiles().count), -1.0F);
   highest_bound_ = float_infinity;
+  last_norm_ = infinity;
 }
 
 void Screening::order_by_gain() noexcept {
-  assert(!is_open_);
+  assert(!is_open_ && round_.evaluated_from <= any_candidate);  // all are evaluated
   const float top = std::max(0.0F, kernel_.arrays.largest(memory_.gains.data(), tiles_.lanes()));
   const simd::TileLine line = round_.filter.line_of_tiles();
   // The highest gain of a tile is below the upper end of its first lane's bucket.
@@ -83,20 +83,24 @@ void Screening::begin(const InformationFactor& factor, float highest, float gues
   is_open_ = true;
   w_ = factor.narrow_inverse();
   round_.guess = guess;
-  forget_gains();
+  reset_round();
   const double expected = highest < float_infinity ? expected_share_ * static_cast<double>(highest) : 0;
   errors_.begin_round(factor, tiles_.is_ordered(), highest, expected, round_);
 }
 
 // Nothing is evaluated yet.
-void Screening::forget_gains() noexcept {
-  round_.evaluated_from = simd::nothing;
+void Screening::reset_round() noexcept {
+  round_.evaluated_from = simd::nothing_evaluated;
   round_.best = -1;
   round_.assured = -1;
-  round_.survivors = 0;
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
+#ifndef NDEBUG  // while information only increases, |W|^2 = tr M^-1 only decreases
+  const double norm = factor.inverse_norm();
+  assert(!tiles_.is_ordered() || norm <= last_norm_ * (1 + 1e-6));
+  last_norm_ = norm;
+#endif
   // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no
   // other tile is needed.
   round_.share = static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
@@ -113,34 +117,25 @@ bool Screening::is_inlined(std::size_t k) const noexcept {
   return k == 1 && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
 }
 
-void Screening::prove(std::size_t k, Lane* lanes) noexcept {
-  if (is_inlined(k)) {
-    round_.arrays.survivors = lanes;
-    kernel_.rounds[tiles_.form()].run(tiles_.tiles(), w_, round_);
-    return;
-  }
-  round_.survivors = 0;
+// Evaluates what may be among the k best, and lists what survives.
+std::size_t Screening::find(std::size_t k, Lane* lanes) noexcept {
+  if (is_inlined(k)) return kernel_.rounds[tiles_.form()].run(tiles_.tiles(), w_, round_, lanes);
   CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, k, round_.has_evaluated());
   simd::prove_best(round_, steps);
+  return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
 
 std::size_t Screening::survivors(std::size_t k, Lane* lanes) noexcept {
   assert(is_open_);
-  prove(k, lanes);
-  std::size_t found = list_survivors(lanes);
+  std::size_t found = find(k, lanes);
   if (k > 1 || found <= many_survivors) return found;
   found = drop_copies(lanes, found);
   if (found <= many_survivors || errors_.with_care()) return found;
   const std::size_t evaluations = round_.evaluations;
   take_care();
-  prove(k, lanes);
+  found = find(k, lanes);
   round_.evaluations = evaluations;  // the same candidates count once
-  return drop_copies(lanes, list_survivors(lanes));
-}
-
-std::size_t Screening::list_survivors(Lane* lanes) noexcept {
-  if (round_.survivors > 0) return round_.survivors;
-  return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
+  return drop_copies(lanes, found);
 }
 
 // Of identical candidates only the one of lowest index can be selected: drops the copies of the survivor of lowest
@@ -160,7 +155,7 @@ void Screening::take_care() noexcept {
   if (tiles_.is_ordered()) keep_bounds();
   round_.guess = tiles_.is_ordered() ? simd::stale_threshold(round_.assured, 0) : any_candidate;
   errors_.take_care(round_);
-  forget_gains();
+  reset_round();
 }
 
 void Screening::keep_bounds() noexcept { highest_bound_ = kernel_.bounds.keep(tiles_.tiles(), round_); }
@@ -187,16 +182,16 @@ float Screening::bound_all(const InformationFactor& factor) noexcept {
 }
 
 std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, Lane* lanes) noexcept {
-  errors_.forget();
+  errors_.forget();  // of the factor of the rounds before
   begin(factor, float_infinity, std::max(any_candidate, min_bound));
   std::size_t found = try_guess(lanes);
   if (found > many_survivors && !errors_.with_care()) {
     errors_.take_care(round_);
-    forget_gains();
+    reset_round();
     found = try_guess(lanes);
   }
   is_open_ = false;
-  errors_.forget();
+  errors_.forget();  // of this factor
   return found;
 }
 
@@ -205,7 +200,7 @@ std::size_t Screening::try_guess(Lane* lanes) noexcept {
   CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
   round_.evaluated_from = steps.evaluate(round_, round_.guess);
   round_.learn(steps.best(round_));
-  const std::size_t found = list_survivors(lanes);
+  const std::size_t found = kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
   return found > many_survivors ? drop_copies(lanes, found) : found;
 }
 
@@ -214,7 +209,6 @@ void Screening::remove(Lane lane) noexcept {
   memory_.gains[lane] = -1;
   if (is_open_) {
     memory_.lower[lane] = -1;
-    round_.survivors = 0;
     const Tile tile = simd::tile_of(lane);
     memory_.highest[tile] = kernel_.arrays.largest(memory_.gains.data() + simd::first_lane(tile), tile_size);
     return;

@@ -65,8 +65,8 @@ class Screening {
   /// Ends a round. If the candidates are ordered, the maxima of the evaluated tiles become their stale bounds.
   void end_round() noexcept;
 
-  /// A round of its own: bounds of all candidates at this information, whether they are ordered or not. Returns the
-  /// highest; below 0 if there is no candidate.
+  /// A round of its own, after use_store(): bounds of all candidates at this information. Returns the highest; below 0
+  /// if there is no candidate.
   float bound_all(const InformationFactor& factor) noexcept;
 
   /// A round of its own: lists the survivors of the tiles whose bound is at least `min_bound`, at an information that
@@ -91,12 +91,11 @@ class Screening {
  private:
   void begin(const InformationFactor& factor, float highest, float guess) noexcept;
   void keep_bounds() noexcept;
-  void forget_gains() noexcept;
-  void prove(std::size_t k, Lane* lanes) noexcept;
+  void reset_round() noexcept;
+  std::size_t find(std::size_t k, Lane* lanes) noexcept;
   bool is_inlined(std::size_t k) const noexcept;
   float first_guess() const noexcept;
   std::size_t try_guess(Lane* lanes) noexcept;
-  std::size_t list_survivors(Lane* lanes) noexcept;
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void take_care() noexcept;
 
@@ -107,8 +106,9 @@ class Screening {
   TileLayout tiles_;
   ErrorBounds errors_;
   simd::Round round_;
-  const float* w_ = nullptr;  // W of the round, in float32
-  bool is_open_ = false;      // within a round
+  const float* w_ = nullptr;     // W of the round, in float32
+  bool is_open_ = false;         // within a round
+  double last_norm_ = infinity;  // of W in the round before, to be asserted
   float highest_bound_ = float_infinity;
   double expected_share_ = 0.9;  // predicted ratio of a round's best relative gain to its highest bound
 };

@@ -55,7 +55,7 @@ float CalledSteps::evaluate(simd::Round& round, float from) noexcept {
   simd::Evaluated found[threading::Team::max_chunks];
   const std::uint32_t chunks = team.chunks_of(tiles.count, min_tiles);
   const std::size_t room = (tiles_of(tiles.count) / chunks + 2) * tile_size;  // in the list, for each chunk
-  // Runs on helpers: writes the gains, bounds and maxima of the tiles of its own chunk, and its own part of the list.
+  // Runs on helpers: writes `gains`, `lower` and `highest` of its own tiles, and its own parts of `list` and `found`.
   team.for_chunks(chunks, [&](std::uint32_t chunk) {
     found[chunk] = function(tiles, w_, round, from, {chunk, chunks, room * chunk});
   });

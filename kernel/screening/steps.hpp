@@ -26,8 +26,8 @@ class CalledSteps {
         k_(k),
         goes_on_(goes_on) {}
 
-  /// The k-th largest value of the evaluated tiles, at least of their maxima where these are enough; with care that of
-  /// the lower bounds.
+  /// At most the k-th largest value of the evaluated tiles: that of their maxima, where these are enough. With care
+  /// that of the lower bounds.
   float best(const simd::Round& round) const noexcept;
 
   float highest_left(const simd::Round& round) const noexcept {

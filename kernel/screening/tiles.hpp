@@ -63,8 +63,8 @@ class TileLayout {
   /// Prepares lane_of() for an ordered layout.
   void find_lanes() const noexcept;
 
-  /// Whether the tiles hold all candidates that remain, not only listed ones.
-  bool holds_all() const noexcept { return is_store_order_ || is_ordered_; }
+  /// Whether lane_of() may be asked: in the order of the store, or once ordered.
+  bool has_lane_of() const noexcept { return is_store_order_ || is_ordered_; }
   bool is_ordered() const noexcept { return is_ordered_; }
 
   const simd::Tiles& tiles() const noexcept { return tiles_; }
@@ -74,7 +74,7 @@ class TileLayout {
   Candidate candidate(Lane lane) const noexcept { return memory_.candidate[lane]; }
   bool remains(Lane lane) const noexcept { return memory_.remaining[lane] > 0; }
 
-  /// The lane of a candidate, if holds_all(); no_lane if it does not remain.
+  /// The lane of a candidate, if has_lane_of(); no_lane if it does not remain.
   Lane lane_of(Candidate candidate) const noexcept;
 
   /// Removes a remaining candidate.

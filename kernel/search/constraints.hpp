@@ -39,7 +39,7 @@ class Constraints {
   explicit Constraints(ConstraintsMemory& memory) noexcept : memory_(memory) {}
 
   /// Reads the constraints of Options, for at most `capacity` candidates. `candidates`: those of the store, at least
-  /// all that are not excluded. Returns ok, invalid_groups or infeasible.
+  /// all that are not excluded. Returns none, invalid_groups or infeasible.
   Error reset(const BlockStore& blocks, const Candidates& candidates, const Options& options) noexcept;
 
   /// Per candidate: nonzero if a search may select it; 0 for required ones, which are selected before it.

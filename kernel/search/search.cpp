@@ -4,6 +4,7 @@
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <new>
 #include <numeric>
@@ -143,6 +144,7 @@ std::size_t Search::find_best(std::size_t k, Lane* best) noexcept {
 }
 
 void Search::select(Lane lane) noexcept {
+  assert(lane != no_lane);
   double rows[max_block_rows][state_dimension];
   read_rows(candidates_, screening_.layout().candidate(lane), rows);
   select(lane, rows, candidates_.rows());
@@ -153,7 +155,7 @@ void Search::select(Lane lane, const double (*rows)[state_dimension], int count)
   const Candidate candidate = screening_.layout().candidate(lane);
   reject(lane);
   constraints_.take_room(candidate);
-  if (!constraints_.has_room(candidate) && screening_.layout().holds_all()) {
+  if (!constraints_.has_room(candidate) && screening_.layout().has_lane_of()) {
     constraints_.for_group_of(candidate, [this](Candidate member) {
       const Lane lane_of_member = screening_.layout().lane_of(member);
       if (lane_of_member != no_lane) reject(lane_of_member);

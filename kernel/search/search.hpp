@@ -102,7 +102,7 @@ class Search {
   void close(std::size_t count) noexcept { remaining_ -= count; }
 
   /// Starts again with the required candidates, and adds these, none of which is required; with groups, as many as were
-  /// selected.
+  /// selected, and their rooms are settled by the caller. The screening needs its candidates again.
   void restart_with(const Candidate* candidates, std::size_t count) noexcept;
 
   /// Counts work of float64 alone, in gains or losses.

@@ -15,7 +15,7 @@ class Target {
  public:
   explicit Target(const Options& options) noexcept;
 
-  /// Returns the first error of the targets, or ok.
+  /// Returns the first error of the targets, or none.
   static Error check(const Options& options) noexcept;
 
   /// Whether any target is given.

@@ -26,7 +26,7 @@ struct Method {
   /// nullptr only for `automatic`, which stands for another strategy.
   Status (*run)(Search& search, const Options& options, Workspace* workspace) noexcept;
 
-  /// Returns the first error of the options that only this strategy uses, or ok.
+  /// Returns the first error of the options that only this strategy uses, or none.
   Error (*check)(const Options& options) noexcept;
 
   /// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a

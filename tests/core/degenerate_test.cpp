@@ -52,7 +52,7 @@ TEST_P(Degenerate, priors_that_are_not_symmetric_positive_definite) {
       EXPECT_EQ(error_with(selector_, blocks, asking_for(5), bad), Error::invalid_prior) << entry << ' ' << value;
     }
   }
-  const EigenPrior zero(Matrix6(Matrix6::Zero()));
+  const EigenPrior zero{Matrix6(Matrix6::Zero())};
   Options options = asking_for(5);
   options.prior = zero.data();
   expect_error(selector_.select(blocks, options), Error::invalid_prior);
