@@ -19,7 +19,7 @@ FrameMatcher::FrameMatcher(std::size_t capacity)
     : active_(capacity), one_(1), required_(capacity), excluded_(capacity) {}
 
 void FrameMatcher::match(FrameMatches& matches, const Options& asked, const BlockOptions& block_options,
-                         const TimeLeft& time, const MatchSearch& search, FrameAnswer& answer) {
+                         const Deadline& time, const MatchSearch& search, FrameAnswer& answer) {
   answer.start(asked.prior);
   match_required(matches, asked, search);
   Error error = matches.make_blocks(block_options);
@@ -31,7 +31,7 @@ void FrameMatcher::match(FrameMatches& matches, const Options& asked, const Bloc
   Options options = asked;
   options.required = required_.data();
   options.excluded = excluded_.data();
-  options.time_limit = time.seconds();
+  options.time_limit = time.left();
   if (error == Error::none) error = active_.start(matches.blocks(), options);
   if (error == Error::none) {
     match_by_gain(matches, block_options, search);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/base/deadline.hpp"
 #include "kernel/frame_answer.hpp"
 #include "kernel/frame_matches.hpp"
-#include "kernel/time_left.hpp"
 
 #include <maxlogdet/active_selection.hpp>
 
@@ -23,7 +23,7 @@ class FrameMatcher {
  public:
   explicit FrameMatcher(std::size_t capacity);
 
-  void match(FrameMatches& matches, const Options& asked, const BlockOptions& block_options, const TimeLeft& time,
+  void match(FrameMatches& matches, const Options& asked, const BlockOptions& block_options, const Deadline& time,
              const MatchSearch& search, FrameAnswer& answer);
 
  private:

@@ -58,10 +58,6 @@ void put_line(std::string& text, const std::string& name, const Number* values, 
   text += '\n';
 }
 
-bool are_finite(const double* values, std::size_t count) noexcept {
-  return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
-}
-
 double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma * match.sigma); }
 
 // -1, as in a file, for what is not measured.
@@ -207,11 +203,11 @@ void FrameRecorder::put_names_of_columns() {
 
 bool FrameRecorder::is_recordable(const FeatureMatch& match, double descriptor_distance) const noexcept {
   const double weight = weight_of(match);
-  const bool is_measured = are_finite(match.point, 3) && are_finite(match.measured, 2) &&
+  const bool is_measured = all_finite(match.point, 3) && all_finite(match.measured, 2) &&
                            match.measured[0] != unmeasured && std::isfinite(weight) && weight > 0 &&
                            std::isfinite(descriptor_distance);
   const double* const covariance = details_.has_covariances ? match.covariance : nullptr;
-  const bool is_covariance = covariance == nullptr || (are_finite(covariance, 9) && covariance[0] >= 0);
+  const bool is_covariance = covariance == nullptr || (all_finite(covariance, 9) && covariance[0] >= 0);
   return is_measured && is_covariance && (!is_rig_ || match.camera_id < camera_count_);
 }
 

@@ -34,7 +34,7 @@ void fill_up(const FrameMatches& matches, const Options& asked, std::size_t usab
 FrameSelector::FrameSelector(std::size_t capacity, Executor* executor)
     : selector_(capacity, executor), cells_(capacity), required_(capacity), is_spread_(capacity) {}
 
-void FrameSelector::select(const FrameMatches& matches, const Options& asked, double spread, const TimeLeft& time,
+void FrameSelector::select(const FrameMatches& matches, const Options& asked, double spread, const Deadline& time,
                            FrameAnswer& answer) noexcept {
   if (!(spread >= 0) || spread == infinity) {
     return select_usable(matches, Error::invalid_groups, asked.excluded, answer);
@@ -43,7 +43,7 @@ void FrameSelector::select(const FrameMatches& matches, const Options& asked, do
   answer.start(asked.prior);
   const std::size_t usable = require(matches, options, answer);
   if (spread > 0 && asked.groups.ids == nullptr && matches.size() > 0) spread_over_image(matches, spread, options);
-  options.time_limit = time.seconds();
+  options.time_limit = time.left();
   const Selection selection = selector_.select(matches.blocks(), options);
   if (!selection.has_answer()) return select_usable(matches, selection.error, asked.excluded, answer);
   answer.take(selection);

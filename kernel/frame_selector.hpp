@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/base/deadline.hpp"
 #include "kernel/frame_answer.hpp"
 #include "kernel/frame_matches.hpp"
-#include "kernel/time_left.hpp"
 
 #include <maxlogdet/image_cells.hpp>
 #include <maxlogdet/selector.hpp>
@@ -19,7 +19,7 @@ class FrameSelector {
   FrameSelector(std::size_t capacity, Executor* executor);
 
   /// `spread` as in GoodFeatures. The matches have blocks.
-  void select(const FrameMatches& matches, const Options& asked, double spread, const TimeLeft& time,
+  void select(const FrameMatches& matches, const Options& asked, double spread, const Deadline& time,
               FrameAnswer& answer) noexcept;
   /// The share of the information of all candidates that the answer keeps; NaN without an answer or a candidate.
   double efficiency(const BlockStore& blocks, const FrameAnswer& answer) noexcept;

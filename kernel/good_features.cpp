@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/good_features.hpp>
 
+#include "kernel/base/deadline.hpp"
 #include "kernel/frame_answer.hpp"
 #include "kernel/frame_judge.hpp"
 #include "kernel/frame_matcher.hpp"
 #include "kernel/frame_matches.hpp"
 #include "kernel/frame_recording.hpp"
 #include "kernel/frame_selector.hpp"
-#include "kernel/time_left.hpp"
 
 namespace maxlogdet {
 
@@ -59,7 +59,7 @@ std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
 }
 
 Selection GoodFeatures::select(const Options& options) noexcept {
-  const TimeLeft time(options.time_limit);
+  const Deadline time(options.time_limit);
   State& s = *state_;
   const Error error = s.matches.make_blocks(block_options);
   if (error == Error::none) {
@@ -72,7 +72,7 @@ Selection GoodFeatures::select(const Options& options) noexcept {
 }
 
 Selection GoodFeatures::match_by(const Options& options, MatchFunction function, void* context) {
-  const TimeLeft time(options.time_limit);
+  const Deadline time(options.time_limit);
   State& s = *state_;
   if (!s.matcher) s.matcher = std::make_unique<FrameMatcher>(s.capacity);
   s.matcher->match(s.matches, options, block_options, time, {function, context}, s.answer);

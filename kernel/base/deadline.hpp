@@ -2,22 +2,30 @@
 #pragma once
 
 #include <chrono>
+#include <cmath>
+#include <limits>
 
 namespace maxlogdet {
 
-/// The time at which a search ends with the answer so far. Without a limit the clock is never read.
+/// The time at which a search ends with the answer so far, or a call hands on what is left. Without a limit the clock
+/// is never read.
 class Deadline {
  public:
   /// `seconds` from now; 0: never.
   explicit Deadline(double seconds) noexcept
       : limit_(seconds), start_(seconds > 0 ? Clock::now() : Clock::time_point()) {}
 
-  bool has_passed() const noexcept {
-    return limit_ > 0 && std::chrono::duration<double>(Clock::now() - start_).count() >= limit_;
+  bool has_passed() const noexcept { return limit_ > 0 && spent() >= limit_; }
+
+  /// What is left, s: the shortest time that is none where the limit has passed; 0, and what is refused, stay.
+  double left() const noexcept {
+    return limit_ > 0 ? std::fmax(limit_ - spent(), std::numeric_limits<double>::min()) : limit_;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+  double spent() const noexcept { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
   double limit_;
   Clock::time_point start_;
 };

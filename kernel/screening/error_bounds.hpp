@@ -18,16 +18,13 @@ class ErrorBounds {
   /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
   /// form.
   ErrorBounds(simd::Form form, const double* column_max) noexcept : form_(form), rows_(simd::rows_of(form)) {
-    restart(column_max);
+    set_column_max(column_max);
   }
 
   /// Discards bounds of earlier rounds, which hold only while candidates are removed and information increases.
   void forget() noexcept { with_care_ = is_lasting_ = false; }
-  /// The same for other candidates.
-  void restart(const double* column_max) noexcept {
-    std::copy_n(column_max, simd::dimension, column_max_);
-    forget();
-  }
+  /// Other candidates.
+  void set_column_max(const double* column_max) noexcept { std::copy_n(column_max, simd::dimension, column_max_); }
 
   /// The maxima, to be lowered after large candidates were removed.
   double* column_max() noexcept { return column_max_; }

@@ -42,13 +42,13 @@ Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* 
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
   tiles_.use_store(free, n);
-  errors_.restart(column_max_);
+  errors_.set_column_max(column_max_);
   forget();
 }
 
 void Screening::use_listed(const Candidate* candidates, std::size_t count) noexcept {
   tiles_.use_listed(candidates, count);
-  errors_.restart(column_max_);
+  errors_.set_column_max(column_max_);
   forget();
 }
 

@@ -4,7 +4,6 @@
 #include <maxlogdet/block_store.hpp>
 
 #include <algorithm>
-#include <numeric>
 
 namespace maxlogdet {
 
