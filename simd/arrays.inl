@@ -8,7 +8,7 @@ std::size_t list_between(const float* values, std::size_t count, float lower, fl
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
     const Floats value = Floats::load_unaligned(values + i);
-    found += list_lanes((value >= Floats(lower)) & (value < Floats(upper)), static_cast<Index>(i), list + found);
+    found += list_lanes((value >= Floats(lower)) & !(value >= Floats(upper)), static_cast<Index>(i), list + found);
   }
   while (found > 0 && number(list[found - 1]) >= count) --found;  // beyond the end of values
   return found;

@@ -41,9 +41,9 @@ inline Doubles relative_gain_of_block(Doubles (&y)[Rows][dimension]) {
   return relative_gain;
 }
 
-// Y = H W^T.
-template <int Rows>
-inline void whiten_exactly(const Planes& planes, const double* w, const Listed& load, Doubles (&y)[Rows][dimension]) {
+// Y = H W^T. `load(plane)` is an entry of a pack of blocks.
+template <int Rows, class Load>
+inline void whiten_exactly(const Planes& planes, const double* w, const Load& load, Doubles (&y)[Rows][dimension]) {
   for (int a = 0; a < Rows; ++a) {
     Doubles h[dimension];
     for (int d = 0; d < dimension; ++d)

@@ -67,40 +67,6 @@ inline void add_products(const Floats (&y)[3], int c, Floats (&products)[6]) {
   }
 }
 
-// | |W| |h| |^2 of each row h, with |h| bounded by that of |A| [ I | |[X]x| ]; `w`: |W|.
-inline void rounding_squares(const FactoredBlock& b, const float* w, Floats (&squares)[3]) {
-  const Floats x = xsimd::abs(b.x);
-  const Floats y = xsimd::abs(b.y);
-  const Floats z = xsimd::abs(b.z);
-  for (Floats& sum : squares) sum = Floats(0.0F);
-#pragma GCC unroll 6
-  for (int c = 0; c < dimension; ++c) {
-    const float* const row = w + padded_dimension * c;
-    Floats z0(row[0]);
-    Floats z1(row[1]);
-    Floats z2(row[2]);
-    if (c > 2) {
-      z1 = multiply_add(z, Floats(row[3]), z1);
-      z2 = multiply_add(y, Floats(row[3]), z2);
-    }
-    if (c > 3) {
-      z0 = multiply_add(z, Floats(row[4]), z0);
-      z2 = multiply_add(x, Floats(row[4]), z2);
-    }
-    if (c > 4) {
-      z0 = multiply_add(y, Floats(row[5]), z0);
-      z1 = multiply_add(x, Floats(row[5]), z1);
-    }
-    const Floats first =
-        multiply_add(xsimd::abs(b.a02), z2, multiply_add(xsimd::abs(b.a01), z1, xsimd::abs(b.a00) * z0));
-    const Floats second = multiply_add(xsimd::abs(b.a12), z2, xsimd::abs(b.a11) * z1);
-    const Floats third = xsimd::abs(b.a22) * z2;
-    squares[0] = multiply_add(first, first, squares[0]);
-    squares[1] = multiply_add(second, second, squares[1]);
-    squares[2] = multiply_add(third, third, squares[2]);
-  }
-}
-
 // Raises `largest` to the largest entry of each column of |A| [ I | |[X]x| ].
 inline void take_larger_columns(const FactoredBlock& b, Floats (&largest)[dimension]) {
   const auto take = [&largest](int column, const Floats& magnitude) {

@@ -23,11 +23,12 @@ struct TileLine {
 
 /// The interval in which an exact relative gain is, given that of float32. A float32 value v is off by at most
 ///     2 error sqrt(1 + v) + constant,
-/// where the root is replaced by its tangent at a value near the best: nowhere below it, and no root to take. With care
-/// (simd/gain_bounds.inl) each candidate has bounds of its own, and these are exact: error and constant are 0.
+/// where the root is replaced by its tangent at a value near the best: nowhere below it, and no root to take. A value
+/// of float64 is off by up to `rounding` of it more, because it is rounded to float32.
 struct GainFilter {
   double error = 0;
   double constant = 0;
+  double relative = 0;
 
   /// Where the tangent is taken.
   double tangent = 0;
@@ -37,7 +38,7 @@ struct GainFilter {
   [[gnu::always_inline]] void take_tangent_at(double relative_gain) noexcept {
     tangent = relative_gain;
     const double root = __builtin_sqrt(1 + relative_gain);
-    slope = 1 + error / root;
+    slope = 1 + relative + error / root;
     offset = error * (root + 1 / root) + constant;
   }
 

@@ -49,28 +49,11 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
     for (int a = 0, e = 0; a < Rows; ++a) {
       for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
     }
-  } else {  // column by column of Y: a longer chain of dependent operations, but half of the registers
+  } else {
     static_assert(form == three_rows, "all other forms are above");
-    Floats h[Rows][dimension];
-    for (int a = 0; a < Rows; ++a) {
-      for (int d = 0; d < dimension; ++d) {
-        h[a][d] = Floats::load_unaligned(entries + static_cast<std::size_t>(dimension * a + d) * stride);
-      }
-    }
-#pragma GCC unroll 6
-    for (int c = 0; c < dimension; ++c) {
-      Floats y[Rows];
-#pragma GCC unroll 6
-      for (int d = 0; d <= c; ++d) {
-        const Floats weight(w[padded_dimension * c + d]);
-        for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
-      }
-      for (int a = 0, e = 0; a < Rows; ++a) {
-        for (int b = a; b < Rows; ++b, ++e) {
-          products[e] = c == 0 ? y[a] * y[b] : multiply_add(y[a], y[b], products[e]);
-        }
-      }
-    }
+    const auto load = [=](std::size_t e) { return Floats::load_unaligned(entries + e * stride); };
+    const auto fused = [](const Floats& x, const Floats& y, const Floats& z) { return multiply_add(x, y, z); };
+    products_of_whitened<Rows>(load, w, fused, products);
   }
 }
 

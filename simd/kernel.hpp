@@ -34,18 +34,19 @@ struct Evaluated {
   std::size_t count;
 };
 
+/// The blocks in the lanes of tiles, as they are stored: candidate[i] is in lane i; null in the order of the store.
+struct BlocksOfLanes {
+  Planes planes;
+  const Candidate* candidate;
+};
+
 /// Rounds in float32 (simd/round.hpp), per form; W rounded to float32. Fused multiply-adds, if the instruction set has
 /// them.
 struct RoundFunctions {
   /// Evaluates det(I + Y Y^T) - 1 in the tiles of a part with a stale bound of at least `from` that are not evaluated.
   Evaluated (*evaluate)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
 
-  /// The same with bounds of each candidate's own rounding error (docs/numerics.md): `gains` and `highest` hold upper
-  /// bounds of the exact relative gain, +infinity where float32 overflows, `lower` lower bounds, of which it returns
-  /// the largest.
-  Evaluated (*evaluate_with_care)(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part);
-
-  /// A whole round for one candidate without care: prove_best and survivors.
+  /// A whole round for one candidate: prove_best and survivors.
   std::size_t (*run)(const Tiles& tiles, const float* w, Round& round, Lane* survivors);
 };
 
@@ -87,6 +88,11 @@ struct ExactFunctions {
   void (*decide)(const Planes& planes, const double* w, const Candidate* listed, std::size_t count,
                  double* relative_gains);
 
+  /// Evaluates the same, rounded to float32, in the tiles listed: `gains` and `highest` of `arrays`. By elimination it
+  /// takes half of the time, and is off by more (docs/numerics.md).
+  Evaluated (*evaluate)(const Tiles& tiles, const BlocksOfLanes& blocks, const double* w, bool by_elimination,
+                        const Tile* list, std::size_t count, const RoundArrays& arrays);
+
   /// traces[j] = |Y|_F^2 of candidate listed[j].
   void (*traces)(const Planes& planes, const double* w, const Candidate* listed, std::size_t count, double* traces);
 
@@ -126,8 +132,8 @@ struct ArrayFunctions {
   /// How many of values[0 .. count), padded to a multiple of 16, are at least `threshold`; the padding counts too.
   std::size_t (*count_at_least)(const float* values, std::size_t count, float threshold);
 
-  /// List the positions in [0, count) with lower <= values[i] < upper, in order; return how many. Read up to the next
-  /// multiple of 16; up to 16 more than are listed may be written.
+  /// List the positions in [0, count) with lower <= values[i] < upper, in order; return how many. No value reaches an
+  /// `upper` of NaN. Read up to the next multiple of 16; up to 16 more than are listed may be written.
   std::size_t (*list_candidates)(const float* values, std::size_t count, float lower, float upper, Candidate* list);
   std::size_t (*list_tiles)(const float* values, std::size_t count, float lower, float upper, Tile* list);
 

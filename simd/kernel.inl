@@ -20,6 +20,7 @@ using maxlogdet::Candidate;
 using maxlogdet::Lane;
 using maxlogdet::Tile;
 using maxlogdet::simd::any_candidate;
+using maxlogdet::simd::BlocksOfLanes;
 using maxlogdet::simd::dimension;
 using maxlogdet::simd::entries_of;
 using maxlogdet::simd::Evaluated;
@@ -48,6 +49,13 @@ constexpr std::size_t float_lanes = Floats::size;
 // A pack of float64 rounded to float32; xsimd has no float32 batch of double_lanes.
 typedef float Narrow __attribute__((vector_size(double_lanes * sizeof(float))));  // NOLINT(modernize-use-using)
 
+// Consecutive floats as doubles.
+inline Doubles widened(const float* values) {
+  Narrow narrow;
+  std::memcpy(&narrow, values, sizeof narrow);
+  return Doubles(__builtin_convertvector(narrow, Doubles::register_type));
+}
+
 inline void store_narrow(const Doubles& values, float* to) {
   const Doubles::register_type exact = values;
   const Narrow rounded = __builtin_convertvector(exact, Narrow);
@@ -58,8 +66,8 @@ inline void store_narrow(const Doubles& values, float* to) {
 
 #include "simd/arrays.inl"
 #include "simd/factored_gains.inl"
-#include "simd/gains.inl"
 #include "simd/matches.inl"
+#include "simd/products.inl"
 
 // These use the ones above.
 #include "simd/draws.inl"
@@ -67,16 +75,17 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/factor_updates.inl"
 #include "simd/factors_along_ray.inl"
 #include "simd/factors_by_jacobian.inl"
-#include "simd/gain_bounds.inl"
+#include "simd/gains.inl"
 #include "simd/gather.inl"
 #include "simd/jacobians.inl"
-#include "simd/losses.inl"
 #include "simd/sums.inl"
-#include "simd/traces.inl"
 
 // These use those.
 #include "simd/blocks.inl"
+#include "simd/gains_in_float64.inl"
+#include "simd/losses.inl"
 #include "simd/rounds.inl"
+#include "simd/traces.inl"
 
 namespace maxlogdet {
 namespace simd {
@@ -88,11 +97,12 @@ constexpr LayoutFunctions layout_functions() {
 }
 template <Form form>
 constexpr RoundFunctions round_functions() {
-  return {evaluate<form, false>, evaluate<form, true>, run_round<form>};
+  return {evaluate<form>, run_round<form>};
 }
 template <int Rows>
 constexpr ExactFunctions exact_functions() {
-  return {decide<Rows>, exact_traces<Rows>, traces<Rows>, losses<Rows>, sum_information<Rows>};
+  return {decide<Rows>, evaluate_in_float64<Rows>, exact_traces<Rows>, traces<Rows>,
+          losses<Rows>, sum_information<Rows>};
 }
 
 }  // namespace

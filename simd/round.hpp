@@ -17,9 +17,8 @@ namespace simd {
 struct RoundArrays {
   float* bounds;   ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
   float* highest;  ///< per tile: the maximum of `gains` when last evaluated
-  float* gains;  ///< per lane: the float32 relative gain when last evaluated; with care an upper bound; -1: none there
-  float* lower;  ///< per lane, with care only: a lower bound
-  Tile* list;    ///< scratch: tiles to evaluate
+  float* gains;    ///< per lane: the relative gain when last evaluated, in float32 or rounded to it; -1: none there
+  Tile* list;      ///< scratch: tiles to evaluate
 };
 
 /// Nothing is evaluated: NaN, which no bound reaches.
@@ -32,8 +31,7 @@ struct Round {
   double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
 
   float evaluated_from = nothing_evaluated;  ///< just the tiles of at least this stale bound are evaluated
-  float best = -1;      ///< a lower bound of the (k-th) largest value found, with care of a lower bound; below
-                        ///< 0 if there are not as many
+  float best = -1;      ///< a lower bound of the (k-th) largest value found; below 0 if there are not as many
   double assured = -1;  ///< a lower bound of the (k-th) largest exact relative gain
   float share = 1;      ///< about speed alone: what share of the highest bound the best is expected to have
   float guess = -1;     ///< that share, while nothing is known
@@ -43,7 +41,8 @@ struct Round {
 
   /// The best found is `value`.
   [[gnu::always_inline]] void learn(float value) noexcept {
-    best = value;
+    constexpr float largest = std::numeric_limits<float>::max();
+    best = value < largest ? value : largest;
     assured = -1;
     if (best < 0) return;
     filter.follow(static_cast<double>(best));

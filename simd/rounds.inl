@@ -22,12 +22,11 @@ inline std::size_t list_unevaluated(const Tiles& tiles, const Round& round, floa
   return found;
 }
 
-template <Form form, bool with_care>
+template <Form form>
 Evaluated evaluate(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part) {
   Tile* const list = round.arrays.list + part.first_of_list;
   const std::size_t count = list_unevaluated(tiles, round, from, part, list);
-  return with_care ? evaluate_listed_with_care<form>(tiles, w, list, count, round.arrays)
-                   : evaluate_listed<form>(tiles, w, list, count, round.arrays);
+  return evaluate_listed<form>(tiles, w, list, count, round.arrays);
 }
 
 std::size_t list_survivors(const Tiles& tiles, const Round& round, Lane* lanes) {
@@ -85,7 +84,7 @@ float highest_unevaluated(const Tiles& tiles, const Round& round) {
   return largest_lane(highest_bound);
 }
 
-// The steps of a round for one candidate, on one thread, without care: all in this unit, so that they are inlined.
+// The steps of a round for one candidate, on one thread, in float32: all in this unit, so that they are inlined.
 template <Form form>
 struct InlinedSteps {
   const Tiles& tiles;
@@ -94,7 +93,7 @@ struct InlinedSteps {
   float best(const Round& round) const { return round.best; }
   float highest_left(const Round& round) const { return highest_unevaluated(tiles, round); }
   float evaluate(Round& round, float from) const {
-    const Evaluated found = ::evaluate<form, false>(tiles, w, round, from, {0, 1, 0});
+    const Evaluated found = ::evaluate<form>(tiles, w, round, from, {0, 1, 0});
     round.evaluations += found.count;
     round.best = found.best > round.best ? found.best : round.best;
     return from;

@@ -39,6 +39,7 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
   return static_cast<std::uint32_t>(condition.mask());
 }
 inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fma(x, y, z); }
+inline Doubles multiply_add(const Doubles& x, const Doubles& y, const Doubles& z) { return xsimd::fma(x, y, z); }
 inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fnma(x, y, z); }
 #else
 inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
@@ -59,6 +60,13 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
 inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) {
 #if defined(__AVX512F__)
   return _mm512_fmadd_ps(x, y, z);
+#else
+  return xsimd::fma(x, y, z);
+#endif
+}
+inline Doubles multiply_add(const Doubles& x, const Doubles& y, const Doubles& z) {
+#if defined(__AVX512F__)
+  return _mm512_fmadd_pd(x, y, z);
 #else
   return xsimd::fma(x, y, z);
 #endif
@@ -164,23 +172,6 @@ inline Floats zip_high(const Floats& x, const Floats& y) {
   return _mm256_unpackhi_ps(x, y);
 #else
   return xsimd::zip_hi(x, y);
-#endif
-}
-
-// Rounded as IEEE 754 says. On NEON xsimd (14.3 too) refines an estimate instead, for float alone: some ulp off, and
-// NaN for the root of infinity.
-inline Floats quotient(const Floats& x, const Floats& y) {
-#if defined(__aarch64__)
-  return vdivq_f32(x, y);
-#else
-  return x / y;
-#endif
-}
-inline Floats square_root(const Floats& x) {
-#if defined(__aarch64__)
-  return vsqrtq_f32(x);
-#else
-  return xsimd::sqrt(x);
 #endif
 }
 

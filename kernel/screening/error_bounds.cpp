@@ -17,15 +17,30 @@ constexpr double whitening_errors[] = {8, 8, 8, 12};
 constexpr double minors_errors[] = {8, 32, 160};
 static_assert(sizeof whitening_errors / sizeof(double) == simd::forms, "one of each form");
 static_assert(sizeof minors_errors / sizeof(double) == max_block_rows, "one of each number of rows");
+// Of 1 + a relative gain in float64, per rows, in units of 2^-53 |y|^2 and |y|; and the share of it up to which these
+// serve.
+constexpr double elimination_errors[] = {32, 128, 320};
+constexpr double orthogonal_errors[] = {16, 64, 128};
+constexpr double largest_share = 0.01;
+// What a relative gain may lose that underflows in float32.
+constexpr double underflow = 1e-36;
 // For |Y| between these no float32 operation of the kernels overflows, or loses more to underflow than bounds allow.
 constexpr double largest_norm = 1e6;
 constexpr double smallest_norm = 1e-15;
-// The error of sqrt(det) below which one bound for all candidates is as good as one for each.
+// The error of sqrt(det) below which nothing is gained by lowering it.
 constexpr double small_volume_error = 1e-3;
 // Bounds are recomputed when the highest stale bound has fallen below this share of the one that they were made with.
 constexpr float outdated_share = 0.75F;
 // The maximum drift for which bounds of |Y| are kept from round to round.
 constexpr double small_drift = 1e-3;
+
+// E of docs/numerics.md: the error of sqrt(det) where every row y of Y, |y|^2 <= squares, is off by up to `delta`.
+double volume_error(double squares, double delta, int rows) noexcept {
+  const double length = std::sqrt(1 + squares) + delta;
+  double error = rows * delta;
+  for (int row = 1; row < rows; ++row) error *= length;
+  return error;
+}
 
 }  // namespace
 
@@ -42,58 +57,75 @@ void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, fl
   drift_ = f < hopeless_error ? drift_of_error * rows_ * f : infinity;
   round.drift = drift_;
   // Once the error is small, the wider bound of an earlier round suffices.
-  may_last = may_last && !with_care_ && is_small() && drift_ < small_drift;
+  may_last = may_last && !in_float64_ && is_small() && drift_ < small_drift;
   if (still_hold(may_last, highest)) return;
   is_lasting_ = may_last;
   bound_rows(factor.inverse());
   tighten(highest);
-  round.filter = {};
-  if (with_care_) return;
-  // |relative gain - exact| <= minors error + 2 sqrt(1 + relative gain) error + error^2
-  round.filter.error = volume_error_ * shrink_;
-  round.filter.constant = volume_error_ * volume_error_ + minors_error_;
+  round.filter = filter();
   round.filter.take_tangent_at(std::max(0.0, expected));
 }
 
-void ErrorBounds::take_care(simd::Round& round) noexcept {
-  with_care_ = true;
-  round.filter = {};
+void ErrorBounds::use_float64(simd::Round& round) noexcept {
+  in_float64_ = true;
+  const double tangent = round.filter.tangent;
+  round.filter = filter();
+  round.filter.take_tangent_at(tangent);
+}
+
+double ErrorBounds::row_error() const noexcept {
+  return whitening_errors[form_] * float_unit_roundoff * std::sqrt(row_squares_);
 }
 
 void ErrorBounds::bound_rows(const double* w) noexcept {
   const WhitenedRowBounds bounds = bound_whitened_rows(w, column_max_);
-  row_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
+  row_squares_ = tight_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
   const double norm = std::sqrt(row_squares_);
-  delta_ = whitening_errors[form_] * float_unit_roundoff * norm;
-  bound_volumes(row_squares_);
+  volume_error_ = volume_error(row_squares_, row_error(), rows_);
 
   const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
   // Three long rows are nearly always almost parallel.
   const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
-  with_care_ = overflows || is_hopeless || (with_care_ && !is_small());
-}
-
-// `squares`: an upper bound of |y|^2 for every row y of Y.
-void ErrorBounds::bound_volumes(double squares) noexcept {
-  const double length = std::sqrt(1 + squares) + delta_;
-  shrink_ = std::min(1.0, std::sqrt(squares));
-  volume_error_ = rows_ * delta_;
-  double relative_gain = squares;  // (1 + squares)^rows - 1, without cancellation
-  for (int row = 1; row < rows_; ++row) {
-    volume_error_ *= length;
-    relative_gain += squares + relative_gain * squares;
-  }
-  minors_error_ = minors_errors[rows_ - 1] * float_unit_roundoff * relative_gain + 1e-36;
+  in_float64_ = overflows || is_hopeless || (in_float64_ && !is_small());
 }
 
 // det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y: no row is longer than the root of the highest relative gain.
 void ErrorBounds::tighten(float highest) noexcept {
   drift_limit_ = 2 * drift_;
   highest_when_bounded_ = highest;
-  if (with_care_ || !(highest < float_infinity)) return;
+  if (!(highest < float_infinity)) return;
+  const double delta = row_error();
   const double bound = highest;
   const double squares = bound + (1 + bound) * drift_limit_;
-  bound_volumes(std::min(row_squares_, 1.1 * std::max(0.0, squares) + 12 * delta_ * delta_));
+  tight_squares_ = std::min(row_squares_, 1.1 * std::max(0.0, squares) + 12 * delta * delta);
+  volume_error_ = volume_error(tight_squares_, delta, rows_);
+}
+
+// What 1 + a relative gain is off by in float64, as a share of it.
+double ErrorBounds::elimination_error() const noexcept {
+  return elimination_errors[rows_ - 1] * simd::double_unit_roundoff * row_squares_;
+}
+double ErrorBounds::orthogonal_error() const noexcept {
+  return orthogonal_errors[rows_ - 1] * simd::double_unit_roundoff * std::sqrt(row_squares_);
+}
+
+bool ErrorBounds::by_elimination() const noexcept { return elimination_error() < largest_share; }
+
+simd::GainFilter ErrorBounds::filter() const noexcept {
+  simd::GainFilter filter;
+  if (in_float64_) {
+    const double share = by_elimination() ? elimination_error() : orthogonal_error();
+    const bool excludes = share < largest_share;
+    filter.constant = excludes ? share + underflow : infinity;
+    filter.relative = excludes ? share + 2 * float_unit_roundoff : 0;
+  } else {
+    double most = tight_squares_;  // (1 + squares)^rows - 1, without cancellation
+    for (int row = 1; row < rows_; ++row) most += tight_squares_ + most * tight_squares_;
+    const double minors_error = minors_errors[rows_ - 1] * float_unit_roundoff * most;
+    filter.error = volume_error_ * std::min(1.0, std::sqrt(tight_squares_));
+    filter.constant = volume_error_ * volume_error_ + minors_error + underflow;
+  }
+  return filter;
 }
 
 }  // namespace maxlogdet

@@ -15,7 +15,7 @@ using simd::tile_size;
 
 namespace {
 
-// More survivors than this are evaluated again with care before float64 decides.
+// With more survivors than this the tiles that hold them are evaluated in float64.
 constexpr std::size_t many_survivors = 24;
 
 }  // namespace
@@ -25,7 +25,6 @@ ScreeningMemory::ScreeningMemory(std::size_t capacity)
       bounds(padded(tiles_of(capacity))),
       highest(padded(tiles_of(capacity))),
       gains(padded(capacity)),
-      lower(padded(capacity)),
       list(padded(tiles_of(capacity)) + 2 * tile_size * threading::Team::max_chunks),
       ranked(padded(capacity)) {}
 
@@ -37,7 +36,7 @@ Screening::Screening(const Evaluator& evaluator, simd::Form form, const double* 
       memory_(memory),
       tiles_(evaluator, form, memory.tiles),
       errors_(form, column_max) {
-  round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(), memory.lower.data(), memory.list};
+  round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(), memory.list};
 }
 
 void Screening::use_store(const unsigned char* free, std::size_t n) noexcept {
@@ -81,7 +80,7 @@ void Screening::order_by_gain() noexcept {
 void Screening::begin(const InformationFactor& factor, float highest, float guess) noexcept {
   assert(!is_open_);
   is_open_ = true;
-  w_ = factor.narrow_inverse();
+  factor_ = &factor;
   round_.guess = guess;
   reset_round();
   const double expected = highest < float_infinity ? expected_share_ * static_cast<double>(highest) : 0;
@@ -114,13 +113,13 @@ float Screening::first_guess() const noexcept {
 }
 
 bool Screening::is_inlined(std::size_t k) const noexcept {
-  return k == 1 && !round_.has_evaluated() && !errors_.with_care() && evaluator_.team().workers() == 1;
+  return k == 1 && !round_.has_evaluated() && !errors_.in_float64() && evaluator_.team().workers() == 1;
 }
 
 // Evaluates what may be among the k best, and lists what survives.
 std::size_t Screening::find(std::size_t k, Lane* lanes) noexcept {
-  if (is_inlined(k)) return kernel_.rounds[tiles_.form()].run(tiles_.tiles(), w_, round_, lanes);
-  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, k, round_.has_evaluated());
+  if (is_inlined(k)) return kernel_.rounds[tiles_.form()].run(tiles_.tiles(), factor_->narrow_inverse(), round_, lanes);
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, *factor_, k, round_.has_evaluated());
   simd::prove_best(round_, steps);
   return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
@@ -130,9 +129,9 @@ std::size_t Screening::survivors(std::size_t k, Lane* lanes) noexcept {
   std::size_t found = find(k, lanes);
   if (k > 1 || found <= many_survivors) return found;
   found = drop_copies(lanes, found);
-  if (found <= many_survivors || errors_.with_care()) return found;
+  if (found <= many_survivors || errors_.in_float64()) return found;
   const std::size_t evaluations = round_.evaluations;
-  take_care();
+  use_float64();
   found = find(k, lanes);
   round_.evaluations = evaluations;  // the same candidates count once
   return drop_copies(lanes, found);
@@ -151,10 +150,10 @@ std::size_t Screening::drop_copies(Lane* lanes, std::size_t count) const noexcep
 }
 
 // Called where one bound for all candidates excludes too few of them: what it has excluded stays so.
-void Screening::take_care() noexcept {
+void Screening::use_float64() noexcept {
   if (tiles_.is_ordered()) keep_bounds();
   round_.guess = tiles_.is_ordered() ? simd::stale_threshold(round_.assured, 0) : any_candidate;
-  errors_.take_care(round_);
+  errors_.use_float64(round_);
   reset_round();
 }
 
@@ -174,7 +173,7 @@ void Screening::end_round() noexcept {
 
 float Screening::bound_all(const InformationFactor& factor) noexcept {
   begin(factor, float_infinity, any_candidate);
-  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, *factor_, 1, false);
   simd::prove_best(round_, steps);
   keep_bounds();
   is_open_ = false;
@@ -185,8 +184,8 @@ std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, 
   errors_.forget();  // of the factor of the rounds before
   begin(factor, float_infinity, std::max(any_candidate, min_bound));
   std::size_t found = try_guess(lanes);
-  if (found > many_survivors && !errors_.with_care()) {
-    errors_.take_care(round_);
+  if (found > many_survivors && !errors_.in_float64()) {
+    errors_.use_float64(round_);
     reset_round();
     found = try_guess(lanes);
   }
@@ -197,7 +196,7 @@ std::size_t Screening::try_at(const InformationFactor& factor, float min_bound, 
 
 // Evaluates down to the guess, and no further.
 std::size_t Screening::try_guess(Lane* lanes) noexcept {
-  CalledSteps steps(evaluator_, tiles_, errors_, memory_, w_, 1, false);
+  CalledSteps steps(evaluator_, tiles_, errors_, memory_, *factor_, 1, false);
   round_.evaluated_from = steps.evaluate(round_, round_.guess);
   round_.learn(steps.best(round_));
   const std::size_t found = kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
@@ -208,7 +207,6 @@ void Screening::remove(Lane lane) noexcept {
   tiles_.remove(lane);
   memory_.gains[lane] = -1;
   if (is_open_) {
-    memory_.lower[lane] = -1;
     const Tile tile = simd::tile_of(lane);
     memory_.highest[tile] = kernel_.arrays.largest(memory_.gains.data() + simd::first_lane(tile), tile_size);
     return;

@@ -22,12 +22,11 @@ struct ScreeningMemory {
   ArrayOf<Tile, float> bounds;  ///< as in simd::RoundArrays, this and the following
   ArrayOf<Tile, float> highest;
   ArrayOf<Lane, float> gains;
-  ArrayOf<Lane, float> lower;
   AlignedArray<Tile> list;
   AlignedArray<float> ranked;  ///< scratch: values to find the k-th largest of
 };
 
-/// Finds in float32 the candidates whose float64 gain may be the maximum, usually a single one. Three parts do it: a
+/// Finds the candidates whose float64 gain may be the maximum, usually a single one. Three parts do it: a
 /// TileLayout knows where each candidate is, stale bounds tell which tiles need not be evaluated, ErrorBounds what
 /// float32 proves. A simd::Round is made of them (docs/architecture.md).
 ///
@@ -97,7 +96,7 @@ class Screening {
   float first_guess() const noexcept;
   std::size_t try_guess(Lane* lanes) noexcept;
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
-  void take_care() noexcept;
+  void use_float64() noexcept;
 
   const Evaluator& evaluator_;
   const simd::Kernel& kernel_;
@@ -106,9 +105,9 @@ class Screening {
   TileLayout tiles_;
   ErrorBounds errors_;
   simd::Round round_;
-  const float* w_ = nullptr;     // W of the round, in float32
-  bool is_open_ = false;         // within a round
-  double last_norm_ = infinity;  // of W in the round before, to be asserted
+  const InformationFactor* factor_ = nullptr;  // of the round
+  bool is_open_ = false;                       // within a round
+  double last_norm_ = infinity;                // of W in the round before, to be asserted
   float highest_bound_ = float_infinity;
   double expected_share_ = 0.9;  // predicted ratio of a round's best relative gain to its highest bound
 };

@@ -12,22 +12,21 @@
 namespace maxlogdet {
 
 /// The steps of simd::prove_best where they cannot be inlined into one kernel: several threads, several candidates to
-/// prove, with care, or a round that goes on after removals.
+/// prove, in float64, or a round that goes on after removals.
 class CalledSteps {
  public:
   /// `goes_on`: the round has evaluated tiles before.
   CalledSteps(const Evaluator& evaluator, const TileLayout& tiles, const ErrorBounds& errors, ScreeningMemory& memory,
-              const float* w, std::size_t k, bool goes_on) noexcept
+              const InformationFactor& factor, std::size_t k, bool goes_on) noexcept
       : evaluator_(evaluator),
         tiles_(tiles),
         memory_(memory),
-        with_care_(errors.with_care()),
-        w_(w),
+        errors_(errors),
+        factor_(factor),
         k_(k),
         goes_on_(goes_on) {}
 
-  /// At most the k-th largest value of the evaluated tiles: that of their maxima, where these are enough. With care
-  /// that of the lower bounds.
+  /// At most the k-th largest value of the evaluated tiles: that of their maxima, where these are enough.
   float best(const simd::Round& round) const noexcept;
 
   float highest_left(const simd::Round& round) const noexcept {
@@ -38,12 +37,15 @@ class CalledSteps {
 
  private:
   std::size_t rank(const simd::Round& round, bool by_tiles) const noexcept;
+  void evaluate_in_float32(simd::Round& round, float from) noexcept;
+  void evaluate_in_float64(simd::Round& round, float from) noexcept;
+  void note(simd::Round& round, const simd::Evaluated& found) noexcept;
 
   const Evaluator& evaluator_;
   const TileLayout& tiles_;
   ScreeningMemory& memory_;
-  bool with_care_;
-  const float* w_;
+  const ErrorBounds& errors_;
+  const InformationFactor& factor_;
   std::size_t k_;
   bool goes_on_;
   float found_ = -1;  // the largest value of all tiles evaluated by these steps

@@ -66,6 +66,7 @@ class TileLayout {
   /// Whether lane_of() may be asked: in the order of the store, or once ordered.
   bool has_lane_of() const noexcept { return is_store_order_ || is_ordered_; }
   bool is_ordered() const noexcept { return is_ordered_; }
+  bool is_store_order() const noexcept { return is_store_order_; }
 
   const simd::Tiles& tiles() const noexcept { return tiles_; }
   simd::Form form() const noexcept { return form_; }

@@ -39,7 +39,7 @@ TEST(GainFilter, excludes_no_candidate_that_may_reach_what_is_assured) {
   EXPECT_GT(above_zero, 0U);
 }
 
-// |exact - v| <= 2 error sqrt(1 + v) + constant: the tangent is nowhere below it, wherever it is taken, and close to it
+// |exact - v| <= 2 error sqrt(1 + v) + relative v + constant: the tangent is nowhere below it, wherever it is taken, and close to it
 // where the filter has followed.
 TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
   Random random;
@@ -48,11 +48,12 @@ TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
     simd::GainFilter filter;
     filter.error = log_uniform(random, -12, 0);
     filter.constant = log_uniform(random, -20, 0);
+    if (random.chance(0.5)) filter.relative = log_uniform(random, -7, -2);
     filter.take_tangent_at(random.chance(0.1) ? 0 : log_uniform(random, -6, 12));
     const double value = random.chance(0.1) ? 0 : log_uniform(random, -6, 12);
     const auto error = [&] {
       return 2 * static_cast<long double>(filter.error) * std::sqrt(1 + static_cast<long double>(value)) +
-             filter.constant;
+             static_cast<long double>(filter.relative) * value + filter.constant;
     };
     ASSERT_GE(filter.at_most(value), (value + error()) * (1 - 1e-14L));
     ASSERT_LE(filter.at_least(value), value - error() + (value + error()) * 1e-14L);

@@ -180,7 +180,7 @@ struct SomeRound {
         highest[tile] = std::max(highest[tile], gains[lane]);
       }
     }
-    round.arrays = {bounds.data(), highest.data(), gains.data(), nullptr, nullptr};
+    round.arrays = {bounds.data(), highest.data(), gains.data(), nullptr};
     if (random.chance(0.9)) round.evaluated_from = static_cast<float>(random.integer(0, 5));
     round.assured = random.integer(-1, 4);
     round.filter.slope = 1 + random.uniform(0, 1e-3);
@@ -212,7 +212,7 @@ TEST(Isa, survivors_and_bounds_of_a_round_are_exact_on_all) {
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
       SomeRound own = all;
-      own.round.arrays = {own.bounds.data(), own.highest.data(), own.gains.data(), nullptr, nullptr};
+      own.round.arrays = {own.bounds.data(), own.highest.data(), own.gains.data(), nullptr};
       std::vector<Lane> lanes(own.gains.size());
       lanes.resize(kernel->bounds.list_survivors(own.tiles(), own.round, lanes.data()));
       EXPECT_EQ(lanes, survivors);

@@ -8,6 +8,7 @@
 #include "tests/support/flushed_denormals.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -169,25 +170,95 @@ TEST(Screening, holds_on_awkward_candidates) {
   }
 }
 
-// Long rows that are nearly parallel to each other: minors cancel, and so does what is left by orthogonalising.
+// Long rows that are nearly parallel to each other: minors cancel, and so do pivots.
+BlockStore nearly_parallel_rows(Random& random) {
+  const double scale = std::pow(10.0, random.uniform(-9, 9));
+  const double distance = std::pow(10.0, random.uniform(-9, 0));
+  const int rows = random.integer(1, 3);
+  const Block direction = random_block(random, 1);
+  BlockStore blocks;
+  for (int i = 0; i < 24; ++i) {
+    Block block(rows, 6);
+    const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
+    for (int row = 0; row < rows; ++row)
+      block.row(row) = own * scale * (direction + distance * random_block(random, 1));
+    push_back(blocks, block);
+  }
+  return blocks;
+}
+
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
   for (std::uint64_t variation = 0; variation < trials(1000); ++variation) {
     Random random(variation);
     SCOPED_TRACE(random.name());
-    const double scale = std::pow(10.0, random.uniform(-9, 9));
-    const double distance = std::pow(10.0, random.uniform(-9, 0));
-    const int rows = random.integer(1, 3);
-    const Block direction = random_block(random, 1);
-    BlockStore blocks;
-    for (int i = 0; i < 24; ++i) {
-      Block block(rows, 6);
-      const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
-      for (int row = 0; row < rows; ++row)
-        block.row(row) = own * scale * (direction + distance * random_block(random, 1));
-      push_back(blocks, block);
-    }
-    expect_screening_holds(blocks, nullptr, 10);
+    expect_screening_holds(nearly_parallel_rows(random), nullptr, 10);
   }
+}
+
+// | |W| |h| |^2 of the row of a block for which it is largest.
+double largest_rounding_square(const Block& block, const InformationFactor& factor) {
+  double largest = 0;
+  for (int row = 0; row < block.rows(); ++row) {
+    double square = 0;
+    for (int i = 0; i < 6; ++i) {
+      double sum = 0;
+      for (int j = 0; j <= i; ++j) sum += std::abs(factor.inverse()[simd::padded_dimension * i + j] * block(row, j));
+      square += sum * sum;
+    }
+    largest = std::max(largest, square);
+  }
+  return largest;
+}
+
+// Gains in float64 are off by a share of 1 + g, and by rounding them to float32.
+void expect_gains_in_float64_exact(const simd::Kernel& kernel, const BlockStore& blocks,
+                                   const InformationFactor& factor, Random& random, long double (&tightest)[2]) {
+  const Candidates candidates = all_of(blocks);
+  const bool by_elimination = random.chance(0.5);
+  std::vector<Candidate> in_lane(padded(blocks.size()));
+  for (std::size_t i = 0; i < in_lane.size(); ++i) in_lane[i] = static_cast<Candidate>(std::min(i, blocks.size() - 1));
+  const std::vector<float> remaining(in_lane.size(), 1);
+  std::vector<float> gains(in_lane.size());
+  float highest[2];
+  const unsigned char in_each[2] = {16, 8};
+  const Tile list[2] = {Tile{0}, Tile{1}};
+  const simd::Evaluated found = kernel.exact[blocks.rows() - 1].evaluate(
+      {nullptr, 0, 0, 2, remaining.data(), in_each}, {candidates.planes, random.chance(0.5) ? in_lane.data() : nullptr},
+      factor.inverse(), by_elimination, list, 2, {nullptr, highest, gains.data(), nullptr});
+  EXPECT_EQ(found.best, std::max(highest[0], highest[1]));
+  EXPECT_EQ(found.count, 24U);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block block = stored_block(blocks, i);
+    const long double exact = exact_relative_gain(block, factor);
+    const long double square = largest_rounding_square(block, factor);
+    const long double rows = block.rows();
+    const long double share = 0x1p-53L * (by_elimination ? 31 * rows * rows * square
+                                                         : 42 * rows * std::sqrt(square * std::max(square, 1.0L)));
+    if (share > 0.01L || exact > 1e38L) continue;
+    const long double error = std::abs(gains[i] - exact);
+    const long double bound = share * (1 + exact) + 0x1.1p-24L * exact + 1e-37L;
+    ASSERT_LE(error, bound) << i << ", " << exact;
+    if (share * (1 + exact) > 0x1p-20L * exact) {
+      tightest[by_elimination ? 1 : 0] = std::max(tightest[by_elimination ? 1 : 0], error / bound);
+    }
+  }
+}
+
+TEST(Screening, gains_in_float64_are_as_exact_as_proved) {
+  long double tightest[2] = {0, 0};
+  for_each_trial(1000, [&](Random& random) {
+    const BlockStore blocks = nearly_parallel_rows(random);
+    const EigenPrior prior(random_prior(random));
+    InformationFactor factor;
+    ASSERT_TRUE(factor.reset(random.chance(0.5) ? prior.data() : nullptr));
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      SCOPED_TRACE(kernel->isa);
+      expect_gains_in_float64_exact(*kernel, blocks, factor, random, tightest);
+    }
+  });
+  std::printf("largest error seen, by the gains that decide and by elimination: %.2Le, %.2Le of its bound\n",
+              tightest[0], tightest[1]);
+  EXPECT_GT(std::min(tightest[0], tightest[1]), 0);
 }
 
 TEST(Screening, holds_where_float32_overflows_or_underflows) {
