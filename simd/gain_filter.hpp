@@ -3,8 +3,8 @@
 
 #include "simd/rounding.hpp"
 
-// What float32 proves of exact relative gains, and what that excludes: a filter of rounding errors, as those of
-// geometric predicates (docs/numerics.md, which proves it). Always inlined, as in rounding.hpp.
+// What evaluated gains prove of exact ones, and what that excludes: a filter of rounding errors, as those of geometric
+// predicates (docs/numerics.md, which proves it). Always inlined, as in rounding.hpp.
 
 namespace maxlogdet {
 namespace simd {
@@ -21,10 +21,10 @@ struct TileLine {
   }
 };
 
-/// The interval in which an exact relative gain is, given that of float32. A float32 value v is off by at most
-///     2 error sqrt(1 + v) + constant,
-/// where the root is replaced by its tangent at a value near the best: nowhere below it, and no root to take. A value
-/// of float64 is off by up to `rounding` of it more, because it is rounded to float32.
+/// The interval in which an exact relative gain is, given the value v that was evaluated in float32 or float64, which
+/// is off by at most
+///     2 error sqrt(1 + v) + relative v + constant,
+/// where the root is replaced by its tangent at a value near the best: nowhere below it, and no root to take.
 struct GainFilter {
   double error = 0;
   double constant = 0;
@@ -32,7 +32,7 @@ struct GainFilter {
 
   /// Where the tangent is taken.
   double tangent = 0;
-  double slope = 1;  ///< exact <= slope * (that of float32) + offset
+  double slope = 1;  ///< exact <= slope v + offset
   double offset = 0;
 
   [[gnu::always_inline]] void take_tangent_at(double relative_gain) noexcept {
@@ -49,19 +49,18 @@ struct GainFilter {
     if (!is_near) take_tangent_at(relative_gain);
   }
 
-  /// Bounds of an exact relative gain, given that of float32.
+  /// A lower bound of an exact relative gain, given what was evaluated.
   [[gnu::always_inline]] double at_least(double relative_gain) const noexcept {
     return relative_gain - ((slope - 1) * relative_gain + offset);
   }
-  [[gnu::always_inline]] double at_most(double relative_gain) const noexcept { return slope * relative_gain + offset; }
 
-  /// A candidate whose float32 relative gain is below this is not the best, if the best has at least `assured`.
+  /// A candidate whose evaluated gain is below this is not the best, if the best has at least `assured`.
   [[gnu::always_inline]] float survivor_threshold(double assured) const noexcept {
     const double threshold = (assured - offset) * (slope < 2 ? 2 - slope : 0);  // 2 - s <= 1 / s
     return threshold > 0 ? rounded_down(threshold) : any_candidate;
   }
 
-  /// at_most for a whole tile.
+  /// Upper bounds of the exact relative gains of a tile.
   [[gnu::always_inline]] TileLine line_of_tiles() const noexcept {
     return {rounded_up(slope * (1 + sum_room)), rounded_up(offset)};
   }

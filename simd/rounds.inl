@@ -89,20 +89,21 @@ template <Form form>
 struct InlinedSteps {
   const Tiles& tiles;
   const float* w;
+  float found;  // the largest gain
 
-  float best(const Round& round) const { return round.best; }
+  float best(const Round&) const { return found; }
   float highest_left(const Round& round) const { return highest_unevaluated(tiles, round); }
-  float evaluate(Round& round, float from) const {
-    const Evaluated found = ::evaluate<form>(tiles, w, round, from, {0, 1, 0});
-    round.evaluations += found.count;
-    round.best = found.best > round.best ? found.best : round.best;
+  float evaluate(Round& round, float from) {
+    const Evaluated evaluated = ::evaluate<form>(tiles, w, round, from, {0, 1, 0});
+    round.evaluations += evaluated.count;
+    found = evaluated.best > found ? evaluated.best : found;
     return from;
   }
 };
 
 template <Form form>
 std::size_t run_round(const Tiles& tiles, const float* w, Round& round, Lane* survivors) {
-  InlinedSteps<form> steps{tiles, w};
+  InlinedSteps<form> steps{tiles, w, -1};
   prove_best(round, steps);
   return list_survivors(tiles, round, survivors);
 }

@@ -19,7 +19,7 @@ simd::GainFilter random_filter(Random& random) {
   return line;
 }
 
-long double exact_maximum(const simd::GainFilter& line, float relative_gain) {
+long double at_most(const simd::GainFilter& line, double relative_gain) {
   return static_cast<long double>(line.slope) * relative_gain + line.offset;
 }
 
@@ -34,13 +34,13 @@ TEST(GainFilter, excludes_no_candidate_that_may_reach_what_is_assured) {
     ASSERT_GE(threshold, simd::any_candidate);
     if (threshold < 0) continue;
     ++above_zero;
-    ASSERT_LT(exact_maximum(line, std::nextafter(threshold, -1.0F)), assured) << line.slope << ' ' << line.offset;
+    ASSERT_LT(at_most(line, std::nextafter(threshold, -1.0F)), assured) << line.slope << ' ' << line.offset;
   }
   EXPECT_GT(above_zero, 0U);
 }
 
-// |exact - v| <= 2 error sqrt(1 + v) + relative v + constant: the tangent is nowhere below it, wherever it is taken, and close to it
-// where the filter has followed.
+// |exact - v| <= 2 error sqrt(1 + v) + relative v + constant: the tangent is nowhere below it, wherever it is taken,
+// and close to it where the filter has followed.
 TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
   Random random;
   SCOPED_TRACE(random.name());
@@ -55,11 +55,11 @@ TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
       return 2 * static_cast<long double>(filter.error) * std::sqrt(1 + static_cast<long double>(value)) +
              static_cast<long double>(filter.relative) * value + filter.constant;
     };
-    ASSERT_GE(filter.at_most(value), (value + error()) * (1 - 1e-14L));
+    ASSERT_GE(at_most(filter, value), (value + error()) * (1 - 1e-14L));
     ASSERT_LE(filter.at_least(value), value - error() + (value + error()) * 1e-14L);
     filter.follow(value);
-    ASSERT_GE(filter.at_most(value), (value + error()) * (1 - 1e-14L));
-    ASSERT_LE(filter.at_most(value), value + 1.26L * error() + (value + error()) * 1e-14L);
+    ASSERT_GE(at_most(filter, value), (value + error()) * (1 - 1e-14L));
+    ASSERT_LE(at_most(filter, value), value + 1.26L * error() + (value + error()) * 1e-14L);
   }
 }
 
@@ -69,7 +69,7 @@ TEST(GainFilter, bounds_a_tile_by_its_maximum) {
   for (std::size_t trial = trials(100000); trial > 0; --trial) {
     const simd::GainFilter line = random_filter(random);
     const auto highest = static_cast<float>(log_uniform(random, -30, 12));
-    ASSERT_GE(line.line_of_tiles().at(highest), exact_maximum(line, highest)) << line.slope << ' ' << line.offset;
+    ASSERT_GE(line.line_of_tiles().at(highest), at_most(line, highest)) << line.slope << ' ' << line.offset;
     ASSERT_EQ(line.line_of_tiles().at(-1), -1) << "no candidate remains";
   }
 }
