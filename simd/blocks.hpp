@@ -9,8 +9,7 @@
 // Points and a pose in, blocks out: the arguments of append_blocks, already checked, as raw pointers and scalars. The
 // equations are in maxlogdet/jacobian.hpp.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 // In the order of the public enumerations; kernel/blocks/jacobian.cpp asserts it.
 enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
@@ -98,5 +97,4 @@ struct BlockOutput {
 
 using BuildBlocks = void (*)(const BlockInput& input, BlockOutput& output);
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

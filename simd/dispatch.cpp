@@ -5,8 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 #define MAXLOGDET_DECLARE(name, is_there) extern const Kernel name##_kernel;
 MAXLOGDET_ISAS(MAXLOGDET_DECLARE)
@@ -43,5 +42,4 @@ const Kernel* active() noexcept {
   return widest;
 }
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

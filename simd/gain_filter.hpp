@@ -6,8 +6,7 @@
 // What evaluated gains prove of exact ones, and what that excludes: a filter of rounding errors, as those of geometric
 // predicates (docs/numerics.md, which proves it). Always inlined, as in rounding.hpp.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// A threshold that every lane with a candidate reaches, and none without (relative gain -1).
 constexpr float any_candidate = -0.5F;
@@ -73,5 +72,4 @@ struct GainFilter {
   return threshold > 0 ? rounded_down(threshold) : any_candidate;
 }
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

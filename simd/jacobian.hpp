@@ -7,8 +7,7 @@
 // J = d z / d p of a match, p its point in the frame of the camera or of the body: of packs for blocks, of a double for
 // the weight of a match. C++14, as kernel/.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 constexpr double root_half = 0.70710678118654752;
 
@@ -59,5 +58,4 @@ inline void rotate_to_body(const double* T_cb, Number (&rows)[Rows][3]) {
 }
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -15,8 +15,7 @@
 // W is the inverse Cholesky factor, 6 x 8 row-major, of which the lower triangle is read: M = L L^T, W = L^-1. Y = H
 // W^T.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// 2^-102. Rounding to float32 is relative to the magnitude only down to 2^-126, and the caller may flush denormal
 /// numbers to zero: error bounds take the entries of W as at least this large.
@@ -180,5 +179,4 @@ bool is_supported(const Kernel& kernel) noexcept;
 /// that is not built in or that this machine lacks.
 const Kernel* active() noexcept;
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

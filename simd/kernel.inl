@@ -87,8 +87,7 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/rounds.inl"
 #include "simd/traces.inl"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 template <Form form>
@@ -121,5 +120,4 @@ const Kernel MAXLOGDET_KERNEL = {
     {count_at_least, list_between<Candidate>, list_between<Tile>, largest, largest_magnitude},
     draw};
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -7,8 +7,7 @@
 
 // How kernels find the numbers of candidates.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 constexpr int dimension = 6;         ///< of the state: translation, rotation
 constexpr int padded_dimension = 8;  ///< of a row of the inverse factor: 64 bytes
@@ -55,5 +54,4 @@ struct Tiles {
   const unsigned char* in_each;  ///< per tile: how many remain
 };
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

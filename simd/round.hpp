@@ -10,8 +10,7 @@
 // The round of every strategy that adds (docs/architecture.md): evaluate the tiles that may hold the best, and no
 // others.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// The arrays that a round reads and writes. All hold whole registers.
 struct RoundArrays {
@@ -68,5 +67,4 @@ template <class Steps>
   }
 }
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

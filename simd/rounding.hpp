@@ -5,8 +5,7 @@
 
 // The rounding of float32 and float64, for the error bounds of docs/numerics.md.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// Half the distance from 1 to the next number: the largest relative error of one operation. Both are doubles, for
 /// bounds are computed in float64.
@@ -26,5 +25,4 @@ constexpr double bound_room = 5e-7;
   return static_cast<float>(value + (value < 0 ? -value : value) * bound_room);
 }
 
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

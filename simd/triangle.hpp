@@ -6,8 +6,7 @@
 // Rows rotated among themselves to a triangle: of packs for blocks, of a double for the weight of a match. C++14, as
 // kernel/.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 /// A block is A [ I | -[p]x ], with an upper triangular A: its rows are those of the measurements after a rotation
@@ -50,5 +49,4 @@ inline FactorOf<Number, Rows> triangle_of(Number (&rows)[Rows][3]) {
 }
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -9,8 +9,7 @@
 // pinhole, too, but its blocks would take 48 % more instructions, with a stereo row 65 % (465 matches with covariances,
 // AVX2): along the ray they are triangular, and need neither J nor rotations. C++14, as kernel/.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// Where the upper triangle of 3 x 3 is in row-major entries, by rows.
 constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};
@@ -240,5 +239,4 @@ inline CovarianceOf<Number, rows_with(third)> covariance_by_rows(const BlockInpu
 }
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -4,8 +4,7 @@
 #include <chrono>
 #include <thread>
 
-namespace maxlogdet {
-namespace threading {
+namespace maxlogdet::threading {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -119,5 +118,4 @@ int workers_for(const Executor* executor, int threads, std::size_t candidates, s
   return threads == 0 ? available : std::min(threads, available);
 }
 
-}  // namespace threading
-}  // namespace maxlogdet
+}  // namespace maxlogdet::threading

@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace maxlogdet {
-namespace threading {
+namespace maxlogdet::threading {
 
 /// One parallel region: within it the calling thread runs loops in chunks, which it and those of an Executor's helpers
 /// that have arrived claim from counters. The caller never waits for a helper to arrive, only for chunks under way.
@@ -127,5 +126,4 @@ class Team {
 /// available, from `crossover` candidates on.
 int workers_for(const Executor* executor, int threads, std::size_t candidates, std::size_t crossover) noexcept;
 
-}  // namespace threading
-}  // namespace maxlogdet
+}  // namespace maxlogdet::threading

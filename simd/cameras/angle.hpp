@@ -3,8 +3,7 @@
 
 #include "simd/cameras/model.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 // The angle between (r, z), r >= 0, and the z axis, norm = sqrt(r^2 + z^2): three times
@@ -25,5 +24,4 @@ inline Number angle_to_axis(const Number& r, const Number& z, const Number& norm
 }
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -3,8 +3,7 @@
 
 #include "simd/cameras/model.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 // m = (X, Y) / D, dD = g (X dX + Y dY) + h dZ.
@@ -60,5 +59,4 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
 };
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -4,8 +4,7 @@
 #include "simd/cameras/angle.hpp"
 #include "simd/cameras/model.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 // m = d (X, Y) / r: along the radius it changes by d' / R, across it by d / r.
@@ -55,5 +54,4 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
 };
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -19,8 +19,7 @@
 // false where anything overflows. `project` and `prepare`, which runs once per camera, may use the C library. Internal
 // linkage: a weak symbol would let the linker run wide code on a narrow machine.
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 
 /// The parameters of a camera, and what Model::prepare makes of them, once per camera.
 struct Lens {
@@ -72,5 +71,4 @@ template <CameraModel model>
 struct Model;
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

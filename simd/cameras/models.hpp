@@ -6,8 +6,7 @@
 #include "simd/cameras/pinhole.hpp"
 #include "simd/cameras/radial_tangential.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 /// visitor(Model<model>()); the model is one of the enumerators.
@@ -21,5 +20,4 @@ template <class Visitor>
 }
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

@@ -3,8 +3,7 @@
 
 #include "simd/cameras/model.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 template <>
@@ -28,5 +27,4 @@ struct Model<CameraModel::pinhole> : DefaultModel {
 };
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd

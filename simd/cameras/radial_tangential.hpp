@@ -3,8 +3,7 @@
 
 #include "simd/cameras/model.hpp"
 
-namespace maxlogdet {
-namespace simd {
+namespace maxlogdet::simd {
 namespace {
 
 // With x = X / Z, y = Y / Z, G = d (m_x, m_y) / d (x, y) = [xx xy; xy yy] is symmetric; where it is not positive
@@ -47,5 +46,4 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
 };
 
 }  // namespace
-}  // namespace simd
-}  // namespace maxlogdet
+}  // namespace maxlogdet::simd
