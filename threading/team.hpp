@@ -118,7 +118,7 @@ class Team {
 
   int workers_ = 1;
   Loop loop_{};                       // read by workers that have claimed a chunk of it
-  Shared<std::uint32_t> round_;       // number of the current loop; `closed` at the end
+  Shared<std::uint32_t> number_;      // of the current loop; `closed` at the end
   Shared<std::uint32_t> unfinished_;  // chunks of it
   Range ranges_[max_workers];
 };

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -52,12 +53,11 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
 
 // The bound that W proves; `top` becomes the candidates of maximum trace.
 double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
-                CertificateMemory& memory) noexcept {
+                TraceMemory& memory) noexcept {
   const std::size_t required = problem.required_count;
-  problem.evaluator.traces(w, problem.required, required, memory.required.data());
-  double traces = 0;
-  for (std::size_t j = 0; j < required; ++j) traces += memory.required[j];
-  top = find_top_traces(problem, w, budget - required, top.threshold, memory.traces);
+  problem.evaluator.traces(w, problem.required, required, memory.exact.data());
+  double traces = std::accumulate(memory.exact.data(), memory.exact.data() + required, 0.0);
+  top = find_top_traces(problem, w, budget - required, top.threshold, memory);
   traces += top.sum;
 
   const auto count = static_cast<double>(required + top.count);
@@ -77,7 +77,7 @@ Information sum_of(const Problem& problem, const Candidate* list, std::size_t co
 }  // namespace
 
 double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
-                   CertificateMemory& memory) noexcept {
+                   TraceMemory& memory) noexcept {
   const Information prior = prior_information(problem.prior);
   const std::size_t budget = incumbent.budget;
   TopTraces top{nullptr, 0, 0, first_guess(budget)};

@@ -208,4 +208,9 @@ void Search::report(Status status, Selection& selection) const noexcept {
   selection.float64_decisions = decisions_;
 }
 
+void mark_unselected(const Search& search, ArrayOf<Candidate, unsigned char>& flags) noexcept {
+  std::copy_n(search.problem().is_free, search.problem().candidates.size(), flags.data());
+  for (std::size_t j = 0; j < search.answer().size(); ++j) flags[search.answer()[j]] = 0;
+}
+
 }  // namespace maxlogdet

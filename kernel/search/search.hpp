@@ -136,4 +136,7 @@ class Search {
   std::size_t unscreened_ = 0;  // gains and losses that float64 alone evaluated
 };
 
+/// Marks the free candidates that are not selected.
+void mark_unselected(const Search& search, ArrayOf<Candidate, unsigned char>& flags) noexcept;
+
 }  // namespace maxlogdet

@@ -54,7 +54,7 @@ Status lazy_greedy(Search& search) noexcept {
 
 namespace {
 
-Status run(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
+Status run(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
   return lazy_greedy(search);
 }
 
