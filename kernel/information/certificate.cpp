@@ -69,11 +69,6 @@ double bound_at(const Problem& problem, const double* w, const Information& prio
   return bound < infinity ? bound : infinity;  // also if it is NaN
 }
 
-Information sum_of(const Problem& problem, const Candidate* list, std::size_t count, Information sum) noexcept {
-  add_blocks(problem.candidates, list, count, sum);
-  return sum;
-}
-
 }  // namespace
 
 double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
@@ -84,16 +79,16 @@ double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size
   double lowest = bound_at(problem, incumbent.inverse, prior, budget, top, memory);
   if (passes == 0) return lowest;
 
-  const Information required = sum_of(problem, problem.required, problem.required_count, prior);
+  const Information required = plus_blocks(problem.candidates, problem.required, problem.required_count, prior);
   InformationMixture mixture;
-  if (!mixture.reset(sum_of(problem, incumbent.selected, incumbent.count, prior))) return lowest;
+  if (!mixture.reset(plus_blocks(problem.candidates, incumbent.selected, incumbent.count, prior))) return lowest;
   double at_last_check = infinity;
   for (std::size_t pass = 0; pass < passes && !deadline.has_passed(); ++pass) {
     if (pass % patience == patience - 1) {
       if (at_last_check - lowest < min_progress) break;
       at_last_check = lowest;
     }
-    const Information best = sum_of(problem, top.candidates, top.count, required);
+    const Information best = plus_blocks(problem.candidates, top.candidates, top.count, required);
     if (!mixture.add(best, min_promise)) break;
     lowest = std::min(lowest, bound_at(problem, mixture.inverse(), prior, budget, top, memory));
   }

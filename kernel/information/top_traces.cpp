@@ -131,7 +131,7 @@ TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k
 
   std::size_t last = listed - 1;  // the last one taken, by descending trace, then by index
   if (listed > k) {
-    std::uint32_t* const order = memory.order.data();
+    std::uint32_t* const order = memory.order;
     std::iota(order, order + listed, 0U);
     std::nth_element(order, order + (k - 1), order + listed, [exact](std::uint32_t a, std::uint32_t b) {
       return exact[a] > exact[b] || (exact[a] == exact[b] && a < b);

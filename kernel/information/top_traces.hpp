@@ -19,7 +19,7 @@ struct TraceMemory {
   AlignedArray<float> traces;         ///< per candidate, in whole tiles, float32
   std::vector<Candidate> contenders;  ///< candidates whose trace may be among the largest
   std::vector<double> exact;          ///< traces of listed candidates in float64
-  std::vector<std::uint32_t> order;   ///< positions in the list, partially sorted
+  AlignedArray<std::uint32_t> order;  ///< positions in the list, partially sorted
   std::vector<Candidate> top;         ///< the result
 };
 
@@ -44,7 +44,7 @@ void order_by_trace(const Problem& problem, const double* w, const Candidate* li
                     std::size_t sorted, const Before& before, TraceMemory& memory) noexcept {
   double* const traces = memory.exact.data();
   problem.evaluator.traces(w, list, count, traces);
-  std::uint32_t* const order = memory.order.data();
+  std::uint32_t* const order = memory.order;
   std::iota(order, order + count, 0U);
   std::partial_sort(order, order + sorted, order + count, [traces, &before](std::uint32_t a, std::uint32_t b) {
     return before(traces[a], traces[b]) || (traces[a] == traces[b] && a < b);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -48,21 +47,20 @@ class Filling {
     const TopTraces top =
         find_top_traces(open, expected().inverse(), reach, first_guess(search_.missing()), memory_.traces);
     const std::size_t step = std::max<std::size_t>(1, problem_.candidates.size() / reach);
-    Candidate* const spread = memory_.united.data();
+    Candidate* const spread = memory_.united;
     Candidate* end_of_spread = spread;
     for (std::size_t i = 0; i < problem_.candidates.size(); i += step) {
       const auto candidate = static_cast<Candidate>(i);
       if (is_open_[candidate] != 0) *end_of_spread++ = candidate;
     }
-    const auto end =
-        std::set_union(top.candidates, top.candidates + top.count, spread, end_of_spread, shortlist_.begin());
-    listed_ = static_cast<std::size_t>(end - shortlist_.begin());
+    const auto end = std::set_union(top.candidates, top.candidates + top.count, spread, end_of_spread, shortlist_);
+    listed_ = static_cast<std::size_t>(end - shortlist_);
   }
 
   // The factor of the information that is to be expected if candidates drawn at random fill the answer; that of the
   // answer so far where it cannot be factorised.
   InformationFactor expected() noexcept {
-    add_blocks(problem_.candidates, answer_.candidates() + summed_, answer_.size() - summed_, of_answer_);
+    of_answer_ = plus_blocks(problem_.candidates, answer_.candidates() + summed_, answer_.size() - summed_, of_answer_);
     summed_ = answer_.size();
     Information added = of_answer_;
     add_scaled(share_ * static_cast<double>(search_.missing()), sum_, added);
@@ -73,8 +71,7 @@ class Filling {
   // Moves up to `count` candidates of largest trace from the shortlist to the answer.
   void add_best(std::size_t count) noexcept {
     const std::size_t sorted = search_.constraints().has_groups() ? listed_ : std::min(count, listed_);
-    order_by_trace(problem_, expected().inverse(), shortlist_.data(), listed_, sorted, std::greater<double>(),
-                   memory_.traces);
+    order_by_trace(problem_, expected().inverse(), shortlist_, listed_, sorted, std::greater<double>(), memory_.traces);
     const std::size_t enough = answer_.size() + count;
     for (std::size_t j = 0; j < sorted && answer_.size() < enough && search_.wants_more(); ++j) {
       const Candidate candidate = shortlist_[memory_.traces.order[j]];
@@ -82,8 +79,7 @@ class Filling {
       if (search_.constraints().has_room(candidate)) search_.add(candidate);
     }
     const auto is_closed = [this](Candidate i) { return is_open_[i] == 0; };
-    Candidate* const first = shortlist_.data();
-    listed_ = static_cast<std::size_t>(std::remove_if(first, first + listed_, is_closed) - first);
+    listed_ = static_cast<std::size_t>(std::remove_if(shortlist_, shortlist_ + listed_, is_closed) - shortlist_);
   }
 
   // Closes the open candidates whose group is full.
@@ -103,7 +99,7 @@ class Filling {
   const Answer& answer_;
   StrategyMemory& memory_;
   ArrayOf<Candidate, unsigned char>& is_open_;  // whether it may still be selected
-  std::vector<Candidate>& shortlist_;           // candidates to add, in ascending order
+  Candidate* shortlist_;                        // candidates to add, in ascending order
   std::size_t listed_ = 0;
   Information sum_{};        // of all open candidates
   double share_ = 0;         // of each in it

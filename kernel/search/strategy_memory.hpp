@@ -6,7 +6,6 @@
 #include "kernel/screening/losses.hpp"
 
 #include <cstddef>
-#include <vector>
 
 namespace maxlogdet {
 
@@ -24,9 +23,9 @@ struct StrategyMemory {
 
   ArrayOf<Candidate, unsigned char> remains;     ///< whether it may still be selected, or has not been removed
   ArrayOf<Candidate, unsigned char> is_counted;  ///< whether it is one of those in question
-  std::vector<Candidate> shortlist;              ///< candidates to choose from
-  std::vector<Candidate> united;                 ///< others for the shortlist, or its union with them
-  std::vector<Candidate> answer;                 ///< what becomes the answer of the search
+  AlignedArray<Candidate> shortlist;             ///< candidates to choose from
+  AlignedArray<Candidate> united;                ///< others for the shortlist, or its union with them
+  AlignedArray<Candidate> answer;                ///< what becomes the answer of the search
   TraceMemory traces;
   LossesMemory losses;
 };

@@ -151,7 +151,7 @@ Status backward_greedy(Search& search, const Options& /*options*/, StrategyMemor
   if (kept == 0) return Status::ok;
   const Status status = kept < search.remaining() ? removal.run(kept) : Status::ok;
   if (status != Status::ok) return status;
-  search.restart_with(memory.answer.data(), removal.list(memory.answer.data()));
+  search.restart_with(memory.answer, removal.list(memory.answer));
   return Status::ok;
 }
 

@@ -5,7 +5,6 @@
 #include "simd/rounding.hpp"
 
 #include <algorithm>
-#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -22,7 +21,7 @@ class Exchange {
         answer_(memory.answer),
         factor_(search.answer().factor()) {
     mark_unselected(search, is_unselected_);
-    std::copy_n(search.answer().candidates(), search.answer().size(), answer_.begin());
+    std::copy_n(search.answer().candidates(), search.answer().size(), answer_);
   }
 
   // Puts the best candidate at this position of the answer; returns whether that changes it.
@@ -106,7 +105,7 @@ class Exchange {
   const Problem& problem_;
   ArrayOf<Candidate, unsigned char>& is_unselected_;  // whether it is free and not in the answer
   ArrayOf<Candidate, unsigned char>& is_open_;        // the same, and its group has room
-  std::vector<Candidate>& answer_;                    // with the swaps so far
+  Candidate* answer_;                                 // with the swaps so far
   InformationFactor factor_;                          // of the prior and answer_
   float highest_bound_ = 0;
   bool has_bounds_ = false;
@@ -130,7 +129,7 @@ Status exchange(Search& search, std::size_t sweeps, StrategyMemory& memory) noex
       any = any || is_changed;
     }
   }
-  if (any) search.restart_with(memory.answer.data() + first, size - first);
+  if (any) search.restart_with(memory.answer + first, size - first);
   return is_late ? Status::deadline_reached : Status::ok;
 }
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -42,11 +41,11 @@ class Relaxation {
     if (listed < sample / 2) return lazy_greedy(search_);
     if (search_shortlist(listed) != Status::ok) return Status::deadline_reached;
 
-    required_ = prior_information(problem_.prior);
-    add_blocks(problem_.candidates, problem_.required, problem_.required_count, required_);
+    required_ =
+        plus_blocks(problem_.candidates, problem_.required, problem_.required_count, prior_information(problem_.prior));
     const Information selected = keep_answer();
-    std::copy_n(best_answer_.begin(), k_, shortlist_.begin());
-    std::sort(shortlist_.data(), shortlist_.data() + k_);
+    std::copy_n(best_answer_, k_, shortlist_);
+    std::sort(shortlist_, shortlist_ + k_);
     const std::size_t count = list_relaxed(selected);
     return count == 0 ? Status::deadline_reached : search_and_swap(count);
   }
@@ -69,17 +68,15 @@ class Relaxation {
   // Lazy greedy among the first `count` of the shortlist, at least k, from the required candidates on.
   Status search_shortlist(std::size_t count) noexcept {
     search_.restart_with(nullptr, 0);
-    search_.screening().layout().make_records_of(shortlist_.data(), count);
-    search_.screening().use_listed(shortlist_.data(), count);
+    search_.screening().layout().make_records_of(shortlist_, count);
+    search_.screening().use_listed(shortlist_, count);
     return search_lazily(search_);
   }
 
   // Makes the answer of the search the best one so far; returns its information.
   Information keep_answer() noexcept {
-    std::copy_n(search_.answer().candidates() + problem_.required_count, k_, best_answer_.begin());
-    Information selected = required_;
-    add_blocks(problem_.candidates, best_answer_.data(), k_, selected);
-    return selected;
+    std::copy_n(search_.answer().candidates() + problem_.required_count, k_, best_answer_);
+    return plus_blocks(problem_.candidates, best_answer_, k_, required_);
   }
 
   // Solves the relaxation, 0 <= w_i <= 1, sum w_i = k, as a mixture of selections: that in the shortlist, of this
@@ -95,21 +92,17 @@ class Relaxation {
       const TopTraces top = find_top_traces(problem_, mixture.inverse(), k_, threshold, traces_);
       threshold = top.threshold;
       count = unite(count, top);
-      Information best = required_;
-      add_blocks(problem_.candidates, top.candidates, top.count, best);
-      goes_on = mixture.add(best, max_optimality_gap);
+      goes_on = mixture.add(plus_blocks(problem_.candidates, top.candidates, top.count, required_), max_optimality_gap);
     }
     return count;
   }
 
   // The shortlist becomes its union with another list; both ascend.
   std::size_t unite(std::size_t count, const TopTraces& top) noexcept {
-    const Candidate* const first = shortlist_.data();
-    Candidate* const united = united_.data();
     const Candidate* const end =
-        std::set_union(first, first + count, top.candidates, top.candidates + top.count, united);
-    shortlist_.swap(united_);
-    return static_cast<std::size_t>(end - united);
+        std::set_union(shortlist_, shortlist_ + count, top.candidates, top.candidates + top.count, united_);
+    std::swap(shortlist_, united_);
+    return static_cast<std::size_t>(end - shortlist_);
   }
 
   // Lazy greedy and a few swaps in the shortlist; the best answer becomes that of the search.
@@ -117,17 +110,17 @@ class Relaxation {
     Status status = search_shortlist(count);
     if (status == Status::ok) {
       const Information selected = keep_answer();
-      status = swap_lowest_traces(search_, best_answer_.data(), k_, count - k_, selected, traces_);
+      status = swap_lowest_traces(search_, best_answer_, k_, count - k_, selected, traces_);
     }
-    search_.restart_with(best_answer_.data(), k_);
+    search_.restart_with(best_answer_, k_);
     return status;
   }
 
   Search& search_;
   const Problem& problem_;
-  std::vector<Candidate>& shortlist_;    // candidates to search among, in ascending order
-  std::vector<Candidate>& united_;       // the union of the shortlist with others, which replaces it
-  std::vector<Candidate>& best_answer_;  // the best one so far, without what is required
+  Candidate* shortlist_;    // candidates to search among, in ascending order
+  Candidate* united_;       // the union of the shortlist with others, which replaces it
+  Candidate* best_answer_;  // the best one so far, without what is required
   TraceMemory& traces_;
   std::size_t k_;
   Information required_{};  // of the prior and the required candidates

@@ -19,8 +19,8 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
 Status stochastic_greedy(Search& search, const Options& options, StrategyMemory& memory) noexcept {
   const Problem& problem = search.problem();
   Screening& screening = search.screening();
-  Candidate* const pool = memory.shortlist.data();          // all that remain; a round moves its sample to the front
-  std::uint32_t* const draws = memory.traces.order.data();  // offsets of a round's Fisher-Yates shuffle
+  Candidate* const pool = memory.shortlist;          // all that remain; a round moves its sample to the front
+  std::uint32_t* const draws = memory.traces.order;  // offsets of a round's Fisher-Yates shuffle
   std::size_t filled = 0;
   for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
     if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
