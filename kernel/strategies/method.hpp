@@ -44,6 +44,6 @@ MAXLOGDET_STRATEGIES(MAXLOGDET_DECLARE)
 const Method* method_of(Strategy strategy) noexcept;
 
 /// The strategy that `automatic` stands for; depends on the problem only, so that threads do not change the answer.
-Strategy chosen_for(const Search& search, const Options& options) noexcept;
+Strategy chosen_for(Search& search, const Options& options) noexcept;
 
 }  // namespace maxlogdet
