@@ -42,12 +42,7 @@ class Removal {
 
   // The remaining candidates, by index; returns how many.
   std::size_t list(Candidate* list) const noexcept {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
-      const auto candidate = static_cast<Candidate>(i);
-      if (left_[candidate] != 0) list[count++] = candidate;
-    }
-    return count;
+    return list_flagged(left_.data(), problem_.candidates.size(), list);
   }
 
  private:

@@ -21,10 +21,7 @@ Status stochastic_greedy(Search& search, const Options& options, StrategyMemory&
   Screening& screening = search.screening();
   Candidate* const pool = memory.shortlist;          // all that remain; a round moves its sample to the front
   std::uint32_t* const draws = memory.traces.order;  // offsets of a round's Fisher-Yates shuffle
-  std::size_t filled = 0;
-  for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
-    if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
-  }
+  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.size(), pool);
   const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
