@@ -35,10 +35,10 @@ struct SearchMemory {
   ScreeningMemory screening;
   Constraints constraints;
   Answer answer;
-  std::vector<Lane> survivors;            ///< of a round: their lanes, this and the following for the float64 decision
+  std::vector<Lane> survivors;            ///< of a round, between which float64 decides
   std::vector<Candidate> surviving;       ///< in these lanes
   std::vector<double> relative_gains;     ///< of these candidates
-  std::vector<std::uint32_t> order;       ///< positions in the above, best first
+  std::vector<std::uint32_t> order;       ///< positions in the three above, best first
   std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of M_all of a target
   std::vector<std::uint32_t> reported;    ///< the answer in the caller's indices
 };

@@ -6,7 +6,7 @@
 #include "kernel/strategies/swaps.hpp"
 
 #include <algorithm>
-#include <cstdint>
+#include <utility>
 
 namespace maxlogdet {
 namespace {
