@@ -25,7 +25,7 @@ std::size_t checked(std::size_t capacity) {
 struct Better {
   const double* relative_gains;
   const Candidate* candidates;
-  bool operator()(std::size_t a, std::size_t b) const noexcept {
+  bool operator()(std::uint32_t a, std::uint32_t b) const noexcept {
     return relative_gains[a] > relative_gains[b] ||
            (relative_gains[a] == relative_gains[b] && candidates[a] < candidates[b]);
   }
@@ -108,8 +108,8 @@ Lane Search::decide(const InformationFactor& factor, std::size_t survivors) noex
   if (survivors == 1) return memory_.survivors[0];
   evaluate_survivors(factor, survivors);
   const Better is_better{memory_.relative_gains.data(), memory_.surviving.data()};
-  std::size_t best = 0;
-  for (std::size_t j = 1; j < survivors; ++j) {
+  std::uint32_t best = 0;
+  for (std::uint32_t j = 1; j < survivors; ++j) {
     if (is_better(j, best)) best = j;
   }
   return memory_.survivors[best];
@@ -130,20 +130,28 @@ std::size_t Search::find_best(std::size_t k, Lane* best) noexcept {
   }
   const std::size_t count = screening_.survivors(k, memory_.survivors.data());
   evaluate_survivors(answer_.factor(), count);
+  const Better is_better{memory_.relative_gains.data(), memory_.surviving.data()};
   std::uint32_t* const order = memory_.order.data();
   std::iota(order, order + count, 0U);
-  std::sort(order, order + count, Better{memory_.relative_gains.data(), memory_.surviving.data()});
+  std::sort(order, order + count, is_better);
   std::size_t known = 0;  // no unlisted candidate gains as much
-  while (known < count && memory_.relative_gains[order[known]] >= screening_.assured()) ++known;
+  while (known < count && is_better.relative_gains[order[known]] >= screening_.assured()) ++known;
   known = std::max(known, std::min(k, count));
   for (std::size_t j = 0; j < known; ++j) best[j] = memory_.survivors[order[j]];
   return known;
 }
 
-// Removes the lane first, so that its stores complete well before vector loads of the next round read them.
+// Removes the lane before the candidate is added, so that its stores complete well before vector loads of the next
+// round read them.
 void Search::select(Lane lane, const double (*rows)[state_dimension], int count) noexcept {
   assert(lane != no_lane);
   const Candidate candidate = screening_.layout().candidate(lane);
+  double own[max_block_rows][state_dimension];
+  if (rows == nullptr) {
+    read_rows(candidates_, candidate, own);
+    rows = own;
+    count = candidates_.rows();
+  }
   reject(lane);
   constraints_.take_room(candidate);
   if (!constraints_.has_room(candidate) && screening_.layout().has_lane_of()) {
@@ -152,7 +160,8 @@ void Search::select(Lane lane, const double (*rows)[state_dimension], int count)
       if (lane_of_member != no_lane) reject(lane_of_member);
     });
   }
-  take(candidate, rows, count);
+  answer_.add(evaluator_.kernel(), candidate, rows, count);
+  check_target();
 }
 
 void Search::add(Candidate candidate) noexcept {
@@ -161,14 +170,10 @@ void Search::add(Candidate candidate) noexcept {
   take(candidate);
 }
 
-void Search::take(Candidate candidate, const double (*rows)[state_dimension], int count) noexcept {
-  double own[max_block_rows][state_dimension];
-  if (rows == nullptr) {
-    read_rows(candidates_, candidate, own);
-    rows = own;
-    count = candidates_.rows();
-  }
-  answer_.add(evaluator_.kernel(), candidate, rows, count);
+void Search::take(Candidate candidate) noexcept {
+  double rows[max_block_rows][state_dimension];
+  read_rows(candidates_, candidate, rows);
+  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows());
   check_target();
 }
 

@@ -103,7 +103,7 @@ class Search {
  private:
   Lane decide(const InformationFactor& factor, std::size_t survivors) noexcept;
   void evaluate_survivors(const InformationFactor& factor, std::size_t count) noexcept;
-  void take(Candidate candidate, const double (*rows)[state_dimension] = nullptr, int count = 0) noexcept;
+  void take(Candidate candidate) noexcept;
   void set_target(const Options& options) noexcept;
   InformationFactor factor_of_all(const unsigned char* counted) const noexcept;
   void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(answer_.factor()); }
