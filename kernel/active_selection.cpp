@@ -28,15 +28,13 @@ struct Proposals {
       search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   }
 
-  Candidate candidate(std::size_t position) const noexcept {
-    return search.screening().layout().candidate(lanes[position]);
-  }
-  std::uint32_t index(std::size_t position) const noexcept {
+  Candidate candidate(std::size_t position) noexcept { return search.screening().layout().candidate(lanes[position]); }
+  std::uint32_t index(std::size_t position) noexcept {
     return search.problem().candidates.index_of(candidate(position));
   }
 
   // The position of the unanswered proposal with the caller's index; `count` if there is none.
-  std::size_t position_of(std::uint32_t caller_index) const noexcept {
+  std::size_t position_of(std::uint32_t caller_index) noexcept {
     std::size_t position = 0;
     while (position < count && index(position) != caller_index) ++position;
     return position;
@@ -83,19 +81,13 @@ struct Proposals {
     for (std::size_t j = 0; j < count; ++j) constraints.give_room(candidate(j));
   }
 
-  // Ends the round, because the information changes.
-  void accept(std::size_t position, const double (*rows)[state_dimension], int row_count) noexcept {
+  // Ends the round, because the information changes. Without rows: by the candidate's own.
+  Error accept(std::size_t position, const double (*rows)[state_dimension] = nullptr, int row_count = 0) noexcept {
+    if (position >= count) return Error::nothing_proposed;
     rounds.close();
     search.select(lanes[position], rows, row_count);
     withdraw(position);
     listed = count;
-  }
-
-  Error accept(std::size_t position) noexcept {
-    if (position >= count) return Error::nothing_proposed;
-    double rows[max_block_rows][state_dimension];
-    read_rows(search.problem().candidates, candidate(position), rows);
-    accept(position, rows, search.problem().candidates.rows());
     return Error::none;
   }
 
@@ -105,8 +97,7 @@ struct Proposals {
     if (!round_block(block, row_count, stored)) return Error::invalid_block;
     double rows[max_block_rows][state_dimension];
     for (int row = 0; row < row_count; ++row) std::copy_n(stored[row], state_dimension, rows[row]);
-    accept(position, rows, row_count);
-    return Error::none;
+    return accept(position, rows, row_count);
   }
 
   Error reject(std::size_t position) noexcept {
@@ -185,7 +176,7 @@ std::uint32_t ActiveSelection::next() noexcept {
 std::size_t ActiveSelection::next(std::uint32_t* indices, std::size_t count) noexcept {
   if (!state_ || state_->proposals == nullptr || indices == nullptr || count == 0) return 0;
   Proposals& now = *state_->proposals;
-  if (now.search.is_enough()) return 0;
+  if (!now.search.wants_more()) return 0;
   if (now.count == 0) now.propose(count);
   const std::size_t given = std::min(count, now.count);
   for (std::size_t j = 0; j < given; ++j) indices[j] = now.index(j);

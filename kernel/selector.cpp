@@ -16,13 +16,9 @@ namespace maxlogdet {
 
 /// All the memory of a Selector; nothing is allocated later.
 struct SelectorMemory {
-  explicit SelectorMemory(std::size_t capacity)
-      : search(capacity), strategies(capacity), exchange(capacity), certificate(capacity), fill(capacity) {}
+  explicit SelectorMemory(std::size_t capacity) : search(capacity), strategies(capacity) {}
   SearchMemory search;
-  Workspaces strategies;
-  ExchangeWorkspace exchange;
-  CertificateMemory certificate;
-  FillMemory fill;
+  StrategyMemory strategies;
 };
 
 Selector::Selector(std::size_t capacity, Executor* executor)
@@ -43,7 +39,7 @@ std::size_t max_size(const Search& search, std::size_t budget) noexcept {
 }
 
 double upper_bound(const Search& search, const Options& options, const Deadline& deadline,
-                   CertificateMemory& memory) noexcept {
+                   TraceMemory& memory) noexcept {
   const Answer& answer = search.answer();
   const Incumbent incumbent = {answer.candidates(), answer.size(), answer.factor().inverse(),
                                max_size(search, options.budget)};
@@ -81,12 +77,13 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   const Method& method = *method_of(selection.strategy);
   selection.threads = threading::workers_for(executor_, options.threads, search.remaining(), method.crossover);
   memory.search.team.run(executor_, selection.threads, [&] {
-    status = method.run(search, options, memory.strategies.of(selection.strategy));
+    status = method.run(search, options, memory.strategies);
     searched = search.answer().size();
-    if (status == Status::deadline_reached) fill(search, memory.fill, memory.certificate.traces);
+    if (status == Status::deadline_reached) fill(search, memory.strategies);
     if (status == Status::ok && options.exchange.sweeps > 0)
-      status = exchange(search, options.exchange.sweeps, memory.exchange);
-    if (options.certificate.compute) selection.upper_bound = upper_bound(search, options, deadline, memory.certificate);
+      status = exchange(search, options.exchange.sweeps, memory.strategies);
+    if (options.certificate.compute)
+      selection.upper_bound = upper_bound(search, options, deadline, memory.strategies.traces);
   });
   search.report(status, selection);
   selection.searched = searched;

@@ -39,10 +39,10 @@ void Team::open(int workers) noexcept {
   loop_ = {};
   unfinished_.value.store(0, std::memory_order_relaxed);
   for (Range& range : ranges_) range.value.store(0, std::memory_order_relaxed);
-  round_.value.store(0, std::memory_order_release);
+  number_.value.store(0, std::memory_order_release);
 }
 
-void Team::dismiss() noexcept { round_.value.store(closed, std::memory_order_release); }
+void Team::dismiss() noexcept { number_.value.store(closed, std::memory_order_release); }
 
 // A worker owns a claimed chunk until unfinished_ counts it as done; until then the loop cannot be replaced. `next`
 // exceeds `end` by at most one per worker.
@@ -71,7 +71,7 @@ void Team::work(int worker) noexcept {
 void Team::run_loop(const Loop& loop, std::uint32_t count) noexcept {
   loop_ = loop;
   unfinished_.value.store(count, std::memory_order_relaxed);
-  const std::uint32_t round = round_.value.load(std::memory_order_relaxed) + 1;
+  const std::uint32_t number = number_.value.load(std::memory_order_relaxed) + 1;
   std::uint32_t begin = 0;
   for (int i = 0; i < workers_; ++i) {
     const auto end = static_cast<std::uint32_t>(static_cast<std::uint64_t>(count) * (static_cast<unsigned>(i) + 1) /
@@ -79,7 +79,7 @@ void Team::run_loop(const Loop& loop, std::uint32_t count) noexcept {
     ranges_[i].value.store(end << end_shift | begin, std::memory_order_release);
     begin = end;
   }
-  round_.value.store(round, std::memory_order_release);
+  number_.value.store(number, std::memory_order_release);
   work(0);
   for (int spins = 0; unfinished_.value.load(std::memory_order_acquire) != 0; ++spins) {
     if (spins < caller_spins) {
@@ -94,15 +94,15 @@ void Team::help(int worker) noexcept {
   std::uint32_t seen = 0;
   auto idle_since = Clock::now();
   for (;;) {
-    std::uint32_t round = round_.value.load(std::memory_order_acquire);
-    for (int i = 0; round == seen && i < pauses_per_clock_read; ++i) {
+    std::uint32_t number = number_.value.load(std::memory_order_acquire);
+    for (int i = 0; number == seen && i < pauses_per_clock_read; ++i) {
       pause();
-      round = round_.value.load(std::memory_order_acquire);
+      number = number_.value.load(std::memory_order_acquire);
     }
-    if (round == closed) return;
-    if (round != seen) {
+    if (number == closed) return;
+    if (number != seen) {
       work(worker);
-      seen = round;
+      seen = number;
       idle_since = Clock::now();
       continue;
     }

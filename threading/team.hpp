@@ -25,9 +25,23 @@ class Team {
       region();
       return;
     }
-    Call<Region> call{this, &region, false};
+    struct Call {
+      Team* team;
+      const Region* region;
+      bool is_done;
+    } call{this, &region, false};
+    const auto enter = [](void* context, int worker) {
+      auto& own = *static_cast<Call*>(context);
+      if (worker != 0) {
+        own.team->help(worker);
+        return;
+      }
+      (*own.region)();
+      own.is_done = true;
+      own.team->dismiss();
+    };
     open(workers);
-    executor->run(workers_, &Call<Region>::enter, &call);
+    executor->run(workers_, enter, &call);
     workers_ = 1;
     if (!call.is_done) region();  // the executor has not called: without helpers
   }
@@ -76,24 +90,6 @@ class Team {
   }
 
  private:
-  template <class Region>
-  struct Call {
-    Team* team;
-    const Region* region;
-    bool is_done;
-
-    static void enter(void* context, int worker) {
-      auto& self = *static_cast<Call*>(context);
-      if (worker != 0) {
-        self.team->help(worker);
-        return;
-      }
-      (*self.region)();
-      self.is_done = true;
-      self.team->dismiss();
-    }
-  };
-
   struct Loop {
     void (*call)(const void* body, std::uint32_t chunk);
     const void* body;
@@ -117,7 +113,7 @@ class Team {
 
   int workers_ = 1;
   Loop loop_{};                       // read by workers that have claimed a chunk of it
-  Shared<std::uint32_t> round_;       // number of the current loop; `closed` at the end
+  Shared<std::uint32_t> number_;      // of the current loop; `closed` at the end
   Shared<std::uint32_t> unfinished_;  // chunks of it
   Range ranges_[max_workers];
 };

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -52,12 +53,11 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
 
 // The bound that W proves; `top` becomes the candidates of maximum trace.
 double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
-                CertificateMemory& memory) noexcept {
+                TraceMemory& memory) noexcept {
   const std::size_t required = problem.required_count;
-  problem.evaluator.traces(w, problem.required, required, memory.required.data());
-  double traces = 0;
-  for (std::size_t j = 0; j < required; ++j) traces += memory.required[j];
-  top = find_top_traces(problem, w, budget - required, top.threshold, memory.traces);
+  problem.evaluator.traces(w, problem.required, required, memory.exact.data());
+  double traces = std::accumulate(memory.exact.data(), memory.exact.data() + required, 0.0);
+  top = find_top_traces(problem, w, budget - required, top.threshold, memory);
   traces += top.sum;
 
   const auto count = static_cast<double>(required + top.count);
@@ -69,31 +69,26 @@ double bound_at(const Problem& problem, const double* w, const Information& prio
   return bound < infinity ? bound : infinity;  // also if it is NaN
 }
 
-Information sum_of(const Problem& problem, const Candidate* list, std::size_t count, Information sum) noexcept {
-  add_blocks(problem.candidates, list, count, sum);
-  return sum;
-}
-
 }  // namespace
 
 double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
-                   CertificateMemory& memory) noexcept {
+                   TraceMemory& memory) noexcept {
   const Information prior = prior_information(problem.prior);
   const std::size_t budget = incumbent.budget;
   TopTraces top{nullptr, 0, 0, first_guess(budget)};
   double lowest = bound_at(problem, incumbent.inverse, prior, budget, top, memory);
   if (passes == 0) return lowest;
 
-  const Information required = sum_of(problem, problem.required, problem.required_count, prior);
+  const Information required = plus_blocks(problem.candidates, problem.required, problem.required_count, prior);
   InformationMixture mixture;
-  if (!mixture.reset(sum_of(problem, incumbent.selected, incumbent.count, prior))) return lowest;
+  if (!mixture.reset(plus_blocks(problem.candidates, incumbent.selected, incumbent.count, prior))) return lowest;
   double at_last_check = infinity;
   for (std::size_t pass = 0; pass < passes && !deadline.has_passed(); ++pass) {
     if (pass % patience == patience - 1) {
       if (at_last_check - lowest < min_progress) break;
       at_last_check = lowest;
     }
-    const Information best = sum_of(problem, top.candidates, top.count, required);
+    const Information best = plus_blocks(problem.candidates, top.candidates, top.count, required);
     if (!mixture.add(best, min_promise)) break;
     lowest = std::min(lowest, bound_at(problem, mixture.inverse(), prior, budget, top, memory));
   }

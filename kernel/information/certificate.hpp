@@ -6,17 +6,8 @@
 #include "kernel/information/top_traces.hpp"
 
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
 namespace maxlogdet {
-
-/// Memory of upper_bound among up to `capacity` candidates.
-struct CertificateMemory {
-  explicit CertificateMemory(std::size_t capacity) : traces(capacity), required(capacity) {}
-  TraceMemory traces;
-  std::vector<double> required;  ///< traces of the required candidates
-};
 
 /// The selection to start from, and the maximum number of candidates of any selection.
 struct Incumbent {
@@ -31,6 +22,6 @@ struct Incumbent {
 /// including rounding (docs/numerics.md); +infinity where nothing can be proved. At most `passes` Frank-Wolfe passes
 /// tighten it, until the deadline.
 double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
-                   CertificateMemory& memory) noexcept;
+                   TraceMemory& memory) noexcept;
 
 }  // namespace maxlogdet

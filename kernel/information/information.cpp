@@ -4,8 +4,6 @@
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
 
-#include <algorithm>
-
 namespace maxlogdet {
 namespace {
 
@@ -24,26 +22,22 @@ Information prior_information(const double* prior) noexcept {
   return result;
 }
 
-void add_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
-                Information& information) noexcept {
-  double sum[n][n];
-  for (int i = 0; i < n; ++i) std::copy_n(information.entry[i], n, sum[i]);
+Information plus_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
+                        Information information) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     double rows[max_block_rows][state_dimension];
     read_rows(candidates, list[k], rows);
     for (int row = 0; row < candidates.rows(); ++row) {
       for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) sum[i][j] += rows[row][i] * rows[row][j];
+        for (int j = 0; j < n; ++j) information.entry[i][j] += rows[row][i] * rows[row][j];
       }
     }
   }
-  for (int i = 0; i < n; ++i) std::copy_n(sum[i], n, information.entry[i]);
+  return information;
 }
 
 void add_block(const Candidates& candidates, Candidate candidate, double scale, Information& information) noexcept {
-  Information block{};
-  add_blocks(candidates, &candidate, 1, block);
-  add_scaled(scale, block, information);
+  add_scaled(scale, plus_blocks(candidates, &candidate, 1, Information{}), information);
 }
 
 Information difference(const Information& a, const Information& b) noexcept {

@@ -6,7 +6,6 @@
 #include <maxlogdet/block_store.hpp>
 
 #include <cstddef>
-#include <cstdint>
 
 namespace maxlogdet {
 
@@ -18,9 +17,9 @@ struct Information {
 /// M0: the symmetric part of Options::prior, or 1e-5 I if that is null.
 Information prior_information(const double* prior) noexcept;
 
-/// M <- M + sum of H^T H over the listed candidates, in their order.
-void add_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
-                Information& information) noexcept;
+/// M + sum of H^T H over the listed candidates, in their order.
+Information plus_blocks(const Candidates& candidates, const Candidate* list, std::size_t count,
+                        Information information) noexcept;
 
 /// M <- M + scale H^T H.
 void add_block(const Candidates& candidates, Candidate candidate, double scale, Information& information) noexcept;

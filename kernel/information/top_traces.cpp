@@ -88,14 +88,8 @@ std::size_t list_contenders(const Problem& problem, const double* w, std::size_t
   Candidate* const contenders = memory.contenders.data();
   const double unit_error = trace_root_error(problem.candidates, w);  // 8 |W| |h|
   const double norm = unit_error / 8;
-  if (!(norm < largest_norm && norm > smallest_norm) || k >= problem.free_count) {
-    std::size_t listed = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      contenders[listed] = static_cast<Candidate>(i);
-      listed += problem.is_free[i] != 0 ? 1 : 0;
-    }
-    return listed;
-  }
+  if (!(norm < largest_norm && norm > smallest_norm) || k >= problem.free_count)
+    return list_flagged(problem.is_free, n, contenders);
   problem.evaluator.screen_traces(w, problem.is_free, n, memory.traces);
   threshold = threshold_for(problem.evaluator, memory.traces, n, k, threshold);
   const double error = unit_error * float_unit_roundoff + underflow_error;
@@ -131,7 +125,7 @@ TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k
 
   std::size_t last = listed - 1;  // the last one taken, by descending trace, then by index
   if (listed > k) {
-    std::uint32_t* const order = memory.order.data();
+    std::uint32_t* const order = memory.order;
     std::iota(order, order + listed, 0U);
     std::nth_element(order, order + (k - 1), order + listed, [exact](std::uint32_t a, std::uint32_t b) {
       return exact[a] > exact[b] || (exact[a] == exact[b] && a < b);

@@ -98,10 +98,10 @@ double Losses::min_listed() const noexcept {
   return smallest;
 }
 
-Lane Losses::find_min(const InformationFactor& factor, bool lazily) noexcept {
+Lane Losses::find_min(const InformationFactor& factor) noexcept {
   listed_ = 0;
   note_errors(factor);
-  if (lazily && factor_error_ < hopeless_error) {
+  if (factor_error_ < hopeless_error) {
     evaluate_lazily(factor);
   } else {
     evaluate_all(factor);

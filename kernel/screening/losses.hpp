@@ -32,9 +32,9 @@ class Losses {
   /// all of them.
   void start(const unsigned char* is_left, std::size_t n, const InformationFactor& factor) noexcept;
 
-  /// The lane of minimum loss; ties go to the highest index. At least one candidate remains. `lazily`: evaluates only
-  /// tiles that may hold the minimum, with the same result.
-  Lane find_min(const InformationFactor& factor, bool lazily) noexcept;
+  /// The lane of minimum loss; ties go to the highest index. At least one candidate remains. Evaluates only tiles that
+  /// may hold the minimum.
+  Lane find_min(const InformationFactor& factor) noexcept;
 
   Candidate candidate(Lane lane) const noexcept { return tiles_.candidate(lane); }
 

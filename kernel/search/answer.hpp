@@ -3,28 +3,21 @@
 
 #include "kernel/information/information_factor.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
 namespace maxlogdet {
 
-/// Memory of an Answer of up to `capacity` candidates.
-struct AnswerMemory {
-  explicit AnswerMemory(std::size_t capacity) : candidates(capacity), gains(capacity) {}
-  std::vector<Candidate> candidates;
-  std::vector<double> gains;
-};
-
 /// What is selected, in order of selection, and the information of the prior and all of it.
 class Answer {
  public:
-  explicit Answer(AnswerMemory& memory) noexcept : memory_(memory) {}
+  explicit Answer(std::size_t capacity) : candidates_(capacity), gains_(capacity) {}
 
   /// Starts from a prior, as InformationFactor::reset.
   bool reset(const double* prior) noexcept {
-    size_ = 0;
     const bool is_valid = prior_.reset(prior);
-    factor_ = prior_;
+    clear();
     return is_valid;
   }
 
@@ -35,18 +28,23 @@ class Answer {
   }
 
   /// Adds a candidate, by `count` rows.
-  void add(const simd::Kernel& kernel, Candidate candidate, const double (*rows)[state_dimension], int count) noexcept;
+  void add(const simd::Kernel& kernel, Candidate candidate, const double (*rows)[state_dimension], int count) noexcept {
+    candidates_[size_] = candidate;
+    gains_[size_] = std::log1p(factor_.add_block(kernel, rows, count));
+    ++size_;
+  }
 
   std::size_t size() const noexcept { return size_; }
-  Candidate operator[](std::size_t j) const noexcept { return memory_.candidates[j]; }
-  const Candidate* candidates() const noexcept { return memory_.candidates.data(); }
+  Candidate operator[](std::size_t j) const noexcept { return candidates_[j]; }
+  const Candidate* candidates() const noexcept { return candidates_.data(); }
   /// The increase in log det when each is added to those before it, nats.
-  const double* gains() const noexcept { return memory_.gains.data(); }
+  const double* gains() const noexcept { return gains_.data(); }
   const InformationFactor& prior() const noexcept { return prior_; }
   const InformationFactor& factor() const noexcept { return factor_; }
 
  private:
-  AnswerMemory& memory_;
+  std::vector<Candidate> candidates_;
+  std::vector<double> gains_;
   std::size_t size_ = 0;
   InformationFactor prior_;
   InformationFactor factor_;

@@ -4,27 +4,29 @@
 #include "kernel/information/information.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <functional>
 
 namespace maxlogdet {
 namespace {
-
-using simd::number;
 
 // The information is updated so often while the answer is filled: once is worse (docs/performance.md, "Deadlines").
 constexpr std::size_t parts = 4;
 
 class Filling {
  public:
-  Filling(Search& search, FillMemory& own, TraceMemory& traces) noexcept
-      : search_(search), problem_(search.problem()), answer_(search.answer()), own_(own), traces_(traces) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), own_.is_open.data());
-    for (std::size_t j = 0; j < answer_.size(); ++j) own_.is_open[number(answer_[j])] = 0;
+  Filling(Search& search, StrategyMemory& memory) noexcept
+      : search_(search),
+        problem_(search.problem()),
+        answer_(search.answer()),
+        memory_(memory),
+        is_open_(memory.remains),
+        shortlist_(memory.shortlist) {
+    mark_unselected(search, is_open_);
     close_full_groups();
   }
 
   void run() noexcept {
-    sum_up(problem_, own_.is_open.data(), &sum_.entry[0][0]);
+    sum_up(problem_, is_open_.data(), &sum_.entry[0][0]);
     share_ = 1 / static_cast<double>(search_.remaining());
     for (std::size_t reach = search_.missing(); search_.wants_more(); reach *= 2) {  // again only if groups are full
       list(reach);
@@ -40,23 +42,25 @@ class Filling {
   // former may all be alike.
   void list(std::size_t reach) noexcept {
     Problem open = problem_;
-    open.is_free = own_.is_open.data();
+    open.is_free = is_open_.data();
     open.free_count = search_.remaining();
-    const TopTraces top = find_top_traces(open, expected().inverse(), reach, first_guess(search_.missing()), traces_);
+    const TopTraces top =
+        find_top_traces(open, expected().inverse(), reach, first_guess(search_.missing()), memory_.traces);
     const std::size_t step = std::max<std::size_t>(1, problem_.candidates.size() / reach);
-    std::size_t count = 0;
+    Candidate* const spread = memory_.united;
+    Candidate* end_of_spread = spread;
     for (std::size_t i = 0; i < problem_.candidates.size(); i += step) {
-      if (own_.is_open[i] != 0) own_.spread[count++] = static_cast<Candidate>(i);
+      const auto candidate = static_cast<Candidate>(i);
+      if (is_open_[candidate] != 0) *end_of_spread++ = candidate;
     }
-    const auto end = std::set_union(top.candidates, top.candidates + top.count, own_.spread.data(),
-                                    own_.spread.data() + count, own_.shortlist.begin());
-    listed_ = static_cast<std::size_t>(end - own_.shortlist.begin());
+    const auto end = std::set_union(top.candidates, top.candidates + top.count, spread, end_of_spread, shortlist_);
+    listed_ = static_cast<std::size_t>(end - shortlist_);
   }
 
   // The factor of the information that is to be expected if candidates drawn at random fill the answer; that of the
   // answer so far where it cannot be factorised.
   InformationFactor expected() noexcept {
-    add_blocks(problem_.candidates, answer_.candidates() + summed_, answer_.size() - summed_, of_answer_);
+    of_answer_ = plus_blocks(problem_.candidates, answer_.candidates() + summed_, answer_.size() - summed_, of_answer_);
     summed_ = answer_.size();
     Information added = of_answer_;
     add_scaled(share_ * static_cast<double>(search_.missing()), sum_, added);
@@ -66,23 +70,16 @@ class Filling {
 
   // Moves up to `count` candidates of largest trace from the shortlist to the answer.
   void add_best(std::size_t count) noexcept {
-    const double* const traces = own_.traces.data();
-    problem_.evaluator.traces(expected().inverse(), own_.shortlist.data(), listed_, own_.traces.data());
-    std::uint32_t* const order = own_.order.data();
-    std::iota(order, order + listed_, 0U);
     const std::size_t sorted = search_.constraints().has_groups() ? listed_ : std::min(count, listed_);
-    std::partial_sort(order, order + sorted, order + listed_, [traces](std::uint32_t a, std::uint32_t b) {
-      return traces[a] > traces[b] || (traces[a] == traces[b] && a < b);
-    });
+    order_by_trace(problem_, expected().inverse(), shortlist_, listed_, sorted, std::greater<double>(), memory_.traces);
     const std::size_t enough = answer_.size() + count;
     for (std::size_t j = 0; j < sorted && answer_.size() < enough && search_.wants_more(); ++j) {
-      const Candidate candidate = own_.shortlist[order[j]];
-      own_.is_open[number(candidate)] = 0;
+      const Candidate candidate = shortlist_[memory_.traces.order[j]];
+      is_open_[candidate] = 0;
       if (search_.constraints().has_room(candidate)) search_.add(candidate);
     }
-    const auto is_closed = [this](Candidate i) { return own_.is_open[number(i)] == 0; };
-    const auto end = own_.shortlist.begin() + static_cast<std::ptrdiff_t>(listed_);
-    listed_ = static_cast<std::size_t>(std::remove_if(own_.shortlist.begin(), end, is_closed) - own_.shortlist.begin());
+    const auto is_closed = [this](Candidate i) { return is_open_[i] == 0; };
+    listed_ = static_cast<std::size_t>(std::remove_if(shortlist_, shortlist_ + listed_, is_closed) - shortlist_);
   }
 
   // Closes the open candidates whose group is full.
@@ -90,8 +87,9 @@ class Filling {
     if (!search_.constraints().has_groups()) return;
     std::size_t open = 0;
     for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
-      if (!search_.constraints().has_room(static_cast<Candidate>(i))) own_.is_open[i] = 0;
-      open += own_.is_open[i];
+      const auto candidate = static_cast<Candidate>(i);
+      if (!search_.constraints().has_room(candidate)) is_open_[candidate] = 0;
+      open += is_open_[candidate];
     }
     search_.close(search_.remaining() - open);
   }
@@ -99,8 +97,9 @@ class Filling {
   Search& search_;
   const Problem& problem_;
   const Answer& answer_;
-  FillMemory& own_;
-  TraceMemory& traces_;
+  StrategyMemory& memory_;
+  ArrayOf<Candidate, unsigned char>& is_open_;  // whether it may still be selected
+  Candidate* shortlist_;                        // candidates to add, in ascending order
   std::size_t listed_ = 0;
   Information sum_{};        // of all open candidates
   double share_ = 0;         // of each in it
@@ -110,8 +109,8 @@ class Filling {
 
 }  // namespace
 
-void fill(Search& search, FillMemory& own, TraceMemory& traces) noexcept {
-  if (search.wants_more()) Filling(search, own, traces).run();
+void fill(Search& search, StrategyMemory& memory) noexcept {
+  if (search.wants_more()) Filling(search, memory).run();
 }
 
 }  // namespace maxlogdet

@@ -21,10 +21,17 @@ std::size_t checked(std::size_t capacity) {
   return capacity;
 }
 
-}  // namespace
+// Which of two evaluated survivors is better, by position.
+struct Better {
+  const double* relative_gains;
+  const Candidate* candidates;
+  bool operator()(std::uint32_t a, std::uint32_t b) const noexcept {
+    return relative_gains[a] > relative_gains[b] ||
+           (relative_gains[a] == relative_gains[b] && candidates[a] < candidates[b]);
+  }
+};
 
-DecisionMemory::DecisionMemory(std::size_t capacity)
-    : lanes(padded(capacity)), candidates(capacity), relative_gains(capacity), order(capacity) {}
+}  // namespace
 
 SearchMemory::SearchMemory(std::size_t capacity_)
     : capacity(checked(capacity_)),
@@ -32,8 +39,11 @@ SearchMemory::SearchMemory(std::size_t capacity_)
       candidates(capacity_),
       screening(capacity_),
       constraints(capacity_),
-      decisions(capacity_),
       answer(capacity_),
+      survivors(padded(capacity_)),
+      surviving(capacity_),
+      relative_gains(capacity_),
+      order(capacity_),
       is_counted(capacity_),
       reported(capacity_) {}
 
@@ -43,8 +53,8 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
       candidates_(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
       evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows(), 1), memory.team),
       screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory.screening),
-      constraints_(memory.constraints),
       problem_{candidates_, evaluator_, options.prior, nullptr, 0, nullptr, 0},
+      constraints_(memory.constraints),
       answer_(memory.answer),
       deadline_(deadline),
       target_(options),
@@ -52,12 +62,8 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
       has_candidates_(blocks.size() > 0) {}
 
 Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
-  const Error error = constraints_.reset(blocks, candidates_, options);
+  const Error error = constraints_.reset(blocks, options, problem_);
   if (error != Error::none) return error;
-  problem_.is_free = constraints_.free();
-  problem_.free_count = constraints_.free_count();
-  problem_.required = constraints_.required();
-  problem_.required_count = constraints_.required_count();
   if (!answer_.reset(options.prior)) return Error::invalid_prior;
   remaining_ = problem_.free_count;
   if (target_.is_asked()) set_target(options);
@@ -90,34 +96,31 @@ InformationFactor Search::factor_of_all(const unsigned char* counted) const noex
   return all;
 }
 
-// The exact relative gains of the first `count` of decisions.lanes.
+// The exact relative gains of the first `count` survivors.
 void Search::evaluate_survivors(const InformationFactor& factor, std::size_t count) noexcept {
-  DecisionMemory& own = memory_.decisions;
-  for (std::size_t j = 0; j < count; ++j) own.candidates[j] = screening_.layout().candidate(own.lanes[j]);
-  evaluator_.decide(factor.inverse(), own.candidates.data(), count, own.relative_gains.data());
+  for (std::size_t j = 0; j < count; ++j) memory_.surviving[j] = screening_.layout().candidate(memory_.survivors[j]);
+  evaluator_.decide(factor.inverse(), memory_.surviving.data(), count, memory_.relative_gains.data());
   decisions_ += count;
 }
 
 Lane Search::decide(const InformationFactor& factor, std::size_t survivors) noexcept {
-  DecisionMemory& own = memory_.decisions;
   if (survivors == 0) return no_lane;
-  if (survivors == 1) return own.lanes[0];
+  if (survivors == 1) return memory_.survivors[0];
   evaluate_survivors(factor, survivors);
-  std::size_t best = 0;
-  for (std::size_t j = 1; j < survivors; ++j) {
-    const bool ties = own.relative_gains[j] == own.relative_gains[best];
-    if (own.relative_gains[j] > own.relative_gains[best] || (ties && own.candidates[j] < own.candidates[best]))
-      best = j;
+  const Better is_better{memory_.relative_gains.data(), memory_.surviving.data()};
+  std::uint32_t best = 0;
+  for (std::uint32_t j = 1; j < survivors; ++j) {
+    if (is_better(j, best)) best = j;
   }
-  return own.lanes[best];
+  return memory_.survivors[best];
 }
 
 Lane Search::find_best() noexcept {
-  return decide(answer_.factor(), screening_.survivors(1, memory_.decisions.lanes.data()));
+  return decide(answer_.factor(), screening_.survivors(1, memory_.survivors.data()));
 }
 
 Lane Search::find_best_at(const InformationFactor& factor, float min_bound) noexcept {
-  return decide(factor, screening_.try_at(factor, min_bound, memory_.decisions.lanes.data()));
+  return decide(factor, screening_.try_at(factor, min_bound, memory_.survivors.data()));
 }
 
 std::size_t Search::find_best(std::size_t k, Lane* best) noexcept {
@@ -125,34 +128,30 @@ std::size_t Search::find_best(std::size_t k, Lane* best) noexcept {
     best[0] = find_best();
     return best[0] == no_lane ? 0 : 1;
   }
-  DecisionMemory& own = memory_.decisions;
-  const std::size_t count = screening_.survivors(k, own.lanes.data());
+  const std::size_t count = screening_.survivors(k, memory_.survivors.data());
   evaluate_survivors(answer_.factor(), count);
-  const double* const relative_gains = own.relative_gains.data();
-  const Candidate* const candidates = own.candidates.data();
-  std::uint32_t* const order = own.order.data();
+  const Better is_better{memory_.relative_gains.data(), memory_.surviving.data()};
+  std::uint32_t* const order = memory_.order.data();
   std::iota(order, order + count, 0U);
-  std::sort(order, order + count, [=](std::uint32_t a, std::uint32_t b) {
-    return relative_gains[a] > relative_gains[b] ||
-           (relative_gains[a] == relative_gains[b] && candidates[a] < candidates[b]);
-  });
+  std::sort(order, order + count, is_better);
   std::size_t known = 0;  // no unlisted candidate gains as much
-  while (known < count && relative_gains[order[known]] >= screening_.assured()) ++known;
+  while (known < count && is_better.relative_gains[order[known]] >= screening_.assured()) ++known;
   known = std::max(known, std::min(k, count));
-  for (std::size_t j = 0; j < known; ++j) best[j] = own.lanes[order[j]];
+  for (std::size_t j = 0; j < known; ++j) best[j] = memory_.survivors[order[j]];
   return known;
 }
 
-void Search::select(Lane lane) noexcept {
-  assert(lane != no_lane);
-  double rows[max_block_rows][state_dimension];
-  read_rows(candidates_, screening_.layout().candidate(lane), rows);
-  select(lane, rows, candidates_.rows());
-}
-
-// Removes the lane first, so that its stores complete well before vector loads of the next round read them.
+// Removes the lane before the candidate is added, so that its stores complete well before vector loads of the next
+// round read them.
 void Search::select(Lane lane, const double (*rows)[state_dimension], int count) noexcept {
+  assert(lane != no_lane);
   const Candidate candidate = screening_.layout().candidate(lane);
+  double own[max_block_rows][state_dimension];
+  if (rows == nullptr) {
+    read_rows(candidates_, candidate, own);
+    rows = own;
+    count = candidates_.rows();
+  }
   reject(lane);
   constraints_.take_room(candidate);
   if (!constraints_.has_room(candidate) && screening_.layout().has_lane_of()) {
@@ -206,6 +205,11 @@ void Search::report(Status status, Selection& selection) const noexcept {
   target_.report(answer_.factor(), selection);
   selection.evaluations = screening_.evaluations() + unscreened_;
   selection.float64_decisions = decisions_;
+}
+
+void mark_unselected(const Search& search, ArrayOf<Candidate, unsigned char>& flags) noexcept {
+  std::copy_n(search.problem().is_free, search.problem().candidates.size(), flags.data());
+  for (std::size_t j = 0; j < search.answer().size(); ++j) flags[search.answer()[j]] = 0;
 }
 
 }  // namespace maxlogdet

@@ -23,15 +23,6 @@
 
 namespace maxlogdet {
 
-/// Memory of the float64 decision of a round.
-struct DecisionMemory {
-  explicit DecisionMemory(std::size_t capacity);
-  std::vector<Lane> lanes;             ///< of the survivors
-  std::vector<Candidate> candidates;   ///< in these lanes
-  std::vector<double> relative_gains;  ///< of these candidates
-  std::vector<std::uint32_t> order;    ///< positions in the above, best first
-};
-
 /// All the memory of a Search among up to `capacity` candidates, allocated once. Throws std::bad_alloc for a capacity
 /// that does not fit into 32 bits.
 struct SearchMemory {
@@ -42,9 +33,12 @@ struct SearchMemory {
   threading::Team team;
   CandidatesMemory candidates;
   ScreeningMemory screening;
-  ConstraintsMemory constraints;
-  DecisionMemory decisions;
-  AnswerMemory answer;
+  Constraints constraints;
+  Answer answer;
+  std::vector<Lane> survivors;            ///< of a round, between which float64 decides
+  std::vector<Candidate> surviving;       ///< in these lanes
+  std::vector<double> relative_gains;     ///< of these candidates
+  std::vector<std::uint32_t> order;       ///< positions in the three above, best first
   std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of M_all of a target
   std::vector<std::uint32_t> reported;    ///< the answer in the caller's indices
 };
@@ -64,13 +58,10 @@ class Search {
   const Problem& problem() const noexcept { return problem_; }
   const Answer& answer() const noexcept { return answer_; }
   Constraints& constraints() noexcept { return constraints_; }
-  const Constraints& constraints() const noexcept { return constraints_; }
   Screening& screening() noexcept { return screening_; }
-  const Screening& screening() const noexcept { return screening_; }
 
+  /// Whether the budget has room, candidates remain, and the targets are not met.
   bool wants_more() const noexcept { return missing() > 0 && !is_enough_; }
-  /// Whether the targets are met.
-  bool is_enough() const noexcept { return is_enough_; }
   bool is_late() const noexcept { return deadline_.has_passed(); }
   /// Candidates that may still be selected, and how many of them the budget allows.
   std::size_t remaining() const noexcept { return remaining_; }
@@ -88,10 +79,8 @@ class Search {
   Lane find_best_at(const InformationFactor& factor, float min_bound) noexcept;
 
   /// Adds the candidate of a lane to the answer and removes it from what remains, and the rest of its group if that is
-  /// full now.
-  void select(Lane lane) noexcept;
-  /// The same with `count` other rows instead of its own.
-  void select(Lane lane, const double (*rows)[state_dimension], int count) noexcept;
+  /// full now. `rows`: `count` others instead of its own.
+  void select(Lane lane, const double (*rows)[state_dimension] = nullptr, int count = 0) noexcept;
   /// The same for a candidate that the screening need not hold; what is full is left to the caller, who tells
   /// close().
   void add(Candidate candidate) noexcept;
@@ -123,9 +112,9 @@ class Search {
   Candidates candidates_;
   Evaluator evaluator_;
   Screening screening_;
-  Constraints constraints_;
   Problem problem_;
-  Answer answer_;
+  Constraints& constraints_;
+  Answer& answer_;
   Deadline deadline_;
   Target target_;
   bool is_enough_ = false;
@@ -135,5 +124,8 @@ class Search {
   std::size_t decisions_ = 0;   // survivors evaluated in float64
   std::size_t unscreened_ = 0;  // gains and losses that float64 alone evaluated
 };
+
+/// Marks the free candidates that are not selected.
+void mark_unselected(const Search& search, ArrayOf<Candidate, unsigned char>& flags) noexcept;
 
 }  // namespace maxlogdet

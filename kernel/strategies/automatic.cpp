@@ -12,7 +12,7 @@ constexpr std::size_t min_relaxed_budget = 60;
 
 }  // namespace
 
-Strategy chosen_for(const Search& search, const Options& options) noexcept {
+Strategy chosen_for(Search& search, const Options& options) noexcept {
   if (search.constraints().has_groups() || Target::is_asked(options)) return Strategy::lazy_greedy;
   const std::size_t n = search.remaining();
   const std::size_t k = search.missing();

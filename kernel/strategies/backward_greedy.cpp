@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/strategies/backward_greedy.hpp"
-
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/stored_rows.hpp"
+#include "kernel/screening/losses.hpp"
+#include "kernel/strategies/method.hpp"
 
 #include <algorithm>
 
@@ -19,22 +19,22 @@ constexpr double min_error_increase = 16;
 // Removes candidates from the information one by one.
 class Removal {
  public:
-  Removal(Search& search, BackwardWorkspace& own) noexcept
+  Removal(Search& search, StrategyMemory& memory) noexcept
       : search_(search),
         problem_(search.problem()),
-        own_(own),
+        memory_(memory),
         required_(search.answer().factor()),
         factor_(search.answer().factor()),
-        left_(own.is_left.data()),
+        left_(memory.remains),
         count_(search.remaining()) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), left_);
+    mark_unselected(search, left_);
   }
 
   // Removes candidates until `kept` remain.
-  Status run(std::size_t kept, bool lazily) noexcept {
+  Status run(std::size_t kept) noexcept {
     if (search_.is_late()) return Status::deadline_reached;
     if (count_ > few) {
-      const Status status = remove_many(kept, lazily);
+      const Status status = remove_many(kept);
       if (status != Status::ok) return status;
     }
     return count_ > kept ? remove_from_few(kept) : Status::ok;
@@ -42,31 +42,27 @@ class Removal {
 
   // The remaining candidates, by index; returns how many.
   std::size_t list(Candidate* list) const noexcept {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
-      if (left_[i] != 0) list[count++] = static_cast<Candidate>(i);
-    }
-    return count;
+    return list_flagged(left_.data(), problem_.candidates.size(), list);
   }
 
  private:
-  Status remove_many(std::size_t kept, bool lazily) noexcept {
+  Status remove_many(std::size_t kept) noexcept {
     if (!sum_up_all()) refactorise();
-    Losses losses(problem_.evaluator, problem_.candidates.column_max(), search_.screening().memory(), own_.losses);
-    losses.start(left_, problem_.candidates.size(), factor_);
-    const Status status = remove_one_by_one(losses, std::max(kept, few), lazily);
+    Losses losses(problem_.evaluator, problem_.candidates.column_max(), search_.screening().memory(), memory_.losses);
+    losses.start(left_.data(), problem_.candidates.size(), factor_);
+    const Status status = remove_one_by_one(losses, std::max(kept, few));
     search_.count_evaluations(losses.evaluations());
     return status;
   }
 
-  Status remove_one_by_one(Losses& losses, std::size_t kept, bool lazily) noexcept {
+  Status remove_one_by_one(Losses& losses, std::size_t kept) noexcept {
     double limit = error_limit();
     while (count_ > kept) {
       if (search_.is_late()) return Status::deadline_reached;
-      const Lane lane = losses.find_min(factor_, lazily);
+      const Lane lane = losses.find_min(factor_);
       const Candidate candidate = losses.candidate(lane);
       losses.remove(lane);
-      left_[simd::number(candidate)] = 0;
+      left_[candidate] = 0;
       --count_;
       if (!remove_rows(problem_, candidate, factor_) || factor_.relative_error() > limit) {
         refactorise();
@@ -96,7 +92,7 @@ class Removal {
       for (std::size_t j = 1; j < count_; ++j) {
         if (relative_gains[j] <= relative_gains[worst] || is_same(left[j], left[worst])) worst = j;
       }
-      left_[simd::number(left[worst])] = 0;
+      left_[left[worst]] = 0;
       --count_;
       std::copy(left + worst + 1, left + count_ + 1, left + worst);
     }
@@ -118,51 +114,44 @@ class Removal {
 
   // Factorises the sum of all; false if its squared condition number leaves too few digits.
   bool sum_up_all() noexcept {
-    unsigned char* const counted = own_.is_counted.data();
-    std::copy_n(left_, problem_.candidates.size(), counted);
-    for (std::size_t j = 0; j < problem_.required_count; ++j) counted[simd::number(problem_.required[j])] = 1;
+    std::copy_n(left_.data(), problem_.candidates.size(), memory_.is_counted.data());
+    for (std::size_t j = 0; j < problem_.required_count; ++j) memory_.is_counted[problem_.required[j]] = 1;
     double sum[state_dimension * state_dimension];
-    const double roundings = sum_up(problem_, counted, sum);
+    const double roundings = sum_up(problem_, memory_.is_counted.data(), sum);
     return factor_.reset(problem_.prior, sum, roundings) && factor_.relative_error() < large_error;
   }
 
   void refactorise() noexcept {
     factor_ = required_;
     for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
-      if (left_[i] != 0) add_rows(problem_, static_cast<Candidate>(i), factor_);
+      const auto candidate = static_cast<Candidate>(i);
+      if (left_[candidate] != 0) add_rows(problem_, candidate, factor_);
     }
   }
 
   Search& search_;
   const Problem& problem_;
-  BackwardWorkspace& own_;
-  InformationFactor required_;  // of the prior and the required candidates
-  InformationFactor factor_;    // of these and all that are left
-  unsigned char* left_;         // per candidate
-  std::size_t count_;           // how many are left
+  StrategyMemory& memory_;
+  InformationFactor required_;               // of the prior and the required candidates
+  InformationFactor factor_;                 // of these and all that are left
+  ArrayOf<Candidate, unsigned char>& left_;  // whether it has not been removed
+  std::size_t count_;                        // how many are left
 };
 
-}  // namespace
-
-Status backward_greedy(Search& search, BackwardWorkspace& own, bool lazily) noexcept {
+// Backward elimination: starts from all candidates and removes the one of minimum loss, -log det(I - Y Y^T), until the
+// budget remains; ties go to the highest index. The answer is listed by index. At the deadline it leaves all to fill().
+Status backward_greedy(Search& search, const Options& /*options*/, StrategyMemory& memory) noexcept {
   const std::size_t kept = search.missing();
-  Removal removal(search, own);
+  Removal removal(search, memory);
   if (kept == 0) return Status::ok;
-  const Status status = kept < search.remaining() ? removal.run(kept, lazily) : Status::ok;
+  const Status status = kept < search.remaining() ? removal.run(kept) : Status::ok;
   if (status != Status::ok) return status;
-  search.restart_with(own.answer.data(), removal.list(own.answer.data()));
+  search.restart_with(memory.answer, removal.list(memory.answer));
   return Status::ok;
 }
 
-namespace {
-
-Status run(Search& search, const Options& /*options*/, Workspace* workspace) noexcept {
-  return backward_greedy(search, *static_cast<BackwardWorkspace*>(workspace));
-}
-
 }  // namespace
 
-constexpr Method backward_greedy_method = {run, no_groups_or_targets, one_thread_only,
-                                           make_workspace<BackwardWorkspace>};
+constexpr Method backward_greedy_method = {backward_greedy, no_groups_or_targets, one_thread_only};
 
 }  // namespace maxlogdet

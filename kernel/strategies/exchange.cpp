@@ -13,13 +13,15 @@ namespace {
 // and swaps only beyond its rounding error, so that log det never decreases (docs/numerics.md).
 class Exchange {
  public:
-  Exchange(Search& search, ExchangeWorkspace& own) noexcept
-      : search_(search), problem_(search.problem()), own_(own), factor_(search.answer().factor()) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), own_.is_unselected.data());
-    for (std::size_t j = 0; j < search.answer().size(); ++j) {
-      own_.answer[j] = search.answer()[j];
-      own_.is_unselected[simd::number(own_.answer[j])] = 0;
-    }
+  Exchange(Search& search, StrategyMemory& memory) noexcept
+      : search_(search),
+        problem_(search.problem()),
+        is_unselected_(memory.remains),
+        is_open_(memory.is_counted),
+        answer_(memory.answer),
+        factor_(search.answer().factor()) {
+    mark_unselected(search, is_unselected_);
+    std::copy_n(search.answer().candidates(), search.answer().size(), answer_);
   }
 
   // Puts the best candidate at this position of the answer; returns whether that changes it.
@@ -29,7 +31,7 @@ class Exchange {
     if (!has_bounds_) bound_relative_gains();
     // log det is concave: swapping i for j changes it by at most d_j - d_i, d = tr(H M^-1 H^T), and d_j is at most the
     // relative gain by j. For nearly all positions of an answer with 60 candidates this suffices.
-    const Candidate out = own_.answer[position];
+    const Candidate out = answer_[position];
     const auto threshold =
         static_cast<float>(share_of_information(out) * (1 - drift_of_error * f) * (1 - simd::sum_room));
     if (highest_bound_ < threshold) return false;
@@ -44,12 +46,12 @@ class Exchange {
     if (is_better) {
       add_rows(problem_, in, without);
       factor_ = without;
-      own_.is_unselected[simd::number(out)] = 1;
-      own_.is_unselected[simd::number(in)] = 0;
-      own_.answer[position] = in;
+      is_unselected_[out] = 1;
+      is_unselected_[in] = 0;
+      answer_[position] = in;
       has_bounds_ = false;
     }
-    constraints.take_room(own_.answer[position]);
+    constraints.take_room(answer_[position]);
     return is_better;
   }
 
@@ -57,7 +59,7 @@ class Exchange {
   // Stale bounds, at the current information, of all unselected candidates, whether their group is full or not.
   void bound_relative_gains() noexcept {
     Screening& screening = search_.screening();
-    screening.use_store(own_.is_unselected.data(), problem_.candidates.size());
+    screening.use_store(is_unselected_.data(), problem_.candidates.size());
     highest_bound_ = screening.bound_all(factor_);
     has_bounds_ = true;
   }
@@ -71,10 +73,10 @@ class Exchange {
 
   InformationFactor factor_without(std::size_t position) const noexcept {
     InformationFactor without = factor_;
-    if (remove_rows(problem_, own_.answer[position], without) && without.relative_error() < large_error) return without;
+    if (remove_rows(problem_, answer_[position], without) && without.relative_error() < large_error) return without;
     without = search_.answer().prior();
     for (std::size_t j = 0; j < search_.answer().size(); ++j) {
-      if (j != position) add_rows(problem_, own_.answer[j], without);
+      if (j != position) add_rows(problem_, answer_[j], without);
     }
     return without;
   }
@@ -82,10 +84,10 @@ class Exchange {
   // Restricts the screening to candidates whose group has room.
   void close_full_groups() noexcept {
     for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
-      const bool is_open = own_.is_unselected[i] != 0 && search_.constraints().has_room(static_cast<Candidate>(i));
-      own_.is_open[i] = is_open ? 1 : 0;
+      const auto candidate = static_cast<Candidate>(i);
+      is_open_[candidate] = search_.constraints().has_room(candidate) ? is_unselected_[candidate] : 0;
     }
-    search_.screening().restrict_to(own_.is_open.data());
+    search_.screening().restrict_to(is_open_.data());
   }
 
   bool gains_more(Candidate in, Candidate out, const InformationFactor& without) const noexcept {
@@ -101,18 +103,20 @@ class Exchange {
 
   Search& search_;
   const Problem& problem_;
-  ExchangeWorkspace& own_;
-  InformationFactor factor_;  // of the prior and own_.answer
+  ArrayOf<Candidate, unsigned char>& is_unselected_;  // whether it is free and not in the answer
+  ArrayOf<Candidate, unsigned char>& is_open_;        // the same, and its group has room
+  Candidate* answer_;                                 // with the swaps so far
+  InformationFactor factor_;                          // of the prior and answer_
   float highest_bound_ = 0;
   bool has_bounds_ = false;
 };
 
 }  // namespace
 
-Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noexcept {
+Status exchange(Search& search, std::size_t sweeps, StrategyMemory& memory) noexcept {
   const std::size_t size = search.answer().size();
   const std::size_t first = std::min(search.problem().required_count, size);
-  Exchange exchange(search, own);
+  Exchange exchange(search, memory);
   std::size_t unchanged = 0;  // consecutive positions without a swap
   bool any = false;
   bool is_late = false;
@@ -125,7 +129,7 @@ Status exchange(Search& search, std::size_t sweeps, ExchangeWorkspace& own) noex
       any = any || is_changed;
     }
   }
-  if (any) search.restart_with(own.answer.data() + first, size - first);
+  if (any) search.restart_with(memory.answer + first, size - first);
   return is_late ? Status::deadline_reached : Status::ok;
 }
 

@@ -5,7 +5,7 @@ namespace maxlogdet {
 namespace {
 
 // k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
-Status greedy(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
+Status greedy(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
   search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;

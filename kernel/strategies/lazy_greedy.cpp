@@ -9,8 +9,8 @@ namespace maxlogdet {
 
 LazyRounds::LazyRounds(Search& search) noexcept
     : search_(search),
-      start_(search.answer().size()),
-      first_rounds_(
+      min_selected_(
+          search.answer().size() +
           std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.problem().evaluator.rows()))) {}
 
 void LazyRounds::order() noexcept {
@@ -22,7 +22,7 @@ void LazyRounds::order() noexcept {
 void LazyRounds::open() noexcept {
   if (is_open_) return;
   search_.screening().begin_round(search_.answer().factor());
-  order_is_due_ = !search_.screening().layout().is_ordered() && search_.answer().size() - start_ >= first_rounds_;
+  order_is_due_ = !search_.screening().layout().is_ordered() && search_.answer().size() >= min_selected_;
   is_open_ = true;
 }
 
@@ -54,7 +54,7 @@ Status lazy_greedy(Search& search) noexcept {
 
 namespace {
 
-Status run(Search& search, const Options& /*options*/, Workspace* /*workspace*/) noexcept {
+Status run(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
   return lazy_greedy(search);
 }
 

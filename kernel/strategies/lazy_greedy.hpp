@@ -33,8 +33,7 @@ class LazyRounds {
 
  private:
   Search& search_;
-  std::size_t start_;  // number of candidates selected before
-  std::size_t first_rounds_;
+  std::size_t min_selected_;  // number of candidates selected before the candidates are ordered
   bool is_open_ = false;
   bool order_is_due_ = false;
 };

@@ -17,14 +17,8 @@ bool supports_groups_and_targets(Strategy strategy) noexcept {
   const std::uint32_t group = 0;
   Options options;
   options.groups.ids = &group;
+  options.target.efficiency = 1;
   return method != nullptr && method->check(options) == Error::none;
-}
-
-Workspaces::Workspaces(std::size_t capacity) {
-  for (const Strategy strategy : strategies) {
-    const auto make = method_of(strategy)->make_workspace;
-    if (make != nullptr) workspaces_[static_cast<std::size_t>(strategy)] = make(capacity);
-  }
 }
 
 }  // namespace maxlogdet

@@ -2,29 +2,21 @@
 #pragma once
 
 #include "kernel/search/search.hpp"
+#include "kernel/search/strategy_memory.hpp"
 
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 
 #include <cstddef>
 #include <limits>
-#include <memory>
 
 namespace maxlogdet {
 
-/// The memory of one strategy. A strategy that needs any derives its own type from this, in its own file.
-struct Workspace {
-  Workspace() = default;
-  Workspace(const Workspace&) = delete;
-  Workspace& operator=(const Workspace&) = delete;
-  virtual ~Workspace() = default;
-};
-
 /// A strategy, as a Selector sees it. The file of each strategy defines its own: greedy_method for greedy.
 struct Method {
-  /// Selects until search.wants_more() is false. Returns ok or deadline_reached. `workspace`: from make_workspace.
-  /// nullptr only for `automatic`, which stands for another strategy.
-  Status (*run)(Search& search, const Options& options, Workspace* workspace) noexcept;
+  /// Selects until search.wants_more() is false. Returns ok or deadline_reached. nullptr only for `automatic`, which
+  /// stands for another strategy.
+  Status (*run)(Search& search, const Options& options, StrategyMemory& memory) noexcept;
 
   /// Returns the first error of the options that only this strategy uses, or none.
   Error (*check)(const Options& options) noexcept;
@@ -32,15 +24,7 @@ struct Method {
   /// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a
   /// cache or not (docs/threading.md).
   std::size_t crossover;
-
-  /// The workspace for up to `capacity` candidates, allocated with the Selector; nullptr: the strategy needs none.
-  std::unique_ptr<Workspace> (*make_workspace)(std::size_t capacity) = nullptr;
 };
-
-template <class Own>
-std::unique_ptr<Workspace> make_workspace(std::size_t capacity) {
-  return std::unique_ptr<Workspace>(new Own(capacity));
-}
 
 /// The crossover of a strategy whose rounds are too short for two threads.
 constexpr std::size_t one_thread_only = std::numeric_limits<std::size_t>::max();
@@ -59,17 +43,7 @@ MAXLOGDET_STRATEGIES(MAXLOGDET_DECLARE)
 /// Returns nullptr if the strategy is not one of the enumerators.
 const Method* method_of(Strategy strategy) noexcept;
 
-/// The workspaces of all strategies.
-class Workspaces {
- public:
-  explicit Workspaces(std::size_t capacity);
-  Workspace* of(Strategy strategy) const noexcept { return workspaces_[static_cast<std::size_t>(strategy)].get(); }
-
- private:
-  std::unique_ptr<Workspace> workspaces_[sizeof strategies / sizeof *strategies];
-};
-
 /// The strategy that `automatic` stands for; depends on the problem only, so that threads do not change the answer.
-Strategy chosen_for(const Search& search, const Options& options) noexcept;
+Strategy chosen_for(Search& search, const Options& options) noexcept;
 
 }  // namespace maxlogdet

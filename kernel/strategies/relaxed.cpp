@@ -6,8 +6,7 @@
 #include "kernel/strategies/swaps.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <vector>
+#include <utility>
 
 namespace maxlogdet {
 namespace {
@@ -22,22 +21,18 @@ constexpr int max_sweeps = 12;
 // 4 sweeps.
 constexpr double max_optimality_gap = 5e-3;
 
-struct RelaxedWorkspace : Workspace {
-  explicit RelaxedWorkspace(std::size_t capacity)
-      : shortlist(capacity), united(capacity), best_answer(capacity), traces(capacity), swaps(capacity) {}
-  std::vector<Candidate> shortlist;    // candidates to search among, in ascending order
-  std::vector<Candidate> united;       // the union of the shortlist with others, which replaces it
-  std::vector<Candidate> best_answer;  // the best one so far, without what is required
-  TraceMemory traces;
-  SwapMemory swaps;
-};
-
 // Convex relaxation (D-optimal design), rounded by lazy greedy on the candidates of nonzero weight and a few more
 // (docs/performance.md).
 class Relaxation {
  public:
-  Relaxation(Search& search, RelaxedWorkspace& own) noexcept
-      : search_(search), problem_(search.problem()), own_(own), k_(search.missing()) {}
+  Relaxation(Search& search, StrategyMemory& memory) noexcept
+      : search_(search),
+        problem_(search.problem()),
+        shortlist_(memory.shortlist),
+        united_(memory.united),
+        best_answer_(memory.answer),
+        traces_(memory.traces),
+        k_(search.missing()) {}
 
   Status run() noexcept {
     const std::size_t sample = sample_per_selected * k_;
@@ -46,13 +41,13 @@ class Relaxation {
     if (listed < sample / 2) return lazy_greedy(search_);
     if (search_shortlist(listed) != Status::ok) return Status::deadline_reached;
 
-    required_ = prior_information(problem_.prior);
-    add_blocks(problem_.candidates, problem_.required, problem_.required_count, required_);
+    required_ =
+        plus_blocks(problem_.candidates, problem_.required, problem_.required_count, prior_information(problem_.prior));
     const Information selected = keep_answer();
-    std::copy_n(own_.best_answer.begin(), k_, own_.shortlist.begin());
-    std::sort(own_.shortlist.begin(), own_.shortlist.begin() + static_cast<std::ptrdiff_t>(k_));
+    std::copy_n(best_answer_, k_, shortlist_);
+    std::sort(shortlist_, shortlist_ + k_);
     const std::size_t count = list_relaxed(selected);
-    return count == 0 ? Status::deadline_reached : round(count);
+    return count == 0 ? Status::deadline_reached : search_and_swap(count);
   }
 
  private:
@@ -63,7 +58,7 @@ class Relaxation {
     std::size_t count = 0;
     for (std::size_t first = 0; first < n; first += step) {
       for (std::size_t i = first; i < std::min(first + simd::tile_size, n); ++i) {
-        own_.shortlist[count] = static_cast<Candidate>(i);
+        shortlist_[count] = static_cast<Candidate>(i);
         count += problem_.is_free[i] != 0 ? 1 : 0;
       }
     }
@@ -73,17 +68,15 @@ class Relaxation {
   // Lazy greedy among the first `count` of the shortlist, at least k, from the required candidates on.
   Status search_shortlist(std::size_t count) noexcept {
     search_.restart_with(nullptr, 0);
-    search_.screening().layout().make_records_of(own_.shortlist.data(), count);
-    search_.screening().use_listed(own_.shortlist.data(), count);
+    search_.screening().layout().make_records_of(shortlist_, count);
+    search_.screening().use_listed(shortlist_, count);
     return search_lazily(search_);
   }
 
   // Makes the answer of the search the best one so far; returns its information.
   Information keep_answer() noexcept {
-    std::copy_n(search_.answer().candidates() + problem_.required_count, k_, own_.best_answer.begin());
-    Information selected = required_;
-    add_blocks(problem_.candidates, own_.best_answer.data(), k_, selected);
-    return selected;
+    std::copy_n(search_.answer().candidates() + problem_.required_count, k_, best_answer_);
+    return plus_blocks(problem_.candidates, best_answer_, k_, required_);
   }
 
   // Solves the relaxation, 0 <= w_i <= 1, sum w_i = k, as a mixture of selections: that in the shortlist, of this
@@ -96,50 +89,49 @@ class Relaxation {
     bool goes_on = mixture.reset(selected);
     for (int sweep = 0; goes_on && sweep < max_sweeps; ++sweep) {
       if (search_.is_late()) return 0;
-      const TopTraces top = find_top_traces(problem_, mixture.inverse(), k_, threshold, own_.traces);
+      const TopTraces top = find_top_traces(problem_, mixture.inverse(), k_, threshold, traces_);
       threshold = top.threshold;
       count = unite(count, top);
-      Information best = required_;
-      add_blocks(problem_.candidates, top.candidates, top.count, best);
-      goes_on = mixture.add(best, max_optimality_gap);
+      goes_on = mixture.add(plus_blocks(problem_.candidates, top.candidates, top.count, required_), max_optimality_gap);
     }
     return count;
   }
 
   // The shortlist becomes its union with another list; both ascend.
   std::size_t unite(std::size_t count, const TopTraces& top) noexcept {
-    const Candidate* const first = own_.shortlist.data();
-    Candidate* const united = own_.united.data();
     const Candidate* const end =
-        std::set_union(first, first + count, top.candidates, top.candidates + top.count, united);
-    own_.shortlist.swap(own_.united);
-    return static_cast<std::size_t>(end - united);
+        std::set_union(shortlist_, shortlist_ + count, top.candidates, top.candidates + top.count, united_);
+    std::swap(shortlist_, united_);
+    return static_cast<std::size_t>(end - shortlist_);
   }
 
   // Lazy greedy and a few swaps in the shortlist; the best answer becomes that of the search.
-  Status round(std::size_t count) noexcept {
+  Status search_and_swap(std::size_t count) noexcept {
     Status status = search_shortlist(count);
     if (status == Status::ok) {
       const Information selected = keep_answer();
-      status = swap_lowest_traces(search_, own_.best_answer.data(), k_, count - k_, selected, own_.swaps);
+      status = swap_lowest_traces(search_, best_answer_, k_, count - k_, selected, traces_);
     }
-    search_.restart_with(own_.best_answer.data(), k_);
+    search_.restart_with(best_answer_, k_);
     return status;
   }
 
   Search& search_;
   const Problem& problem_;
-  RelaxedWorkspace& own_;
+  Candidate* shortlist_;    // candidates to search among, in ascending order
+  Candidate* united_;       // the union of the shortlist with others, which replaces it
+  Candidate* best_answer_;  // the best one so far, without what is required
+  TraceMemory& traces_;
   std::size_t k_;
   Information required_{};  // of the prior and the required candidates
 };
 
-Status relaxed(Search& search, const Options& /*options*/, Workspace* workspace) noexcept {
-  return Relaxation(search, *static_cast<RelaxedWorkspace*>(workspace)).run();
+Status relaxed(Search& search, const Options& /*options*/, StrategyMemory& memory) noexcept {
+  return Relaxation(search, memory).run();
 }
 
 }  // namespace
 
-constexpr Method relaxed_method = {relaxed, no_groups_or_targets, 50000, make_workspace<RelaxedWorkspace>};
+constexpr Method relaxed_method = {relaxed, no_groups_or_targets, 50000};
 
 }  // namespace maxlogdet

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <vector>
 
 namespace maxlogdet {
 namespace {
@@ -16,23 +15,13 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
   return std::max(1.0, std::ceil(s - 1e-9));
 }
 
-struct StochasticWorkspace : Workspace {
-  explicit StochasticWorkspace(std::size_t capacity) : pool(capacity), draws(capacity) {}
-  std::vector<Candidate> pool;       // candidates that remain; a round moves its sample to the front
-  std::vector<std::uint32_t> draws;  // offsets of a round's Fisher-Yates shuffle
-};
-
 // Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
-Status stochastic_greedy(Search& search, const Options& options, Workspace* workspace) noexcept {
-  auto& own = *static_cast<StochasticWorkspace*>(workspace);
+Status stochastic_greedy(Search& search, const Options& options, StrategyMemory& memory) noexcept {
   const Problem& problem = search.problem();
   Screening& screening = search.screening();
-  Candidate* const pool = own.pool.data();
-  std::uint32_t* const draws = own.draws.data();
-  std::size_t filled = 0;
-  for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
-    if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
-  }
+  Candidate* const pool = memory.shortlist;          // all that remain; a round moves its sample to the front
+  std::uint32_t* const draws = memory.traces.order;  // offsets of a round's Fisher-Yates shuffle
+  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.size(), pool);
   const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
@@ -68,7 +57,6 @@ Error check_epsilon(const Options& options) noexcept {
 
 }  // namespace
 
-constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only,
-                                             make_workspace<StochasticWorkspace>};
+constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only};
 
 }  // namespace maxlogdet

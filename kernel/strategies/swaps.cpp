@@ -2,7 +2,7 @@
 #include "kernel/strategies/swaps.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <functional>
 
 namespace maxlogdet {
 namespace {
@@ -14,21 +14,6 @@ constexpr std::size_t max_swaps = 4;
 constexpr std::size_t max_tried = 8;
 // A smaller ratio of determinants is rounding.
 constexpr double min_ratio = 1 + 1e-7;
-
-// Positions of the selected candidates of minimum trace; returns how many.
-std::size_t list_lowest_traces(const Problem& problem, const InformationFactor& factor, const Candidate* selected,
-                               std::size_t count, SwapMemory& memory, std::uint32_t (&positions)[max_tried]) noexcept {
-  double* const traces = memory.traces.data();
-  problem.evaluator.traces(factor.inverse(), selected, count, traces);
-  std::uint32_t* const order = memory.order.data();
-  std::iota(order, order + count, 0U);
-  const std::size_t tried = std::min(max_tried, count);
-  std::partial_sort(order, order + tried, order + count, [traces](std::uint32_t a, std::uint32_t b) {
-    return traces[a] < traces[b] || (traces[a] == traces[b] && a < b);
-  });
-  std::copy_n(order, tried, positions);
-  return tried;
-}
 
 struct Swap {
   double ratio;          // of the determinants after and before
@@ -54,17 +39,17 @@ Swap best_swap(Search& search, const Candidate* selected, std::size_t position,
 }  // namespace
 
 Status swap_lowest_traces(Search& search, Candidate* selected, std::size_t count, std::size_t available,
-                          Information information, SwapMemory& memory) noexcept {
+                          Information information, TraceMemory& memory) noexcept {
   const Problem& problem = search.problem();
   for (std::size_t swaps = 0; swaps < std::min(max_swaps, available); ++swaps) {
     if (search.is_late()) return Status::deadline_reached;
     InformationFactor factor;
     if (!factor.reset(&information.entry[0][0])) return Status::ok;
-    std::uint32_t positions[max_tried];
-    const std::size_t tried = list_lowest_traces(problem, factor, selected, count, memory, positions);
+    const std::size_t tried = std::min(max_tried, count);
+    order_by_trace(problem, factor.inverse(), selected, count, tried, std::less<double>(), memory);
     Swap best{min_ratio, no_lane, 0};
     for (std::size_t j = 0; j < tried; ++j) {
-      const Swap swap = best_swap(search, selected, positions[j], information);
+      const Swap swap = best_swap(search, selected, memory.order[j], information);
       if (swap.ratio > best.ratio) best = swap;
     }
     if (!(best.ratio > min_ratio)) return Status::ok;

@@ -15,7 +15,7 @@ inline Options keeping(std::size_t budget) { return with_budget(budget, Strategy
 /// smallest loss there was by in their round; recomputed in long double.
 long double loss_given_away(Problem problem, std::size_t min_budget);
 
-/// Expects the same answer whether stale bounds of losses are used or all losses are computed in every round.
+/// Expects the same removals whether stale bounds of losses are used or all losses are computed in every round.
 void expect_the_same_with_stale_bounds(const BlockStore& blocks, const Options& options);
 
 }  // namespace maxlogdet::test
