@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // append_blocks on every instruction set, against the same operations of plain_blocks.hpp, match by match in plain
 // float64: the same bits, for all weightings and third measurements, all lengths of the last pack, broken matches
-// anywhere. jacobian_test.cpp shows that the equations are right.
+// anywhere. camera_blocks_test.cpp shows that the equations are right.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/plain_blocks.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cstring>
 #include <limits>
@@ -153,8 +154,7 @@ TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
 
 TEST(BlockBuilding, reads_the_upper_triangle_of_a_covariance_alone) {
   for (const DepthCue depth_cue : thirds) {
-    Random random(static_cast<std::uint64_t>(depth_cue));
-    SCOPED_TRACE(random.name());
+    TracedRandom random(static_cast<std::uint64_t>(depth_cue));
     PinholeBatch batch = random_batch(random, 100, Weighting::measurement_and_map, depth_cue);
     batch.matches.map_covariances = batch.map_covariances[0].data();
     BlockStore whole;

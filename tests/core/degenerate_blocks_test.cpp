@@ -2,6 +2,7 @@
 // Candidates at and beyond the edges: a valid answer from every strategy.
 #include "tests/core/degenerate.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <vector>
@@ -46,8 +47,7 @@ TEST_P(Degenerate, blocks_of_zeros_are_taken_by_lowest_index_and_gain_nothing) {
 }
 
 TEST_P(Degenerate, identical_blocks) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = copies_of(random_block(random, 2), 40);
   const Selection selection = selector_.select(blocks, asking_for(10));
   expect_valid(blocks, selection, 10, 1e-8);
@@ -58,8 +58,7 @@ TEST_P(Degenerate, identical_blocks) {
 
 TEST_P(Degenerate, one_direction_unobservable) {
   for (int direction = 0; direction < 6; ++direction) {
-    Random random(static_cast<std::uint64_t>(direction));
-    SCOPED_TRACE(random.name());
+    TracedRandom random(static_cast<std::uint64_t>(direction));
     const BlockStore blocks = store_of(50, [&](std::size_t) {
       Block block = random_block(random, random.integer(1, 3));
       block.col(direction).setZero();
@@ -100,8 +99,7 @@ TEST_P(Degenerate, gains_far_below_one_keep_their_digits) {
 }
 
 TEST_P(Degenerate, scales_mixed_in_one_store) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = store_of(60, [&](std::size_t) {
     return random_block(random, random.integer(1, 3), std::pow(10.0, random.integer(-12, 12)));
   });
@@ -109,8 +107,7 @@ TEST_P(Degenerate, scales_mixed_in_one_store) {
 }
 
 TEST_P(Degenerate, blocks_that_float32_cannot_hold_are_counted_and_never_selected) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   BlockStore blocks;
   std::size_t invalid = 0;
   for (int i = 0; i < 60; ++i) {
@@ -141,8 +138,7 @@ TEST_P(Degenerate, nothing_but_invalid_blocks) {
 }
 
 TEST_P(Degenerate, extreme_values_that_float32_can_hold) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = store_of(60, [&](std::size_t i) {
     return random_block(random, 3, i < 30 ? 3.4e38 : 1e-38);  // denormals among them
   });

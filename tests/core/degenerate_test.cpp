@@ -4,6 +4,7 @@
 #include "tests/support/answer.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -80,8 +81,7 @@ TEST_P(Degenerate, priors_on_both_sides_of_each_limit) {
 }
 
 TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = random_store(random, 20);
   Matrix6 graded = Matrix6::Zero();
   for (int i = 0; i < 6; ++i) graded(i, i) = std::pow(10.0, 4 * i - 10);

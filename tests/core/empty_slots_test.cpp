@@ -5,9 +5,7 @@
 #include "tests/core/slots.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
-
-#include <algorithm>
-#include <string>
+#include "tests/support/traced_random.hpp"
 
 namespace maxlogdet::test {
 namespace {
@@ -52,29 +50,9 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
   }
 }
 
-// Samples are drawn from the valid candidates in their order, wherever the empty slots are.
-TEST(EmptySlots, samples_do_not_depend_on_them) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const std::vector<Block> blocks = random_blocks(random, 200);
-  const BlockStore dense = store_of(blocks);
-  Options options = with_budget(30, Strategy::stochastic_greedy);
-  Selector selector(4000);
-  for (options.stochastic.seed = 0; options.stochastic.seed < 20; ++options.stochastic.seed) {
-    const std::vector<std::uint32_t> expected = indices_of(selector.select(dense, options));
-    for (const double share : {0.01, 0.5, 0.9}) {
-      const Slots slots = with_empty_slots(random, blocks, share);
-      const BlockStore holed = store_of(random, slots);
-      EXPECT_EQ(indices_of(selector.select(holed, options)), gathered(present(slots), expected))
-          << options.stochastic.seed;
-    }
-  }
-}
-
 TEST(EmptySlots, a_store_of_nothing_else_has_nothing_to_select) {
   for (const std::size_t n : {std::size_t{1}, std::size_t{16}, std::size_t{1000}}) {
-    Random random(n);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(n);
     BlockStore blocks;
     for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(push_back_empty(random, blocks), i);
     EXPECT_EQ(blocks.stored(), 0U);

@@ -5,6 +5,7 @@
 #include "tests/support/numbers.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,8 +64,7 @@ TEST(ExcludedCandidates, many_are_as_if_they_were_not_there) {
 // The others are pushed back one by one, so that their store does not know that they are factored.
 TEST(ExcludedCandidates, many_of_a_frame_are_as_if_they_were_not_there) {
   for_every_family(1500, [](const BlockStore& blocks) {
-    Random random;
-    SCOPED_TRACE(random.name());
+    TracedRandom random;
     Request request = certified_request(20);
     BlockStore dense;
     std::vector<std::uint32_t> kept;
@@ -108,8 +108,7 @@ TEST(ExcludedCandidates, few_are_never_selected_and_change_no_gain) {
 
 TEST(ExcludedCandidates, all_of_them_leave_nothing) {
   for (const std::size_t n : {std::size_t{1}, std::size_t{7}, std::size_t{400}}) {
-    Random random(n);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(n);
     const Slots slots = with_empty_slots(random, random_blocks(random, n), 0.3);
     const BlockStore blocks = store_of(random, slots);
     Request request = certified_request(5);

@@ -3,6 +3,7 @@
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/match_information.hpp>
@@ -54,8 +55,7 @@ Layouts random_layouts(Random& random) {
 }
 
 TEST(Inputs, points_are_read_as_they_are) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Layouts layouts = random_layouts(random);
   for (const Camera& camera : {Camera(400, 400, 320, 240), Camera::kannala_brandt({400, 400, 0, 0, 0}, 0, 0, 0, 0)}) {
     const auto made_of = [&](const Points& points) {
@@ -98,8 +98,7 @@ TEST(Inputs, a_stride_is_at_least_three_entries_and_a_whole_number_of_them) {
 }
 
 TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Eigen::Matrix4d T = random_isometry(random).matrix().cast<double>();
   const Eigen::Matrix<double, 3, 4> top = T.topRows<3>();
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> by_rows = T;

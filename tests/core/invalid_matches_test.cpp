@@ -1,46 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Matches without a block: which candidates are invalid, what the report says of them, and what appends nothing.
-#include "tests/support/pinhole_case.hpp"
-
-#include <limits>
+#include "tests/support/block_oracle.hpp"
+#include "tests/support/numbers.hpp"
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-TEST(Jacobian, missing_third_measurements_give_two_rows) {
-  Random random;
-  const PinholeCase c = random_case(random, DepthCue::stereo);
-  Eigen::Matrix3Xd points(3, 2);
-  points.colwise() = c.p_w.cast<double>();
-  const unsigned char has_depth_cue[2] = {0, 1};
-  Matches matches;
-  matches.has_depth_cue = has_depth_cue;
-  BlockStore blocks;
-  append_blocks(c.camera, c.T_cw.matrix(), points, matches, options_of(Weighting::measurement, c), blocks);
-  EXPECT_EQ(blocks.rows(), 3);
-  EXPECT_EQ(stored_block(blocks, 0).row(2).norm(), 0);
-  EXPECT_GT(stored_block(blocks, 1).row(2).norm(), 0);
-}
-
-TEST(Jacobian, matches_that_are_not_usable_keep_their_index_as_invalid_candidates) {
-  Random random;
-  const PinholeCase c = random_case(random, DepthCue::none);
-  Eigen::Matrix3Xd points(3, 3);
-  points.colwise() = c.p_w.cast<double>();
-  const unsigned char usable[3] = {1, 0, 7};
-  Matches matches;
-  matches.usable = usable;
-  BlockStore blocks;
-  const BlockReport report = append_blocks(c.camera, c.T_cw.matrix(), points, matches, BlockOptions(), blocks);
-  EXPECT_EQ(report.error, Error::none);
-  EXPECT_EQ(report.invalid, 1U);
-  EXPECT_TRUE(blocks.is_valid(0));
-  EXPECT_FALSE(blocks.is_valid(1));
-  EXPECT_TRUE(blocks.is_valid(2));
-}
 
 TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidates) {
   Eigen::Matrix3Xd points(3, 12);

@@ -7,12 +7,13 @@
 #include "tests/support/numbers.hpp"
 #include "tests/support/pose_derivative.hpp"
 #include "tests/support/random_isometry.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/match_information.hpp>
 
 #include <cmath>
 #include <functional>
-#include <type_traits>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -79,9 +80,7 @@ Eigen::MatrixXd matrix_of(const double* entries, std::size_t rows) {
 }
 
 TEST(MatchInformation, is_the_inverse_of_the_covariance_of_the_residual) {
-  for (std::uint64_t variation = 0; variation < trials(2000); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(2000, [&](Random& random) {
     Seen seen;
     fill(random, seen);
     double omega[9], W[9];
@@ -97,7 +96,7 @@ TEST(MatchInformation, is_the_inverse_of_the_covariance_of_the_residual) {
       EXPECT_GT(whitening(a, a), 0);
       for (Eigen::Index b = a + 1; b < whitening.cols(); ++b) EXPECT_EQ(whitening(a, b), 0);
     }
-  }
+  });
 }
 
 TEST(MatchInformation, without_a_covariance_is_that_of_the_measurement) {
@@ -111,8 +110,7 @@ TEST(MatchInformation, without_a_covariance_is_that_of_the_measurement) {
 }
 
 TEST(MatchInformation, on_a_rig_is_that_of_the_camera_at_its_own_pose) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (int trial = 0; trial < 100; ++trial) {
     Seen seen;
     fill(random, seen);
@@ -133,8 +131,7 @@ TEST(MatchInformation, on_a_rig_is_that_of_the_camera_at_its_own_pose) {
 }
 
 TEST(MatchInformation, takes_the_upper_triangle_of_the_covariance) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Seen seen;
   fill(random, seen);
   seen.covariance = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
@@ -264,8 +261,7 @@ void expect_information_of_blocks(const sim::Frame& frame, DepthCue depth_cue) {
 TEST(MatchInformation, weighs_the_jacobians_to_the_information_of_the_blocks) {
   for (const sim::Scene scene : sim::scenes) {
     for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
-      Random random;
-      SCOPED_TRACE(random.name());
+      TracedRandom random;
       sim::Frame frame = make_scene(scene, 500, random.seed());
       if (depth_cue == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
       expect_information_of_blocks(frame, depth_cue);

@@ -3,16 +3,14 @@
 // gets alone.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/forced_isa.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Some hundred matches of a rig, some of them broken.
 struct Batch {
@@ -94,9 +92,7 @@ TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
 
 // A match alone has the block that it has among others.
 TEST(Camera, each_match_of_a_rig_gets_its_own_camera_and_values) {
-  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(60, [&](Random& random) {
     Batch batch = random_batch(random, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
     const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
     const Rig rig{batch.cameras.data(), batch.cameras.size()};
@@ -123,7 +119,7 @@ TEST(Camera, each_match_of_a_rig_gets_its_own_camera_and_values) {
       const Block expected = stored_block(alone, 0);
       ASSERT_EQ(stored_block(together, i).topRows(expected.rows()), expected) << i;
     }
-  }
+  });
 }
 
 }  // namespace
