@@ -5,6 +5,7 @@
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -26,12 +27,14 @@ TEST_P(Degenerate, no_candidates_or_no_budget) {
 TEST_P(Degenerate, budget_of_all_and_more_selects_everything) {
   Random random;
   const BlockStore blocks = random_store(random, 20);
-  for (const std::size_t budget : {20U, 21U, 64U}) {
+  for (const std::size_t budget :
+       {std::size_t{20}, std::size_t{21}, std::size_t{64}, std::size_t{65}, std::numeric_limits<std::size_t>::max()}) {
     const Selection selection = selector_.select(blocks, asking_for(budget));
     EXPECT_EQ(selection.status, Status::all_selected);
     expect_valid(blocks, selection, 20, 1e-9);
   }
   EXPECT_EQ(selector_.select(blocks, asking_for(19)).status, Status::ok);
+  EXPECT_EQ(Options(-1).budget, 0U);
 }
 
 TEST_P(Degenerate, blocks_of_zeros_are_taken_by_lowest_index_and_gain_nothing) {

@@ -109,17 +109,6 @@ TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
   EXPECT_THROW(Selector{std::numeric_limits<std::size_t>::max()}, std::bad_alloc);
 }
 
-TEST_P(Degenerate, a_budget_above_the_capacity_selects_all) {
-  Random random;
-  const BlockStore blocks = random_store(random, 10);
-  for (const std::size_t budget : {std::size_t{11}, std::size_t{65}, std::numeric_limits<std::size_t>::max()}) {
-    const Selection selection = selector_.select(blocks, asking_for(budget));
-    EXPECT_EQ(selection.status, Status::all_selected);
-    EXPECT_EQ(selection.size, 10U);
-  }
-  EXPECT_EQ(Options(-1).budget, 0U);
-}
-
 TEST_P(Degenerate, epsilon_at_and_beyond_its_ends) {
   Random random;
   const BlockStore blocks = random_store(random, 40);

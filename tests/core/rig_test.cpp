@@ -3,8 +3,8 @@
 // gets alone.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/forced_isa.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/sweeps.hpp"
 
 #include <cmath>

@@ -42,7 +42,7 @@ std::string camera_comments(const sim::FrameCamera& camera) {
 class Evaluate : public Program {
  protected:
   void write(const Frame& frame, const std::string& file) const {
-    std::ofstream stream(folder_ + "/" + file);
+    std::ofstream stream(path(file));
     stream.precision(17);
     stream << camera_comments(frame.camera)
            << "# image width,height: 752,480\n# Tcw_prior: " << joined_rows(frame.T_cw_prior)
@@ -58,7 +58,7 @@ class Evaluate : public Program {
   // Independent errors, so that selection pays.
   void write_recording(const std::string& folder, std::size_t frames, FrameKind kind = FrameKind::stereo) const {
     Random random(static_cast<std::uint64_t>(kind));
-    std::filesystem::create_directories(folder_ + "/" + folder);
+    std::filesystem::create_directories(path(folder));
     for (std::size_t i = 0; i < frames; ++i) {
       Frame frame = simulated_frame(random, kind, 160);
       add_errors(random, frame);
@@ -139,7 +139,7 @@ TEST_F(Evaluate, computes_what_the_library_computes_for_every_kind_of_camera) {
     options.budgets = {30};
     options.repeats = 2;
     options.seed = 9;
-    const auto expected = sim::evaluate({sim::read_frames(folder_ + "/" + folder)}, options, 1);
+    const auto expected = sim::evaluate({sim::read_frames(path(folder))}, options, 1);
     const Json json = evaluated(folder + " --budgets 30 --seed 9 --threads 2");
     EXPECT_EQ(json, Json::parse(to_json(expected).dump()));
     const Json other = evaluated(folder + " --budgets 30 --seed 10");
@@ -182,8 +182,8 @@ TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_
   const Json weighed = evaluated("frames --budgets 30 --weighting measurement_and_map --map-sigma 0.1");
   EXPECT_GT(row_of(weighed, "md", 30).at("translation_mm").at("predicted"),
             row_of(plain, "md", 30).at("translation_mm").at("predicted"));
-  for (const auto& file : std::filesystem::directory_iterator(folder_ + "/frames")) {
-    std::istringstream lines(contents_of(file.path()));
+  for (const auto& file : std::filesystem::directory_iterator(path("frames"))) {
+    std::istringstream lines(text_of(file.path()));
     std::ofstream stream(file.path());
     bool is_header = true;
     for (std::string line; std::getline(lines, line);) {
@@ -205,22 +205,22 @@ TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_
 TEST_F(Evaluate, writes_its_files) {
   write_recording("frames", 5);
   const Json json = evaluated("frames --budgets 30,60 --output results/today");
-  EXPECT_EQ(Json::parse(contents_of(folder_ + "/results/today/evaluation.json")), json);
-  const std::string deviation = contents_of(folder_ + "/results/today/deviation.csv");
+  EXPECT_EQ(Json::parse(text_of(path("results/today/evaluation.json"))), json);
+  const std::string deviation = text_of(path("results/today/deviation.csv"));
   EXPECT_EQ(deviation.rfind("selector,budget,frames,translation_mm,", 0), 0U) << deviation;
   EXPECT_EQ(static_cast<std::size_t>(std::count(deviation.begin(), deviation.end(), '\n')),
             1 + json.at("selectors").size());
-  const std::string leverage = contents_of(folder_ + "/results/today/leverage.csv");
+  const std::string leverage = text_of(path("results/today/leverage.csv"));
   EXPECT_EQ(leverage.rfind("decile,chi2,low,high\n1,", 0), 0U) << leverage;
   EXPECT_EQ(std::count(leverage.begin(), leverage.end(), '\n'), 11);
 }
 
 TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   write_recording("frames", 3);
-  std::filesystem::create_directories(folder_ + "/empty");
+  std::filesystem::create_directories(path("empty"));
   write_frame("frame_few.csv", 5);
-  std::filesystem::rename(folder_ + "/frames/frame_few.csv", folder_ + "/frame_few.csv");
-  std::ofstream(folder_ + "/frames/frame_101.csv", std::ios::app) << "1,2,oops\n";
+  std::filesystem::rename(path("frames/frame_few.csv"), path("frame_few.csv"));
+  std::ofstream(path("frames/frame_101.csv"), std::ios::app) << "1,2,oops\n";
   const std::pair<const char*, const char*> refusals[] = {
       {"", "FRAMES"},
       {" nowhere", "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files"},
@@ -250,20 +250,20 @@ TEST_F(Evaluate, refuses_options_that_it_does_not_understand) {
 
 TEST_F(Evaluate, refuses_a_folder_that_it_cannot_write_to) {
   write_recording("frames", 2);
-  std::ofstream(folder_ + "/file") << "no folder\n";
+  std::ofstream(path("file")) << "no folder\n";
   expect_refused(run("evaluate frames --output file"), "file");
   expect_refused(run("evaluate frames --output file/within"), "file/within");
   expect_refused(run("evaluate frames --output /proc/results"), "/proc/results");
-  std::filesystem::create_directories(folder_ + "/results/leverage.csv");
+  std::filesystem::create_directories(path("results/leverage.csv"));
   expect_refused(run("evaluate frames --output results"), "results/leverage.csv");
-  EXPECT_EQ(contents_of(folder_ + "/results/evaluation.json"), "") << "nothing was computed";
+  EXPECT_EQ(text_of(path("results/evaluation.json")), "") << "nothing was computed";
 }
 
 TEST_F(Evaluate, warns_about_columns_that_may_be_misspelt) {
   write_recording("frames", 3);
   for (int i = 100; i < 103; ++i) {
     const std::string file = folder_ + "/frames/frame_" + std::to_string(i) + ".csv";
-    std::string text = contents_of(file);
+    std::string text = text_of(file);
     text.replace(text.find("desc_dist"), 9, "distance_");
     std::ofstream(file) << text;
   }

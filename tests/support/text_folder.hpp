@@ -10,12 +10,19 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::test {
 
 using Lines = std::vector<std::string>;
+
+/// The bytes of a file; none if there is no such file.
+inline std::string text_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
 
 /// What replaces a line, the first of which is 1, and what the error must say.
 struct BrokenLine {
