@@ -31,6 +31,13 @@ TEST(Greedy, equals_the_oracle_on_generated_frames) {
   expect_greedy(blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]), 100);
 }
 
+TEST(Greedy, gives_away_nothing_in_any_round) {
+  for_every_family(200, [&](const BlockStore& blocks) {
+    const auto indices = select_indices(blocks, with_budget(40, Strategy::greedy));
+    EXPECT_LE(gain_given_away(blocks, indices), allowed_loss);
+  });
+}
+
 TEST(Greedy, takes_the_lowest_index_of_duplicated_candidates) {
   TracedRandom random;
   const BlockStore once = blocks_of(make_scene(sim::Scene::euroc_like, 100, random.seed()), block_kinds[0]);
@@ -119,6 +126,13 @@ TEST(LazyGreedy, equals_greedy_on_2000_candidates_and_evaluates_less) {
 TEST(RealFrames, greedy_equals_the_oracle_on_every_frame) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   for_real_frames(1, [](const BlockStore& blocks) { expect_greedy(blocks, 100); });
+}
+
+TEST(RealFrames, greedy_gives_away_nothing_in_any_round) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for_real_frames(7, [](const BlockStore& blocks) {
+    EXPECT_LE(gain_given_away(blocks, select_indices(blocks, with_budget(60, Strategy::greedy))), allowed_loss);
+  });
 }
 
 }  // namespace
