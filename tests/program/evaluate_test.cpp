@@ -6,6 +6,8 @@
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/program.hpp"
 
+#include <maxlogdet/frame_recorder.hpp>
+
 #include <map>
 #include <set>
 #include <sstream>
@@ -15,50 +17,38 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string joined_rows(const std::array<double, 12>& rows) {
-  std::ostringstream text;
-  text.precision(17);
-  for (std::size_t i = 0; i < rows.size(); ++i) text << (i == 0 ? "" : ",") << rows[i];
-  return text.str();
-}
-
-std::string camera_comments(const sim::FrameCamera& camera) {
-  std::ostringstream text;
-  text.precision(17);
-  const auto& p = static_cast<const PinholeCamera&>(camera);
-  if (camera.rig.empty())
-    text << "# fx,fy,cx,cy,bf: " << p.fx << ',' << p.fy << ',' << p.cx << ',' << p.cy << ',' << p.bf;
-  for (std::size_t i = 0; i < camera.rig.size(); ++i) {
-    const Camera& of = camera.rig[i].camera;
-    text << "# camera " << i << ": " << to_string(of.model) << ',' << of.pinhole.fx << ',' << of.pinhole.fy << ','
-         << of.pinhole.cx << ',' << of.pinhole.cy;
-    for (std::size_t k = 0; k < parameter_count(of.model); ++k) text << ',' << of.parameters[k];
-    text << "\n# T_cb " << i << ": " << joined_rows(sim::to_rows(to_pose(camera.rig[i].T_cb))) << '\n';
+// As a tracker records it.
+void record(const Frame& frame, FrameRecorder& recorder) {
+  FrameDetails details;
+  details.depth_cue = frame.camera.depth_cue();
+  if (frame.camera.depth_sigma > 0) details.depth_sigma = frame.camera.depth_sigma;
+  details.has_descriptor_distances = true;
+  details.width = 752;
+  details.height = 480;
+  details.T_cw_true = RigidTransform::row_major(frame.T_cw_true->data());
+  const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
+  const std::vector<RigCamera>& rig = frame.camera.rig;
+  ASSERT_TRUE(rig.empty() ? recorder.start(Camera(frame.camera), T_cw, details)
+                          : recorder.start(Rig{rig.data(), rig.size()}, T_cw, details));
+  for (const Match& from : frame.matches) {
+    const double uv[2] = {from.u, from.v};
+    FeatureMatch match(from.point, uv, 1 / std::sqrt(from.inv_sigma2));
+    if (from.is_stereo()) match.u_right = from.u_right;
+    match.depth = from.depth;
+    match.point_id = from.map_point_id;
+    match.camera_id = from.camera_id;
+    ASSERT_TRUE(recorder.add(match, from.is_selected, from.desc_dist));
   }
-  if (camera.depth_sigma > 0) text << "\n# depth_sigma: " << camera.depth_sigma;
-  return text.str() + '\n';
+  ASSERT_TRUE(recorder.finish());
 }
 
 class Evaluate : public Program {
  protected:
-  void write(const Frame& frame, const std::string& file) const {
-    std::ofstream stream(path(file));
-    stream.precision(17);
-    stream << camera_comments(frame.camera)
-           << "# image width,height: 752,480\n# Tcw_prior: " << joined_rows(frame.T_cw_prior)
-           << "\n# Tcw_true: " << joined_rows(*frame.T_cw_true)
-           << "\nmp_id,X,Y,Z,u,v,inv_sigma2,camera,depth,u_right,desc_dist,selected\n";
-    for (const Match& m : frame.matches) {
-      stream << m.map_point_id << ',' << m.point[0] << ',' << m.point[1] << ',' << m.point[2] << ',' << m.u << ','
-             << m.v << ',' << m.inv_sigma2 << ',' << int{m.camera_id} << ',' << m.depth << ',' << m.u_right << ','
-             << m.desc_dist << ',' << m.is_selected << '\n';
-    }
-  }
-
   // Independent errors, so that selection pays.
   void write_recording(const std::string& folder, std::size_t frames, FrameKind kind = FrameKind::stereo) const {
     Random random(static_cast<std::uint64_t>(kind));
-    std::filesystem::create_directories(path(folder));
+    FrameRecorder recorder;
+    ASSERT_TRUE(recorder.open(path(folder).c_str()));
     for (std::size_t i = 0; i < frames; ++i) {
       Frame frame = simulated_frame(random, kind, 160);
       add_errors(random, frame);
@@ -66,7 +56,7 @@ class Evaluate : public Program {
         match.desc_dist = random.integer(0, 100);
         match.is_selected = random.chance(0.5);
       }
-      write(frame, folder + "/frame_" + std::to_string(100 + i) + ".csv");
+      record(frame, recorder);
     }
   }
 
@@ -173,7 +163,7 @@ TEST_F(Evaluate, files_of_a_folder_are_its_recording) {
   EXPECT_EQ(row_of(both, "md", 30).at("truth").at("steps"), 10) << "no step leads from one recording to the next";
   EXPECT_EQ(evaluated("frames/frame_*.csv more --budgets 30"), both);
   EXPECT_EQ(evaluated("frames more/frame_*.csv --budgets 30"), both);
-  EXPECT_EQ(evaluated("frames/frame_103.csv --budgets 30").at("frames"), 1);
+  EXPECT_EQ(evaluated("frames/frame_000003.csv --budgets 30").at("frames"), 1);
 }
 
 TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_to) {
@@ -220,16 +210,16 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   std::filesystem::create_directories(path("empty"));
   write_frame("frame_few.csv", 5);
   std::filesystem::rename(path("frames/frame_few.csv"), path("frame_few.csv"));
-  std::ofstream(path("frames/frame_101.csv"), std::ios::app) << "1,2,oops\n";
+  std::ofstream(path("frames/frame_000001.csv"), std::ios::app) << "1,2,oops\n";
   const std::pair<const char*, const char*> refusals[] = {
       {"", "FRAMES"},
       {" nowhere", "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files"},
       {" frames ./frames/", "./frames/: is given twice"},
-      {" frames/frame_100.csv nowhere.csv", "nowhere.csv: cannot be opened"},
+      {" frames/frame_000000.csv nowhere.csv", "nowhere.csv: cannot be opened"},
       {" empty", "empty: expected files named frame_*.csv"},
       {" ''", "a value is missing"},
-      {" frames", "frames/frame_101.csv:166: expected 12 fields"},
-      {" frames --json --output results", "frames/frame_101.csv:166: expected 12 fields"},
+      {" frames", "frames/frame_000001.csv:166: expected 11 fields"},
+      {" frames --json --output results", "frames/frame_000001.csv:166: expected 11 fields"},
       {" frame_few.csv", "no frame has 10 matches that agree with one pose; expected"}};
   for (const auto& [arguments, message] : refusals) {
     expect_refused(run("evaluate" + std::string(arguments)), message);
@@ -261,15 +251,15 @@ TEST_F(Evaluate, refuses_a_folder_that_it_cannot_write_to) {
 
 TEST_F(Evaluate, warns_about_columns_that_may_be_misspelt) {
   write_recording("frames", 3);
-  for (int i = 100; i < 103; ++i) {
-    const std::string file = folder_ + "/frames/frame_" + std::to_string(i) + ".csv";
+  for (int i = 0; i < 3; ++i) {
+    const std::string file = folder_ + "/frames/frame_00000" + std::to_string(i) + ".csv";
     std::string text = text_of(file);
     text.replace(text.find("desc_dist"), 9, "distance_");
     std::ofstream(file) << text;
   }
   const Outcome outcome = run("evaluate frames --budgets 30 --repeats 1 --json");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.err, "maxlogdet: frame_100: ignores the columns distance_\n") << "once for a recording";
+  EXPECT_EQ(outcome.err, "maxlogdet: frame_000000: ignores the columns distance_\n") << "once for a recording";
   const std::set<std::string> keys = keys_of(Json::parse(outcome.out));
   EXPECT_TRUE(keys.count("verdict"));
 }
