@@ -5,6 +5,7 @@
 #include "experiments/pnp_report.hpp"
 #include "sim/input_error.hpp"
 #include "tests/sim/pnp_options.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -19,8 +20,6 @@ namespace {
 using sim::PnpOptions;
 using sim::PnpOutcome;
 using Runs = std::vector<std::vector<PnpOutcome>>;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // The map has no error except a shift by the bias along each axis, and there is almost no noise.
 PnpOptions shifted_map(double bias) {
