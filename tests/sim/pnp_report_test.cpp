@@ -3,6 +3,7 @@
 
 #include "tests/sim/pnp_options.hpp"
 
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
 #include <functional>
