@@ -58,7 +58,7 @@ void FullRound::operator()() noexcept {
   const simd::Tiles tiles{planes.data,          simd::tile_size,        planes.stride,
                           state.in_each.size(), state.remaining.data(), state.in_each.data()};
   simd::Round round;
-  round.arrays = {state.bounds.data(), state.highest.data(), state.relative_gains.data(), nullptr, state.tiles.data()};
+  round.arrays = {state.bounds.data(), state.highest.data(), state.relative_gains.data(), state.tiles.data()};
   state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, round, simd::any_candidate, {0, 1, 0});
 }
 

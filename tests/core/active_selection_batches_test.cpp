@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Batches of proposals against a model that recomputes every gain, with requests and answers of every kind.
-#include "tests/core/active_selection_model.hpp"
+// Batches of proposals against the model of the fuzz target, which recomputes every gain, with requests and answers of
+// every kind.
+#include "tests/fuzz/active_model.hpp"
+#include "tests/fuzz/require.hpp"
+#include "tests/support/request.hpp"
 #include "tests/support/sweeps.hpp"
 
 #include <algorithm>
@@ -16,150 +19,116 @@ constexpr std::uint32_t none = ActiveSelection::none;
 class Batches {
  public:
   Batches(Random& random, const Problem& problem)
-      : random_(random), options_(problem.options()), model_(problem), active_(problem.capacity()) {
+      : random_(random),
+        options_(problem.options()),
+        model_(problem.blocks, options_, 1e-9L),
+        active_(problem.capacity()),
+        size_(problem.blocks.size()) {
     EXPECT_EQ(active_.start(problem.blocks, options_), Error::none);
-    for (const std::uint32_t i : active_.selection()) accepted_.push_back(i);
     begin_round();
   }
 
-  void run(std::size_t max_batch, double rejected_share) {
+  void run(int max_batch, double rejected_share) {
     rejected_share_ = rejected_share;
-    while (propose(static_cast<std::size_t>(random_.integer(1, static_cast<int>(max_batch))))) {
-      while (!unanswered_.empty() && !::testing::Test::HasFatalFailure()) answer();
-      if (::testing::Test::HasFatalFailure()) return;
+    while (propose(max_batch)) {
+      while (!model_.pending().empty()) answer();
     }
-    expect_end();
+    EXPECT_FALSE(propose(1));
+    answer_all(0);
+    answer_all(1);
+    expect_accepted();
   }
 
  private:
-  // Returns false at the end.
-  bool propose(std::size_t wanted) {
+  // Asks for up to `max_wanted`; returns false if nothing is proposed.
+  bool propose(int max_wanted) {
+    const auto wanted = static_cast<std::size_t>(random_.integer(1, max_wanted));
     std::vector<std::uint32_t> proposed(wanted + 1, none);
     proposed.resize(active_.next(proposed.data(), wanted));
-    model_.expect_best(proposed, wanted);
-    unanswered_ = proposed;
-    if (!::testing::Test::HasFatalFailure()) expect_evaluated_once();
-    return !proposed.empty() && !::testing::Test::HasFatalFailure();
-  }
-
-  void expect_evaluated_once() {
+    model_.check_next(proposed, wanted);
     EXPECT_LE(active_.selection().evaluations - evaluations_, open_) << "twice since the last acceptance";
+    EXPECT_EQ(active_.next(), proposed.empty() ? none : proposed.front());
+    return !proposed.empty();
   }
 
   void begin_round() {
+    accepted_ = model_.accepted_count();
     evaluations_ = active_.selection().evaluations;
     open_ = model_.open_count();
   }
 
-  void expect_asked_again() {
-    const auto wanted = static_cast<std::size_t>(random_.integer(1, 20));
-    std::vector<std::uint32_t> again(wanted, none);
-    again.resize(active_.next(again.data(), wanted));
-    const std::size_t count = std::min(wanted, unanswered_.size());
-    EXPECT_EQ(again, std::vector<std::uint32_t>(unanswered_.begin(),
-                                                unanswered_.begin() + static_cast<std::ptrdiff_t>(count)));
-    EXPECT_EQ(active_.next(), unanswered_.front());
+  void expect_accepted() {
+    model_.check_selection(active_.selection());
+    if (model_.accepted_count() != accepted_) begin_round();
   }
-
-  // Answers to candidates that are not proposed, and requests for no proposal.
-  void expect_no_effect() {
-    const auto any = static_cast<std::uint32_t>(random_.integer(0, static_cast<int>(model_.size()) + 3));
-    const Block block = random_block(random_, 2);
-    if (std::find(unanswered_.begin(), unanswered_.end(), any) == unanswered_.end()) {
-      EXPECT_EQ(active_.accept(any), Error::nothing_proposed);
-      EXPECT_EQ(active_.accept(any, block.data(), 2), Error::nothing_proposed);
-      EXPECT_EQ(active_.accept(any, nullptr, 2), Error::nothing_proposed);
-      EXPECT_EQ(active_.reject(any), Error::nothing_proposed);
-    }
-    EXPECT_EQ(active_.accept(none), Error::nothing_proposed);
-    const std::vector<unsigned char> matched(unanswered_.size() + 1, 1);
-    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() + 1), Error::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), unanswered_.size() - 1), Error::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), 0), Error::nothing_proposed);
-    EXPECT_EQ(active_.answer(nullptr, unanswered_.size()), Error::nothing_proposed);
-    std::uint32_t untouched = 123;
-    EXPECT_EQ(active_.next(nullptr, 5), 0U);
-    EXPECT_EQ(active_.next(&untouched, 0), 0U);
-    EXPECT_EQ(untouched, 123U);
-    EXPECT_EQ(active_.accept(unanswered_.back(), nullptr, 2), Error::invalid_block);
-    EXPECT_EQ(active_.accept(unanswered_.front(), block.data(), 4), Error::invalid_block);
-    EXPECT_EQ(active_.accept(block.data(), 0), Error::invalid_block);
-    expect_accepted();
-  }
-
-  void expect_accepted() { ASSERT_EQ(indices_of(active_.selection()), accepted_); }
 
   void answer() {
-    if (random_.chance(0.3)) expect_asked_again();
-    if (random_.chance(0.3)) expect_no_effect();
+    if (random_.chance(0.3)) propose(20);  // the same again
+    if (random_.chance(0.3)) answer_wrongly();
+    const std::size_t count = model_.pending().size();
     switch (random_.integer(0, 4)) {
-      case 0: answer_all(); break;
-      case 1: answer_first(); break;
-      default: answer_by_index();
+      case 0: answer_all(count); break;
+      case 1: is_matched() ? note(none, true, active_.accept()) : note(none, false, active_.reject()); break;
+      default: answer_by_index(model_.pending()[random_.index(count)]);
     }
     expect_accepted();
-  }
-
-  void answer_all() {
-    std::vector<unsigned char> matched;
-    for (std::size_t j = 0; j < unanswered_.size(); ++j) matched.push_back(is_matched() ? 255 : 0);
-    ASSERT_EQ(active_.answer(matched.data(), matched.size()), Error::none);
-    const std::vector<std::uint32_t> answered = unanswered_;
-    for (std::size_t j = 0; j < answered.size(); ++j) note(answered[j], matched[j] != 0);
-  }
-
-  void answer_first() {
-    const std::uint32_t i = unanswered_.front();
-    const bool accepts = is_matched();
-    ASSERT_EQ(accepts ? active_.accept() : active_.reject(), Error::none);
-    note(i, accepts);
-  }
-
-  void answer_by_index() {
-    const std::uint32_t i = unanswered_[random_.index(unanswered_.size())];
-    if (!is_matched()) {
-      ASSERT_EQ(active_.reject(i), Error::none);
-      note(i, false);
-    } else if (random_.chance(0.3)) {
-      const Block measured = rounded(random_block(random_, random_.integer(1, 3)));
-      ASSERT_EQ(active_.accept(i, measured.data(), static_cast<int>(measured.rows())), Error::none);
-      note(i, true, &measured);
-    } else {
-      ASSERT_EQ(active_.accept(i), Error::none);
-      note(i, true);
-    }
-    ASSERT_EQ(active_.reject(i), Error::nothing_proposed) << "answered already";
   }
 
   bool is_matched() { return !random_.chance(rejected_share_); }
 
-  void note(std::uint32_t i, bool is_accepted, const Block* measured = nullptr) {
-    unanswered_.erase(std::find(unanswered_.begin(), unanswered_.end(), i));
-    if (!is_accepted) return model_.reject(i);
-    measured == nullptr ? model_.take(i) : model_.take(i, *measured);
-    accepted_.push_back(i);
-    begin_round();
+  void note(std::uint32_t index, bool is_accepted, Error error, const Block* measured = nullptr) {
+    model_.answer(error, index, is_accepted, measured);
   }
 
-  void expect_end() {
-    EXPECT_TRUE(model_.left() == 0 || model_.open_count() == 0) << "ended early";
-    EXPECT_EQ(active_.next(), none);
-    const std::vector<unsigned char> matched(1, 1);
-    EXPECT_EQ(active_.answer(matched.data(), 0), Error::nothing_proposed);
-    EXPECT_EQ(active_.answer(matched.data(), 1), Error::nothing_proposed);
-    const Selection selection = active_.selection();
-    EXPECT_EQ(selection.status, model_.open_count() == 0 ? Status::all_selected : Status::ok);
-    EXPECT_NEAR(selection.log_det, model_.log_det(), 1e-7);
+  void answer_all(std::size_t count) {
+    std::vector<unsigned char> matched;
+    for (std::size_t j = 0; j < count; ++j) matched.push_back(is_matched() ? 255 : 0);
+    matched.reserve(1);  // not null
+    model_.answer_all(active_.answer(matched.data(), count), matched);
+  }
+
+  void answer_by_index(std::uint32_t i) {
+    if (!is_matched()) {
+      note(i, false, active_.reject(i));
+    } else if (random_.chance(0.3)) {
+      const Block measured = rounded(random_block(random_, random_.integer(1, 3)));
+      note(i, true, active_.accept(i, measured.data(), static_cast<int>(measured.rows())), &measured);
+    } else {
+      note(i, true, active_.accept(i));
+    }
+    note(i, false, active_.reject(i));  // answered already
+  }
+
+  // Answers to candidates that are not proposed and with what is no block, and requests for no proposal.
+  void answer_wrongly() {
+    const auto any = static_cast<std::uint32_t>(random_.index(size_ + 4));
+    const Block block = random_block(random_, 2);
+    const std::vector<std::uint32_t>& pending = model_.pending();
+    if (std::find(pending.begin(), pending.end(), any) == pending.end()) {
+      note(any, true, active_.accept(any));
+      note(any, true, active_.accept(any, block.data(), 2), &block);
+      note(any, false, active_.reject(any));
+    }
+    model_.refuse(active_.accept(any, nullptr, 2), any);
+    model_.refuse(active_.accept(pending.front(), block.data(), 4), pending.front());
+    model_.refuse(active_.accept(block.data(), 0), none);
+    EXPECT_EQ(active_.accept(none), Error::nothing_proposed);
+    for (const std::size_t count : {pending.size() + 1, pending.size() - 1, std::size_t{0}}) answer_all(count);
+    EXPECT_EQ(active_.answer(nullptr, pending.size()), Error::nothing_proposed);
+    std::uint32_t untouched = 123;
+    EXPECT_EQ(active_.next(nullptr, 5), 0U);
+    EXPECT_EQ(active_.next(&untouched, 0), 0U);
+    EXPECT_EQ(untouched, 123U);
+    expect_accepted();
   }
 
   Random& random_;
   Options options_;
-  ActiveModel model_;
+  fuzz::ActiveModel model_;
   ActiveSelection active_;
+  std::size_t size_;
   double rejected_share_ = 0;
-  std::vector<std::uint32_t> unanswered_, accepted_;
-  std::size_t evaluations_ = 0;  // at the last acceptance
-  std::size_t open_ = 0;         // candidates at the last acceptance
+  std::size_t accepted_ = 0, evaluations_ = 0, open_ = 0;  // at the last acceptance
 };
 
 // Mostly few candidates, and now and then a thousand.
@@ -169,7 +138,11 @@ TEST(ActiveSelection, batches_are_the_best_of_what_is_left_and_keep_to_constrain
     const bool are_many = random.chance(1.0 / 40);
     Problem problem = any_problem(random, are_many ? 1000 : static_cast<std::size_t>(random.integer(1, 150)));
     if (are_many) problem.plain.budget = std::max<std::size_t>(60, problem.required_count() + 30);
-    Batches(random, problem).run(static_cast<std::size_t>(random.integer(1, 40)), random.uniform(0, 0.95));
+    try {
+      Batches(random, problem).run(random.integer(1, 40), random.uniform(0, 0.95));
+    } catch (const fuzz::Violation& violation) {
+      ADD_FAILURE() << violation.what();
+    }
   });
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Proposals one by one and in batches: how much they evaluate, where they end, and which answers are accepted.
-#include "tests/core/active_selection_model.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/oracle.hpp"
+#include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -123,8 +125,7 @@ TEST(ActiveSelection, a_rejection_evaluates_nothing_again) {
 }
 
 TEST(ActiveSelection, rejecting_everything_from_the_start_evaluates_everything_once) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (const std::size_t wanted : {1U, 2U, 16U, 99U, 1000U}) {
     const BlockStore blocks = any_blocks(random, 300);
     const std::size_t n = blocks.size() - blocks.invalid_count();
@@ -146,8 +147,7 @@ TEST(ActiveSelection, rejecting_everything_from_the_start_evaluates_everything_o
 
 // With a budget for all candidates one batch proposes all of them, by their gains against the prior.
 TEST(ActiveSelection, a_batch_may_be_everything) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = awkward_blocks(random, 70);
   ActiveSelection active(200);
   for (const std::size_t budget : {70U, 200U}) {
@@ -166,8 +166,7 @@ TEST(ActiveSelection, a_batch_may_be_everything) {
 }
 
 TEST(ActiveSelection, can_be_started_again_within_a_batch) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore first = awkward_blocks(random, 80), second = awkward_blocks(random, 50);
   ActiveSelection active(80);
   for (int left = 0; left < 4; ++left) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // append_blocks on every instruction set, against the same operations of plain_blocks.hpp, match by match in plain
 // float64: the same bits, for all weightings and third measurements, all lengths of the last pack, broken matches
-// anywhere. jacobian_test.cpp shows that the equations are right.
+// anywhere. camera_blocks_test.cpp shows that the equations are right.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/plain_blocks.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cstring>
 #include <limits>
@@ -81,19 +83,15 @@ TEST(BlockBuilding, is_the_plain_computation_bit_by_bit_on_every_instruction_set
         std::vector<Block> stored_before;
         for (int i = random.integer(0, 5); i > 0; --i)
           stored_before.push_back(random_block(random, random.integer(0, 3)));
-        std::vector<unsigned char> expected;
-        for (const std::string& isa : sim::supported_isas()) {
-          SCOPED_TRACE(isa);
-          const ForcedIsa forced(isa.c_str());
+        same_on_every_isa([&] {
           BlockStore blocks(stored_before.size() + n);  // a plane may end with the last match
           for (const Block& block : stored_before) push_back(blocks, block);
           const BlockStore before = blocks;
           const BlockReport report = append_blocks(batch.camera, batch.T_cw, batch.matches, batch.options, blocks);
           expect_built(before, batch, report, blocks);
-          if (expected.empty()) expected = bytes_of(blocks);
-          EXPECT_EQ(bytes_of(blocks), expected) << "not the bits of " << sim::supported_isas().front();
-          if (::testing::Test::HasFailure()) return;  // one is enough to look at
-        }
+          return bytes_of(blocks);
+        });
+        if (::testing::Test::HasFailure()) return;  // one is enough to look at
       }
     }
   }
@@ -153,8 +151,7 @@ TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
 
 TEST(BlockBuilding, reads_the_upper_triangle_of_a_covariance_alone) {
   for (const DepthCue depth_cue : thirds) {
-    Random random(static_cast<std::uint64_t>(depth_cue));
-    SCOPED_TRACE(random.name());
+    TracedRandom random(static_cast<std::uint64_t>(depth_cue));
     PinholeBatch batch = random_batch(random, 100, Weighting::measurement_and_map, depth_cue);
     batch.matches.map_covariances = batch.map_covariances[0].data();
     BlockStore whole;

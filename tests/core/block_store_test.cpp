@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/slots.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -16,25 +16,6 @@ void expect_holds(const BlockStore& blocks, std::size_t i, const Block& expected
   Block padded = Block::Zero(blocks.rows(), 6);
   padded.topRows(expected.rows()) = rounded(expected);
   EXPECT_EQ(stored_block(blocks, i), padded) << "candidate " << i;
-}
-
-TEST(BlockStore, holds_what_was_pushed_rounded_to_float32_and_padded_with_zero_rows) {
-  for (std::uint64_t variation = 0; variation < 20; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    BlockStore blocks;
-    std::vector<Block> pushed;
-    Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
-    for (std::size_t i = 0; i < 300; ++i) {
-      pushed.push_back(random_block(random, random.integer(1, 3)));
-      EXPECT_EQ(push_back(blocks, pushed.back()), i);
-      largest = largest.cwiseMax(rounded(pushed.back()).cwiseAbs().colwise().maxCoeff());
-    }
-    ASSERT_EQ(blocks.size(), 300U);
-    EXPECT_EQ(blocks.rows(), 3);
-    for (int column = 0; column < 6; ++column) EXPECT_EQ(planes_of(blocks).column_max()[column], largest(column));
-    for (std::size_t i = 0; i < 300; ++i) expect_holds(blocks, i, pushed[i]);
-  }
 }
 
 TEST(BlockStore, planes_are_aligned_to_64_bytes) {
@@ -200,43 +181,6 @@ TEST(BlockStore, takes_any_call_once_moved_from) {
         0U);
     EXPECT_EQ(blocks.stored(), 1U);
   });
-}
-
-TEST(BlockStore, refuses_a_capacity_beyond_memory) {
-  BlockStore blocks;
-  EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
-  EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max() / 64), std::bad_alloc);
-  EXPECT_EQ(blocks.capacity(), 0U);
-}
-
-TEST(BlockStore, tracks_the_largest_entry_of_each_column) {
-  const auto expect_largest = [](const BlockStore& blocks, const Eigen::Matrix<double, 6, 1>& expected) {
-    for (int column = 0; column < 6; ++column)
-      EXPECT_EQ(planes_of(blocks).column_max()[column], expected(column)) << column;
-  };
-  Random random;
-  SCOPED_TRACE(random.name());
-  BlockStore blocks;
-  Eigen::Matrix<double, 6, 1> largest = Eigen::Matrix<double, 6, 1>::Zero();
-  expect_largest(blocks, largest);
-  for (int i = 0; i < 50; ++i) {
-    Block block = random_block(random, random.integer(1, 3), random.uniform(0.1, 2));
-    push_back(blocks, block);
-    largest = largest.cwiseMax(rounded(block).cwiseAbs().colwise().maxCoeff().transpose());
-    block *= 100;
-    block(block.rows() - 1, 5) = std::numeric_limits<double>::quiet_NaN();
-    push_back(blocks, block);  // kept as invalid: none of its entries is stored
-    expect_largest(blocks, largest);
-  }
-  const BlockStore copy = blocks;
-  expect_largest(copy, largest);
-  const BlockStore moved = std::move(blocks);
-  expect_largest(moved, largest);
-  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());  // NOLINT(bugprone-use-after-move)
-  blocks = copy;
-  expect_largest(blocks, largest);
-  blocks.clear();
-  expect_largest(blocks, Eigen::Matrix<double, 6, 1>::Zero());
 }
 
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Blocks of every camera model, alone and on rigs, and of the caller's own Jacobians, against differences of the
-// projections of camera_oracle.hpp.
+// projections of camera_oracle.hpp, put together as the equations in jacobian.hpp say.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 
@@ -49,6 +52,7 @@ struct Noise {
   double depth_sigma;
   bool has_covariance;
   Eigen::Matrix3d covariance;
+  double weight = 1;
 };
 
 Noise random_noise(Random& random) {
@@ -57,13 +61,17 @@ Noise random_noise(Random& random) {
           gram(a.transpose())};
 }
 
+WideMatrix measurement_covariance(const Case& c, const Noise& noise) {
+  WideVector variances = WideVector::Constant(c.depth_cue == DepthCue::none ? 2 : 3, noise.sigma * noise.sigma);
+  if (c.depth_cue == DepthCue::depth) variances(2) = noise.depth_sigma * noise.depth_sigma;
+  return variances.asDiagonal();
+}
+
 WideMatrix expected_information(const Case& c, Weighting weighting, const Noise& noise) {
   const WideMatrix by_pose = h_x(c);
-  if (weighting == Weighting::map_bias) return wide_gram(h_c(by_pose, h_p_camera(c)));
-  if (weighting == Weighting::map_bias_world) return wide_gram(h_c(by_pose, h_p_world(c)));
-  WideVector variances = WideVector::Constant(by_pose.rows(), noise.sigma * noise.sigma);
-  if (c.depth_cue == DepthCue::depth) variances(2) = noise.depth_sigma * noise.depth_sigma;
-  WideMatrix covariance = variances.asDiagonal();
+  if (weighting == Weighting::map_bias) return noise.weight * wide_gram(h_c(by_pose, h_p_camera(c)));
+  if (weighting == Weighting::map_bias_world) return noise.weight * wide_gram(h_c(by_pose, h_p_world(c)));
+  WideMatrix covariance = measurement_covariance(c, noise);
   if (weighting == Weighting::measurement_and_map) {
     const WideMatrix by_point = h_p_world(c);
     const WideMatrix map = noise.has_covariance
@@ -71,7 +79,7 @@ WideMatrix expected_information(const Case& c, Weighting weighting, const Noise&
                                : WideMatrix(WideMatrix::Identity(3, 3) * noise.map_sigma * noise.map_sigma);
     covariance += wide_product(wide_product(by_point, map), by_point.transpose());
   }
-  return wide_product(wide_product(by_pose.transpose(), wide_inverse(covariance)), by_pose);
+  return noise.weight * wide_product(wide_product(by_pose.transpose(), wide_inverse(covariance)), by_pose);
 }
 
 BlockReport append(const Case& c, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
@@ -90,20 +98,17 @@ BlockOptions options_of(const Case& c, Weighting weighting, const Noise& noise) 
 }
 
 // The block of its match alone.
-WideMatrix library_information(const Case& c, Weighting weighting, const Noise& noise) {
+BlockReport append_one(const Case& c, Weighting weighting, const Noise& noise, BlockStore& blocks) {
   const Eigen::Vector3d point = c.p_w.cast<double>();
   Matches matches;
   matches.size = 1;
   matches.points = point.data();
   matches.sigmas = &noise.sigma;
+  if (noise.weight != 1) matches.weights = &noise.weight;
   if (noise.has_covariance) matches.map_covariances = noise.covariance.data();
   if (c.has_jacobian) matches.jacobians = c.jacobian.data();
   if (c.is_rig && c.camera > 0) matches.camera_ids = &c.camera;  // default: the first
-  BlockStore blocks;
-  const BlockReport report = append(c, matches, options_of(c, weighting, noise), blocks);
-  EXPECT_TRUE(report.error == Error::none) << to_string(report.error);
-  EXPECT_EQ(report.invalid, 0U);
-  return wide_gram(stored_block(blocks, 0).cast<long double>());
+  return append(c, matches, options_of(c, weighting, noise), blocks);
 }
 
 Case random_case(Random& random, CameraModel model, DepthCue depth_cue, Weighting weighting) {
@@ -128,50 +133,94 @@ Case random_case(Random& random, CameraModel model, DepthCue depth_cue, Weightin
   return c;
 }
 
+// A pinhole alone, whose blocks have a path of their own, is drawn more often than other models.
 TEST(Camera, blocks_of_any_model_on_any_rig_are_the_textbooks) {
   for (const CameraModel model : camera_models) {
     for (const DepthCue depth_cue : thirds) {
       if (depth_cue == DepthCue::stereo && model != CameraModel::pinhole) continue;
       for (const Weighting weighting : weightings) {
-        for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-          Random random(variation);
-          SCOPED_TRACE(random.name() + ", " + to_string(model) + ", " + to_string(weighting) + ", " +
-                       name_of(depth_cue));
+        SCOPED_TRACE(std::string(to_string(model)) + ", " + to_string(weighting) + ", " + name_of(depth_cue));
+        for_each_trial(model == CameraModel::pinhole ? 300 : 60, [&](Random& random) {
           const Case c = random_case(random, model, depth_cue, weighting);
-          const Noise noise = random_noise(random);
+          Noise noise = random_noise(random);
+          if (random.chance(0.5)) noise.weight = random.uniform(0, 2);
           const WideVector3 ray = c.T_bw.linear().transpose() * c.T_cb[c.camera].linear().transpose() *
                                   (c.in_camera(c.T_bw * c.p_w)).normalized();
-          if (weighting == Weighting::map_bias_world && std::abs(ray.z()) < 0.05L) continue;
-          expect_near(library_information(c, weighting, noise), expected_information(c, weighting, noise));
-          if (::testing::Test::HasFailure()) return;
-        }
+          if (weighting == Weighting::map_bias_world && std::abs(ray.z()) < 0.05L) return;
+          BlockStore blocks;
+          const BlockReport report = append_one(c, weighting, noise, blocks);
+          EXPECT_TRUE(report.error == Error::none) << to_string(report.error);
+          EXPECT_EQ(report.invalid, 0U);
+          expect_near(wide_gram(stored_block(blocks, 0).cast<long double>()),
+                      expected_information(c, weighting, noise));
+        });
+        if (::testing::Test::HasFailure()) return;
       }
     }
   }
 }
 
-TEST(Camera, a_rig_of_one_pinhole_gives_the_information_of_the_pinhole) {
+// Sigma = Sigma_z - s (J_p v) (J_p v)^T with Sigma_p = -s v v^T is positive definite up to s = 1 / (J_p v)^T Sigma_z^-1
+// (J_p v).
+TEST(Camera, a_covariance_with_which_sigma_is_not_positive_definite_gives_no_block) {
   for (const DepthCue depth_cue : thirds) {
-    for (const Weighting weighting : weightings) {
-      for (std::uint64_t variation = 0; variation < 30; ++variation) {
-        Random random(variation);
-        SCOPED_TRACE(random.name() + ", " + to_string(weighting));
-        Case c = random_case(random, CameraModel::pinhole, depth_cue, weighting);
-        c.cameras.resize(1);
-        c.cameras[0].camera = random_camera(random, CameraModel::pinhole);
-        c.cameras[0].T_cb = RigidTransform::identity();
-        c.T_cb.assign(1, WideIsometry::Identity());
-        c.camera = 0;
-        c.has_jacobian = false;
-        c.p_w = c.T_bw.inverse() * random_point(random, c.model(), true);
-        const Noise noise = random_noise(random);
-        c.is_rig = false;
-        const WideMatrix alone = library_information(c, weighting, noise);
-        c.is_rig = true;
-        expect_near(library_information(c, weighting, noise), alone);
+    SCOPED_TRACE(name_of(depth_cue));
+    for_each_trial(100, [&](Random& random) {
+      const Weighting weighting = Weighting::measurement_and_map;
+      const CameraModel model = depth_cue == DepthCue::stereo ? CameraModel::pinhole : random_model(random);
+      const Case c = random_case(random, model, depth_cue, weighting);
+      Noise noise = random_noise(random);
+      noise.has_covariance = true;
+      const auto expect_block = [&](bool is_there) {
+        BlockStore blocks;
+        const BlockReport report = append_one(c, weighting, noise, blocks);
+        EXPECT_EQ(blocks.is_valid(0), is_there) << noise.covariance;
+        EXPECT_EQ(report.invalid, is_there ? 0U : 1U);
+        EXPECT_EQ(report.error, Error::none);
+        EXPECT_EQ(report.behind_camera, 0U);
+      };
+      const WideVector3 v(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      const WideVector seen = wide_product(h_p_world(c), v);
+      const WideVector deviations = measurement_covariance(c, noise).diagonal().cwiseSqrt();
+      const long double limit = 1 / seen.cwiseQuotient(deviations).squaredNorm();
+      const Eigen::Matrix3d taken = (v * v.transpose() * limit).cast<double>();
+      for (const double share : {0.5, 0.999, 1.001, 2.0, 1e6}) {
+        noise.covariance = -share * taken;
+        expect_block(share < 1);
       }
-    }
+      for (const double broken : {nan, infinity}) {
+        noise.covariance = 0.01 * Eigen::Matrix3d::Identity();
+        const int row = random.integer(0, 2), column = random.integer(row, 2);
+        noise.covariance(row, column) = noise.covariance(column, row) = broken;
+        expect_block(false);
+      }
+    });
   }
+}
+
+// Left or right perturbation changes log det by a constant, so the selection is the same.
+TEST(Jacobian, selection_does_not_depend_on_the_side_of_the_perturbation) {
+  TracedRandom random;
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 300, random.seed());
+  const BlockStore left = blocks_of(frame, block_kinds[4]);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T_cw(frame.T_cw_prior.data());
+  const Eigen::Matrix3d R = T_cw.leftCols<3>();
+  const Eigen::Vector3d t = T_cw.col(3);
+  Eigen::Matrix3d t_hat;
+  t_hat << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  Matrix6 adjoint = Matrix6::Zero();  // exp(xi^) T = T exp((Ad^-1 xi)^)
+  adjoint << R, t_hat * R, Eigen::Matrix3d::Zero(), R;
+  BlockStore right;
+  for (std::size_t i = 0; i < left.size(); ++i) push_back(right, stored_block(left, i) * adjoint);
+  const Matrix6 prior = 1e-5 * Matrix6::Identity();
+  const EigenPrior left_prior(prior);
+  const EigenPrior right_prior(adjoint.transpose() * prior * adjoint);
+  Options options;
+  options.budget = 60;
+  options.prior = left_prior.data();
+  const auto of_left = select_indices(left, options);
+  options.prior = right_prior.data();
+  EXPECT_EQ(select_indices(right, options), of_left);
 }
 
 }  // namespace

@@ -3,15 +3,12 @@
 // double, and where a model has no image.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+#include "tests/support/numbers.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 TEST(Camera, projects_as_the_papers_of_the_models_say) {
   for (const CameraModel model : camera_models) {

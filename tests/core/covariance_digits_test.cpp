@@ -2,6 +2,8 @@
 // Covariances that leave no digits: blocks by measurement_and_map and weights are right, or there is neither.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
+#include "tests/support/pose_derivative.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/match_information.hpp>
@@ -78,9 +80,7 @@ WideMatrix noise_of(const Ray& ray, DepthCue depth_cue) {
 
 WideMatrix textbook_information(const Ray& ray, DepthCue depth_cue) {
   const WideVector3 p_b = ray.T_bw * ray.p_w.cast<long double>();
-  WideMatrix by_pose(3, 6);
-  by_pose << 1, 0, 0, 0, p_b.z(), -p_b.y(), 0, 1, 0, -p_b.z(), 0, p_b.x(), 0, 0, 1, p_b.y(), -p_b.x(), 0;
-  const WideMatrix h = wide_product(jacobian_of(ray, depth_cue), by_pose);
+  const WideMatrix h = wide_product(jacobian_of(ray, depth_cue), pose_derivative(p_b));
   return wide_product(wide_product(h.transpose(), wide_inverse(noise_of(ray, depth_cue))), h);
 }
 
@@ -182,8 +182,7 @@ TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance)
 TEST(Camera, a_monocular_point_newly_triangulated_is_accepted) {
   for (const bool is_rig : {false, true}) {
     for (std::uint64_t variation = 0; variation < 50; ++variation) {
-      Random random(variation);
-      SCOPED_TRACE(random.name());
+      TracedRandom random(variation);
       BlockStore blocks;
       Ray ray = random_ray(random, 5, 1);
       ray.sigma = 1;
@@ -276,8 +275,7 @@ TEST(GoodFeatures, has_a_weight_just_where_there_is_a_block) {
   GoodFeatures good(1);
   good.block_options = options_for(DepthCue::none);
   for (std::uint64_t variation = 0; variation < 2000; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     Ray ray = random_ray(random, std::pow(10, random.uniform(-0.5, 2)), 1);
     const bool is_rig = random.chance(0.5);
     round_poses(is_rig, ray);

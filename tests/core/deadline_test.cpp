@@ -5,6 +5,7 @@
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -90,8 +91,7 @@ TEST(Deadline, what_was_searched_is_kept_and_the_rest_filled) {
 
 // A few equal blocks hold most of the information: they must not take the whole budget.
 TEST(Deadline, copies_do_not_crowd_out_the_rest) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Block strong = random_block(random, 2, 100);
   const BlockStore blocks = store_of(300, [&](std::size_t i) { return i % 3 == 0 ? strong : random_block(random, 2); });
   Selector selector(300);

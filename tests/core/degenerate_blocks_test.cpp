@@ -2,8 +2,10 @@
 // Candidates at and beyond the edges: a valid answer from every strategy.
 #include "tests/core/degenerate.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -25,12 +27,14 @@ TEST_P(Degenerate, no_candidates_or_no_budget) {
 TEST_P(Degenerate, budget_of_all_and_more_selects_everything) {
   Random random;
   const BlockStore blocks = random_store(random, 20);
-  for (const std::size_t budget : {20U, 21U, 64U}) {
+  for (const std::size_t budget :
+       {std::size_t{20}, std::size_t{21}, std::size_t{64}, std::size_t{65}, std::numeric_limits<std::size_t>::max()}) {
     const Selection selection = selector_.select(blocks, asking_for(budget));
     EXPECT_EQ(selection.status, Status::all_selected);
     expect_valid(blocks, selection, 20, 1e-9);
   }
   EXPECT_EQ(selector_.select(blocks, asking_for(19)).status, Status::ok);
+  EXPECT_EQ(Options(-1).budget, 0U);
 }
 
 TEST_P(Degenerate, blocks_of_zeros_are_taken_by_lowest_index_and_gain_nothing) {
@@ -46,8 +50,7 @@ TEST_P(Degenerate, blocks_of_zeros_are_taken_by_lowest_index_and_gain_nothing) {
 }
 
 TEST_P(Degenerate, identical_blocks) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = copies_of(random_block(random, 2), 40);
   const Selection selection = selector_.select(blocks, asking_for(10));
   expect_valid(blocks, selection, 10, 1e-8);
@@ -58,8 +61,7 @@ TEST_P(Degenerate, identical_blocks) {
 
 TEST_P(Degenerate, one_direction_unobservable) {
   for (int direction = 0; direction < 6; ++direction) {
-    Random random(static_cast<std::uint64_t>(direction));
-    SCOPED_TRACE(random.name());
+    TracedRandom random(static_cast<std::uint64_t>(direction));
     const BlockStore blocks = store_of(50, [&](std::size_t) {
       Block block = random_block(random, random.integer(1, 3));
       block.col(direction).setZero();
@@ -100,8 +102,7 @@ TEST_P(Degenerate, gains_far_below_one_keep_their_digits) {
 }
 
 TEST_P(Degenerate, scales_mixed_in_one_store) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = store_of(60, [&](std::size_t) {
     return random_block(random, random.integer(1, 3), std::pow(10.0, random.integer(-12, 12)));
   });
@@ -109,8 +110,7 @@ TEST_P(Degenerate, scales_mixed_in_one_store) {
 }
 
 TEST_P(Degenerate, blocks_that_float32_cannot_hold_are_counted_and_never_selected) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   BlockStore blocks;
   std::size_t invalid = 0;
   for (int i = 0; i < 60; ++i) {
@@ -141,8 +141,7 @@ TEST_P(Degenerate, nothing_but_invalid_blocks) {
 }
 
 TEST_P(Degenerate, extreme_values_that_float32_can_hold) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = store_of(60, [&](std::size_t i) {
     return random_block(random, 3, i < 30 ? 3.4e38 : 1e-38);  // denormals among them
   });

@@ -4,6 +4,7 @@
 #include "tests/support/answer.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -80,8 +81,7 @@ TEST_P(Degenerate, priors_on_both_sides_of_each_limit) {
 }
 
 TEST_P(Degenerate, priors_at_the_edge_of_what_is_accepted) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = random_store(random, 20);
   Matrix6 graded = Matrix6::Zero();
   for (int i = 0; i < 6; ++i) graded(i, i) = std::pow(10.0, 4 * i - 10);
@@ -107,17 +107,6 @@ TEST_P(Degenerate, more_candidates_than_capacity) {
 TEST_P(Degenerate, capacity_beyond_what_an_index_can_count) {
   EXPECT_THROW(Selector{std::size_t{1} << 32U}, std::bad_alloc);
   EXPECT_THROW(Selector{std::numeric_limits<std::size_t>::max()}, std::bad_alloc);
-}
-
-TEST_P(Degenerate, a_budget_above_the_capacity_selects_all) {
-  Random random;
-  const BlockStore blocks = random_store(random, 10);
-  for (const std::size_t budget : {std::size_t{11}, std::size_t{65}, std::numeric_limits<std::size_t>::max()}) {
-    const Selection selection = selector_.select(blocks, asking_for(budget));
-    EXPECT_EQ(selection.status, Status::all_selected);
-    EXPECT_EQ(selection.size, 10U);
-  }
-  EXPECT_EQ(Options(-1).budget, 0U);
 }
 
 TEST_P(Degenerate, epsilon_at_and_beyond_its_ends) {

@@ -105,19 +105,6 @@ TEST(EmptySlots, indices_and_places_are_right_after_any_change) {
   });
 }
 
-// Blocks of two rows, of three, and candidates pushed between them.
-TEST(EmptySlots, blocks_of_different_rows_are_appended_one_after_the_other) {
-  for_each_trial(100, [](Random& random) {
-    BlockStore blocks;
-    Slots slots;
-    for (int step = 0; step < 6; ++step) {
-      append_matches(random, blocks, slots);
-      expect_holds(blocks, slots);
-      if (random.chance(0.5)) push_back_random(random, blocks, slots);
-    }
-  });
-}
-
 TEST(EmptySlots, more_candidates_than_indices_are_refused) {
   constexpr std::size_t max_index = std::numeric_limits<std::uint32_t>::max();
   Random random;

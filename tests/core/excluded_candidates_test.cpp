@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Excluded candidates against a store that holds only the others: many are as if they were not there, bit for bit; few
-// are passed over.
+// Excluded candidates and empty slots against a store that holds only the others: many excluded ones are as if they
+// were not there, bit for bit, as empty slots are; few are passed over.
+#include "kernel/blocks/block_planes.hpp"
 #include "tests/core/slots.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,7 +44,7 @@ Excluded random_excluded(Random& random, std::size_t n, std::size_t excluded, do
     push_back(made.dense, *slots[i]);
     made.kept.push_back(i);
   }
-  made.request = random_request(random, made.whole, false);
+  made.request = random_request(random, made.whole);
   made.request.excluded = flags;
   for (std::size_t i = 0; i < flags.size() && !made.request.required.empty(); ++i) {
     if (flags[i] != 0) made.request.required[i] = 0;
@@ -50,11 +52,15 @@ Excluded random_excluded(Random& random, std::size_t n, std::size_t excluded, do
   return made;
 }
 
+// Or only empty slots.
 TEST(ExcludedCandidates, many_are_as_if_they_were_not_there) {
-  for_each_trial(600, [](Random& random) {
+  for_each_trial(1200, [](Random& random) {
+    const bool are_excluded = random.chance(0.5);
     const std::size_t n = 2 + random.index(149);
-    const std::size_t excluded = n / 8 + 1 + random.index(n - 1 - n / 8);
-    const Excluded problem = random_excluded(random, n, excluded, random.chance(0.5) ? 0.3 : 0);
+    const std::size_t excluded = are_excluded ? n / 8 + 1 + random.index(n - 1 - n / 8) : 0;
+    const double empty = are_excluded && random.chance(0.5) ? 0 : random.uniform(0.02, 0.9);
+    Excluded problem = random_excluded(random, n, excluded, empty);
+    if (!are_excluded) problem.request.excluded.clear();
     expect_same_answers(problem.whole, problem.request, problem.dense, problem.kept);
     expect_same_active(random, problem.whole, problem.request, problem.dense, problem.kept);
   });
@@ -63,8 +69,7 @@ TEST(ExcludedCandidates, many_are_as_if_they_were_not_there) {
 // The others are pushed back one by one, so that their store does not know that they are factored.
 TEST(ExcludedCandidates, many_of_a_frame_are_as_if_they_were_not_there) {
   for_every_family(1500, [](const BlockStore& blocks) {
-    Random random;
-    SCOPED_TRACE(random.name());
+    TracedRandom random;
     Request request = certified_request(20);
     BlockStore dense;
     std::vector<std::uint32_t> kept;
@@ -78,6 +83,32 @@ TEST(ExcludedCandidates, many_of_a_frame_are_as_if_they_were_not_there) {
     request.plain.budget = kept.size() - 10;
     expect_same_answers(blocks, request, dense, kept, false);
   });
+}
+
+TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      Random random(static_cast<std::uint64_t>(scene));
+      SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
+      sim::Frame frame = make_scene(scene, 1500, random.seed());
+      const std::vector<unsigned char> usable = spoil(random, random.uniform(0.05, 0.8), frame);
+      BlockStore holed;
+      append(frame, usable, kind, holed);
+      const std::vector<std::uint32_t> kept(planes_of(holed).indices(), planes_of(holed).indices() + holed.stored());
+      ASSERT_GT(kept.size(), 200U);
+      ASSERT_LT(kept.size(), 1500U);
+      BlockOptions options;
+      options.weighting = kind.weighting;
+      options.depth_cue = kind.depth_cue;
+      BlockStore dense;
+      sim::build_blocks(frame, sim::MatchArrays(frame, kept), options, dense);
+      ASSERT_EQ(dense.stored(), kept.size());
+      Request request = certified_request(20);
+      expect_same_answers(holed, request, dense, kept);
+      request.plain.budget = kept.size() - 10;
+      expect_same_answers(holed, request, dense, kept);
+    }
+  }
 }
 
 // Too few for a copy without them, they are skipped. Sums in float64 then contain other zeros, which changes the last
@@ -106,19 +137,30 @@ TEST(ExcludedCandidates, few_are_never_selected_and_change_no_gain) {
   });
 }
 
-TEST(ExcludedCandidates, all_of_them_leave_nothing) {
-  for (const std::size_t n : {std::size_t{1}, std::size_t{7}, std::size_t{400}}) {
-    Random random(n);
-    SCOPED_TRACE(random.name());
-    const Slots slots = with_empty_slots(random, random_blocks(random, n), 0.3);
-    const BlockStore blocks = store_of(random, slots);
-    Request request = certified_request(5);
-    request.excluded.assign(slots.size(), 1);
-    expect_same_answers(blocks, request, BlockStore(), {});
-    ActiveSelection active(std::max<std::size_t>(5, slots.size()));
-    ASSERT_EQ(active.start(blocks, request.options(Strategy::lazy_greedy)), Error::none);
-    EXPECT_EQ(active.next(), ActiveSelection::none);
-    EXPECT_EQ(active.selection().status, Status::all_selected);
+TEST(ExcludedCandidates, all_of_them_leave_nothing_as_empty_slots_alone_do) {
+  for (const std::size_t n : {std::size_t{1}, std::size_t{7}, std::size_t{16}, std::size_t{400}, std::size_t{1000}}) {
+    for (const bool are_empty : {false, true}) {
+      TracedRandom random(n);
+      BlockStore blocks = store_of(random, with_empty_slots(random, random_blocks(random, n), 0.3));
+      Request request = certified_request(5);
+      request.excluded.assign(blocks.size(), 1);
+      if (are_empty) {
+        blocks.clear();
+        for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(push_back_empty(random, blocks), i);
+        EXPECT_EQ(blocks.stored(), 0U);
+        EXPECT_EQ(blocks.rows(), 0);
+        request.excluded = n > 1 ? random_flags(random, n, 0.5) : std::vector<unsigned char>();
+      }
+      expect_same_answers(blocks, request, BlockStore(), {});
+      ActiveSelection active(std::max<std::size_t>(5, blocks.size()));
+      ASSERT_EQ(active.start(blocks, request.options(Strategy::lazy_greedy)), Error::none);
+      EXPECT_EQ(active.next(), ActiveSelection::none);
+      EXPECT_EQ(active.selection().status, Status::all_selected);
+      request.required.resize(blocks.size());
+      request.required[n / 2] = 1;
+      Selector selector = selector_for(blocks, request);
+      EXPECT_EQ(selector.select(blocks, request.options(Strategy::greedy)).error, Error::infeasible);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/random_isometry.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/good_features.hpp>
 
@@ -75,8 +76,7 @@ struct Gathered {
     frame.gather(good);
   }
 
-  Random random;
-  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
+  TracedRandom random;
   FeatureFrame frame;
   GoodFeatures good;
 };
@@ -85,8 +85,7 @@ struct Gathered {
 template <class Test>
 void for_frames_of_all_kinds(std::size_t count, std::size_t n, const Test& test, bool may_have_jacobians = true) {
   for (std::uint64_t variation = 0; variation < count && !::testing::Test::HasFatalFailure(); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     FeatureKind kind = random_kind(random);
     kind.has_jacobians = kind.has_jacobians && may_have_jacobians;
     test(random, FeatureFrame(random, n, kind));

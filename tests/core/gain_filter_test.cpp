@@ -3,6 +3,7 @@
 #include "simd/gain_filter.hpp"
 
 #include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 #include <limits>
@@ -24,8 +25,7 @@ long double at_most(const simd::GainFilter& line, double relative_gain) {
 }
 
 TEST(GainFilter, excludes_no_candidate_that_may_reach_what_is_assured) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::size_t above_zero = 0;
   for (std::size_t trial = trials(100000); trial > 0; --trial) {
     const simd::GainFilter line = random_filter(random);
@@ -42,8 +42,7 @@ TEST(GainFilter, excludes_no_candidate_that_may_reach_what_is_assured) {
 // |exact - v| <= 2 error sqrt(1 + v) + relative v + constant: the tangent is nowhere below it, wherever it is taken,
 // and close to it where the filter has followed.
 TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(100000); trial > 0; --trial) {
     simd::GainFilter filter;
     filter.error = log_uniform(random, -12, 0);
@@ -64,8 +63,7 @@ TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
 }
 
 TEST(GainFilter, bounds_a_tile_by_its_maximum) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(100000); trial > 0; --trial) {
     const simd::GainFilter line = random_filter(random);
     const auto highest = static_cast<float>(log_uniform(random, -30, 12));
@@ -75,8 +73,7 @@ TEST(GainFilter, bounds_a_tile_by_its_maximum) {
 }
 
 TEST(GainFilter, excludes_no_tile_that_may_hold_the_best_in_spite_of_the_drift) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (std::size_t trial = trials(100000); trial > 0; --trial) {
     const double assured = log_uniform(random, -30, 12);
     const double drift = random.chance(0.1) ? 0 : log_uniform(random, -15, 1);

@@ -4,6 +4,7 @@
 #include "tests/support/oracle.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 
@@ -26,8 +27,7 @@ void expect_greedy(const BlockStore& blocks, std::size_t budget) {
 
 TEST(Greedy, equals_the_oracle_on_generated_frames) {
   for_every_family(300, [&](const BlockStore& blocks) { expect_greedy(blocks, 60); });
-  const Random random;
-  SCOPED_TRACE(random.name());
+  const TracedRandom random;
   expect_greedy(blocks_of(make_scene(sim::Scene::euroc_like, 2000, random.seed()), block_kinds[0]), 100);
 }
 
@@ -39,8 +39,7 @@ TEST(Greedy, gives_away_nothing_in_any_round) {
 }
 
 TEST(Greedy, takes_the_lowest_index_of_duplicated_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore once = blocks_of(make_scene(sim::Scene::euroc_like, 100, random.seed()), block_kinds[0]);
   const BlockStore blocks = store_of(300, [&](std::size_t i) { return stored_block(once, i % 100); });
   expect_greedy(blocks, 60);

@@ -2,6 +2,8 @@
 // ImageCells against a division that sorts, and what GoodFeatures makes of it.
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/image_cells.hpp>
 
@@ -70,8 +72,7 @@ void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cell
 TEST(ImageCells, are_those_of_a_division_that_sorts) {
   ImageCells cells(1000);
   for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     const auto n = static_cast<std::size_t>(random.integer(0, variation % 3 == 0 ? 1000 : 300));
     const auto wanted = static_cast<std::size_t>(random.integer(0, 400));
     const std::vector<double> uv = random_positions(random, n);
@@ -97,9 +98,7 @@ TEST(ImageCells, a_match_without_a_place_and_one_that_is_not_spread_are_groups_o
 
 TEST(ImageCells, no_cell_has_matches_of_two_cameras_and_each_has_its_share) {
   ImageCells cells(400);
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [&](Random& random) {
     const std::vector<double> uv = random_positions(random, 400);
     std::vector<std::uint8_t> camera_ids;
     for (std::size_t i = 0; i < 400; ++i) camera_ids.push_back(i % 4 == 0 ? 7 : 2);  // a quarter
@@ -111,7 +110,7 @@ TEST(ImageCells, no_cell_has_matches_of_two_cameras_and_each_has_its_share) {
     }
     EXPECT_EQ(of_camera[7], 10U);
     EXPECT_EQ(of_camera[2], 30U);
-  }
+  });
 }
 
 TEST(ImageCells, more_matches_than_the_capacity_are_refused_and_change_nothing) {

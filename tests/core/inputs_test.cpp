@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Points and poses as trackers have them, and what is refused, and why.
+// Points and poses as trackers have them, and what is too near.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/numbers.hpp"
-
-#include <maxlogdet/good_features.hpp>
-#include <maxlogdet/match_information.hpp>
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
-#include <iterator>
 
 namespace maxlogdet::test {
 namespace {
@@ -54,8 +51,7 @@ Layouts random_layouts(Random& random) {
 }
 
 TEST(Inputs, points_are_read_as_they_are) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Layouts layouts = random_layouts(random);
   for (const Camera& camera : {Camera(400, 400, 320, 240), Camera::kannala_brandt({400, 400, 0, 0, 0}, 0, 0, 0, 0)}) {
     const auto made_of = [&](const Points& points) {
@@ -98,8 +94,7 @@ TEST(Inputs, a_stride_is_at_least_three_entries_and_a_whole_number_of_them) {
 }
 
 TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Eigen::Matrix4d T = random_isometry(random).matrix().cast<double>();
   const Eigen::Matrix<double, 3, 4> top = T.topRows<3>();
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> by_rows = T;
@@ -161,151 +156,6 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
       EXPECT_EQ(near(2.1), 3U);
     }
   }
-}
-
-// Two points in front of a camera, and the status of appending them.
-struct TwoMatches {
-  PinholeCamera pinhole{400, 400, 0, 0, 40};
-  double points[6] = {0, 0, 1, 0, 0, 2};
-  double jacobians[12] = {1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0};
-  unsigned char ids[2] = {0, 1};
-  unsigned char usable[2] = {1, 1};
-  std::vector<RigCamera> cameras = std::vector<RigCamera>(257, RigCamera{pinhole, identity_pose});
-  Matches matches;
-  BlockOptions options;
-
-  TwoMatches() {
-    matches.size = 2;
-    matches.points = points;
-  }
-  TwoMatches(const TwoMatches&) = delete;
-  TwoMatches& operator=(const TwoMatches&) = delete;
-
-  Error status_of(const Camera& camera) const {
-    BlockStore blocks;
-    return status_of(append_blocks(camera, identity_pose, matches, options, blocks), blocks);
-  }
-  Error status_of_rig(std::size_t size) const {
-    BlockStore blocks;
-    return status_of(append_blocks(Rig{cameras.data(), size}, identity_pose, matches, options, blocks), blocks);
-  }
-
- private:
-  static Error status_of(const BlockReport& report, const BlockStore& blocks) {
-    EXPECT_EQ(blocks.size(), report.error == Error::none ? 2U : 0U);
-    EXPECT_STRNE(to_string(report.error), "unknown");
-    return report.error;
-  }
-};
-
-TEST(Camera, an_unknown_model_is_refused) {
-  const TwoMatches two;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
-  for (const int unknown : {-1, static_cast<int>(std::size(camera_models)), 1000}) {
-    Camera camera = two.pinhole;
-    camera.model = static_cast<CameraModel>(unknown);
-    EXPECT_EQ(two.status_of(camera), Error::unknown_camera_model);
-    EXPECT_STREQ(to_string(camera.model), "unknown");
-    EXPECT_EQ(parameter_count(camera.model), 0U);
-    double uv[2];
-    EXPECT_FALSE(project(camera, two.points, uv));
-  }
-}
-
-TEST(Camera, parameters_out_of_their_range_are_refused) {
-  TwoMatches two;
-  const PinholeCamera& pinhole = two.pinhole;
-  const Camera bad[] = {
-      Camera::radial_tangential(pinhole, 0, 0, 0, nan), Camera::radial_tangential(pinhole, 0, 0, 0, 0, infinity),
-      Camera::kannala_brandt(pinhole, 0, 0, 0, nan),    Camera::double_sphere(pinhole, nan, 0.5),
-      Camera::double_sphere(pinhole, -1, 0.5),          Camera::double_sphere(pinhole, 0, 1.1),
-      Camera::double_sphere(pinhole, 0, -0.1),          Camera::kannala_brandt({0, 400, 0, 0, 0}, 0, 0, 0, 0)};
-  for (const Camera& camera : bad) EXPECT_EQ(two.status_of(camera), Error::invalid_camera);
-  two.options.depth_cue = DepthCue::stereo;
-  EXPECT_EQ(two.status_of(Camera::kannala_brandt(pinhole, 0, 0, 0, 0)), Error::invalid_camera);
-  two.cameras[1].camera.pinhole.bf = 0;
-  EXPECT_EQ(two.status_of_rig(2), Error::invalid_camera);
-}
-
-// By append_blocks, match_information and project, of a camera alone and within a rig; GoodFeatures then takes all.
-TEST(Camera, numbers_that_are_not_finite_are_refused_everywhere) {
-  for (double PinholeCamera::*const number :
-       {&PinholeCamera::fx, &PinholeCamera::fy, &PinholeCamera::cx, &PinholeCamera::cy, &PinholeCamera::bf}) {
-    for (const double value : {nan, infinity, -infinity}) {
-      TwoMatches two;
-      two.options.depth_cue = DepthCue::stereo;
-      EXPECT_EQ(two.status_of(two.pinhole), Error::none);
-      PinholeCamera& bad = two.cameras[1].camera.pinhole;
-      bad.*number = value;
-      const bool is_bf = number == &PinholeCamera::bf;
-      EXPECT_EQ(two.status_of(bad), Error::invalid_camera);
-      EXPECT_EQ(two.status_of_rig(2), Error::invalid_camera);
-      MatchNoise noise;
-      noise.depth_cue = DepthCue::stereo;
-      double entries[9];
-      EXPECT_FALSE(match_information(bad, identity_pose, two.points, noise, entries));
-      EXPECT_FALSE(match_information(two.cameras[1], identity_pose, two.points, noise, entries));
-      EXPECT_EQ(project(bad, two.points, entries), is_bf) << "bf is of stereo rows alone";
-      noise.depth_cue = two.options.depth_cue = DepthCue::none;
-      EXPECT_EQ(two.status_of(bad) == Error::none, is_bf);
-      EXPECT_EQ(match_information(bad, identity_pose, two.points, noise, entries), is_bf);
-      two.matches.jacobians = two.jacobians;
-      noise.jacobian = two.jacobians;
-      EXPECT_EQ(two.status_of(bad), Error::none) << "the camera's numbers are not read";
-      EXPECT_TRUE(match_information(bad, identity_pose, two.points, noise, entries));
-      two.options.depth_cue = DepthCue::stereo;
-      EXPECT_EQ(two.status_of(bad) == Error::none, !is_bf);
-    }
-  }
-}
-
-TEST(GoodFeatures, judges_nobody_by_a_camera_without_a_principal_point) {
-  GoodFeatures good(2);
-  good.start(Camera(400, 400, nan, 240), identity_pose);
-  const double point[3] = {0, 0, 1};
-  for (int i = 0; i < 2; ++i) good.add(point, point);
-  EXPECT_EQ(good.select(1).size, 2U);
-  EXPECT_STREQ(good.reason(), "invalid_camera");
-  good.outliers(identity_pose);
-  EXPECT_FALSE(good.is_outlier(0) || good.is_outlier(1));
-}
-
-TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {
-  TwoMatches two;
-  EXPECT_EQ(two.status_of_rig(2), Error::none);
-  EXPECT_EQ(two.status_of_rig(256), Error::none);
-  EXPECT_EQ(two.status_of_rig(257), Error::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(0), Error::invalid_camera_id);
-  BlockStore none;
-  EXPECT_EQ(append_blocks(Rig{nullptr, 1}, identity_pose, two.matches, two.options, none).error,
-            Error::invalid_camera_id);
-  two.matches.camera_ids = two.ids;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(2), Error::none);
-  EXPECT_EQ(two.status_of_rig(1), Error::invalid_camera_id);
-  two.usable[1] = 0;
-  two.matches.usable = two.usable;
-  EXPECT_EQ(two.status_of_rig(1), Error::none) << "an id of a match that is not usable is not read";
-  two.matches.usable = nullptr;
-  two.cameras[1].T_cb = RigidTransform(nullptr);
-  EXPECT_EQ(two.status_of_rig(2), Error::invalid_pose);
-}
-
-TEST(Camera, jacobians_of_the_caller_that_are_not_finite_are_invalid_candidates) {
-  TwoMatches two;
-  two.matches.jacobians = two.jacobians;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
-  EXPECT_EQ(two.status_of(Camera()), Error::none) << "with Jacobians, the camera's are not needed";
-  two.jacobians[3] = nan;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::none);
-  BlockStore blocks;
-  const BlockReport report = append_blocks(two.pinhole, identity_pose, two.matches, two.options, blocks);
-  EXPECT_EQ(report.invalid_jacobians, 1U);
-  EXPECT_EQ(report.invalid, 1U);
-  EXPECT_FALSE(blocks.is_valid(0));
-  EXPECT_TRUE(blocks.is_valid(1));
-  two.options.weighting = Weighting::map_bias;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::none) << "map_bias needs none";
 }
 
 }  // namespace

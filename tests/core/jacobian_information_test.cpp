@@ -2,7 +2,9 @@
 // The information of blocks by measurement and by measurement_and_map, to what rounding explains, at all distances and
 // with any covariance.
 #include "simd/rounding.hpp"
-#include "tests/support/pinhole_case.hpp"
+#include "tests/support/block_oracle.hpp"
+#include "tests/support/camera_oracle.hpp"
+#include "tests/support/pose_derivative.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -49,26 +51,27 @@ Eigen::Matrix3d random_covariance(Random& random, const Eigen::Vector3d& ray) {
   return (covariance + transposed) / 2;
 }
 
-void add_random_match(Random& random, const PinholeCase& c, Far& far) {
+void add_random_match(Random& random, const WideIsometry& T_wc, Far& far) {
   const double z = std::pow(10, random.uniform(-1, 6));
   const WideVector3 p(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z);
-  far.points.emplace_back((c.T_cw.inverse() * p).cast<double>());
+  far.points.emplace_back((T_wc * p).cast<double>());
   far.sigmas.push_back(std::pow(10, random.uniform(-1, 1)));
   far.weights.push_back(random.chance(0.1) ? 0 : random.uniform(0, 2));
   far.has_depth_cue.push_back(static_cast<unsigned char>(random.integer(0, 1)));
-  const Eigen::Matrix3d covariance =
-      random_covariance(random, (c.T_cw.inverse().linear() * p).normalized().cast<double>());
+  const Eigen::Matrix3d covariance = random_covariance(random, (T_wc.linear() * p).normalized().cast<double>());
   far.covariances.insert(far.covariances.end(), covariance.data(), covariance.data() + 9);
 }
 
 Far random_far(Random& random, Weighting weighting, DepthCue depth_cue) {
-  const PinholeCase c = random_case(random, depth_cue);
+  const WideIsometry T_cw = random_isometry(random);
   Far far;
-  far.camera = c.camera;
-  far.T_cw = c.T_cw.matrix().topRows<3>().cast<double>();
-  far.options = options_of(weighting, c);
+  far.camera = random_camera(random, CameraModel::pinhole).pinhole;
+  far.T_cw = T_cw.matrix().topRows<3>().cast<double>();
+  far.options.weighting = weighting;
+  far.options.depth_cue = depth_cue;
+  far.options.map_sigma = 0.11;
   far.options.depth_sigma = std::pow(10, random.uniform(-3, 0));
-  for (int i = random.integer(1, 40); i > 0; --i) add_random_match(random, c, far);
+  for (int i = random.integer(1, 40); i > 0; --i) add_random_match(random, T_cw.inverse(), far);
   if (random.chance(0.7)) far.matches.sigmas = far.sigmas.data();
   if (random.chance(0.5)) far.matches.weights = far.weights.data();
   if (random.chance(0.5)) far.matches.has_depth_cue = far.has_depth_cue.data();
@@ -118,7 +121,7 @@ class TextbookMatch {
 
   // w J_x^T Sigma^-1 J_x with Sigma = Sigma_z + J_p Sigma_p J_p^T.
   WideMatrix information() const {
-    const WideMatrix j_x = wide_product(projection_, point_jacobian()).topRows(rows_);
+    const WideMatrix j_x = wide_product(projection_, pose_derivative(p_)).topRows(rows_);
     const WideMatrix j_p = wide_product(projection_, rotation_).topRows(rows_);
     const WideMatrix sigma =
         noise_.topLeftCorner(rows_, rows_) + wide_product(wide_product(j_p, map_), j_p.transpose());
@@ -143,7 +146,7 @@ class TextbookMatch {
                                  .topLeftCorner(rows_, rows_);
     const WideMatrix inverse = magnitudes(wide_inverse(upper_factor(s)));
     relative = rounding * congruent(inverse, terms).rowwise().sum().maxCoeff();
-    WideMatrix spread = point_jacobian().cwiseAbs();
+    WideMatrix spread = pose_derivative(p_).cwiseAbs();
     spread.rightCols(3).array() += p_.z();
     const WideMatrix h_terms =
         std::sqrt(weight_) * wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
@@ -161,13 +164,6 @@ class TextbookMatch {
  private:
   static WideMatrix congruent(const WideMatrix& a, const WideMatrix& s) {
     return wide_product(wide_product(a, s), a.transpose());
-  }
-
-  WideMatrix point_jacobian() const {
-    WideMatrix jacobian = WideMatrix::Zero(3, 6);
-    jacobian.leftCols(3).setIdentity();
-    jacobian.rightCols(3) << 0, p_.z(), -p_.y(), -p_.z(), 0, p_.x(), p_.y(), -p_.x(), 0;
-    return jacobian;
   }
 
   int rows_;

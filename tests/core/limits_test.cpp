@@ -7,6 +7,7 @@
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 #include "tests/support/triangle.hpp"
 
 #include <algorithm>
@@ -166,8 +167,7 @@ TEST(Limits, strong_priors) {
       EXPECT_EQ(select_indices(blocks, options), expected) << size;
     }
   };
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   std::vector<std::uint32_t> by_index(40);
   std::iota(by_index.begin(), by_index.end(), 0U);
   for (const double size : {1e20, 1e100, 1e250, 1e300}) {
@@ -221,8 +221,7 @@ TEST(Limits, a_certificate_tells_where_float64_has_no_digits) {
 // As many candidates as there is room for, all of them selected, and far more than a frame has.
 TEST(Limits, n_and_k_up_to_capacity) {
   const std::size_t n = std::max<std::size_t>(300, trials(3000));
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = awkward_blocks(random, n);
   Selector selector(n);
   for (const Strategy strategy : strategies) {
@@ -236,8 +235,7 @@ TEST(Limits, n_and_k_up_to_capacity) {
 
 TEST(Limits, very_many_candidates) {
   const std::size_t n = std::max<std::size_t>(10000, trials(200000));
-  const Random random;
-  SCOPED_TRACE(random.name());
+  const TracedRandom random;
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, n, random.seed()), block_kinds[1]);
   const auto indices = select_indices(blocks, with_budget(8, Strategy::greedy));
   EXPECT_EQ(select_indices(blocks, with_budget(8, Strategy::lazy_greedy)), indices);

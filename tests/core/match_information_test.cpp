@@ -7,12 +7,13 @@
 #include "tests/support/numbers.hpp"
 #include "tests/support/pose_derivative.hpp"
 #include "tests/support/random_isometry.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/match_information.hpp>
 
 #include <cmath>
 #include <functional>
-#include <type_traits>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -78,26 +79,29 @@ Eigen::MatrixXd matrix_of(const double* entries, std::size_t rows) {
   return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(entries, size, size);
 }
 
+// Of a camera alone, and on a rig at the same pose.
 TEST(MatchInformation, is_the_inverse_of_the_covariance_of_the_residual) {
-  for (std::uint64_t variation = 0; variation < trials(2000); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(2000, [&](Random& random) {
     Seen seen;
     fill(random, seen);
-    double omega[9], W[9];
-    const RigidTransform T_cw = RigidTransform(seen.T_cw.matrix());
-    ASSERT_TRUE(match_information(seen.camera, T_cw, seen.p_w.data(), seen.noise, omega));
-    ASSERT_TRUE(match_whitening(seen.camera, T_cw, seen.p_w.data(), seen.noise, W));
-    const Eigen::MatrixXd information = matrix_of(omega, seen.rows());
-    const Eigen::MatrixXd whitening = matrix_of(W, seen.rows());
-    EXPECT_EQ(information, information.transpose());
-    EXPECT_LT(relative_difference(information, wide_inverse(sigma_of(seen)).cast<double>()), 1e-7);
-    EXPECT_LT(relative_difference(gram(whitening), information), 1e-12);
-    for (Eigen::Index a = 0; a < whitening.rows(); ++a) {
-      EXPECT_GT(whitening(a, a), 0);
-      for (Eigen::Index b = a + 1; b < whitening.cols(); ++b) EXPECT_EQ(whitening(a, b), 0);
-    }
-  }
+    const Isometry T_cb = random_isometry(random, 3, 2);
+    const RigCamera on_rig(seen.camera, RigidTransform(T_cb.matrix()));
+    const Eigen::MatrixXd expected = wide_inverse(sigma_of(seen)).cast<double>();
+    const auto expect_weights = [&](const auto& camera, const Isometry& T) {
+      double omega[9], W[9];
+      ASSERT_TRUE(match_information(camera, RigidTransform(T.matrix()), seen.p_w.data(), seen.noise, omega));
+      ASSERT_TRUE(match_whitening(camera, RigidTransform(T.matrix()), seen.p_w.data(), seen.noise, W));
+      const Eigen::MatrixXd information = matrix_of(omega, seen.rows());
+      const Eigen::MatrixXd whitening = matrix_of(W, seen.rows());
+      EXPECT_EQ(information, information.transpose());
+      EXPECT_LT(relative_difference(information, expected), 1e-7);
+      EXPECT_LT(relative_difference(gram(whitening), information), 1e-12);
+      EXPECT_TRUE(whitening.isLowerTriangular(0));
+      EXPECT_GT(whitening.diagonal().minCoeff(), 0);
+    };
+    expect_weights(seen.camera, seen.T_cw);
+    expect_weights(on_rig, T_cb.inverse() * seen.T_cw);
+  });
 }
 
 TEST(MatchInformation, without_a_covariance_is_that_of_the_measurement) {
@@ -110,31 +114,8 @@ TEST(MatchInformation, without_a_covariance_is_that_of_the_measurement) {
   for (int e = 0; e < 4; ++e) EXPECT_EQ(omega[e], expected[e]);
 }
 
-TEST(MatchInformation, on_a_rig_is_that_of_the_camera_at_its_own_pose) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  for (int trial = 0; trial < 100; ++trial) {
-    Seen seen;
-    fill(random, seen);
-    const Isometry T_cb = random_isometry(random, 3, 2);
-    const RigCamera camera(seen.camera, RigidTransform(T_cb.matrix()));
-    const RigidTransform T_bw = RigidTransform((T_cb.inverse() * seen.T_cw).matrix());
-    const RigidTransform T_cw = RigidTransform(seen.T_cw.matrix());
-    double expected[9], actual[9];
-    for (const bool is_whitening : {false, true}) {
-      const double* const p_w = seen.p_w.data();
-      ASSERT_TRUE(is_whitening ? match_whitening(seen.camera, T_cw, p_w, seen.noise, expected)
-                               : match_information(seen.camera, T_cw, p_w, seen.noise, expected));
-      ASSERT_TRUE(is_whitening ? match_whitening(camera, T_bw, p_w, seen.noise, actual)
-                               : match_information(camera, T_bw, p_w, seen.noise, actual));
-      EXPECT_LT(relative_difference(matrix_of(actual, seen.rows()), matrix_of(expected, seen.rows())), 1e-7);
-    }
-  }
-}
-
 TEST(MatchInformation, takes_the_upper_triangle_of_the_covariance) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Seen seen;
   fill(random, seen);
   seen.covariance = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
@@ -264,8 +245,7 @@ void expect_information_of_blocks(const sim::Frame& frame, DepthCue depth_cue) {
 TEST(MatchInformation, weighs_the_jacobians_to_the_information_of_the_blocks) {
   for (const sim::Scene scene : sim::scenes) {
     for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
-      Random random;
-      SCOPED_TRACE(random.name());
+      TracedRandom random;
       sim::Frame frame = make_scene(scene, 500, random.seed());
       if (depth_cue == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
       expect_information_of_blocks(frame, depth_cue);

@@ -4,6 +4,8 @@
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/random_isometry.hpp"
+#include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/point_covariance.hpp>
@@ -42,9 +44,7 @@ WideMatrix information_of(const PinholeCamera& camera, const Pose& T_cw, const E
 }
 
 TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [&](Random& random) {
     const double z = random.uniform(1, 60);
     const Eigen::Vector3d p_w(random.uniform(-0.8, 0.8) * z, random.uniform(-0.6, 0.6) * z, z);
     PointCovariance point(p_w.data());
@@ -68,7 +68,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
     const WideMatrix expected = wide_inverse(information);
     const WideMatrix difference = covariance.cast<long double>() - expected;
     EXPECT_LT(difference.norm(), 1e-6L * expected.norm());
-  }
+  });
 }
 
 TEST(PointCovariance, takes_points_of_float) {
@@ -95,8 +95,7 @@ TEST(PointCovariance, of_one_camera_alone_exists_without_depth_information) {
 }
 
 TEST(PointCovariance, of_one_camera_alone_leaves_a_near_match_its_block) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   for (int i = 0; i < 200; ++i) {
     const double f = random.uniform(200, 2000);
     const double z = random.uniform(0.1, 3);
@@ -219,8 +218,7 @@ Eigen::Vector3d triangulated(const std::vector<Pose>& poses, const Eigen::Vector
 // Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
 // its covariance says.
 TEST(PointCovariance, is_the_scatter_of_triangulated_points) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Eigen::Vector3d p_w(0.7, -0.4, 8);
   const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
   for (const bool is_stereo : {false, true}) {

@@ -3,6 +3,7 @@
 #include "tests/api/c_api.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cstddef>
 #include <iterator>
@@ -82,8 +83,7 @@ std::size_t good_features_selected(maxlogdet_good_features* good) {
 }
 
 TEST(RealTime, the_c_api_allocates_nothing_either) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Block block = random_block(random, 3);
   const CBlocks blocks = c_blocks(400);
   const CSelector selector = c_selector(400);

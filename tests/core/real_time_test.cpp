@@ -4,6 +4,7 @@
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/request.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <fcntl.h>
 #include <pthread.h>
@@ -93,8 +94,7 @@ TEST(RealTime, the_counter_counts) {
 }
 
 TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   BlockStore blocks = awkward_blocks(random, std::max<std::size_t>(200, trials(800)));
   blocks.push_back_invalid();
   Selector selector(blocks.size());
@@ -106,8 +106,7 @@ TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
 }
 
 TEST(RealTime, constraints_allocate_nothing) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Problem problem = problem_of(awkward_blocks(random, 400), 100);
   problem.required.resize(400);
   problem.excluded.resize(400);
@@ -146,8 +145,7 @@ std::size_t answer_in_every_way(ActiveSelection& active, std::size_t max_batch, 
 
 // One by one and in batches, with groups, and until targets are met.
 TEST(RealTime, active_selection_allocates_nothing) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = awkward_blocks(random, 400);
   const Block measured = random_block(random, 3);
   const std::vector<std::uint32_t> groups = in_groups(400, 7);

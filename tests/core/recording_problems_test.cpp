@@ -40,8 +40,7 @@ struct Watched {
     return ::testing::internal::GetCapturedStderr();
   }
 
-  Random random;
-  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
+  TracedRandom random;
   FeatureFrame frame;
   GoodFeatures good{100};
   TemporaryFolder folder;

@@ -4,6 +4,7 @@
 #include "tests/support/recording.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
 
@@ -95,8 +96,7 @@ TEST(Recording, good_features_records_every_field_bit_for_bit) {
   GoodFeatures good(120);
   std::uint64_t variation = 0;
   for (const FeatureKind& kind : recordable_kinds()) {
-    Random random(variation++);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation++);
     const FeatureFrame frame(random, 120, kind);
     const TemporaryFolder folder;
     ASSERT_TRUE(good.record(folder.path().c_str()));
@@ -238,8 +238,7 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
 }
 
 TEST(Recording, a_frame_recorder_writes_true_pose_image_size_and_descriptor_distances) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const TemporaryFolder folder;
   FrameRecorder recorder;
   ASSERT_TRUE(recorder.open(folder.path().c_str()));

@@ -3,16 +3,15 @@
 // gets alone.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/forced_isa.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/sweeps.hpp"
 
 #include <cmath>
-#include <limits>
+#include <optional>
+#include <string>
 
 namespace maxlogdet::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Some hundred matches of a rig, some of them broken.
 struct Batch {
@@ -65,38 +64,29 @@ Batch random_batch(Random& random, Weighting weighting, DepthCue depth_cue) {
 TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
   for (const Weighting weighting : weightings) {
     for (const DepthCue depth_cue : thirds) {
-      for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
-        Random random(variation);
-        SCOPED_TRACE(random.name() + ", " + to_string(weighting));
+      SCOPED_TRACE(std::string(to_string(weighting)) + ", " + name_of(depth_cue));
+      for_each_trial(40, [&](Random& random) {
         const Batch batch = random_batch(random, weighting, depth_cue);
         const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
-        std::vector<unsigned char> expected;
-        BlockReport first;
-        for (const std::string& isa : sim::supported_isas()) {
-          SCOPED_TRACE(isa);
-          const ForcedIsa forced(isa.c_str());
+        std::optional<BlockReport> first;
+        same_on_every_isa([&] {
           BlockStore blocks(batch.matches.size);
           const BlockReport report = append_blocks(Rig{batch.cameras.data(), batch.cameras.size()}, T_bw, batch.matches,
                                                    batch.options, blocks);
-          ASSERT_TRUE(report.error == Error::none) << to_string(report.error);
-          ASSERT_EQ(report.invalid, blocks.invalid_count());
-          if (isa == sim::supported_isas().front()) {
-            expected = bytes_of(blocks);
-            first = report;
-          }
-          ASSERT_EQ(bytes_of(blocks), expected);
-          expect_same(report, first);
-        }
-      }
+          EXPECT_TRUE(report.error == Error::none) << to_string(report.error);
+          EXPECT_EQ(report.invalid, blocks.invalid_count());
+          if (!first) first = report;
+          expect_same(report, *first);
+          return bytes_of(blocks);
+        });
+      });
     }
   }
 }
 
 // A match alone has the block that it has among others.
 TEST(Camera, each_match_of_a_rig_gets_its_own_camera_and_values) {
-  for (std::uint64_t variation = 0; variation < trials(60); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(60, [&](Random& random) {
     Batch batch = random_batch(random, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
     const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
     const Rig rig{batch.cameras.data(), batch.cameras.size()};
@@ -123,7 +113,7 @@ TEST(Camera, each_match_of_a_rig_gets_its_own_camera_and_values) {
       const Block expected = stored_block(alone, 0);
       ASSERT_EQ(stored_block(together, i).topRows(expected.rows()), expected) << i;
     }
-  }
+  });
 }
 
 }  // namespace

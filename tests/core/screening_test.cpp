@@ -9,6 +9,7 @@
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -161,13 +162,11 @@ TEST(Screening, holds_on_every_family) {
 }
 
 TEST(Screening, holds_on_awkward_candidates) {
-  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(200, [&](Random& random) {
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 60)));
     const EigenPrior prior(random_prior(random));
     expect_screening_holds(blocks, random.chance(0.5) ? prior.data() : nullptr, 12);
-  }
+  });
 }
 
 // Long rows that are nearly parallel to each other: minors cancel, and so do pivots.
@@ -188,11 +187,7 @@ BlockStore nearly_parallel_rows(Random& random) {
 }
 
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
-  for (std::uint64_t variation = 0; variation < trials(1000); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    expect_screening_holds(nearly_parallel_rows(random), nullptr, 10);
-  }
+  for_each_trial(1000, [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), nullptr, 10); });
 }
 
 // | |W| |h| |^2 of the row of a block for which it is largest.
@@ -277,8 +272,7 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
 // Dozens of candidates that a stale bound cannot tell apart.
 TEST(Screening, holds_where_many_survive_in_later_rounds) {
   for (std::uint64_t variation = 0; variation < std::max<std::size_t>(3, trials(6)); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     const int rows = 1 + static_cast<int>(variation % 3);
     BlockStore blocks;
     for (int cluster = 0; cluster < 12; ++cluster) {
@@ -293,11 +287,9 @@ TEST(Screening, holds_where_many_survive_in_later_rounds) {
 // Against the information by which candidates were ordered, before any gain has shrunk: a tile's bound is the upper end
 // of the step of its first candidate.
 TEST(Screening, bounds_of_a_new_order_hold) {
-  for (std::uint64_t variation = 0; variation < trials(100); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(100, [&](Random& random) {
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
-    if (blocks.rows() == 0) continue;
+    if (blocks.rows() == 0) return;
     const EigenPrior prior(random_prior(random));
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
@@ -307,18 +299,15 @@ TEST(Screening, bounds_of_a_new_order_hold) {
       screened.expect_bounds_hold();
       screened.evaluate_and_order();
       screened.expect_bounds_hold();
-      if (::testing::Test::HasFailure()) return;
     }
-  }
+  });
 }
 
 // One long row requires careful bounds. Once its direction is observed, short rows along it cancel: rounding moves them
 // by much more than what remains, and its square is denormal.
 TEST(Screening, holds_with_denormals_flushed) {
   const FlushedDenormals flushed;
-  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(300, [&](Random& random) {
     const int rows = random.integer(1, 3);
     const double scale = std::pow(10.0, random.uniform(-15, -12));
     const double distance = std::pow(10.0, random.uniform(-5, -1));
@@ -331,15 +320,12 @@ TEST(Screening, holds_with_denormals_flushed) {
     }
     const EigenPrior identity(Matrix6::Identity());
     expect_screening_holds(blocks, identity.data(), 12, 12);
-    if (::testing::Test::HasFailure()) return;
-  }
+  });
 }
 
 // With priors this strong entries of W are subnormal in float32, or zero.
 TEST(Screening, holds_where_the_factor_underflows_in_float32) {
-  for (std::uint64_t variation = 0; variation < trials(300); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+  for_each_trial(300, [&](Random& random) {
     const Matrix6 information = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);
     const EigenPrior prior(information);
     const int rows = random.integer(1, 3);
@@ -350,7 +336,7 @@ TEST(Screening, holds_where_the_factor_underflows_in_float32) {
       push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
     }
     expect_screening_holds(blocks, prior.data(), 8);
-  }
+  });
 }
 
 // Blocks that are screened by nine numbers each: of points far and near, some nearly in one place, with weights of
@@ -386,8 +372,7 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
   const std::size_t stores = std::max<std::size_t>(20, trials(600));
   std::size_t factored = 0;
   for (std::uint64_t variation = 0; variation < stores; ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
     if (blocks.stored() == 0) continue;
     factored += all_of(blocks).form == simd::factored ? 1 : 0;
@@ -406,8 +391,7 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
 }
 
 TEST(Screening, records_of_a_list_are_those_of_all) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = awkward_blocks(random, 300);
   const Candidate listed[] = {Candidate{5}, Candidate{130}, Candidate{131}, Candidate{299}};
   const simd::Planes planes = all_of(blocks).planes;

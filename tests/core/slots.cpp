@@ -128,10 +128,10 @@ Request request_of(const Request& request, const std::vector<std::uint32_t>& ind
   return result;
 }
 
-Request random_request(Random& random, const BlockStore& blocks, bool has_excluded) {
+Request random_request(Random& random, const BlockStore& blocks) {
   Problem problem = problem_of(blocks, 0);
   constrain(random, problem, random.chance(0.3));
-  if (!has_excluded) problem.excluded.clear();
+  problem.excluded.clear();
   if (random.chance(0.5)) problem.set_prior(random_prior(random));
   const std::size_t required = problem.required_count();
   problem.plain.budget = required + random.index(blocks.stored() - required + 3);

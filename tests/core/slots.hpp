@@ -42,8 +42,8 @@ std::vector<T> gathered(const std::vector<T>& values, const std::vector<std::uin
 /// The same request for a store that holds these candidates alone.
 Request request_of(const Request& request, const std::vector<std::uint32_t>& indices);
 
-/// Any subset of the constraints, certificate and exchange, for some of the blocks.
-Request random_request(Random& random, const BlockStore& blocks, bool has_excluded);
+/// Any subset of the constraints, but for excluded candidates, of certificate and exchange, for some of the blocks.
+Request random_request(Random& random, const BlockStore& blocks);
 
 /// A request for `budget` candidates with a certificate and an exchange.
 Request certified_request(std::size_t budget);

@@ -3,6 +3,7 @@
 #include "tests/core/slots.hpp"
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -50,8 +51,7 @@ class Stressed {
 
 // Callers at once, each with selectors of its own; they share the problems and, if `shared`, the executor.
 void stress(int callers, int helpers, bool shared, std::size_t selections) {
-  const Random random;
-  SCOPED_TRACE(random.name());
+  const TracedRandom random;
   const Stressed problems[] = {{60, block_kinds[0], 20}, {1100, block_kinds[0], 20}, {2600, block_kinds[1], 12}};
   PoolExecutor pool(helpers);
   std::atomic<int> wrong{0};

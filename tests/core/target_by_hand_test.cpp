@@ -2,6 +2,7 @@
 // Targets whose answers can be computed by hand, and invalid targets.
 #include "tests/core/targets.hpp"
 #include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -191,8 +192,7 @@ TEST(Target, makes_automatic_lazy_greedy) {
 }
 
 TEST(Target, leaves_the_upper_bound_that_of_the_budget) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 300, random.seed()), block_kinds[2]);
   Selector selector(300);
   Options options = with_budget(60);

@@ -6,6 +6,7 @@
 #include "tests/core/targets.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +66,7 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
 // A direction that a single block observes, so weakly that a sum keeps no digits of it: the efficiency is right
 // nevertheless.
 TEST(Target, needs_no_digits_of_a_sum) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Block weak = Block::Zero(1, 6);
   weak(0, 5) = 1e-2;  // ten times the prior
   const BlockStore blocks = store_of(501, [&](std::size_t i) {

@@ -2,6 +2,7 @@
 // A selection that stops at a target is the shortest prefix of the one without that meets it.
 #include "tests/core/targets.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <cmath>
 
@@ -41,8 +42,7 @@ void expect_targets_hold(Random& random, Problem& problem, long double tolerance
 constexpr long double tie = 1e-11L;
 
 TEST(Target, stops_at_the_shortest_prefix_that_meets_it) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Tally tally;
   for_every_family(200, [&](const BlockStore& blocks) {
     Problem problem = problem_of(blocks, static_cast<std::size_t>(random.integer(20, 100)));
@@ -57,8 +57,7 @@ TEST(Target, stops_at_the_shortest_prefix_that_meets_it) {
 
 TEST(RealFrames, targets_stop_at_the_shortest_prefix_that_meets_them) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   Tally tally;
   for_real_frames(1, [&](const BlockStore& blocks) {
     Problem problem = problem_of(blocks, 100);

@@ -6,12 +6,11 @@
 #include "tests/support/numbers.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/stores.hpp"
+#include "tests/support/traced_random.hpp"
 #include "threading/team.hpp"
 
 #include <atomic>
-#include <functional>
 #include <limits>
-#include <utility>
 
 namespace maxlogdet::test {
 namespace {
@@ -112,8 +111,7 @@ TEST(Team, asks_for_as_many_workers_as_pay) {
 
 TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
   PoolExecutor pool(1);
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const struct {
     Strategy strategy;
     std::size_t crossover;  // docs/threading.md; automatic: lazy below, relaxed from there on
@@ -177,8 +175,7 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
 }
 
 TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   PoolExecutor pool(2);
   const Block block = random_block(random, 2);
   const BlockStore near_copies =
@@ -237,8 +234,7 @@ void expect_same_blocks(Random& random, const sim::Frame& frame, const std::vect
 }
 
 TEST(Threads, blocks_do_not_depend_on_their_number) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   PoolExecutor pool(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
     for (const double share : {0.05, 0.8, 1.0}) {  // 1.0: no match has a block

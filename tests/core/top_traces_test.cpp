@@ -6,6 +6,7 @@
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -135,8 +136,7 @@ TEST(TopTraces, are_the_largest_where_float32_cannot_tell) {
 }
 
 TEST(TopTraces, are_the_first_of_equal_ones) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   const Top top = top_traces(copies_of(random_block(random, 2), 1000), Options(), 0, 100);
   for (std::uint32_t i = 0; i < 100; ++i) EXPECT_EQ(top.candidates[i], static_cast<Candidate>(i));
 }

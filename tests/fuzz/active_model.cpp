@@ -17,9 +17,22 @@ constexpr std::size_t max_oracle_gains = 600;
 
 }  // namespace
 
-ActiveModel::ActiveModel(const BlockStore& blocks, const Options& options)
-    : blocks_(blocks), options_(options), rules_(blocks, options), exact_(blocks, options), target_(blocks, options) {
-  for (const std::uint32_t i : rules_.required()) accept(i);
+ActiveModel::ActiveModel(const BlockStore& blocks, const Options& options, long double error)
+    : blocks_(blocks),
+      options_(options),
+      error_(error),
+      rules_(blocks, options),
+      exact_(blocks, options),
+      target_(blocks, options),
+      gains_(blocks.size(), test::nan) {
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    entries_.push_back(test::stored_block(blocks, i));
+    is_left_.push_back(blocks.is_valid(i) && !rules_.is_excluded(i) && !rules_.is_required(i));
+  }
+  for (const std::uint32_t i : rules_.required()) {
+    take_room(i);
+    accept(i);
+  }
 }
 
 void ActiveModel::observe(const Selection& selection) {
@@ -57,6 +70,8 @@ void ActiveModel::check_next(const std::vector<std::uint32_t>& proposed, std::si
   for (const std::uint32_t i : proposed) {
     check_best(i);
     pending_.push_back(i);
+    is_left_[i] = false;
+    take_room(i);
   }
 }
 
@@ -72,7 +87,7 @@ void ActiveModel::answer(Error error, std::uint32_t index, bool is_accepted, con
     accept(answered, measured);
   } else {
     is_as_proposed_ = false;
-    rejected_.push_back(answered);
+    if (rules_.has_groups()) --in_group_[options_.groups.ids[answered]];
   }
 }
 
@@ -101,28 +116,43 @@ void ActiveModel::check_selection(const Selection& selection) {
           to_string(expected));
   if (!is_tame_) return;
   const long double difference = std::abs(exact_.log_det() - answer.log_det);
-  require(difference <= allowed_ + exact_.prior_log_det_error(), "log det has its digits", answer.log_det, "off by",
-          difference, "of", allowed_);
+  const long double allowed = compares_all() ? 100 * error_ : allowed_ + exact_.prior_log_det_error();
+  require(difference <= allowed, "log det has its digits", answer.log_det, "off by", difference, "of", allowed);
+}
+
+std::size_t ActiveModel::open_count() const {
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+    const bool is_pending = std::find(pending_.begin(), pending_.end(), i) != pending_.end();
+    count += (is_left_[i] || is_pending) && rules_.may_add(i, accepted_) ? 1 : 0;
+  }
+  return count;
+}
+
+bool ActiveModel::is_open(std::uint32_t i) const {
+  if (!is_left_[i] || !rules_.has_groups()) return is_left_[i];
+  const auto in_group = in_group_.find(options_.groups.ids[i]);
+  return (in_group == in_group_.end() ? 0 : in_group->second) < rules_.maximum(options_.groups.ids[i]);
 }
 
 std::vector<std::uint32_t> ActiveModel::open_candidates() const {
-  std::vector<std::uint32_t> chosen = accepted_;
-  chosen.insert(chosen.end(), pending_.begin(), pending_.end());
   std::vector<std::uint32_t> open;
   for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
-    if (std::find(rejected_.begin(), rejected_.end(), i) != rejected_.end()) continue;
-    if (rules_.may_add(i, chosen)) open.push_back(i);
+    if (is_open(i)) open.push_back(i);
   }
   return open;
 }
 
 std::size_t ActiveModel::max_together(std::size_t wanted) const {
-  std::vector<std::uint32_t> chosen = accepted_;
-  const std::size_t end = accepted_.size() + std::min(wanted, options_.budget - accepted_.size());
+  const std::size_t limit = std::min(wanted, options_.budget - accepted_.size());
+  std::map<std::uint32_t, std::size_t> in_group = in_group_;
+  std::size_t count = 0;
   for (const std::uint32_t i : open_candidates()) {
-    if (chosen.size() < end && rules_.may_add(i, chosen)) chosen.push_back(i);
+    if (count == limit) break;
+    if (rules_.has_groups() && in_group[options_.groups.ids[i]]++ >= rules_.maximum(options_.groups.ids[i])) continue;
+    ++count;
   }
-  return chosen.size() - accepted_.size();
+  return count;
 }
 
 std::vector<std::uint32_t>::iterator ActiveModel::place_of(std::uint32_t index) {
@@ -130,26 +160,39 @@ std::vector<std::uint32_t>::iterator ActiveModel::place_of(std::uint32_t index) 
 }
 
 void ActiveModel::check_best(std::uint32_t proposed) {
+  require(proposed < blocks_.size() && is_open(proposed), "what is proposed may be selected", proposed);
   const std::vector<std::uint32_t> open = open_candidates();
-  require(std::find(open.begin(), open.end(), proposed) != open.end(), "what is proposed may be selected", proposed);
-  compared_ += open.size();
-  if (!is_tame_ || open.size() > max_compared || compared_ > max_oracle_gains) return;
-  const long double gain = exact_.gain(proposed);
   for (const std::uint32_t other : open) {
-    const long double better = exact_.gain(other);
-    require(better - gain <= exact_.gain_error(better) + exact_.gain_error(gain),
-            "a proposal is the best of what is left", proposed, "for", other, "by", better - gain);
+    if (other == proposed) break;
+    require(entries_[other] != entries_[proposed], "of equal candidates the first is proposed", proposed, other);
   }
+  compared_ += open.size();
+  if (!is_tame_ || (!compares_all() && (open.size() > max_compared || compared_ > max_oracle_gains))) return;
+  for (const std::uint32_t other : open) {
+    const long double better = gain(other);
+    require(better - gain(proposed) <= gain_error(better) + gain_error(gain(proposed)),
+            "a proposal is the best of what is left", proposed, "for", other, "by", better - gain(proposed));
+  }
+}
+
+void ActiveModel::take_room(std::uint32_t i) {
+  if (rules_.has_groups()) ++in_group_[options_.groups.ids[i]];
+}
+
+long double ActiveModel::gain(std::uint32_t i) {
+  if (std::isnan(gains_[i])) gains_[i] = exact_.gain(i);
+  return gains_[i];
 }
 
 void ActiveModel::accept(std::uint32_t i, const test::Block* measured) {
   accepted_.push_back(i);
-  is_tame_ = is_tame_ && exact_.is_tame();
+  std::fill(gains_.begin(), gains_.end(), test::nan);
+  is_tame_ = compares_all() || (is_tame_ && exact_.is_tame());
   if (!is_tame_) return;
   const long double before = exact_.log_det();
   const long double error = exact_.gain_error(0);
   measured != nullptr ? exact_.take(i, *measured) : exact_.take(i);
-  is_tame_ = exact_.is_tame();
+  is_tame_ = compares_all() || exact_.is_tame();
   allowed_ += error + exact_.gain_error(exact_.log_det() - before);
 }
 

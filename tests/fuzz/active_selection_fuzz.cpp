@@ -8,10 +8,8 @@
 #include "tests/fuzz/require.hpp"
 #include "tests/fuzz/rules.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 

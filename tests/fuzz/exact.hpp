@@ -9,9 +9,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <vector>
 
 namespace maxlogdet::fuzz {
 

@@ -4,8 +4,6 @@
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/dataset_check.hpp"
 
-#include <array>
-
 namespace maxlogdet::fuzz {
 namespace {
 

@@ -6,6 +6,8 @@
 #include "tests/sim/simulated_frames.hpp"
 #include "tests/support/program.hpp"
 
+#include <maxlogdet/frame_recorder.hpp>
+
 #include <map>
 #include <set>
 #include <sstream>
@@ -15,50 +17,38 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string joined_rows(const std::array<double, 12>& rows) {
-  std::ostringstream text;
-  text.precision(17);
-  for (std::size_t i = 0; i < rows.size(); ++i) text << (i == 0 ? "" : ",") << rows[i];
-  return text.str();
-}
-
-std::string camera_comments(const sim::FrameCamera& camera) {
-  std::ostringstream text;
-  text.precision(17);
-  const auto& p = static_cast<const PinholeCamera&>(camera);
-  if (camera.rig.empty())
-    text << "# fx,fy,cx,cy,bf: " << p.fx << ',' << p.fy << ',' << p.cx << ',' << p.cy << ',' << p.bf;
-  for (std::size_t i = 0; i < camera.rig.size(); ++i) {
-    const Camera& of = camera.rig[i].camera;
-    text << "# camera " << i << ": " << to_string(of.model) << ',' << of.pinhole.fx << ',' << of.pinhole.fy << ','
-         << of.pinhole.cx << ',' << of.pinhole.cy;
-    for (std::size_t k = 0; k < parameter_count(of.model); ++k) text << ',' << of.parameters[k];
-    text << "\n# T_cb " << i << ": " << joined_rows(sim::to_rows(to_pose(camera.rig[i].T_cb))) << '\n';
+// As a tracker records it.
+void record(const Frame& frame, FrameRecorder& recorder) {
+  FrameDetails details;
+  details.depth_cue = frame.camera.depth_cue();
+  if (frame.camera.depth_sigma > 0) details.depth_sigma = frame.camera.depth_sigma;
+  details.has_descriptor_distances = true;
+  details.width = 752;
+  details.height = 480;
+  details.T_cw_true = RigidTransform::row_major(frame.T_cw_true->data());
+  const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
+  const std::vector<RigCamera>& rig = frame.camera.rig;
+  ASSERT_TRUE(rig.empty() ? recorder.start(Camera(frame.camera), T_cw, details)
+                          : recorder.start(Rig{rig.data(), rig.size()}, T_cw, details));
+  for (const Match& from : frame.matches) {
+    const double uv[2] = {from.u, from.v};
+    FeatureMatch match(from.point, uv, 1 / std::sqrt(from.inv_sigma2));
+    if (from.is_stereo()) match.u_right = from.u_right;
+    match.depth = from.depth;
+    match.point_id = from.map_point_id;
+    match.camera_id = from.camera_id;
+    ASSERT_TRUE(recorder.add(match, from.is_selected, from.desc_dist));
   }
-  if (camera.depth_sigma > 0) text << "\n# depth_sigma: " << camera.depth_sigma;
-  return text.str() + '\n';
+  ASSERT_TRUE(recorder.finish());
 }
 
 class Evaluate : public Program {
  protected:
-  void write(const Frame& frame, const std::string& file) const {
-    std::ofstream stream(folder_ + "/" + file);
-    stream.precision(17);
-    stream << camera_comments(frame.camera)
-           << "# image width,height: 752,480\n# Tcw_prior: " << joined_rows(frame.T_cw_prior)
-           << "\n# Tcw_true: " << joined_rows(*frame.T_cw_true)
-           << "\nmp_id,X,Y,Z,u,v,inv_sigma2,camera,depth,u_right,desc_dist,selected\n";
-    for (const Match& m : frame.matches) {
-      stream << m.map_point_id << ',' << m.point[0] << ',' << m.point[1] << ',' << m.point[2] << ',' << m.u << ','
-             << m.v << ',' << m.inv_sigma2 << ',' << int{m.camera_id} << ',' << m.depth << ',' << m.u_right << ','
-             << m.desc_dist << ',' << m.is_selected << '\n';
-    }
-  }
-
   // Independent errors, so that selection pays.
   void write_recording(const std::string& folder, std::size_t frames, FrameKind kind = FrameKind::stereo) const {
     Random random(static_cast<std::uint64_t>(kind));
-    std::filesystem::create_directories(folder_ + "/" + folder);
+    FrameRecorder recorder;
+    ASSERT_TRUE(recorder.open(path(folder).c_str()));
     for (std::size_t i = 0; i < frames; ++i) {
       Frame frame = simulated_frame(random, kind, 160);
       add_errors(random, frame);
@@ -66,7 +56,7 @@ class Evaluate : public Program {
         match.desc_dist = random.integer(0, 100);
         match.is_selected = random.chance(0.5);
       }
-      write(frame, folder + "/frame_" + std::to_string(100 + i) + ".csv");
+      record(frame, recorder);
     }
   }
 
@@ -139,7 +129,7 @@ TEST_F(Evaluate, computes_what_the_library_computes_for_every_kind_of_camera) {
     options.budgets = {30};
     options.repeats = 2;
     options.seed = 9;
-    const auto expected = sim::evaluate({sim::read_frames(folder_ + "/" + folder)}, options, 1);
+    const auto expected = sim::evaluate({sim::read_frames(path(folder))}, options, 1);
     const Json json = evaluated(folder + " --budgets 30 --seed 9 --threads 2");
     EXPECT_EQ(json, Json::parse(to_json(expected).dump()));
     const Json other = evaluated(folder + " --budgets 30 --seed 10");
@@ -173,7 +163,7 @@ TEST_F(Evaluate, files_of_a_folder_are_its_recording) {
   EXPECT_EQ(row_of(both, "md", 30).at("truth").at("steps"), 10) << "no step leads from one recording to the next";
   EXPECT_EQ(evaluated("frames/frame_*.csv more --budgets 30"), both);
   EXPECT_EQ(evaluated("frames more/frame_*.csv --budgets 30"), both);
-  EXPECT_EQ(evaluated("frames/frame_103.csv --budgets 30").at("frames"), 1);
+  EXPECT_EQ(evaluated("frames/frame_000003.csv --budgets 30").at("frames"), 1);
 }
 
 TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_to) {
@@ -182,8 +172,8 @@ TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_
   const Json weighed = evaluated("frames --budgets 30 --weighting measurement_and_map --map-sigma 0.1");
   EXPECT_GT(row_of(weighed, "md", 30).at("translation_mm").at("predicted"),
             row_of(plain, "md", 30).at("translation_mm").at("predicted"));
-  for (const auto& file : std::filesystem::directory_iterator(folder_ + "/frames")) {
-    std::istringstream lines(contents_of(file.path()));
+  for (const auto& file : std::filesystem::directory_iterator(path("frames"))) {
+    std::istringstream lines(text_of(file.path()));
     std::ofstream stream(file.path());
     bool is_header = true;
     for (std::string line; std::getline(lines, line);) {
@@ -205,31 +195,31 @@ TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_
 TEST_F(Evaluate, writes_its_files) {
   write_recording("frames", 5);
   const Json json = evaluated("frames --budgets 30,60 --output results/today");
-  EXPECT_EQ(Json::parse(contents_of(folder_ + "/results/today/evaluation.json")), json);
-  const std::string deviation = contents_of(folder_ + "/results/today/deviation.csv");
+  EXPECT_EQ(Json::parse(text_of(path("results/today/evaluation.json"))), json);
+  const std::string deviation = text_of(path("results/today/deviation.csv"));
   EXPECT_EQ(deviation.rfind("selector,budget,frames,translation_mm,", 0), 0U) << deviation;
   EXPECT_EQ(static_cast<std::size_t>(std::count(deviation.begin(), deviation.end(), '\n')),
             1 + json.at("selectors").size());
-  const std::string leverage = contents_of(folder_ + "/results/today/leverage.csv");
+  const std::string leverage = text_of(path("results/today/leverage.csv"));
   EXPECT_EQ(leverage.rfind("decile,chi2,low,high\n1,", 0), 0U) << leverage;
   EXPECT_EQ(std::count(leverage.begin(), leverage.end(), '\n'), 11);
 }
 
 TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   write_recording("frames", 3);
-  std::filesystem::create_directories(folder_ + "/empty");
+  std::filesystem::create_directories(path("empty"));
   write_frame("frame_few.csv", 5);
-  std::filesystem::rename(folder_ + "/frames/frame_few.csv", folder_ + "/frame_few.csv");
-  std::ofstream(folder_ + "/frames/frame_101.csv", std::ios::app) << "1,2,oops\n";
+  std::filesystem::rename(path("frames/frame_few.csv"), path("frame_few.csv"));
+  std::ofstream(path("frames/frame_000001.csv"), std::ios::app) << "1,2,oops\n";
   const std::pair<const char*, const char*> refusals[] = {
       {"", "FRAMES"},
       {" nowhere", "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files"},
       {" frames ./frames/", "./frames/: is given twice"},
-      {" frames/frame_100.csv nowhere.csv", "nowhere.csv: cannot be opened"},
+      {" frames/frame_000000.csv nowhere.csv", "nowhere.csv: cannot be opened"},
       {" empty", "empty: expected files named frame_*.csv"},
       {" ''", "a value is missing"},
-      {" frames", "frames/frame_101.csv:166: expected 12 fields"},
-      {" frames --json --output results", "frames/frame_101.csv:166: expected 12 fields"},
+      {" frames", "frames/frame_000001.csv:166: expected 11 fields"},
+      {" frames --json --output results", "frames/frame_000001.csv:166: expected 11 fields"},
       {" frame_few.csv", "no frame has 10 matches that agree with one pose; expected"}};
   for (const auto& [arguments, message] : refusals) {
     expect_refused(run("evaluate" + std::string(arguments)), message);
@@ -250,26 +240,26 @@ TEST_F(Evaluate, refuses_options_that_it_does_not_understand) {
 
 TEST_F(Evaluate, refuses_a_folder_that_it_cannot_write_to) {
   write_recording("frames", 2);
-  std::ofstream(folder_ + "/file") << "no folder\n";
+  std::ofstream(path("file")) << "no folder\n";
   expect_refused(run("evaluate frames --output file"), "file");
   expect_refused(run("evaluate frames --output file/within"), "file/within");
   expect_refused(run("evaluate frames --output /proc/results"), "/proc/results");
-  std::filesystem::create_directories(folder_ + "/results/leverage.csv");
+  std::filesystem::create_directories(path("results/leverage.csv"));
   expect_refused(run("evaluate frames --output results"), "results/leverage.csv");
-  EXPECT_EQ(contents_of(folder_ + "/results/evaluation.json"), "") << "nothing was computed";
+  EXPECT_EQ(text_of(path("results/evaluation.json")), "") << "nothing was computed";
 }
 
 TEST_F(Evaluate, warns_about_columns_that_may_be_misspelt) {
   write_recording("frames", 3);
-  for (int i = 100; i < 103; ++i) {
-    const std::string file = folder_ + "/frames/frame_" + std::to_string(i) + ".csv";
-    std::string text = contents_of(file);
+  for (int i = 0; i < 3; ++i) {
+    const std::string file = folder_ + "/frames/frame_00000" + std::to_string(i) + ".csv";
+    std::string text = text_of(file);
     text.replace(text.find("desc_dist"), 9, "distance_");
     std::ofstream(file) << text;
   }
   const Outcome outcome = run("evaluate frames --budgets 30 --repeats 1 --json");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.err, "maxlogdet: frame_100: ignores the columns distance_\n") << "once for a recording";
+  EXPECT_EQ(outcome.err, "maxlogdet: frame_000000: ignores the columns distance_\n") << "once for a recording";
   const std::set<std::string> keys = keys_of(Json::parse(outcome.out));
   EXPECT_TRUE(keys.count("verdict"));
 }

@@ -37,7 +37,7 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
       const std::string stereo = kind.depth_cue == DepthCue::stereo ? " --stereo" : "";
       const auto objects = run_json("select --input frames --budget 40 --strategy " + strategy + draws +
                                     " --weighting " + to_string(kind.weighting) + stereo);
-      const auto frames = sim::read_frames(folder_ + "/frames");
+      const auto frames = sim::read_frames(path("frames"));
       ASSERT_EQ(objects.size(), 2U);
       for (std::size_t i = 0; i < 2; ++i) {
         Options options;
@@ -89,7 +89,7 @@ TEST_F(Program, certifies_exchanges_and_reports_threads) {
 
 TEST_F(Program, respects_a_grid_and_a_time_limit) {
   write_frame("frame_001.csv", 300);
-  const sim::Frame frame = sim::read_frames(folder_ + "/frames").at(0);
+  const sim::Frame frame = sim::read_frames(path("frames")).at(0);
   const auto object = run_json("select --input frames --budget 60 --grid 4x3 --max-per-cell 2").at(0);
   EXPECT_LE(object.at("indices").size(), 24U);
   std::map<std::pair<int, int>, int> taken;
@@ -139,7 +139,7 @@ TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_
 using Refusals = std::vector<std::pair<std::string, std::string>>;
 
 TEST_F(Program, refuses_invalid_arguments) {
-  std::filesystem::create_directories(folder_ + "/folder.json");
+  std::filesystem::create_directories(path("folder.json"));
   const Refusals refusals = {
       {"", "evaluate, select, simulate or info"},
       {"selct", "selct"},
@@ -235,25 +235,25 @@ TEST_F(Program, refuses_options_without_effect) {
 // A file is either complete or unchanged.
 TEST_F(Program, leaves_no_partial_file) {
   const std::string select = "select --budget 100 --repeat 1 --json --plot-data ";
-  std::ofstream(folder_ + "/old.json") << "old data\n";
+  std::ofstream(path("old.json")) << "old data\n";
   // In blocks of 512 bytes, in some shells 1024; the data of 2000 matches has 150 KB.
   const auto limited = [&](const std::string& file) {
     return run_script("ulimit -f 100\n" MAXLOGDET_PROGRAM " " + select + file + " >out.txt 2>err.txt </dev/null");
   };
   expect_refused(limited("new.json"), "new.json: cannot be written (File too large)");
-  EXPECT_FALSE(std::filesystem::exists(folder_ + "/new.json"));
+  EXPECT_FALSE(std::filesystem::exists(path("new.json")));
   expect_refused(limited("old.json"), "old.json: cannot be written (File too large)");
-  EXPECT_EQ(contents_of(folder_ + "/old.json"), "old data\n");
+  EXPECT_EQ(text_of(path("old.json")), "old data\n");
 
-  std::filesystem::create_symlink("/dev/full", folder_ + "/full.json");
+  std::filesystem::create_symlink("/dev/full", path("full.json"));
   expect_refused(run(select + "full.json"), "full.json: cannot be written (No space left on device)");
-  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/full.json"));
+  EXPECT_TRUE(std::filesystem::is_symlink(path("full.json")));
   expect_refused(run(select + std::string(300, 'a') + ".json"), "a.json: cannot be written");
 
-  std::filesystem::create_symlink("old.json", folder_ + "/link.json");
+  std::filesystem::create_symlink("old.json", path("link.json"));
   EXPECT_EQ(run(select + "link.json").exit_code, 0);
-  EXPECT_TRUE(std::filesystem::is_symlink(folder_ + "/link.json"));
-  EXPECT_EQ(nlohmann::json::parse(contents_of(folder_ + "/old.json")).at("selected").size(), 100U);
+  EXPECT_TRUE(std::filesystem::is_symlink(path("link.json")));
+  EXPECT_EQ(nlohmann::json::parse(text_of(path("old.json"))).at("selected").size(), 100U);
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
     EXPECT_NE(entry.path().extension(), ".new") << entry.path();
   }
@@ -270,9 +270,9 @@ TEST_F(Program, reports_that_standard_output_cannot_be_written) {
 
 TEST_F(Program, refuses_or_warns_of_stereo_without_stereo_and_of_columns_that_may_be_misspelt) {
   write_frame("frame_001.csv", 20);
-  const std::string good = contents_of(folder_ + "/frames/frame_001.csv");
+  const std::string good = text_of(path("frames/frame_001.csv"));
   const auto with = [&](const std::string& old, std::size_t length, const std::string& text) {
-    std::ofstream(folder_ + "/frames/frame_001.csv") << std::string(good).replace(good.find(old), length, text);
+    std::ofstream(path("frames/frame_001.csv")) << std::string(good).replace(good.find(old), length, text);
   };
   with("50.45", good.find('\n') - good.find("50.45"), "0");  // the camera has no baseline
   EXPECT_EQ(run("select --input frames").exit_code, 0);
@@ -288,7 +288,7 @@ TEST_F(Program, counts_candidates_without_a_block) {
   write_frame("frame_001.csv", 20);
   const std::string camera = "# fx,fy,cx,cy,bf: 400,400,376,240,0\n# image width,height: 752,480\n# Tcw_prior: ";
   const std::string header = "\nmp_id,X,Y,Z,u,v\n";
-  std::ofstream(folder_ + "/frames/frame_002.csv")
+  std::ofstream(path("frames/frame_002.csv"))
       << camera << "1,0,0,0,0,1,0,0,0,0,1,0" << header << "1,5,1,-3,296,240\n2,5,0,-1,376,160\n";  // behind it
   const auto objects = run_json("select --input frames --budget 10");
   ASSERT_EQ(objects.size(), 2U);
@@ -296,8 +296,8 @@ TEST_F(Program, counts_candidates_without_a_block) {
   EXPECT_EQ(objects[1].at("status"), "all_selected");
   EXPECT_EQ(objects[1].at("invalid_candidates"), 2);
   EXPECT_EQ(objects[1].at("indices").size(), 0U);
-  std::ofstream(folder_ + "/ray.csv") << camera << "0,-1,0,0,0,0,-1,0,1,0,0,0" << header
-                                      << "1,5,1,0,296,240\n2,5,0,1,376,160\n";
+  std::ofstream(path("ray.csv")) << camera << "0,-1,0,0,0,0,-1,0,1,0,0,0" << header
+                                 << "1,5,1,0,296,240\n2,5,0,1,376,160\n";
   const Outcome outcome = run("select --input ray.csv --json --weighting map_bias_world");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.err.find("1 matches have no world-frame block"), std::string::npos) << outcome.err;
@@ -307,7 +307,7 @@ TEST_F(Program, counts_candidates_without_a_block) {
 TEST_F(Program, draws_selected_matches_red_in_both_views) {
   EXPECT_EQ(run("select --budget 100 --repeat 1 --plot-data \"it's.json\"").exit_code, 0);
   EXPECT_EQ(draw("selection", "\"it's.json\"").out, "drew it's.svg and .png\n");
-  const std::string svg = contents_of(folder_ + "/it's.svg");
+  const std::string svg = text_of(path("it's.svg"));
   for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
@@ -333,7 +333,7 @@ TEST_F(Program, draws_a_picture_of_each_frame) {
   EXPECT_NE(outcome.out.find("\n\n" + files), std::string::npos) << outcome.out;
   EXPECT_EQ(draw("selection", "picture_frame_001.json picture_frame_002.json").exit_code, 0);
   for (const char* const name : {"/picture_frame_001.png", "/picture_frame_002.png"}) {
-    EXPECT_EQ(contents_of(folder_ + name).substr(1, 3), "PNG");
+    EXPECT_EQ(text_of(folder_ + name).substr(1, 3), "PNG");
   }
   expect_refused(run("select --repeat 1 --plot-data nowhere/picture.json"), "nowhere/picture.json: cannot be written");
 }

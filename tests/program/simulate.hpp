@@ -16,7 +16,7 @@ constexpr char small_metrics[] = "simulate metrics --points 40 --sizes 15,30 --r
 
 class Simulate : public Program {
  protected:
-  std::string contents(const std::string& file) const { return contents_of(folder_ + "/" + file); }
+  std::string contents(const std::string& file) const { return text_of(path(file)); }
 
   // The cells of a CSV file, the header first.
   std::vector<std::vector<std::string>> csv(const std::string& file) const {
@@ -43,7 +43,7 @@ class Simulate : public Program {
   }
 
   void write_trajectory(const std::string& name) const {
-    std::filesystem::create_directories(folder_ + "/tum");
+    std::filesystem::create_directories(path("tum"));
     sim::Trajectory trajectory = sim::analytic_trajectory(5, 10);
     write_tum(trajectory, folder_ + "/tum/" + name + ".txt");
   }

@@ -56,9 +56,8 @@ TEST_F(Simulate, resumes_where_it_stopped) {
   const std::string complete = contents("out/metrics.csv");
   std::string log = contents("out/metrics_runs.jsonl");
   const std::size_t second_run = log.find('\n', log.find('\n') + 1) + 1;
-  std::ofstream(folder_ + "/out/metrics_runs.jsonl")
-      << log.substr(0, second_run + 100);  // interrupted in the second run
-  std::filesystem::remove(folder_ + "/out/metrics.csv");
+  std::ofstream(path("out/metrics_runs.jsonl")) << log.substr(0, second_run + 100);  // interrupted in the second run
+  std::filesystem::remove(path("out/metrics.csv"));
   ASSERT_EQ(run(small_metrics).exit_code, 0);
   EXPECT_EQ(contents("out/metrics.csv"), complete);
   const std::string first_run = log.substr(0, second_run);
@@ -73,10 +72,10 @@ TEST_F(Simulate, refuses_a_damaged_file_of_runs) {
   const std::string log = contents("out/metrics_runs.jsonl");
   const std::string settings = log.substr(0, log.find('\n') + 1);
   for (const char* const result : {"[]", "[[1,2]]", "{}", "7", R"(["x"])"}) {
-    std::ofstream(folder_ + "/out/metrics_runs.jsonl") << settings << R"({"key":"1","result":)" << result << "}\n";
+    std::ofstream(path("out/metrics_runs.jsonl")) << settings << R"({"key":"1","result":)" << result << "}\n";
     expect_refused(run(small_metrics), "out/metrics_runs.jsonl: run 1 is damaged");
   }
-  std::ofstream(folder_ + "/out/metrics_runs.jsonl") << "something else\n";
+  std::ofstream(path("out/metrics_runs.jsonl")) << "something else\n";
   expect_refused(run(small_metrics), "not written by this program");
 }
 
@@ -177,7 +176,7 @@ TEST_F(Simulate, refuses_invalid_values) {
 
 TEST_F(Simulate, refuses_invalid_arguments) {
   write_trajectory("a,b");
-  std::ofstream(folder_ + "/file") << "no folder\n";
+  std::ofstream(path("file")) << "no folder\n";
   const std::pair<const char*, const char*> refusals[] = {
       {"", "an experiment is missing: metrics, budget, euroc, epsilon or robustness"},
       {" everything", "everything"},

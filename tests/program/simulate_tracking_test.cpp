@@ -136,7 +136,7 @@ TEST_F(Simulate, trajectories_of_the_same_name_are_distinguished) {
   ASSERT_EQ(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out").exit_code, 0);
   std::string text = contents("tum/first.txt");
   text[text.find_last_of("0123456789", text.rfind('\n', text.size() / 10)) - 6] ^= 1;  // some digit of a quaternion
-  std::ofstream(folder_ + "/tum/first.txt") << text;
+  std::ofstream(path("tum/first.txt")) << text;
   expect_refused(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out"),
                  "holds runs of other settings");
 }

@@ -12,8 +12,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::Vector6;
-
 std::vector<Frame> recording(Random& random, FrameKind kind, std::size_t frames, std::size_t n) {
   return simulated_recording(random, kind, frames, n, [&](Frame& frame) { add_errors(random, frame); });
 }
@@ -102,7 +100,7 @@ TEST(EvaluationOfFrames, own_selections_deviate_as_poses_optimised_directly) {
     options.huber_stereo = std::sqrt(7.815);
     const Pose start = sim::pose_of(frame.T_cw_prior);
     const auto pose = [&](const Subset& of) { return optimize_pose(frame.camera, frame.matches, of, start, options); };
-    const Vector6 xi = difference(pose(selected).T_cw, pose(all_matches(frame)).T_cw);
+    const sim::Vector6 xi = difference(pose(selected).T_cw, pose(all_matches(frame)).T_cw);
     translations.push_back(xi.head<3>().norm());
     rotations.push_back(xi.tail<3>().norm());
     ++i;
@@ -187,7 +185,7 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
     const auto own = [&](std::size_t of) {
       return sim::exp_se3(evaluated[of].deviations[0][0].at(0).xi) * evaluated[of].all;
     };
-    const Vector6 e = error(own(f - 1), own(f)), of_all = error(evaluated[f - 1].all, evaluated[f].all);
+    const sim::Vector6 e = error(own(f - 1), own(f)), of_all = error(evaluated[f - 1].all, evaluated[f].all);
     own_m.push_back(e.head<3>().norm());
     own_rad.push_back(e.tail<3>().norm());
     all_m.push_back(of_all.head<3>().norm());

@@ -14,7 +14,6 @@ namespace {
 
 using sim::correlation_of;
 using sim::FrameNoise;
-using sim::LinearizedMatch;
 using sim::PairSums;
 
 struct NoiseCase {
@@ -46,7 +45,7 @@ struct Whitened {
 
 Whitened whitened(const NoiseCase& of, std::uint32_t i) {
   const Match& match = of.frame.matches[i];
-  LinearizedMatch at;
+  sim::LinearizedMatch at;
   EXPECT_TRUE(linearize(of.frame.camera, of.all.T_cw, match, true, at));
   Eigen::VectorXd deviations = Eigen::VectorXd::Constant(at.rows, 1 / std::sqrt(match.inv_sigma2));
   if (match.depth > 0) deviations(2) = of.frame.camera.depth_sigma;

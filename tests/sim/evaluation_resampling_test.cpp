@@ -13,8 +13,6 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::FrameCounts;
-using sim::Interval;
-using sim::SortedValues;
 
 TEST(Resampling, every_resample_has_as_many_frames_of_each_recording_as_it_has) {
   const std::vector<std::size_t> lengths = {1, 4, 0, 37, 300};
@@ -84,7 +82,7 @@ TEST(Resampling, quantiles_are_those_of_sorted_values) {
   for (std::size_t trial = trials(200); trial > 0; --trial) {
     const auto frames = static_cast<std::size_t>(random.integer(1, 30));
     std::vector<std::pair<double, std::uint32_t>> given;
-    SortedValues values;
+    sim::SortedValues values;
     for (int i = random.integer(0, 100); i > 0; --i) {
       const double value = random.chance(0.05) ? infinity : std::round(random.uniform(-5, 5));
       given.emplace_back(value, static_cast<std::uint32_t>(random.index(frames)));
@@ -113,7 +111,7 @@ TEST(Resampling, intervals_lie_between_quantiles_if_these_are_known) {
   EXPECT_TRUE(std::isnan(sim::percentile_interval({1, nan, 2}).low));
   std::vector<double> some_infinite(1000, 1.0);
   for (std::size_t i = 0; i < 100; ++i) some_infinite[i] = infinity;
-  const Interval interval = sim::percentile_interval(some_infinite);
+  const sim::Interval interval = sim::percentile_interval(some_infinite);
   EXPECT_EQ(interval.low, 1);
   EXPECT_EQ(interval.high, infinity);
   EXPECT_EQ(sim::percentile_interval(std::vector<double>(10, infinity)).low, infinity);

@@ -3,6 +3,7 @@
 
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/stores.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
@@ -15,15 +16,7 @@ using sim::GreedyMetric;
 
 const Matrix6 small_prior = default_information();
 
-Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
-  Matrix6 information = Matrix6::Zero();
-  const Block block = stored_block(blocks, i);
-  for (Eigen::Index row = 0; row < block.rows(); ++row) {
-    const Eigen::Matrix<double, 6, 1> h = block.row(row).transpose();
-    information += h * h.transpose();
-  }
-  return information;
-}
+Matrix6 information_of(const BlockStore& blocks, std::size_t i) { return gram(stored_block(blocks, i)); }
 
 Indices valid_ones(const BlockStore& blocks) {
   Indices valid;
@@ -67,32 +60,20 @@ void expect_textbook_greedy(const BlockStore& blocks, std::size_t k, const Matri
   }
 }
 
-BlockStore random_blocks(Random& random, std::size_t n) {
-  BlockStore blocks;
-  const int rows = random.integer(1, 3);
-  for (std::size_t i = 0; i < n; ++i) push_back(blocks, random_block(random, rows));
-  return blocks;
-}
-
 // Few distinct blocks, each many times.
 BlockStore duplicated_blocks(Random& random, std::size_t n) {
-  std::vector<Block> bases;
-  for (int i = random.integer(2, 8); i > 0; --i) bases.push_back(random_block(random, 2));
-  BlockStore blocks;
-  for (std::size_t i = 0; i < n; ++i) {
-    push_back(blocks, bases[static_cast<std::size_t>(random.integer(0, static_cast<int>(bases.size()) - 1))]);
-  }
-  return blocks;
+  const BlockStore bases = random_store(random, 2 + random.index(7), 1, 2);
+  return store_of(n, [&](std::size_t) { return stored_block(bases, random.index(bases.size())); });
 }
 
 TEST(GreedyMetric, of_eigenvalues_is_the_textbook_greedy) {
   TracedRandom random;
   for (std::size_t trial = trials(30); trial > 0; --trial) {
     const auto n = static_cast<std::size_t>(random.integer(5, 80));
-    expect_textbook_greedy(random_blocks(random, n), n / 2);
+    expect_textbook_greedy(random_store(random, n), n / 2);
     expect_textbook_greedy(awkward_blocks(random, n), n / 2);
     expect_textbook_greedy(duplicated_blocks(random, n), n);
-    expect_textbook_greedy(random_blocks(random, n), n / 2, random_prior(random));
+    expect_textbook_greedy(random_store(random, n), n / 2, random_prior(random));
   }
 }
 
@@ -105,7 +86,7 @@ TEST(GreedyMetric, max_log_det_adds_the_largest_gain_in_each_round) {
   for (std::size_t trial = trials(30); trial > 0; --trial) {
     const auto n = static_cast<std::size_t>(random.integer(5, 80));
     const Matrix6 prior = random.chance(0.5) ? small_prior : random_prior(random);
-    const BlockStore plain = random_blocks(random, n), awkward = awkward_blocks(random, n);
+    const BlockStore plain = random_store(random, n), awkward = awkward_blocks(random, n);
     EXPECT_EQ(select_greedily(GreedyMetric::max_log_det, plain, n / 2, prior),
               GreedyOracle<double>(plain, prior).select(n / 2));
     EXPECT_LT(gain_given_away(awkward, select_greedily(GreedyMetric::max_log_det, awkward, n / 2, prior), prior), 1e-9);

@@ -14,9 +14,7 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::Frame;
 using sim::MappedWorld;
-using sim::Pose;
 using sim::WorldOptions;
 
 // A batch's error as (translation, rotation, scale - 1), in the frame of the keyframe that mapped it, and the maximum
@@ -43,7 +41,7 @@ bool fit_last_batch(const MappedWorld& world, BatchFit& fit) {
   const sim::Similarity similarity = sim::align_sim3(from, to);
   const Eigen::Matrix3Xd moved = (similarity.scale * similarity.R * from).colwise() + similarity.t;
   fit.residual = (moved - to).colwise().norm().maxCoeff();
-  Pose shift = Pose::Identity();
+  sim::Pose shift = sim::Pose::Identity();
   shift.linear() = similarity.R;
   shift.translation() = similarity.t;
   fit.error << sim::log_se3(shift), similarity.scale - 1;
@@ -53,7 +51,7 @@ bool fit_last_batch(const MappedWorld& world, BatchFit& fit) {
 std::vector<BatchFit> batches_of(const WorldOptions& options, double seconds, std::uint64_t seed) {
   std::vector<BatchFit> batches;
   std::size_t keyframes = 0;
-  for_every_frame(sim::analytic_trajectory(seconds), options, seed, [&](const MappedWorld& world, const Frame&) {
+  for_every_frame(sim::analytic_trajectory(seconds), options, seed, [&](const MappedWorld& world, const sim::Frame&) {
     BatchFit fit;
     if (world.keyframes() != keyframes && fit_last_batch(world, fit)) batches.push_back(fit);
     keyframes = world.keyframes();
@@ -120,7 +118,7 @@ TEST(MappedWorld, triangulation_errors_grow_with_depth) {
   options.lateral_sigma = 0.002;
   double points = 0, along = 0, across = 0;
   std::size_t keyframes = 0;
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame&) {
+  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const sim::Frame&) {
     if (world.keyframes() == keyframes) return;
     keyframes = world.keyframes();
     for (const auto& landmark : world.landmarks()) {

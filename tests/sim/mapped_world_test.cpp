@@ -88,11 +88,9 @@ TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
 
 TEST(MappedWorld, matches_know_the_keyframe_that_mapped_their_point) {
   std::set<std::int64_t> keyframes;
-  for_every_frame(sim::analytic_trajectory(5), small_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      ASSERT_EQ(match.keyframe, landmark_of(world, match).batch);
-      keyframes.insert(match.keyframe);
-    }
+  for_every_match(5, small_world(), [&](const MappedWorld& world, const Frame&, const Match& match) {
+    ASSERT_EQ(match.keyframe, landmark_of(world, match).batch);
+    keyframes.insert(match.keyframe);
   });
   EXPECT_GT(keyframes.size(), 1U);
   EXPECT_GT(*keyframes.begin(), 0);
@@ -132,16 +130,14 @@ TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
   options.pixel_sigma = 1.5;
   std::vector<double> squares(8, 0), counts(8, 0);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      const auto octave = static_cast<std::size_t>(match.octave);
-      ASSERT_LT(octave, 8U);
-      EXPECT_NEAR(match.inv_sigma2, std::pow(1.2, -2.0 * match.octave), 1e-12);
-      const Eigen::Vector2d error = error_of(world, frame, match) / (1.5 * std::pow(1.2, match.octave));
-      sum += error;
-      squares[octave] += error.squaredNorm();
-      counts[octave] += 2;
-    }
+  for_every_match(10, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
+    const auto octave = static_cast<std::size_t>(match.octave);
+    ASSERT_LT(octave, 8U);
+    EXPECT_NEAR(match.inv_sigma2, std::pow(1.2, -2.0 * match.octave), 1e-12);
+    const Eigen::Vector2d error = error_of(world, frame, match) / (1.5 * std::pow(1.2, match.octave));
+    sum += error;
+    squares[octave] += error.squaredNorm();
+    counts[octave] += 2;
   });
   double count = 0;
   for (std::size_t octave = 0; octave < 8; ++octave) {
@@ -154,13 +150,11 @@ TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
 
 // The nearer the landmark, the larger it is in the image.
 TEST(MappedWorld, octaves_fall_with_distance) {
-  for_every_frame(sim::analytic_trajectory(2), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      const auto& landmark = landmark_of(world, match);
-      const double depth = sight_of(world, frame, landmark.position).depth;
-      const double octave = landmark.octave + std::log(landmark.reference_depth / depth) / std::log(1.2);
-      ASSERT_NEAR(match.octave, std::clamp(octave, 0.0, 7.0), 0.5 + 1e-9);
-    }
+  for_every_match(2, perfect_world(), [&](const MappedWorld& world, const Frame& frame, const Match& match) {
+    const auto& landmark = landmark_of(world, match);
+    const double depth = sight_of(world, frame, landmark.position).depth;
+    const double octave = landmark.octave + std::log(landmark.reference_depth / depth) / std::log(1.2);
+    ASSERT_NEAR(match.octave, std::clamp(octave, 0.0, 7.0), 0.5 + 1e-9);
   });
 }
 
@@ -169,17 +163,15 @@ TEST(MappedWorld, outliers_have_the_configured_rate_and_errors_of_5_to_40_px) {
   options.outlier_rate = 0.2;
   double matches = 0, outliers = 0, distance = 0;
   Eigen::Vector2d directions = Eigen::Vector2d::Zero();
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      ++matches;
-      const Eigen::Vector2d error = error_of(world, frame, match);
-      if (error.norm() < 1e-6) continue;
-      ++outliers;
-      distance += error.norm();
-      directions += error.normalized();
-      ASSERT_GT(error.norm(), 5 - 1e-6);
-      ASSERT_LT(error.norm(), 40 + 1e-6);
-    }
+  for_every_match(10, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
+    ++matches;
+    const Eigen::Vector2d error = error_of(world, frame, match);
+    if (error.norm() < 1e-6) return;
+    ++outliers;
+    distance += error.norm();
+    directions += error.normalized();
+    ASSERT_GT(error.norm(), 5 - 1e-6);
+    ASSERT_LT(error.norm(), 40 + 1e-6);
   });
   EXPECT_NEAR(outliers, 0.2 * matches, 5 * std::sqrt(0.16 * matches));
   EXPECT_NEAR(distance / outliers, 22.5, 5 * 35 / std::sqrt(12 * outliers));
@@ -196,13 +188,11 @@ TEST(MappedWorld, descriptor_distances_correlate_with_errors_and_more_with_outli
   WorldOptions options = small_world();
   options.outlier_rate = 0;
   std::vector<double> errors, distances;
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      errors.push_back(error_of(world, frame, match).norm() / std::pow(1.2, match.octave));
-      distances.push_back(match.desc_dist);
-      ASSERT_EQ(match.desc_dist, std::round(match.desc_dist));
-      ASSERT_GE(match.desc_dist, 0);
-    }
+  for_every_match(10, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
+    errors.push_back(error_of(world, frame, match).norm() / std::pow(1.2, match.octave));
+    distances.push_back(match.desc_dist);
+    ASSERT_EQ(match.desc_dist, std::round(match.desc_dist));
+    ASSERT_GE(match.desc_dist, 0);
   });
   const double mean_error = mean_distance(errors), mean = mean_distance(distances);
   double both = 0, of_errors = 0, of_distances = 0;
@@ -218,10 +208,8 @@ TEST(MappedWorld, descriptor_distances_correlate_with_errors_and_more_with_outli
   options = perfect_world();
   options.outlier_rate = 0.2;
   std::vector<double> wrong, right;
-  for_every_frame(sim::analytic_trajectory(5), options, 1, [&](const MappedWorld& world, const Frame& frame) {
-    for (const Match& match : frame.matches) {
-      (error_of(world, frame, match).norm() > 1 ? wrong : right).push_back(match.desc_dist);
-    }
+  for_every_match(5, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
+    (error_of(world, frame, match).norm() > 1 ? wrong : right).push_back(match.desc_dist);
   });
   EXPECT_GT(mean_distance(wrong), mean_distance(right) + 10);
 }

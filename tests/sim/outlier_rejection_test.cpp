@@ -20,7 +20,7 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
   TracedRandom random;
   for (std::size_t trial = trials(30); trial > 0; --trial) {
     Frame frame = simulated_frame(random, random.chance(0.3) ? FrameKind::monocular : FrameKind::stereo, 200);
-    Subset expected, disordered = all_of(frame);
+    Subset expected, disordered = all_matches(frame);
     for (const std::uint32_t i : disordered) {
       Match& match = frame.matches[i];
       const double sigma = 1 / std::sqrt(match.inv_sigma2);
@@ -44,7 +44,7 @@ TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
 TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
   TracedRandom random;
   Frame frame = simulated_frame(random, FrameKind::stereo, 200);
-  for (const std::uint32_t i : all_of(frame)) {
+  for (const std::uint32_t i : all_matches(frame)) {
     set_covariance(frame, i, random_covariance(random, 0.1, 1e-5));
     const Eigen::Vector3d draws(normal(random), normal(random), normal(random));
     const Eigen::VectorXd error = product(cholesky(covariance_of(frame, i)), draws);
@@ -52,12 +52,12 @@ TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
   }
   const Pose start = pose_of(frame);
   const auto whitenings = whitenings_of(frame, start, true);
-  const auto by_pixels = reject_outliers(frame.camera, frame.matches, all_of(frame), start, {});
-  const auto by_both = reject_outliers(frame.camera, frame.matches, all_of(frame), start, {}, whitenings);
+  const auto by_pixels = reject_outliers(frame.camera, frame.matches, all_matches(frame), start, {});
+  const auto by_both = reject_outliers(frame.camera, frame.matches, all_matches(frame), start, {}, whitenings);
   EXPECT_LT(by_pixels.inliers.size(), 120U);
   EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
   const Pose& T_cw = by_both.estimate.T_cw;
-  for (const std::uint32_t i : all_of(frame)) {
+  for (const std::uint32_t i : all_matches(frame)) {
     LinearizedMatch at;
     const Match& match = frame.matches[i];
     ASSERT_TRUE(linearize(frame.camera, T_cw, match, true, at));

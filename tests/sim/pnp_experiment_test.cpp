@@ -5,6 +5,7 @@
 #include "experiments/pnp_report.hpp"
 #include "sim/input_error.hpp"
 #include "tests/sim/pnp_options.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>
@@ -16,13 +17,9 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::DepthLaw;
-using sim::PnpCase;
 using sim::PnpOptions;
 using sim::PnpOutcome;
 using Runs = std::vector<std::vector<PnpOutcome>>;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // The map has no error except a shift by the bias along each axis, and there is almost no noise.
 PnpOptions shifted_map(double bias) {
@@ -57,7 +54,7 @@ TEST(Pnp, a_run_is_deterministic_and_depends_on_number_and_seed) {
 }
 
 TEST(Pnp, errors_vanish_with_those_of_map_and_measurements) {
-  for (const DepthLaw law : sim::depth_laws) {
+  for (const sim::DepthLaw law : sim::depth_laws) {
     PnpOptions options = shifted_map(0);
     options.depths = law;
     for (std::uint64_t run = 0; run < 3; ++run) {
@@ -90,7 +87,7 @@ TEST(Pnp, a_selection_of_all_points_is_all) {
   const auto outcomes = run_pnp(options, 5);
   for (std::size_t c = 0; c < cases.size(); ++c) {
     if (cases[c].selector == "all_weighted") continue;
-    const auto all = std::find_if(cases.begin(), cases.end(), [&](const PnpCase& other) {
+    const auto all = std::find_if(cases.begin(), cases.end(), [&](const sim::PnpCase& other) {
       return other.selector == "all" && other.noise_px == cases[c].noise_px;
     });
     const auto expected = numbers_of(outcomes[static_cast<std::size_t>(all - cases.begin())]);

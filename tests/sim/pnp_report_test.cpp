@@ -3,6 +3,7 @@
 
 #include "tests/sim/pnp_options.hpp"
 
+#include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,9 +15,8 @@ namespace {
 
 using sim::PnpCase;
 using sim::PnpOptions;
-using sim::PnpOutcome;
 using sim::Table;
-using Runs = std::vector<std::vector<PnpOutcome>>;
+using Runs = std::vector<std::vector<sim::PnpOutcome>>;
 
 // Outcomes of hand-made runs: error(case, run) for the translation, twice that for the rotation, and so on.
 Runs hand_made(const PnpOptions& options, std::size_t runs,

@@ -26,7 +26,7 @@ struct ErrorScenario {
 
 ErrorScenario error_scenario(Random& random, std::size_t n, bool stereo) {
   const Frame frame = simulated_frame(random, FrameKind::stereo, n, 1);
-  return {frame, all_of(frame), stereo};
+  return {frame, all_matches(frame), stereo};
 }
 
 // H_x and the block-diagonal H_p of all matches.

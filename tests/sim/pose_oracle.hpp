@@ -49,4 +49,12 @@ inline LinearizedPose linearized(const Frame& frame, const Subset& subset, const
 
 inline double largest(const Vector6& xi) { return xi.lpNorm<Eigen::Infinity>(); }
 
+/// To the last bit.
+inline void expect_same(const PoseEstimate& a, const PoseEstimate& b) {
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(sim::to_rows(a.T_cw), sim::to_rows(b.T_cw));
+  EXPECT_EQ(a.information, b.information);
+  EXPECT_EQ(a.cost, b.cost);
+}
+
 }  // namespace maxlogdet::test

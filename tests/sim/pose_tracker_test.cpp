@@ -15,10 +15,8 @@ using sim::MappedWorld;
 using sim::Pose;
 using sim::PoseTracker;
 using sim::SelectorKind;
-using sim::SelectorSettings;
 using sim::TrackedFrame;
 using sim::Trajectory;
-using sim::WorldOptions;
 
 constexpr std::size_t max_matches = 250;
 
@@ -26,7 +24,7 @@ double distance_between(const Pose& a, const Pose& b) { return (a.matrix() - b.m
 
 // Calls body(world, frame, tracked) for every frame of a tracker that begins at the truth.
 template <class Body>
-void track(const Trajectory& trajectory, const WorldOptions& options, PoseTracker& tracker, const Body& body) {
+void track(const Trajectory& trajectory, const sim::WorldOptions& options, PoseTracker& tracker, const Body& body) {
   const sim::Rig rig = sim::forward_rig();
   MappedWorld world(trajectory, rig, options, 1);
   tracker.start((trajectory.poses.front().T_wb * rig.T_bc).inverse());
@@ -108,11 +106,11 @@ double squared_error(const MappedWorld& world, const Frame& frame, std::uint32_t
 
 // Outliers whose errors disagree with every pose near the truth.
 TEST(PoseTracker, selects_no_outlier_in_a_world_without_other_errors) {
-  WorldOptions options = perfect_world(max_matches);
+  sim::WorldOptions options = perfect_world(max_matches);
   options.outlier_rate = 0.15;
   for (const SelectorKind kind : sim::selector_kinds) {
     SCOPED_TRACE(to_string(kind));
-    SelectorSettings settings = settings_of(kind);
+    sim::SelectorSettings settings = settings_of(kind);
     settings.blocks.map_sigma = 0;  // as in the map
     PoseTracker tracker(settings, {});
     std::size_t outliers = 0, inliers = 0;
@@ -140,7 +138,7 @@ TEST(PoseTracker, residuals_are_whitened_as_configured_where_blocks_are_linearis
     for (const Weighting weights : {Weighting::measurement, Weighting::measurement_and_map}) {
       for (const bool has_covariances : {false, true}) {
         SCOPED_TRACE(std::string(to_string(kind)) + ' ' + to_string(weights) + (has_covariances ? " given" : ""));
-        SelectorSettings settings = settings_of(kind);
+        sim::SelectorSettings settings = settings_of(kind);
         settings.weights = weights;
         const bool weighs_map = weights == Weighting::measurement_and_map || kind == SelectorKind::all_weighted;
         MappedWorld world(trajectory, rig, small_world(max_matches), 1);

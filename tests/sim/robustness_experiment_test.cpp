@@ -18,12 +18,10 @@ namespace {
 
 using sim::Disturbance;
 using sim::DisturbedFrame;
-using sim::RobustnessCase;
 using sim::RobustnessOptions;
 using sim::RobustnessOutcome;
 using sim::RobustnessRuns;
 using sim::SelectorKind;
-using sim::Table;
 
 RobustnessOptions small_options() {
   RobustnessOptions options;
@@ -90,7 +88,7 @@ TEST(Robustness, a_budget_or_disturbance_does_not_change_another_ones_errors) {
   const auto all = run_robustness(options, 2), some = run_robustness(fewer, 2);
   const auto cases = robustness_cases(options), some_cases = robustness_cases(fewer);
   for (std::size_t s = 0; s < some_cases.size(); ++s) {
-    const auto same = std::find_if(cases.begin(), cases.end(), [&](const RobustnessCase& one) {
+    const auto same = std::find_if(cases.begin(), cases.end(), [&](const sim::RobustnessCase& one) {
       return one.disturbance == some_cases[s].disturbance && one.selector == some_cases[s].selector &&
              one.budget == some_cases[s].budget;
     });
@@ -304,7 +302,7 @@ TEST(RobustnessReport, reports_differences_of_md_and_no_verdict_on_ties) {
   const auto cases = robustness_cases(options);
   RobustnessRuns runs(10);
   for (std::size_t run = 0; run < runs.size(); ++run) {
-    for (const RobustnessCase& which : cases) {
+    for (const sim::RobustnessCase& which : cases) {
       RobustnessOutcome outcome = {1 + 0.1 * static_cast<double>(run), 1 + 0.1 * static_cast<double>(run)};
       if (which.selector == SelectorKind::random) outcome.rotation_deg *= 2;
       if (which.selector == SelectorKind::all) outcome.rotation_deg /= 2;
@@ -312,7 +310,7 @@ TEST(RobustnessReport, reports_differences_of_md_and_no_verdict_on_ties) {
       runs[run].push_back(outcome);
     }
   }
-  const Table table = robustness_differences(options, runs, 20);
+  const sim::Table table = robustness_differences(options, runs, 20);
   ASSERT_EQ(table.rows.size(), 2U);
   const auto cell = [&](const char* column) {
     const auto found = std::find(table.header.begin(), table.header.end(), column);

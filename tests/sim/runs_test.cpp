@@ -25,12 +25,6 @@ using sim::StopOnInterrupt;
 
 const nlohmann::ordered_json settings = {{"experiment", "test"}, {"seed", 7}, {"sizes", {3, 1, 2}}};
 
-std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
 std::vector<std::string> keys_up_to(int n) {
   std::vector<std::string> keys;
   for (int i = 0; i < n; ++i) keys.push_back("run " + std::to_string(i));

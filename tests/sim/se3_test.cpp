@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "sim/se3.hpp"
+#include "tests/support/random_isometry.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <Eigen/LU>
@@ -15,13 +16,9 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double angles[] = {0,   1e-12, 1e-8, 1e-5, 1e-3, 0.1,       0.5,       1,
                              2.5, 2.999, 3,    3.01, 3.14, pi - 1e-6, pi - 1e-9, pi - 1e-12};
 
-Eigen::Vector3d random_vector(Random& random) {
-  return {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
-}
-
 Vector6 random_xi(Random& random, double angle) {
   Vector6 xi;
-  xi << 5 * random_vector(random), angle * random_vector(random).normalized();
+  xi << 5 * random_vector(random, 1), angle * random_vector(random, 1).normalized();
   return xi;
 }
 
@@ -45,8 +42,8 @@ double largest_difference(const Pose& a, const Pose& b) { return (a.matrix() - b
 
 TEST(Se3, skew_is_the_cross_product) {
   TracedRandom random;
-  const Eigen::Vector3d v = random_vector(random);
-  const Eigen::Vector3d w = random_vector(random);
+  const Eigen::Vector3d v = random_vector(random, 1);
+  const Eigen::Vector3d w = random_vector(random, 1);
   EXPECT_LT((sim::skew(v) * w - v.cross(w)).norm(), 1e-15);
 }
 

@@ -15,7 +15,6 @@ namespace {
 
 using Indices = std::vector<std::uint32_t>;
 using sim::Frame;
-using sim::SharedErrorSelection;
 using sim::SharedInformation;
 using sim::WhitenedMatch;
 
@@ -134,8 +133,8 @@ TEST(SharedError, respects_budget_and_candidates) {
   for (std::size_t i = 0; i < 50; i += 2) problem.matches[i].rows = 0;
   for (const std::size_t budget : {0U, 1U, 10U, 25U, 100U}) {
     Indices selected;
-    SharedErrorSelection().select(problem.matches, problem.groups, problem.group_count, 1, weak_prior, budget,
-                                  selected);
+    sim::SharedErrorSelection().select(problem.matches, problem.groups, problem.group_count, 1, weak_prior, budget,
+                                       selected);
     EXPECT_EQ(selected.size(), std::min<std::size_t>(budget, 25));
     std::sort(selected.begin(), selected.end());
     EXPECT_EQ(std::adjacent_find(selected.begin(), selected.end()), selected.end());
@@ -201,7 +200,7 @@ TEST(SharedError, gains_rise_only_in_the_group_of_the_last_match_and_lazy_evalua
       EXPECT_EQ(all.grown_elsewhere, 0U);
       grown += all.grown_in_group;
       compared += all.compared;
-      SharedErrorSelection lazy;
+      sim::SharedErrorSelection lazy;
       Indices selected;
       lazy.select(problem.matches, problem.groups, problem.group_count, tau, weak_prior, 40, selected);
       EXPECT_EQ(selected, all.selected);

@@ -6,7 +6,6 @@
 #include "tests/sim/simulated_frames.hpp"
 
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>

@@ -34,4 +34,12 @@ void for_every_frame(const sim::Trajectory& trajectory, const sim::WorldOptions&
   while (world.next(frame)) body(world, frame);
 }
 
+/// Calls body(world, frame, match) for every match of every frame of the first world.
+template <class Body>
+void for_every_match(double seconds, const sim::WorldOptions& options, const Body& body) {
+  for_every_frame(sim::analytic_trajectory(seconds), options, 1, [&](const auto& world, const auto& frame) {
+    for (const sim::Match& match : frame.matches) body(world, frame, match);
+  });
+}
+
 }  // namespace maxlogdet::test

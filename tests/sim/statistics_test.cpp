@@ -3,6 +3,7 @@
 
 #include "sim/draws.hpp"
 #include "sim/table.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
@@ -17,8 +18,6 @@ namespace {
 
 using sim::Draws;
 using sim::Estimate;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Draws, uniform_ones_fill_their_range_evenly) {
   TracedRandom random;

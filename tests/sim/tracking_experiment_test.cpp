@@ -17,7 +17,6 @@ namespace {
 using sim::SelectorKind;
 using sim::TrackingOptions;
 using sim::TrackingOutcome;
-using sim::Trajectory;
 
 constexpr std::size_t max_matches = 250;
 
@@ -37,7 +36,7 @@ std::string without_times(std::vector<TrackingOutcome> outcomes) {
 
 TEST(Tracking, a_run_is_deterministic_except_for_times) {
   TrackingOptions options = small_experiment();
-  Trajectory trajectory = sim::analytic_trajectory(3);
+  sim::Trajectory trajectory = sim::analytic_trajectory(3);
   const auto outcomes_of = [&](std::uint64_t run) {
     return without_times(run_tracking(options, trajectory, sim::forward_rig(), run));
   };

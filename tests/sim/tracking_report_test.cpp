@@ -11,8 +11,6 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::SelectorKind;
-using sim::SelectorSettings;
-using sim::TrackingOutcome;
 using sim::TrackingRuns;
 
 // Two sequences, two runs; md is worse than all in A and better in B, in RPE; and vice versa in ROE.
@@ -66,7 +64,7 @@ TEST(TrackingReport, what_is_missing_is_not_the_lowest) {
 TEST(TrackingReport, times_are_means_over_runs_and_lost_frames_a_sum) {
   TrackingRuns runs = hand_made();
   for (std::size_t i = 0; i < 4; ++i) {
-    TrackingOutcome& o = runs.runs[i].outcomes[0];
+    sim::TrackingOutcome& o = runs.runs[i].outcomes[0];
     o.ms_outliers = static_cast<double>(i);
     o.ms_selection = 0.25;
     o.ms_pose = 2;
@@ -95,8 +93,8 @@ TEST(TrackingReport, claims_have_the_interval_of_paired_differences) {
 }
 
 TEST(TrackingReport, budgets_have_their_quartiles) {
-  std::vector<SelectorSettings> contestants = {settings_of(SelectorKind::md), settings_of(SelectorKind::md),
-                                               settings_of(SelectorKind::inl)};
+  std::vector<sim::SelectorSettings> contestants = {settings_of(SelectorKind::md), settings_of(SelectorKind::md),
+                                                    settings_of(SelectorKind::inl)};
   contestants[1].budget = 60;
   TrackingRuns runs;
   runs.contestants = {"md", "md", "inl"};

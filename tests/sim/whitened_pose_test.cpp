@@ -50,13 +50,14 @@ TEST(MatchNoise, with_true_covariances_of_the_map_estimates_are_better_and_consi
   const auto n = static_cast<double>(count);
   double nees = 0, nees_unaware = 0, metres2 = 0, metres2_unaware = 0, rad2 = 0, rad2_unaware = 0;
   for (std::size_t trial = 0; trial < count; ++trial) {
-    Frame frame = random_frame(random, 60);
+    Frame frame = simulated_frame(random, FrameKind::stereo, 60);
     const Pose truth = pose_of(frame);
     add_errors(random, truth, frame);
     const Pose start = random_pose(random, 0.02, 0.005) * truth;
     const std::vector<Whitening> whitenings = whitenings_of(frame, start, true);
-    const PoseEstimate aware = optimize_pose(frame.camera, frame.matches, all_of(frame), start, options, whitenings);
-    const PoseEstimate unaware = optimize_pose(frame.camera, frame.matches, all_of(frame), start, options);
+    const PoseEstimate aware =
+        optimize_pose(frame.camera, frame.matches, all_matches(frame), start, options, whitenings);
+    const PoseEstimate unaware = optimize_pose(frame.camera, frame.matches, all_matches(frame), start, options);
     ASSERT_EQ(aware.status, PoseStatus::converged);
     ASSERT_EQ(unaware.status, PoseStatus::converged);
     const Vector6 error = difference(aware.T_cw, truth), error_unaware = difference(unaware.T_cw, truth);

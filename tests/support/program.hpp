@@ -3,6 +3,7 @@
 
 #include "sim/scene.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -25,20 +26,10 @@ struct Outcome {
   std::string err;
 };
 
-inline std::string contents_of(const std::string& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 /// Runs the program in a folder of its own.
-class Program : public ::testing::Test {
+class Program : public TextFolder {
  protected:
-  Program() : folder_(::testing::TempDir() + "maxlogdet_program_" + std::to_string(Random().seed())) {
-    std::filesystem::create_directories(folder_ + "/frames");
-  }
-  ~Program() override { std::filesystem::remove_all(folder_); }
+  Program() { std::filesystem::create_directories(path("frames")); }
 
   // `environment` as in the shell: "NAME=value ".
   Outcome run(const std::string& arguments, const std::string& environment = "") const {
@@ -48,8 +39,7 @@ class Program : public ::testing::Test {
   // A script for the shell, in the folder; what the program says goes to out.txt and err.txt.
   Outcome run_script(const std::string& script) const {
     const int status = std::system(("cd '" + folder_ + "'\n" + script).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents_of(folder_ + "/out.txt"),
-            contents_of(folder_ + "/err.txt")};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(path("out.txt")), text_of(path("err.txt"))};
   }
 
   // tools/draw_WHAT.py, in the folder.
@@ -90,8 +80,6 @@ class Program : public ::testing::Test {
     }
     file << more;
   }
-
-  std::string folder_;
 };
 
 }  // namespace maxlogdet::test

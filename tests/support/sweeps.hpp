@@ -3,6 +3,7 @@
 
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <string>
 
@@ -14,8 +15,7 @@ namespace maxlogdet::test {
 template <class Body>
 void for_each_trial(std::size_t count, const Body& body) {
   for (std::uint64_t variation = 0; variation < trials(count); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
+    TracedRandom random(variation);
     body(random);
     if (::testing::Test::HasFailure()) return;
   }

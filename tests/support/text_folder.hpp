@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "tests/support/expect_input_error.hpp"
+#include "sim/input_error.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>
@@ -10,12 +10,35 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::test {
 
 using Lines = std::vector<std::string>;
+
+/// The bytes of a file; none if there is no such file.
+inline std::string text_of(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// Runs body(), which must throw an InputError: one short line that begins with the place and says what was expected.
+template <class Body>
+void expect_input_error(const Body& body, const std::string& place, const std::string& expected) {
+  try {
+    body();
+    ADD_FAILURE() << "no error; expected one about " << expected << " at " << place;
+  } catch (const sim::InputError& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(message.rfind(place, 0), 0U) << message << "\ndoes not begin with " << place;
+    EXPECT_NE(message.find("expected"), std::string::npos) << message;
+    EXPECT_NE(message.find(expected), std::string::npos) << message << "\ndoes not tell: " << expected;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << "one line";
+    EXPECT_LT(message.size(), place.size() + 180) << message;
+  }
+}
 
 /// What replaces a line, the first of which is 1, and what the error must say.
 struct BrokenLine {

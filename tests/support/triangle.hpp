@@ -3,7 +3,6 @@
 
 #include "tests/support/support.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet::test {

@@ -76,11 +76,6 @@ inline bool same(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
-inline std::string read_bytes(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 inline void write_bytes(const std::string& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
@@ -108,7 +103,7 @@ inline void expect_no_crash_of_damaged_files(const std::string& folder, const Li
   for (std::size_t trial = trials(count); trial > 0; --trial) {
     const std::string file = folder + "/" + files[random.index(files.size())];
     SCOPED_TRACE(file + ", trials left " + std::to_string(trial));
-    const std::string good = read_bytes(file);
+    const std::string good = text_of(file);
     ASSERT_FALSE(good.empty());
     write_bytes(file, damaged(good, random));
     try {

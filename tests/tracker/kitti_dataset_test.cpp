@@ -30,7 +30,7 @@ class KittiFolder : public StereoDatasetFolder {
 TEST_F(KittiFolder, opens_and_loads_as_it_is_written) {
   const Pose second = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY());
   write("poses.txt", {rows_of(Pose::Identity()), rows_of(second)});
-  const auto dataset = open_dataset(folder_ + "/");
+  const auto dataset = open_dataset(path(""));
   EXPECT_EQ(dataset->name(), fs::path(folder_).filename().string());
   EXPECT_EQ(dataset->width(), 120);
   EXPECT_EQ(dataset->height(), 45);
@@ -164,7 +164,7 @@ TEST_F(KittiFolder, names_the_image_without_partner) {
 }
 
 TEST_F(KittiFolder, names_the_image_that_cannot_be_used) {
-  const std::string file = path("image_l/000001.png"), good = read_bytes(file);
+  const std::string file = path("image_l/000001.png"), good = text_of(file);
   const auto dataset = open_dataset(folder_);
   const auto expect_load_error = [&](const std::string& expected) {
     expect_input_error([&] { dataset->load(1); }, file + ": ", expected);

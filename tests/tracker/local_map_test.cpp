@@ -14,12 +14,9 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::Match;
 using sim::Pose;
-using stereo_odometry::Descriptor;
 using stereo_odometry::LocalMap;
 using stereo_odometry::MapOptions;
-using stereo_odometry::MapPoint;
 using stereo_odometry::MapPoints;
 using stereo_odometry::StereoFeatures;
 
@@ -54,7 +51,7 @@ StereoFeatures features_of(const Pose& T_cw, const std::vector<Eigen::Vector3d>&
   const auto noise = [&] { return random == nullptr ? 0 : sigma * normal(*random); };
   for (const Eigen::Vector3d& landmark : landmarks) {
     const Eigen::Vector3d z = project(T_cw, landmark);
-    add_keypoint(features, z[0] + noise(), z[1] + noise(), 0, Descriptor{}, z[2] + noise());
+    add_keypoint(features, z[0] + noise(), z[1] + noise(), 0, stereo_odometry::Descriptor{}, z[2] + noise());
   }
   return features;
 }
@@ -62,7 +59,7 @@ StereoFeatures features_of(const Pose& T_cw, const std::vector<Eigen::Vector3d>&
 // Adds a keyframe; points[i] belongs to keypoint i.
 void add_keyframe(LocalMap& map, const Pose& T_cw, const StereoFeatures& features,
                   const std::vector<std::uint32_t>& points) {
-  std::vector<Match> matches;
+  std::vector<sim::Match> matches;
   for (std::size_t i = 0; i < points.size(); ++i) matches.push_back(match_of(map.points(), points[i], features, i));
   map.add_keyframe(T_cw, features, matches, points);
 }
@@ -76,7 +73,7 @@ std::vector<std::uint32_t> all_points(const LocalMap& map) {
 // Expects a point where stereo has the keypoint, as uncertain as stereo is.
 void expect_stereo_point(const MapPoints& map, std::size_t p, const Pose& T_cw, const StereoFeatures& features,
                          std::size_t keypoint) {
-  const MapPoint& point = map.points[p];
+  const stereo_odometry::MapPoint& point = map.points[p];
   const cv::Point2d pixel = features.keypoints[keypoint].pt;
   const Eigen::Vector3d z(pixel.x, pixel.y, features.u_right[keypoint]);
   EXPECT_LT((project(T_cw, map.positions[p]) - z).norm(), 1e-6);
@@ -97,7 +94,7 @@ TEST(LocalMap, makes_points_where_stereo_has_them_as_uncertain_as_stereo_is) {
   const Pose T_cw = RenderedWorld::T_wc(5).inverse();
   StereoFeatures features;
   std::vector<std::size_t> stereo;
-  std::vector<Descriptor> descriptors;
+  std::vector<stereo_odometry::Descriptor> descriptors;
   for (std::size_t i = 0; i < 200; ++i) {
     const double u = random.uniform(40, 440);
     const bool is_stereo = random.chance(0.7);
@@ -206,7 +203,7 @@ TEST(LocalMap, consists_of_the_last_keyframes) {
   for (int i = 0; i < 6; ++i) {
     of_keyframes.push_back(add_overlapping_keyframe(map, i, random));
     Ids ids;
-    for (const MapPoint& point : map.points().points) ids.push_back(point.id);
+    for (const stereo_odometry::MapPoint& point : map.points().points) ids.push_back(point.id);
     std::set<std::int64_t> expected;
     for (std::size_t k = of_keyframes.size() > 3 ? of_keyframes.size() - 3 : 0; k < of_keyframes.size(); ++k) {
       expected.insert(of_keyframes[k].begin(), of_keyframes[k].end());

@@ -10,9 +10,7 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::Pose;
 using stereo_odometry::Descriptor;
-using stereo_odometry::MapPoint;
 using stereo_odometry::MapPoints;
 using stereo_odometry::Prediction;
 using stereo_odometry::ProjectionSearch;
@@ -164,7 +162,7 @@ TEST(ProjectionSearch, of_several_points_the_most_like_gets_the_keypoint) {
 MapPoints random_map(Random& random, const Eigen::Vector3d& center) {
   MapPoints map;
   for (int i = 0; i < 4000; ++i) {
-    MapPoint point;
+    stereo_odometry::MapPoint point;
     point.id = i;
     const Eigen::Vector3d position(random.uniform(-6, 6), random.uniform(-4, 4), random.uniform(-4, 12));
     point.direction = (position - center).normalized();
@@ -191,14 +189,14 @@ void expect_prediction(const Prediction& found, const MapPoints& map, std::size_
 
 TEST(PointsInView, are_those_in_front_in_the_image_and_seen_from_nearby_before) {
   TracedRandom random;
-  const Pose T_cw = RenderedWorld::T_wc(9).inverse();
+  const sim::Pose T_cw = RenderedWorld::T_wc(9).inverse();
   const Eigen::Vector3d center = T_cw.inverse() * Eigen::Vector3d::Zero();
   const MapPoints map = random_map(random, center);
   std::vector<Prediction> predictions(3);  // of an earlier call
   find_points_in_view(map, 1, camera, width, height, T_cw, predictions);
   std::size_t next = 0, behind = 0, outside = 0, turned = 0, too_near_or_far = 0, too_old = 0;
   for (std::size_t i = 0; i < map.size(); ++i) {
-    const MapPoint& point = map.points[i];
+    const stereo_odometry::MapPoint& point = map.points[i];
     const Eigen::Vector3d p = T_cw * map.positions[i];
     const double u = camera.fx * p.x() / p.z() + camera.cx, v = camera.fy * p.y() / p.z() + camera.cy;
     const Eigen::Vector3d ray = map.positions[i] - center;

@@ -11,7 +11,7 @@ namespace {
 using Indices = std::vector<std::size_t>;
 
 TEST_F(RgbdFolder, opens_and_loads_as_it_is_written) {
-  const auto dataset = open_dataset(folder_ + "/");
+  const auto dataset = open_dataset(path(""));
   EXPECT_EQ(dataset->name(), fs::path(folder_).filename().string());
   EXPECT_EQ(dataset->width(), width);
   EXPECT_EQ(dataset->height(), height);

@@ -11,7 +11,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using stereo_odometry::FeatureExtractor;
 using stereo_odometry::FrameStatus;
 using stereo_odometry::StereoFeatures;
 using stereo_odometry::StereoImages;
@@ -65,7 +64,7 @@ class DepthTracking : public ::testing::Test {
   }
 
   RenderedWorld world_;
-  FeatureExtractor extractor_;
+  stereo_odometry::FeatureExtractor extractor_;
 };
 
 TEST_F(DepthTracking, keypoints_have_the_depth_of_their_pixel) {

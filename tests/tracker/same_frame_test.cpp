@@ -14,16 +14,12 @@ namespace {
 using sim::Frame;
 using sim::SelectorKind;
 using stereo_odometry::FrameResult;
-using stereo_odometry::FrameStatus;
-using stereo_odometry::MatchingComparison;
-using stereo_odometry::StereoTracker;
 using stereo_odometry::TrackedFrame;
-using stereo_odometry::TrackerOptions;
 
 class SameFrame : public StereoTracking {
  protected:
   std::vector<FrameResult> track_observed(const std::function<void(const TrackedFrame&)>& observer) const {
-    StereoTracker odometry = tracker(tracker_options(SelectorKind::inl));
+    stereo_odometry::StereoTracker odometry = tracker(tracker_options(SelectorKind::inl));
     odometry.observe(observer);
     std::vector<FrameResult> results;
     for (const auto& features : features_) results.push_back(odometry.track(features));
@@ -56,7 +52,7 @@ TEST_F(SameFrame, observing_changes_nothing_and_sees_every_tracked_frame_before_
     EXPECT_EQ(results[i].T_cw.matrix(), expected[i].T_cw.matrix());
     if (i == 0) continue;
     const Frame& frame = observed[i - 1];
-    EXPECT_EQ(results[i].status, FrameStatus::tracked);
+    EXPECT_EQ(results[i].status, stereo_odometry::FrameStatus::tracked);
     ASSERT_EQ(frame.matches.size(), results[i].matches.size());
     ASSERT_EQ(frame.map_covariances.size(), frame.matches.size());
     std::size_t selected = 0;
@@ -117,11 +113,11 @@ TEST_F(SameFrame, frames_are_read_back_as_they_were_recorded) {
 }
 
 TEST_F(SameFrame, orders_of_matching_are_compared_with_the_pose_of_all_inliers) {
-  const TrackerOptions options = tracker_options(SelectorKind::inl);
+  const stereo_odometry::TrackerOptions options = tracker_options(SelectorKind::inl);
   const std::vector<std::size_t> budgets = {30, 80, 100'000};
   const auto compare = [&] {
-    MatchingComparison comparison(RenderedWorld::camera(), RenderedWorld::width, RenderedWorld::height, options,
-                                  budgets);
+    stereo_odometry::MatchingComparison comparison(RenderedWorld::camera(), RenderedWorld::width, RenderedWorld::height,
+                                                   options, budgets);
     double searched = 0;
     track_observed([&](const TrackedFrame& tracked) {
       searched += static_cast<double>(tracked.result.searched);

@@ -10,13 +10,8 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::Match;
-using sim::Pose;
 using sim::RejectionOptions;
-using stereo_odometry::FeatureExtractor;
-using stereo_odometry::LocalMap;
-using stereo_odometry::MapOptions;
 using stereo_odometry::Matcher;
-using stereo_odometry::Prediction;
 using stereo_odometry::StereoFeatures;
 using Indices = std::vector<std::uint32_t>;
 
@@ -28,7 +23,7 @@ class Matching : public ::testing::Test {
   Matching() {
     for (const std::size_t frame : {0U, 3U}) {
       const StereoFeatures features = extractor_.extract(world_.images(RenderedWorld::T_wc(frame)));
-      const Pose T_cw = RenderedWorld::T_wc(frame).inverse();
+      const sim::Pose T_cw = RenderedWorld::T_wc(frame).inverse();
       Matcher matcher = started(features);
       matcher.predict(map_.points(), T_cw);
       matcher.match_all(map_, radius);
@@ -44,14 +39,15 @@ class Matching : public ::testing::Test {
   }
 
   // The points that are predicted.
-  static Indices all_points(Matcher& matcher, const LocalMap& map) {
+  static Indices all_points(Matcher& matcher, const stereo_odometry::LocalMap& map) {
     Indices points;
-    for (const Prediction& prediction : matcher.predict(map.points(), T_cw())) points.push_back(prediction.point);
+    for (const stereo_odometry::Prediction& prediction : matcher.predict(map.points(), T_cw()))
+      points.push_back(prediction.point);
     matcher.is_predicted(map.points());
     return points;
   }
 
-  static Pose T_cw() { return RenderedWorld::T_wc(4).inverse(); }
+  static sim::Pose T_cw() { return RenderedWorld::T_wc(4).inverse(); }
 
   std::vector<unsigned char> match(Matcher& matcher, const Indices& points) const {
     return matcher.match_some(map_, points, radius, T_cw(), RejectionOptions());
@@ -70,8 +66,8 @@ class Matching : public ::testing::Test {
   }
 
   RenderedWorld world_;
-  FeatureExtractor extractor_{RenderedWorld::camera(), 600};
-  LocalMap map_{RenderedWorld::camera(), MapOptions()};
+  stereo_odometry::FeatureExtractor extractor_{RenderedWorld::camera(), 600};
+  stereo_odometry::LocalMap map_{RenderedWorld::camera(), stereo_odometry::MapOptions()};
   StereoFeatures now_;
 };
 

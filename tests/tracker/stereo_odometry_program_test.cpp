@@ -10,7 +10,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
@@ -40,8 +39,6 @@ class StereoProgram : public Program {
     write("images/calib.txt", "300 0 239.5 0 0 300 159.5 0 0 0 1 0\n300 0 239.5 -90 0 300 159.5 0 0 0 1 0\n");
   }
 
-  std::string path(const std::string& file) const { return folder_ + "/" + file; }
-
   static std::string image(const std::string& side, std::size_t i) {
     return "images/image_" + side + "/00000" + std::to_string(i) + ".png";
   }
@@ -69,10 +66,10 @@ class StereoProgram : public Program {
     EXPECT_FALSE(fs::exists(path("results/summary.json")));
   }
 
-  nlohmann::json summary() const { return nlohmann::json::parse(contents_of(path("results/summary.json"))); }
+  nlohmann::json summary() const { return nlohmann::json::parse(text_of(path("results/summary.json"))); }
 
   std::size_t lines_of(const std::string& file) const {
-    const std::string text = contents_of(path("results/" + file));
+    const std::string text = text_of(path("results/" + file));
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
   }
 };
@@ -111,7 +108,7 @@ TEST_F(StereoProgram, compares_all_selectors_and_writes_what_its_help_promises) 
   for (const char* const ending : {".svg", ".png"}) {
     EXPECT_TRUE(fs::exists(path(std::string("results/trajectory") + ending))) << ending;
   }
-  EXPECT_EQ(contents_of(path("results/summary.md")), outcome.out) << "the same text";
+  EXPECT_EQ(text_of(path("results/summary.md")), outcome.out) << "the same text";
   const nlohmann::json list = summary();
   ASSERT_TRUE(list.is_array());
   std::vector<std::string> names;
@@ -156,13 +153,13 @@ TEST_F(StereoProgram, gives_the_same_trajectory_every_time_whatever_the_threads)
         track("--selectors md,random,active --budget 40 --overlays 0 --threads " + std::string(threads)).exit_code, 0);
     std::string all;
     for (const char* const name : {"md", "random", "active"}) {
-      all += contents_of(path(std::string("results/") + name + "/trajectory_kitti.txt"));
+      all += text_of(path(std::string("results/") + name + "/trajectory_kitti.txt"));
     }
     if (expected.empty()) expected = all;
     EXPECT_EQ(all, expected);
   }
   ASSERT_EQ(track("--selectors random --budget 40 --overlays 0 --seed 1").exit_code, 0);
-  EXPECT_EQ(expected.find(contents_of(path("results/random/trajectory_kitti.txt"))), std::string::npos)
+  EXPECT_EQ(expected.find(text_of(path("results/random/trajectory_kitti.txt"))), std::string::npos)
       << "other random numbers";
 }
 
@@ -255,7 +252,7 @@ TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
     const std::string folder = options.empty() ? "recorded" : "recorded/monocular";
     const Outcome outcome = track("--selectors md --overlays 0 --record " + folder + " " + options);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    const auto written = nlohmann::json::parse(contents_of(path("results/same_frame.json")));
+    const auto written = nlohmann::json::parse(text_of(path("results/same_frame.json")));
     EXPECT_EQ(written.at("frames"), frames - 1) << "the first begins the map";
     EXPECT_NE(outcome.out.find(std::string(written.at("verdict"))), std::string::npos);
     const std::vector<sim::Frame> recorded = sim::read_frames(path(folder));
@@ -274,7 +271,7 @@ TEST_F(StereoProgram, compares_on_the_same_frames_what_it_records) {
 TEST_F(StereoProgram, compares_orders_of_matching_on_the_same_frames) {
   ASSERT_EQ(track("--selectors active_random --budget 60 --overlays 0").exit_code, 0);
   EXPECT_EQ(summary()[1].at("selector"), "inl") << "always";
-  const auto list = nlohmann::json::parse(contents_of(path("results/matching.json")));
+  const auto list = nlohmann::json::parse(text_of(path("results/matching.json")));
   std::set<std::string> orders;
   for (const auto& entry : list) {
     orders.insert(entry.at("order"));

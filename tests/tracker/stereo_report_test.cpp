@@ -11,27 +11,23 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::Pose;
-using stereo_odometry::Contestant;
-using stereo_odometry::FrameRecord;
 using stereo_odometry::FrameResult;
 using stereo_odometry::FrameStatus;
 using stereo_odometry::Outcome;
-using stereo_odometry::Recording;
 using OdometryRun = stereo_odometry::Run;  // Test::Run hides the name in tests
-using stereo_odometry::StereoDataset;
 using stereo_odometry::Summary;
 using Row = std::vector<std::string>;
 
 constexpr std::size_t frames = 15;
 
 // At 10 Hz; without images, which reports do not use.
-StereoDataset dataset_of(bool has_truth) {
-  Recording recording;
+stereo_odometry::StereoDataset dataset_of(bool has_truth) {
+  stereo_odometry::Recording recording;
   recording.camera = RenderedWorld::camera();
   recording.width = RenderedWorld::width;
   recording.height = RenderedWorld::height;
   for (std::size_t i = 0; i < frames; ++i) {
-    Recording::Pair pair;
+    stereo_odometry::Recording::Pair pair;
     pair.time = 0.1 * static_cast<double>(i);
     if (has_truth) pair.T_wc = RenderedWorld::T_wc(i);
     recording.pairs.push_back(pair);
@@ -57,7 +53,7 @@ OdometryRun run_along_truth(double drift = 0) {
       T_wc = T_wc * RenderedWorld::T_wc(i - 1).inverse() * RenderedWorld::T_wc(i) *
              Eigen::Translation3d(i % 2 == 0 ? drift : -drift, 0, 0);
     }
-    FrameRecord frame;
+    stereo_odometry::FrameRecord frame;
     frame.time = 0.1 * static_cast<double>(i);
     frame.ms_extraction = 10;
     frame.features = 500;
@@ -271,9 +267,10 @@ TEST(StereoReport, overlay_marks_selected_unselected_and_outliers) {
 
 // The rendered world's camera looks along z and moves to the right, x: from above without y.
 TEST(StereoReport, trajectories_begin_at_the_true_pose) {
-  const std::vector<Contestant> contestants = {summary_of("md", {}).contestant, summary_of("inl", {}).contestant};
+  const std::vector<stereo_odometry::Contestant> contestants = {summary_of("md", {}).contestant,
+                                                                summary_of("inl", {}).contestant};
   OdometryRun standing = run_along_truth();
-  for (FrameRecord& frame : standing.frames) frame.result.T_cw = Pose(Eigen::Translation3d(1, 2, 3));
+  for (stereo_odometry::FrameRecord& frame : standing.frames) frame.result.T_cw = Pose(Eigen::Translation3d(1, 2, 3));
   for (const bool has_truth : {false, true}) {
     const auto json = trajectories_to_json(contestants, {run_along_truth(0.01), standing}, dataset_of(has_truth));
     EXPECT_EQ(json.at("dataset"), "it's_made");

@@ -11,13 +11,8 @@
 namespace maxlogdet::test {
 namespace {
 
-using sim::Pose;
 using sim::SelectorKind;
-using stereo_odometry::FeatureExtractor;
 using stereo_odometry::FrameResult;
-using stereo_odometry::FrameStatus;
-using stereo_odometry::StereoFeatures;
-using stereo_odometry::StereoTracker;
 using stereo_odometry::TrackerOptions;
 
 TEST_F(StereoTracking, follows_the_truth_with_every_selector) {
@@ -166,25 +161,26 @@ TEST(RealStereo, tracks_every_frame_of_a_clip) {
   if (data_folder().empty() || !std::filesystem::is_directory(folder)) GTEST_SKIP() << no_real_frames;
   const auto dataset = stereo_odometry::open_dataset(folder);
   ASSERT_GE(dataset->size(), 15U);
-  FeatureExtractor extractor(dataset->camera(), 2000);
-  std::vector<StereoFeatures> features;
+  stereo_odometry::FeatureExtractor extractor(dataset->camera(), 2000);
+  std::vector<stereo_odometry::StereoFeatures> features;
   for (std::size_t i = 0; i < 15; ++i) features.push_back(extractor.extract(dataset->load(i)));
   for (const TrackerOptions& options :
        {tracker_options(SelectorKind::md, 100), tracker_options(SelectorKind::inl, 100), active_options(100)}) {
     SCOPED_TRACE(std::string(to_string(options.selection.kind)) + (options.active ? ", active" : ""));
     const auto truth = [&](std::size_t i) { return dataset->truth(i).value(); };
-    StereoTracker odometry(dataset->camera(), dataset->width(), dataset->height(), options, truth(0).inverse());
+    stereo_odometry::StereoTracker odometry(dataset->camera(), dataset->width(), dataset->height(), options,
+                                            truth(0).inverse());
     Replay map(dataset->camera(), options);
-    Pose last;
+    sim::Pose last;
     for (std::size_t i = 0; i < features.size(); ++i) {
       SCOPED_TRACE(i);
       EXPECT_GT(features[i].size(), 1500U);
       const FrameResult result = odometry.track(features[i]);
       if (i == 0) {
-        EXPECT_EQ(result.status, FrameStatus::initialized);
+        EXPECT_EQ(result.status, stereo_odometry::FrameStatus::initialized);
       } else {
         expect_consistent(result, dataset->camera(), options, map);
-        const Pose drift = (truth(i - 1).inverse() * truth(i)).inverse() * last * result.T_cw.inverse();
+        const sim::Pose drift = (truth(i - 1).inverse() * truth(i)).inverse() * last * result.T_cw.inverse();
         EXPECT_LT(drift.translation().norm(), 0.12);
         EXPECT_LT(degrees(sim::rotation_angle(drift.linear())), 0.3);
       }

@@ -12,13 +12,8 @@ namespace maxlogdet::test {
 using sim::Match;
 using sim::Pose;
 using sim::SelectorKind;
-using stereo_odometry::FeatureExtractor;
 using stereo_odometry::FrameResult;
 using stereo_odometry::FrameStatus;
-using stereo_odometry::LocalMap;
-using stereo_odometry::MapPoint;
-using stereo_odometry::StereoFeatures;
-using stereo_odometry::StereoTracker;
 using stereo_odometry::TrackerOptions;
 
 TrackerOptions tracker_options(SelectorKind kind, std::size_t budget) {
@@ -48,7 +43,7 @@ TrackerOptions random_order_options(std::size_t budget) {
 
 double degrees(double rad) { return rad * 180 / M_PI; }
 
-void Replay::add(const FrameResult& result, const StereoFeatures& features) {
+void Replay::add(const FrameResult& result, const stereo_odometry::StereoFeatures& features) {
   if (!result.is_keyframe) return;
   std::vector<Match> matches;
   std::vector<std::uint32_t> points;
@@ -62,9 +57,10 @@ void Replay::add(const FrameResult& result, const StereoFeatures& features) {
 }
 
 std::uint32_t Replay::index_of(const Match& match) const {
-  const std::vector<MapPoint>& points = map_.points().points;
-  const auto found = std::lower_bound(points.begin(), points.end(), match.map_point_id,
-                                      [](const MapPoint& point, std::int64_t id) { return point.id < id; });
+  const std::vector<stereo_odometry::MapPoint>& points = map_.points().points;
+  const auto found =
+      std::lower_bound(points.begin(), points.end(), match.map_point_id,
+                       [](const stereo_odometry::MapPoint& point, std::int64_t id) { return point.id < id; });
   EXPECT_TRUE(found != points.end() && found->id == match.map_point_id);
   return static_cast<std::uint32_t>(found - points.begin());
 }
@@ -156,14 +152,14 @@ StereoTracking::StereoTracking() {
   for (std::size_t i = 0; i < frames; ++i) features_.push_back(extractor_.extract(world_.images(true_pose(i))));
 }
 
-StereoTracker StereoTracking::tracker(const TrackerOptions& options) {
+stereo_odometry::StereoTracker StereoTracking::tracker(const TrackerOptions& options) {
   return {RenderedWorld::camera(), RenderedWorld::width, RenderedWorld::height, options, true_pose(0).inverse()};
 }
 
 std::vector<FrameResult> StereoTracking::track(const TrackerOptions& options) const {
-  StereoTracker odometry = tracker(options);
+  stereo_odometry::StereoTracker odometry = tracker(options);
   std::vector<FrameResult> results;
-  for (const StereoFeatures& features : features_) results.push_back(odometry.track(features));
+  for (const stereo_odometry::StereoFeatures& features : features_) results.push_back(odometry.track(features));
   return results;
 }
 

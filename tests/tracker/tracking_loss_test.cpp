@@ -10,8 +10,6 @@ namespace {
 using sim::SelectorKind;
 using stereo_odometry::FrameResult;
 using stereo_odometry::FrameStatus;
-using stereo_odometry::StereoFeatures;
-using stereo_odometry::StereoTracker;
 using stereo_odometry::TrackerOptions;
 
 TEST_F(StereoTracking, without_features_goes_on_at_constant_velocity_and_then_resumes) {
@@ -83,11 +81,11 @@ TEST_F(StereoTracking, begins_a_new_map_when_it_has_been_blind_for_long) {
   for (const std::size_t blind : {2U, 3U, 4U}) {
     TrackerOptions options = tracker_options(SelectorKind::md);
     options.max_predicted = 3;
-    std::vector<StereoFeatures> features = features_;
+    std::vector<stereo_odometry::StereoFeatures> features = features_;
     for (std::size_t i = 4; i < 4 + blind; ++i) features[i] = extractor_.extract(RenderedWorld::blank());
-    StereoTracker odometry = tracker(options);
+    stereo_odometry::StereoTracker odometry = tracker(options);
     std::vector<FrameResult> results;
-    for (const StereoFeatures& one : features) results.push_back(odometry.track(one));
+    for (const stereo_odometry::StereoFeatures& one : features) results.push_back(odometry.track(one));
     const std::size_t back = 4 + blind;
     for (std::size_t i = 4; i < back; ++i) EXPECT_EQ(results[i].status, FrameStatus::predicted);
     EXPECT_EQ(results[back].status, blind < 3 ? FrameStatus::tracked : FrameStatus::initialized);
