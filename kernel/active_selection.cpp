@@ -155,9 +155,7 @@ struct ActiveSelection::State {
 };
 
 ActiveSelection::ActiveSelection(std::size_t capacity) : state_(new State(capacity)) {}
-ActiveSelection::~ActiveSelection() = default;
-ActiveSelection::ActiveSelection(ActiveSelection&&) noexcept = default;
-ActiveSelection& ActiveSelection::operator=(ActiveSelection&&) noexcept = default;
+void ActiveSelection::Destroy::operator()(State* state) const noexcept { delete state; }
 
 std::size_t ActiveSelection::capacity() const noexcept { return state_ ? state_->memory.capacity : 0; }
 

@@ -38,9 +38,7 @@ struct GoodFeatures::State {
 };
 
 GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
-GoodFeatures::~GoodFeatures() = default;
-GoodFeatures::GoodFeatures(GoodFeatures&&) noexcept = default;
-GoodFeatures& GoodFeatures::operator=(GoodFeatures&&) noexcept = default;
+void GoodFeatures::Destroy::operator()(State* state) const noexcept { delete state; }
 
 void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexcept { state_->start({camera, T_cw}); }
 void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw) noexcept { state_->start({rig, T_bw}); }

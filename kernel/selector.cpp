@@ -15,8 +15,8 @@
 namespace maxlogdet {
 
 /// All the memory of a Selector; nothing is allocated later.
-struct SelectorMemory {
-  explicit SelectorMemory(std::size_t capacity)
+struct Selector::Memory {
+  explicit Memory(std::size_t capacity)
       : search(capacity), strategies(capacity), exchange(capacity), certificate(capacity), fill(capacity) {}
   SearchMemory search;
   Workspaces strategies;
@@ -25,11 +25,8 @@ struct SelectorMemory {
   FillMemory fill;
 };
 
-Selector::Selector(std::size_t capacity, Executor* executor)
-    : memory_(new SelectorMemory(capacity)), executor_(executor) {}
-Selector::~Selector() = default;
-Selector::Selector(Selector&&) noexcept = default;
-Selector& Selector::operator=(Selector&&) noexcept = default;
+Selector::Selector(std::size_t capacity, Executor* executor) : memory_(new Memory(capacity)), executor_(executor) {}
+void Selector::Destroy::operator()(Memory* memory) const noexcept { delete memory; }
 
 std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->search.capacity : 0; }
 
@@ -68,7 +65,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: a capacity of 0
-  SelectorMemory& memory = *memory_;
+  Memory& memory = *memory_;
   selection.error = check(candidates, options, memory.search);
   if (selection.error != Error::none) return selection;
   Search search(candidates, options, deadline, memory.search);

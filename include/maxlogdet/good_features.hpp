@@ -25,17 +25,13 @@ namespace maxlogdet {
 ///   for (std::size_t i : good.select(100)) ...                 // optimise the pose with match i
 ///   for (std::size_t i : good.outliers(T_cw)) ...              // unselected, and far off at the optimised pose
 ///
-/// What is selected can be used whatever happens: see select().
+/// What is selected can be used whatever happens: see select(). What was moved from may only be assigned to or
+/// destroyed.
 class GoodFeatures {
  public:
   /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this and the first match() allocate. Threads
   /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
-  ~GoodFeatures();
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  GoodFeatures(GoodFeatures&&) noexcept;
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  GoodFeatures& operator=(GoodFeatures&&) noexcept;
 
   /// How blocks are made; depth_cue is set by what is measured, and `measurement` becomes `measurement_and_map` in a
   /// frame where some match has a covariance: one without has map_sigma^2 I. May be changed at any time.
@@ -126,7 +122,10 @@ class GoodFeatures {
   Selection match_by(const Options& options, MatchFunction function, void* context);
 
   struct State;
-  std::unique_ptr<State> state_;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  std::unique_ptr<State, Destroy> state_;
 };
 
 }  // namespace maxlogdet
