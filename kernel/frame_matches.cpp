@@ -30,7 +30,7 @@ bool can_be_optimised_with(const FeatureMatch& match) noexcept {
 }  // namespace
 
 FrameMatches::FrameMatches(std::size_t capacity, Executor* executor)
-    : cameras_(Camera(), nullptr),
+    : cameras_{Camera(), nullptr},
       executor_(executor),
       matches_(checked(capacity)),
       sigmas_(capacity),
@@ -115,7 +115,7 @@ Matches FrameMatches::arrays_from(std::size_t first, std::size_t count) const no
   matches.has_depth_cue = &has_depth_cue_[first];
   if (!are_all_usable_) matches.usable = &usable_[first];
   if (has_jacobians_) matches.jacobians = &jacobians_[6 * first];
-  if (cameras_.is_rig) matches.camera_ids = camera_ids() + first;
+  if (cameras_.all.is_rig) matches.camera_ids = camera_ids() + first;
   if (has_covariances_) matches.map_covariances = &covariances_[9 * first];
   return matches;
 }
@@ -135,9 +135,7 @@ MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) co
 
 BlockReport FrameMatches::append(const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                                  Executor* executor) const noexcept {
-  return cameras_.visit([&](const auto& cameras) {
-    return append_blocks(cameras, cameras_.T, matches, of_frame(options), blocks, executor);
-  });
+  return append_blocks(cameras_.all, cameras_.T_bw, matches, of_frame(options), blocks, executor);
 }
 
 Error FrameMatches::make_blocks(const BlockOptions& options) noexcept {

@@ -19,13 +19,6 @@ struct GoodFeatures::State {
         selector(max_matches, executor),
         judge(max_matches) {}
 
-  void start(const FrameCameras& cameras) noexcept {
-    matches.start(cameras);
-    answer.start(nullptr);
-    judge.start();
-    recording.start();
-  }
-
   bool are_all_kept() const noexcept { return matches.added() == matches.size(); }
 
   std::size_t capacity;
@@ -40,8 +33,12 @@ struct GoodFeatures::State {
 GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
 void GoodFeatures::Destroy::operator()(State* state) const noexcept { delete state; }
 
-void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexcept { state_->start({camera, T_cw}); }
-void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw) noexcept { state_->start({rig, T_bw}); }
+void GoodFeatures::start(const Cameras& cameras, const RigidTransform& T_cw) noexcept {
+  state_->matches.start({cameras, T_cw});
+  state_->answer.start(nullptr);
+  state_->judge.start();
+  state_->recording.start();
+}
 
 void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->matches.add(match); }
 void GoodFeatures::add(const WorldPoint& p_w, const Pixel& measured, double sigma) noexcept {

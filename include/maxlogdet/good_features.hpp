@@ -42,10 +42,9 @@ class GoodFeatures {
   /// Whether the optimiser weights residuals by information(); outliers() then does, too.
   bool is_weighted = false;
 
-  /// Starts a frame without matches. T_cw: world to camera, of any type with PoseTraits, or RigidTransform::row_major.
-  void start(const Camera& camera, const RigidTransform& T_cw) noexcept;
-  /// The same on a rig, whose cameras (the caller's array) must not change until the next start(). T_bw: world to body.
-  void start(const Rig& rig, const RigidTransform& T_bw) noexcept;
+  /// Starts a frame without matches. T_cw: world to camera, on a rig T_bw, world to body, of any type with PoseTraits,
+  /// or RigidTransform::row_major. The cameras of a rig, the caller's array, must not change until the next start().
+  void start(const Cameras& cameras, const RigidTransform& T_cw) noexcept;
   /// Copies and adds a match, number size(). Matches beyond the capacity are counted, but neither kept nor selected.
   void add(const FeatureMatch& match) noexcept;
   /// A match with a measurement, px, and its standard deviation.

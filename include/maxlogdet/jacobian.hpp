@@ -114,13 +114,9 @@ const char* to_string(Weighting weighting) noexcept;
 
 /// Appends one block per match, in their order; a match without one (BlockReport tells why) becomes an invalid
 /// candidate. Allocates only when the capacity of the blocks does not suffice. `executor` provides helper threads;
-/// nullptr: the calling thread alone.
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
-
-/// The same for a rig; the blocks are about the pose of its body, T_bw. Matches::camera_ids says which camera has seen
-/// each match, and Options::groups.ids can give each camera its share.
-BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
+/// nullptr: the calling thread alone. On a rig the blocks are about the pose of its body, Matches::camera_ids says
+/// which camera has seen each match, and Options::groups.ids can give each camera its share.
+BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
 }  // namespace maxlogdet
