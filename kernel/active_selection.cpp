@@ -24,8 +24,7 @@ struct Proposals {
   Proposals(const BlockStore& blocks, const Options& options, const Deadline& deadline, SearchMemory& memory,
             Lane* best) noexcept
       : search(blocks, options, deadline, memory), error(search.start(blocks, options)), rounds(search), lanes(best) {
-    if (error == Error::none)
-      search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
+    if (error == Error::none) search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
   }
 
   Candidate candidate(std::size_t position) const noexcept {
@@ -95,7 +94,7 @@ struct Proposals {
     if (position >= count) return Error::nothing_proposed;
     double rows[max_block_rows][state_dimension];
     read_rows(search.problem().candidates, candidate(position), rows);
-    accept(position, rows, search.problem().candidates.rows());
+    accept(position, rows, search.problem().candidates.rows);
     return Error::none;
   }
 

@@ -18,7 +18,7 @@ class Filling {
  public:
   Filling(Search& search, FillMemory& own, TraceMemory& traces) noexcept
       : search_(search), problem_(search.problem()), answer_(search.answer()), own_(own), traces_(traces) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), own_.is_open.data());
+    std::copy_n(problem_.is_free, problem_.candidates.count, own_.is_open.data());
     for (std::size_t j = 0; j < answer_.size(); ++j) own_.is_open[number(answer_[j])] = 0;
     close_full_groups();
   }
@@ -43,9 +43,9 @@ class Filling {
     open.is_free = own_.is_open.data();
     open.free_count = search_.remaining();
     const TopTraces top = find_top_traces(open, expected().inverse(), reach, first_guess(search_.missing()), traces_);
-    const std::size_t step = std::max<std::size_t>(1, problem_.candidates.size() / reach);
+    const std::size_t step = std::max<std::size_t>(1, problem_.candidates.count / reach);
     std::size_t count = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); i += step) {
+    for (std::size_t i = 0; i < problem_.candidates.count; i += step) {
       if (own_.is_open[i] != 0) own_.spread[count++] = static_cast<Candidate>(i);
     }
     const auto end = std::set_union(top.candidates, top.candidates + top.count, own_.spread.data(),
@@ -89,7 +89,7 @@ class Filling {
   void close_full_groups() noexcept {
     if (!search_.constraints().has_groups()) return;
     std::size_t open = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       if (!search_.constraints().has_room(static_cast<Candidate>(i))) own_.is_open[i] = 0;
       open += own_.is_open[i];
     }

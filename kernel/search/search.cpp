@@ -41,7 +41,7 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
                SearchMemory& memory) noexcept
     : memory_(memory),
       candidates_(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
-      evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows(), 1), memory.team),
+      evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows, 1), memory.team),
       screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory.screening),
       constraints_(memory.constraints),
       problem_{candidates_, evaluator_, options.prior, nullptr, 0, nullptr, 0},
@@ -68,7 +68,7 @@ Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
 void Search::set_target(const Options& options) noexcept {
   if (target_.needs_all()) {
     unsigned char* const counted = memory_.is_counted.data();
-    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    for (std::size_t i = 0; i < candidates_.count; ++i) {
       counted[i] = options.excluded == nullptr || options.excluded[candidates_.indices[i]] == 0 ? 1 : 0;
     }
     target_.compare_with(factor_of_all(counted));
@@ -84,7 +84,7 @@ InformationFactor Search::factor_of_all(const unsigned char* counted) const noex
   InformationFactor all;
   if (all.reset(prior, sum, roundings) && all.determinant_error(prior, sum, roundings) < large_error) return all;
   all = answer_.prior();
-  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+  for (std::size_t i = 0; i < candidates_.count; ++i) {
     if (counted[i] != 0) add_rows(problem_, static_cast<Candidate>(i), all);
   }
   return all;
@@ -147,7 +147,7 @@ void Search::select(Lane lane) noexcept {
   assert(lane != no_lane);
   double rows[max_block_rows][state_dimension];
   read_rows(candidates_, screening_.layout().candidate(lane), rows);
-  select(lane, rows, candidates_.rows());
+  select(lane, rows, candidates_.rows);
 }
 
 // Removes the lane first, so that its stores complete well before vector loads of the next round read them.
@@ -174,7 +174,7 @@ void Search::add(Candidate candidate) noexcept {
 void Search::take(Candidate candidate) noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(candidates_, candidate, rows);
-  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows());
+  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows);
   check_target();
 }
 

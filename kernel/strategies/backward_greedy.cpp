@@ -27,7 +27,7 @@ class Removal {
         factor_(search.answer().factor()),
         left_(own.is_left.data()),
         count_(search.remaining()) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), left_);
+    std::copy_n(problem_.is_free, problem_.candidates.count, left_);
   }
 
   // Removes candidates until `kept` remain.
@@ -43,7 +43,7 @@ class Removal {
   // The remaining candidates, by index; returns how many.
   std::size_t list(Candidate* list) const noexcept {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       if (left_[i] != 0) list[count++] = static_cast<Candidate>(i);
     }
     return count;
@@ -52,8 +52,8 @@ class Removal {
  private:
   Status remove_many(std::size_t kept, bool lazily) noexcept {
     if (!sum_up_all()) refactorise();
-    Losses losses(problem_.evaluator, problem_.candidates.column_max(), search_.screening().memory(), own_.losses);
-    losses.start(left_, problem_.candidates.size(), factor_);
+    Losses losses(problem_.evaluator, problem_.candidates.column_max, search_.screening().memory(), own_.losses);
+    losses.start(left_, problem_.candidates.count, factor_);
     const Status status = remove_one_by_one(losses, std::max(kept, few), lazily);
     search_.count_evaluations(losses.evaluations());
     return status;
@@ -113,13 +113,13 @@ class Removal {
   }
 
   bool is_same(Candidate a, Candidate b) const noexcept {
-    return are_identical(problem_.candidates.planes, problem_.candidates.rows(), a, b);
+    return are_identical(problem_.candidates.planes, problem_.candidates.rows, a, b);
   }
 
   // Factorises the sum of all; false if its squared condition number leaves too few digits.
   bool sum_up_all() noexcept {
     unsigned char* const counted = own_.is_counted.data();
-    std::copy_n(left_, problem_.candidates.size(), counted);
+    std::copy_n(left_, problem_.candidates.count, counted);
     for (std::size_t j = 0; j < problem_.required_count; ++j) counted[simd::number(problem_.required[j])] = 1;
     double sum[state_dimension * state_dimension];
     const double roundings = sum_up(problem_, counted, sum);
@@ -128,7 +128,7 @@ class Removal {
 
   void refactorise() noexcept {
     factor_ = required_;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       if (left_[i] != 0) add_rows(problem_, static_cast<Candidate>(i), factor_);
     }
   }

@@ -30,13 +30,13 @@ Status stochastic_greedy(Search& search, const Options& options, Workspace* work
   Candidate* const pool = own.pool.data();
   std::uint32_t* const draws = own.draws.data();
   std::size_t filled = 0;
-  for (std::size_t i = 0; i < problem.candidates.size(); ++i) {
+  for (std::size_t i = 0; i < problem.candidates.count; ++i) {
     if (problem.is_free[i] != 0) pool[filled++] = static_cast<Candidate>(i);
   }
   const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
-  screening.layout().make_records(problem.candidates.size());
+  screening.layout().make_records(problem.candidates.count);
 
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;
