@@ -14,19 +14,6 @@ namespace {
 // Fewer matches than this are not worth a second thread (docs/threading.md).
 constexpr std::size_t crossover = 10000;
 
-template <class To, class From>
-constexpr bool is_same(To to, From from) noexcept {
-  return static_cast<int>(to) == static_cast<int>(from);
-}
-static_assert(is_same(simd::BlockWeighting::map_bias, Weighting::map_bias) &&
-                  is_same(simd::BlockWeighting::map_bias_world, Weighting::map_bias_world) &&
-                  is_same(simd::BlockWeighting::measurement, Weighting::measurement) &&
-                  is_same(simd::BlockWeighting::measurement_and_map, Weighting::measurement_and_map),
-              "simd/blocks.hpp lists the weightings in this order");
-static_assert(is_same(simd::ThirdRow::none, DepthCue::none) && is_same(simd::ThirdRow::stereo, DepthCue::stereo) &&
-                  is_same(simd::ThirdRow::depth, DepthCue::depth),
-              "simd/blocks.hpp lists the third measurements in this order");
-
 Error first_error(Error first, Error second) noexcept { return first == Error::none ? second : first; }
 
 // Ids of matches that are not usable are not read.
@@ -60,8 +47,8 @@ Error check(const Cameras& cameras, const RigidTransform& T, const Matches& matc
 
 simd::BlockInput block_input(const RigidTransform& T, const Matches& matches, const BlockOptions& options) noexcept {
   simd::BlockInput input{};
-  input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
-  input.third = static_cast<simd::ThirdRow>(options.depth_cue);
+  input.weighting = options.weighting;
+  input.third = options.depth_cue;
   input.T_cw = T.data();
   input.map_sigma = options.map_sigma;
   input.depth_sigma = options.depth_sigma;
