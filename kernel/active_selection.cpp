@@ -24,8 +24,7 @@ struct Proposals {
   Proposals(const BlockStore& blocks, const Options& options, const Deadline& deadline, SearchMemory& memory,
             Lane* best) noexcept
       : search(blocks, options, deadline, memory), error(search.start(blocks, options)), rounds(search), lanes(best) {
-    if (error == Error::none)
-      search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
+    if (error == Error::none) search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
   }
 
   Candidate candidate(std::size_t position) noexcept { return search.screening().layout().candidate(lanes[position]); }
@@ -146,9 +145,7 @@ struct ActiveSelection::State {
 };
 
 ActiveSelection::ActiveSelection(std::size_t capacity) : state_(new State(capacity)) {}
-ActiveSelection::~ActiveSelection() = default;
-ActiveSelection::ActiveSelection(ActiveSelection&&) noexcept = default;
-ActiveSelection& ActiveSelection::operator=(ActiveSelection&&) noexcept = default;
+void ActiveSelection::Destroy::operator()(State* state) const noexcept { delete state; }
 
 std::size_t ActiveSelection::capacity() const noexcept { return state_ ? state_->memory.capacity : 0; }
 

@@ -15,7 +15,7 @@ bool weigh(const FrameMatches& matches, std::size_t i, const BlockOptions& optio
   if (camera == nullptr) return false;
   const MatchNoise noise = matches.noise_of(i, options);
   const double* const p_w = matches[i].point;
-  return matches.cameras().is_rig ? write(*camera, p_w, noise) : write(camera->camera, p_w, noise);
+  return matches.cameras().all.is_rig ? write(*camera, p_w, noise) : write(camera->camera, p_w, noise);
 }
 
 // z - h(T_cw, p_w), on a rig with T_bw for T_cw; false where the point has no image.
@@ -64,13 +64,13 @@ double chi2_of(const FrameMatches& matches, std::size_t i, const RigidTransform&
 bool write_information(const FrameMatches& matches, std::size_t i, const BlockOptions& options,
                        double* omega) noexcept {
   return weigh(matches, i, options, [&](const auto& camera, const double* p_w, const MatchNoise& noise) {
-    return match_information(camera, matches.cameras().T, p_w, noise, omega);
+    return match_information(camera, matches.cameras().T_bw, p_w, noise, omega);
   });
 }
 
 bool write_whitening(const FrameMatches& matches, std::size_t i, const BlockOptions& options, double* W) noexcept {
   return weigh(matches, i, options, [&](const auto& camera, const double* p_w, const MatchNoise& noise) {
-    return match_whitening(camera, matches.cameras().T, p_w, noise, W);
+    return match_whitening(camera, matches.cameras().T_bw, p_w, noise, W);
   });
 }
 

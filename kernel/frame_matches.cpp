@@ -2,37 +2,23 @@
 #include "kernel/frame_matches.hpp"
 
 #include "kernel/base/limits.hpp"
+#include "kernel/blocks/block_checks.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <new>
 
 namespace maxlogdet {
 namespace {
 
-std::size_t checked(std::size_t capacity) {
-  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  return capacity;
-}
-
-// Whether none is NaN or infinite.
-bool are_finite(const double* values, std::size_t count) noexcept {
-  double sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += 0 * values[i];
-  return sum == 0;
-}
-
 bool can_be_optimised_with(const FeatureMatch& match) noexcept {
-  return are_finite(match.point, 3) && are_finite(match.measured, 2) && match.sigma > 0 && match.sigma < infinity;
+  return all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma);
 }
 
 }  // namespace
 
 FrameMatches::FrameMatches(std::size_t capacity, Executor* executor)
-    : cameras_(Camera(), nullptr),
+    : cameras_{Camera(), nullptr},
       executor_(executor),
-      matches_(checked(capacity)),
+      matches_(checked_capacity(capacity)),
       sigmas_(capacity),
       covariances_(9 * capacity),
       jacobians_(6 * capacity),
@@ -89,7 +75,7 @@ void FrameMatches::measure(std::size_t i, const FeatureMatch& match) noexcept {
   kept.depth = match.depth;
   kept.sigma = sigmas_[i] = match.sigma;
   const bool has_right = match.u_right >= 0 && match.u_right < infinity;
-  const bool has_depth = match.depth > 0 && match.depth < infinity;
+  const bool has_depth = is_positive(match.depth);
   has_depth_cue_[i] = has_right || has_depth ? 1 : 0;
   if (has_right || has_depth) {
     const DepthCue cue = has_right ? DepthCue::stereo : DepthCue::depth;
@@ -115,7 +101,7 @@ Matches FrameMatches::arrays_from(std::size_t first, std::size_t count) const no
   matches.has_depth_cue = &has_depth_cue_[first];
   if (!are_all_usable_) matches.usable = &usable_[first];
   if (has_jacobians_) matches.jacobians = &jacobians_[6 * first];
-  if (cameras_.is_rig) matches.camera_ids = camera_ids() + first;
+  if (cameras_.all.is_rig) matches.camera_ids = camera_ids() + first;
   if (has_covariances_) matches.map_covariances = &covariances_[9 * first];
   return matches;
 }
@@ -135,9 +121,7 @@ MatchNoise FrameMatches::noise_of(std::size_t i, const BlockOptions& options) co
 
 BlockReport FrameMatches::append(const Matches& matches, const BlockOptions& options, BlockStore& blocks,
                                  Executor* executor) const noexcept {
-  return cameras_.visit([&](const auto& cameras) {
-    return append_blocks(cameras, cameras_.T, matches, of_frame(options), blocks, executor);
-  });
+  return append_blocks(cameras_.all, cameras_.T_bw, matches, of_frame(options), blocks, executor);
 }
 
 Error FrameMatches::make_blocks(const BlockOptions& options) noexcept {

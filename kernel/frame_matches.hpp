@@ -13,27 +13,16 @@
 
 namespace maxlogdet {
 
-/// What sees a frame, a camera alone or a rig, and the pose that it is linearised at.
+/// What sees a frame, and the pose that it is linearised at.
 struct FrameCameras {
-  FrameCameras(const Camera& camera, const RigidTransform& T_cw) noexcept : only(camera), T(T_cw) {}
-  FrameCameras(const Rig& of_frame, const RigidTransform& T_bw) noexcept : rig(of_frame), is_rig(true), T(T_bw) {}
+  Cameras all;
+  RigidTransform T_bw;  ///< world to body; a camera alone is its own
 
   /// The camera of that number; a camera alone has all numbers. nullptr: the rig has no such camera.
   const RigCamera* find(std::size_t id) const noexcept {
-    if (!is_rig) return &only;
-    return id < rig.size && rig.cameras != nullptr ? rig.cameras + id : nullptr;
+    if (!all.is_rig) return &all.only;
+    return id < all.size() && all.data() != nullptr ? all.data() + id : nullptr;
   }
-
-  /// Calls `use` with the camera or the rig.
-  template <class Use>
-  auto visit(const Use& use) const {
-    return is_rig ? use(rig) : use(only.camera);
-  }
-
-  RigCamera only;  ///< the single camera, as its own body
-  Rig rig;         ///< instead of it, if is_rig
-  bool is_rig = false;
-  RigidTransform T;  ///< world to camera, on a rig to its body
 };
 
 /// The matches of a frame and their blocks, in memory that is allocated once. A match is usable, or broken (its numbers
@@ -62,7 +51,7 @@ class FrameMatches {
   DepthCue depth_cue() const noexcept { return depth_cue_; }
   bool has_jacobians() const noexcept { return has_jacobians_; }
   /// Of each match; nullptr without a rig.
-  const unsigned char* camera_ids() const noexcept { return cameras_.is_rig ? camera_ids_.data() : nullptr; }
+  const unsigned char* camera_ids() const noexcept { return cameras_.all.is_rig ? camera_ids_.data() : nullptr; }
   /// The noise that the block of match i is whitened by.
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
 

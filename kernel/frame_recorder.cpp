@@ -12,10 +12,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <clocale>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <string_view>
 
@@ -31,21 +29,6 @@ void put(std::string& text, Number value) {
   const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
   text.append(digits, end);
 }
-
-#if !defined(__cpp_lib_to_chars)  // gcc before 11 has it for integers only; this takes ten times as long
-void put(std::string& text, double value) {
-  char digits[32];
-  for (int precision = 15; precision <= 17; ++precision) {
-    std::snprintf(digits, sizeof digits, "%.*g", precision, value);
-    if (std::strtod(digits, nullptr) == value) break;
-  }
-  const std::string point = std::localeconv()->decimal_point;
-  const std::size_t start = text.size();
-  text += digits;
-  const std::size_t found = text.find(point, start);
-  if (found != std::string::npos) text.replace(found, point.size(), ".");
-}
-#endif
 
 // The rest of a line that begins with `name`.
 template <class Number>
@@ -63,8 +46,12 @@ double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma *
 // -1, as in a file, for what is not measured.
 double measured_or_none(double cue) noexcept { return cue >= 0 && std::isfinite(cue) ? cue : -1; }
 
-bool is_recordable(const RigCamera& camera, DepthCue depth_cue) noexcept {
-  return check(camera.camera, false, depth_cue) == Error::none && is_rigid(camera.T_cb);
+bool are_recordable(const Cameras& cameras, DepthCue depth_cue) noexcept {
+  const RigCamera* const all = cameras.data();
+  if (all == nullptr || cameras.size() == 0 || cameras.size() > max_cameras) return false;
+  return std::all_of(all, all + cameras.size(), [=](const RigCamera& one) {
+    return check(one.camera, false, depth_cue) == Error::none && is_rigid(one.T_cb);
+  });
 }
 
 bool is_frame_file(std::string_view name) noexcept {
@@ -131,39 +118,26 @@ bool FrameRecorder::fail(const char* why) noexcept {
   return false;
 }
 
-bool FrameRecorder::start(const Camera& camera, const RigidTransform& T_cw, const FrameDetails& details) noexcept {
+bool FrameRecorder::start(const Cameras& cameras, const RigidTransform& T_cw, const FrameDetails& details) noexcept
+    try {
+  is_started_ = false;
   details_ = details;
-  is_rig_ = false;
-  const RigCamera only = camera;
-  return start_frame(&only, 1, T_cw);
-}
-
-bool FrameRecorder::start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details) noexcept {
-  details_ = details;
-  is_rig_ = true;
-  if (is_open_ && details.depth_cue == DepthCue::stereo) {
+  is_rig_ = cameras.is_rig;
+  camera_count_ = cameras.size();
+  if (is_open_ && is_rig_ && details.depth_cue == DepthCue::stereo) {
     return fail("a rig with right columns cannot be written into frame files");
   }
-  const bool is_rig = rig.cameras != nullptr && rig.size > 0 && rig.size <= max_cameras;
-  return start_frame(rig.cameras, is_rig ? rig.size : 0, T_bw);
-}
-
-bool FrameRecorder::start_frame(const RigCamera* cameras, std::size_t count, const RigidTransform& pose) noexcept try {
-  is_started_ = false;
-  camera_count_ = count;
   BlockOptions options;
-  options.depth_cue = details_.depth_cue;
-  options.depth_sigma = details_.depth_sigma;
-  if (!is_open_ || count == 0 || !is_rigid(pose) || check(options) != Error::none) return false;
-  for (std::size_t c = 0; c < count; ++c) {
-    if (!maxlogdet::is_recordable(cameras[c], details_.depth_cue)) return false;
-  }
+  options.depth_cue = details.depth_cue;
+  options.depth_sigma = details.depth_sigma;
+  if (!is_open_ || !are_recordable(cameras, details.depth_cue)) return false;
+  if (!is_rigid(T_cw) || check(options) != Error::none) return false;
   text_.clear();
-  put_cameras(cameras, count);
+  put_cameras(cameras);
   const int size[2] = {details_.width, details_.height};
   if (size[0] > 0 && size[1] > 0) put_line(text_, "# image width,height: ", size, 2);
   const char* const frame = is_rig_ ? "body" : "camera";
-  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", pose.data(), 12);
+  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", T_cw.data(), 12);
   if (is_rigid(details_.T_cw_true)) put_line(text_, "# Tcw_true (3x4 row-major): ", details_.T_cw_true.data(), 12);
   put_names_of_columns();
   is_started_ = true;
@@ -172,9 +146,9 @@ bool FrameRecorder::start_frame(const RigCamera* cameras, std::size_t count, con
   return fail("out of memory");
 }
 
-void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
-  for (std::size_t c = 0; c < count; ++c) {
-    const Camera& camera = cameras[c].camera;
+void FrameRecorder::put_cameras(const Cameras& cameras) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras.data()[c].camera;
     const PinholeCamera& pinhole = camera.pinhole;
     const bool is_rectified = !is_rig_ && camera.model == CameraModel::pinhole;
     double numbers[9] = {pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy};
@@ -184,7 +158,7 @@ void FrameRecorder::put_cameras(const RigCamera* cameras, std::size_t count) {
     const std::string place = is_rig_ ? " " + std::to_string(c) : "";
     const std::string model = "# camera" + place + ": " + to_string(camera.model) + ",";
     put_line(text_, is_rectified ? "# fx,fy,cx,cy,bf: " : model, numbers, filled);
-    if (is_rig_) put_line(text_, "# T_cb" + place + ": ", cameras[c].T_cb.data(), 12);
+    if (is_rig_) put_line(text_, "# T_cb" + place + ": ", cameras.data()[c].T_cb.data(), 12);
   }
   if (details_.depth_cue == DepthCue::depth) put_line(text_, "# depth_sigma: ", &details_.depth_sigma, 1);
 }

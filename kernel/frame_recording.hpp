@@ -28,8 +28,7 @@ class FrameRecording {
       details.has_covariances |= matches[i].covariance != nullptr;
       details.has_keyframes |= matches[i].keyframe >= 0;
     }
-    const FrameCameras& seen_by = matches.cameras();
-    seen_by.visit([&](const auto& cameras) { return recorder_.start(cameras, seen_by.T, details); });
+    recorder_.start(matches.cameras().all, matches.cameras().T_bw, details);
     for (std::size_t i = 0; i < matches.size(); ++i) {
       if (matches.is_usable(i)) recorder_.add(matches[i], answer.contains(i));
     }

@@ -19,13 +19,6 @@ struct GoodFeatures::State {
         selector(max_matches, executor),
         judge(max_matches) {}
 
-  void start(const FrameCameras& cameras) noexcept {
-    matches.start(cameras);
-    answer.start(nullptr);
-    judge.start();
-    recording.start();
-  }
-
   bool are_all_kept() const noexcept { return matches.added() == matches.size(); }
 
   std::size_t capacity;
@@ -38,22 +31,17 @@ struct GoodFeatures::State {
 };
 
 GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
-GoodFeatures::~GoodFeatures() = default;
-GoodFeatures::GoodFeatures(GoodFeatures&&) noexcept = default;
-GoodFeatures& GoodFeatures::operator=(GoodFeatures&&) noexcept = default;
+void GoodFeatures::Destroy::operator()(State* state) const noexcept { delete state; }
 
-void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexcept { state_->start({camera, T_cw}); }
-void GoodFeatures::start(const Rig& rig, const RigidTransform& T_bw) noexcept { state_->start({rig, T_bw}); }
+void GoodFeatures::start(const Cameras& cameras, const RigidTransform& T_cw) noexcept {
+  state_->matches.start({cameras, T_cw});
+  state_->answer.start(nullptr);
+  state_->judge.start();
+  state_->recording.start();
+}
 
 void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->matches.add(match); }
-void GoodFeatures::add(const WorldPoint& p_w, const Pixel& measured, double sigma) noexcept {
-  add(FeatureMatch(p_w, measured, sigma));
-}
-void GoodFeatures::add(const WorldPoint& p_w, double sigma) noexcept { add(FeatureMatch(p_w, sigma)); }
 std::size_t GoodFeatures::size() const noexcept { return state_->matches.added(); }
-// Weak: a C++17 translation unit that takes its address has a definition of its own.
-[[gnu::weak]] constexpr std::uint32_t GoodFeatures::no_id;
-
 std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
   return i < state_->matches.size() ? state_->matches[i].id : no_id;
 }
@@ -90,15 +78,16 @@ const BlockStore& GoodFeatures::blocks() const noexcept { return state_->matches
 bool GoodFeatures::is_selected(std::size_t i) const noexcept {
   return i < state_->matches.size() && state_->answer.contains(i);
 }
-double GoodFeatures::efficiency() noexcept {
-  return state_->selector.efficiency(state_->matches.blocks(), state_->answer);
+double efficiency(GoodFeatures& good) noexcept {
+  GoodFeatures::State& s = *good.state_;
+  return s.selector.efficiency(s.matches.blocks(), s.answer);
 }
 
-bool GoodFeatures::information(std::size_t i, double* omega) const noexcept {
-  return write_information(state_->matches, i, block_options, omega);
+bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept {
+  return write_information(good.state_->matches, i, good.block_options, omega);
 }
-bool GoodFeatures::whitening(std::size_t i, double* W) const noexcept {
-  return write_whitening(state_->matches, i, block_options, W);
+bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept {
+  return write_whitening(good.state_->matches, i, good.block_options, W);
 }
 
 IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {

@@ -76,9 +76,7 @@ void ImageCells::State::divide_by_camera(Iterator begin, Iterator end, std::size
 }
 
 ImageCells::ImageCells(std::size_t capacity) : state_(new State(capacity)) {}
-ImageCells::~ImageCells() = default;
-ImageCells::ImageCells(ImageCells&&) noexcept = default;
-ImageCells& ImageCells::operator=(ImageCells&&) noexcept = default;
+void ImageCells::Destroy::operator()(State* state) const noexcept { delete state; }
 
 bool ImageCells::assign(const double* uv, std::size_t stride, std::size_t n, std::size_t cells,
                         const unsigned char* is_spread, const std::uint8_t* camera_ids) noexcept {

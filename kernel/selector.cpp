@@ -15,17 +15,14 @@
 namespace maxlogdet {
 
 /// All the memory of a Selector; nothing is allocated later.
-struct SelectorMemory {
-  explicit SelectorMemory(std::size_t capacity) : search(capacity), strategies(capacity) {}
+struct Selector::Memory {
+  explicit Memory(std::size_t capacity) : search(capacity), strategies(capacity) {}
   SearchMemory search;
   StrategyMemory strategies;
 };
 
-Selector::Selector(std::size_t capacity, Executor* executor)
-    : memory_(new SelectorMemory(capacity)), executor_(executor) {}
-Selector::~Selector() = default;
-Selector::Selector(Selector&&) noexcept = default;
-Selector& Selector::operator=(Selector&&) noexcept = default;
+Selector::Selector(std::size_t capacity, Executor* executor) : memory_(new Memory(capacity)), executor_(executor) {}
+void Selector::Destroy::operator()(Memory* memory) const noexcept { delete memory; }
 
 std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->search.capacity : 0; }
 
@@ -64,7 +61,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   selection.invalid_candidates = candidates.invalid_count();
   selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: a capacity of 0
-  SelectorMemory& memory = *memory_;
+  Memory& memory = *memory_;
   selection.error = check(candidates, options, memory.search);
   if (selection.error != Error::none) return selection;
   Search search(candidates, options, deadline, memory.search);

@@ -18,7 +18,7 @@ BlockReport append_blocks(Store& store, const py::object& camera, const py::obje
                           const py::object& camera_ids, const std::optional<std::string>& weighting,
                           const std::string& depth_cue, double map_sigma, double depth_sigma, double min_depth,
                           const py::object& threads) {
-  const Cameras cameras = cameras_of(camera);
+  const OwnCameras cameras = cameras_of(camera);
   const RigidTransform pose = pose_of(T_cw, "T_cw");
   MatchArrays arrays(points, sigmas, has_depth_cue, map_covariances, jacobians, camera_ids);
   arrays.add(usable, weights);

@@ -169,13 +169,13 @@ RigidTransform pose_of(const py::handle& T, const char* name, WrongPose wrong) {
   return RigidTransform::row_major(entries);
 }
 
-Cameras cameras_of(const py::object& camera, WrongPose wrong) {
+OwnCameras cameras_of(const py::object& camera, WrongPose wrong) {
   if (is_camera(camera)) {
     return {{RigCamera{camera.cast<Camera>(), RigidTransform::identity()}}, false};
   }
   const char* const expected = "camera: expected a PinholeCamera, a Camera, or a list of (camera, T_cb)";
   if (!py::isinstance<py::list>(camera) && !py::isinstance<py::tuple>(camera)) throw py::type_error(expected);
-  Cameras cameras{{}, true};
+  OwnCameras cameras{{}, true};
   for (const py::handle& item : camera) {
     const bool is_pair = py::isinstance<py::tuple>(item) && py::len(item) == 2;
     const py::tuple pair = is_pair ? item.cast<py::tuple>() : py::tuple();

@@ -123,7 +123,7 @@ through; then start() the frame again.)")
 
 Returns a copy of the BlockStore of the last selection: candidate i is match i.)")
       .def(
-          "efficiency", [](OwnGoodFeatures& self) { return self.idle().efficiency(); }, R"(efficiency(self)
+          "efficiency", [](OwnGoodFeatures& self) { return efficiency(self.idle()); }, R"(efficiency(self)
 --
 
 Returns (det M of the selected / det M of all candidates)^(1/6), in (0, 1]: the share of the information that is kept.

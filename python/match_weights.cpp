@@ -18,7 +18,7 @@ namespace maxlogdet::python {
 namespace {
 
 // A weight has the arguments of a block: appending reports what is wrong with them.
-void check(const Cameras& cameras, const RigidTransform& pose, const Matches& matches, const BlockOptions& options) {
+void check(const OwnCameras& cameras, const RigidTransform& pose, const Matches& matches, const BlockOptions& options) {
   BlockStore blocks(matches.size);
   append(cameras, pose, matches, options, blocks);
 }
@@ -29,7 +29,7 @@ py::array_t<double> weights_of(const py::object& camera, const py::object& T_cw,
                                const py::object& map_covariances, const py::object& jacobians,
                                const py::object& camera_ids, const std::optional<std::string>& weighting,
                                const std::string& depth_cue, double map_sigma, double depth_sigma) {
-  const Cameras cameras = cameras_of(camera);
+  const OwnCameras cameras = cameras_of(camera);
   const RigidTransform pose = pose_of(T_cw, "T_cw");
   const Array<double> positions = real_array(points, "points", {any_n, 3});
   const MatchArrays arrays(positions, sigmas, has_depth_cue, map_covariances, jacobians, camera_ids);

@@ -66,12 +66,9 @@ BlockOptions options_of(const std::optional<std::string>& weighting, bool has_co
   return options;
 }
 
-BlockReport append(const Cameras& cameras, const RigidTransform& pose, const Matches& matches,
+BlockReport append(const OwnCameras& cameras, const RigidTransform& pose, const Matches& matches,
                    const BlockOptions& options, BlockStore& blocks) {
-  const BlockReport report =
-      cameras.is_rig ? maxlogdet::append_blocks(Rig{cameras.all.data(), cameras.all.size()}, pose, matches, options,
-                                                blocks, executor())
-                     : maxlogdet::append_blocks(cameras.all[0].camera, pose, matches, options, blocks, executor());
+  const BlockReport report = append_blocks(cameras.view(), pose, matches, options, blocks, executor());
   if (report.error == Error::invalid_pose) {
     throw SelectionError(report.error,
                          "the left 3 x 3 part R of T_cw, or of a T_cb, is no rotation: expected R R^T = I within 1e-3, "

@@ -44,7 +44,7 @@ BlockOptions options_of(const std::optional<std::string>& weighting, bool has_co
                         double map_sigma, double depth_sigma);
 
 /// As maxlogdet::append_blocks, for one camera or a rig; throws SelectionError.
-BlockReport append(const Cameras& cameras, const RigidTransform& pose, const Matches& matches,
+BlockReport append(const OwnCameras& cameras, const RigidTransform& pose, const Matches& matches,
                    const BlockOptions& options, BlockStore& blocks);
 
 }  // namespace maxlogdet::python

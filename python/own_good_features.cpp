@@ -34,15 +34,11 @@ GoodFeatures& OwnGoodFeatures::idle() {
 }
 
 void OwnGoodFeatures::start(const py::object& camera, const py::object& T_cw) {
-  Cameras cameras = cameras_of(camera, WrongPose::passes);
+  OwnCameras cameras = cameras_of(camera, WrongPose::passes);
   const RigidTransform pose = pose_of(T_cw, "T_cw", WrongPose::passes);
   GoodFeatures& good = idle();
   cameras_ = std::move(cameras);
-  if (cameras_.is_rig) {
-    good.start(Rig(cameras_.all.data(), cameras_.all.size()), pose);
-  } else {
-    good.start(cameras_.all[0].camera, pose);
-  }
+  good.start(cameras_.view(), pose);
 }
 
 void OwnGoodFeatures::add(const py::object& points, const py::object& measured, const py::object& sigmas,
@@ -99,7 +95,7 @@ py::array_t<double> OwnGoodFeatures::weights(bool is_whitening) {
   std::size_t r = 2;
   for (std::size_t i = 0; i < good.size(); ++i) {
     double* const weight = &all[entries * i];
-    is_whitening ? good.whitening(i, weight) : good.information(i, weight);
+    is_whitening ? match_whitening(good, i, weight) : match_information(good, i, weight);
     if (!std::isnan(weight[entries - 1])) r = 3;
   }
   const auto side = static_cast<py::ssize_t>(r);

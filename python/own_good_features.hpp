@@ -36,7 +36,7 @@ class OwnGoodFeatures {
 
  private:
   GoodFeatures good_;
-  Cameras cameras_;  // of the frame: a rig is not copied by good_
+  OwnCameras cameras_;  // of the frame: a rig is not copied by good_
   std::size_t capacity_;
   int threads_;
   bool is_busy_ = false;

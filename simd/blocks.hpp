@@ -3,6 +3,8 @@
 
 #include "simd/cameras/model.hpp"
 
+#include <maxlogdet/weighting.hpp>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -11,9 +13,8 @@
 
 namespace maxlogdet::simd {
 
-// In the order of the public enumerations; kernel/blocks/jacobian.cpp asserts it.
-enum class BlockWeighting { map_bias, map_bias_world, measurement, measurement_and_map };
-enum class ThirdRow { none, stereo, depth };
+using BlockWeighting = Weighting;
+using ThirdRow = DepthCue;
 
 constexpr bool is_by_map_bias(BlockWeighting weighting) {
   return weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;

@@ -20,7 +20,7 @@ namespace maxlogdet {
 ///   for (std::uint32_t i; (i = active.next()) != ActiveSelection::none;) match(i) ? active.accept() : active.reject();
 ///
 /// One at a time, this is lazy_greedy on the candidates that are not rejected, index for index. Only the constructor
-/// allocates, and only the calling thread is used.
+/// allocates, and only the calling thread is used. A move takes over memory and selection.
 class ActiveSelection {
  public:
   /// What next() returns when there is nothing to propose.
@@ -28,11 +28,6 @@ class ActiveSelection {
 
   /// Reserves room for stores of up to `capacity` candidates, at most 2^32 - 1. Throws std::bad_alloc, also above that.
   explicit ActiveSelection(std::size_t capacity);
-  ~ActiveSelection();
-  /// Takes over memory and selection; the source is left with a capacity of 0.
-  ActiveSelection(ActiveSelection&&) noexcept;
-  /// Takes over memory and selection; the source is left with a capacity of 0.
-  ActiveSelection& operator=(ActiveSelection&&) noexcept;
 
   /// The maximum number of candidates, and the maximum budget, of start(); 0 after a move.
   std::size_t capacity() const noexcept;
@@ -88,7 +83,10 @@ class ActiveSelection {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  std::unique_ptr<State, Destroy> state_;
 };
 
 }  // namespace maxlogdet

@@ -5,6 +5,7 @@
 #include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
+#include <type_traits>
 
 // Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
 // image as the model has it: distorted, unless the tracker has rectified it.
@@ -84,6 +85,27 @@ struct Rig {
   constexpr Rig() noexcept = default;
   /// Refers to `size_` cameras.
   constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
+};
+
+/// What sees matches: a camera alone, which is its own body, or a rig. Functions that take it are called with either;
+/// on a rig their pose T_cw is T_bw, world to body.
+struct Cameras {
+  RigCamera only;       ///< the camera alone, copied
+  Rig rig;              ///< instead of it, if is_rig
+  bool is_rig = false;  ///< whether matches have camera ids
+
+  /// A Camera, or what converts to it.
+  template <class One, class = typename std::enable_if<std::is_convertible<const One&, Camera>::value>::type>
+  Cameras(const One& camera) : only(Camera(camera)) {}  // NOLINT(google-explicit-constructor): taken for a camera
+  /// A pinhole, as Camera takes it.
+  Cameras(double fx, double fy, double cx, double cy, double bf = 0) noexcept : only(Camera(fx, fy, cx, cy, bf)) {}
+  /// A rig.
+  Cameras(const Rig& rig_) noexcept : rig(rig_), is_rig(true) {}  // NOLINT(google-explicit-constructor)
+
+  /// The first of size() cameras.
+  const RigCamera* data() const noexcept { return is_rig ? rig.cameras : &only; }
+  /// How many there are.
+  std::size_t size() const noexcept { return is_rig ? rig.size : 1; }
 };
 
 /// The number of Camera::parameters that the model has; 0 for any other value.

@@ -101,11 +101,8 @@ Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& poin
 }
 
 /// A view of a temporary would dangle.
-template <class Scalar, int Options, int MaxRows, int MaxColumns>
-Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>&&) = delete;
-/// A view of a temporary would dangle.
-template <class Scalar, class Allocator>
-Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>&&) = delete;
+template <class EigenPoints, class = typename std::enable_if<!std::is_reference<EigenPoints>::value>::type>
+Points points_of(EigenPoints&&) = delete;
 
 /// The number of points.
 template <class Scalar, int Options, int MaxRows, int MaxColumns>
@@ -118,26 +115,14 @@ std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& 
   return points.size();
 }
 
-/// Returns `matches` with these points.
-template <class EigenPoints>
-Matches with_points(Matches matches, const EigenPoints& points) noexcept {
-  matches.points = points_of(points);
-  matches.size = count_of(points);
-  return matches;
-}
-
 /// As append_blocks in jacobian.hpp, with points as for points_of(), which replace matches.points and matches.size.
 template <class EigenPoints>
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const EigenPoints& points,
-                          const Matches& matches, const BlockOptions& options, BlockStore& blocks,
+BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const EigenPoints& points,
+                          Matches matches, const BlockOptions& options, BlockStore& blocks,
                           Executor* executor = nullptr) {
-  return append_blocks(camera, T_cw, with_points(matches, points), options, blocks, executor);
-}
-/// The same for a rig, with T_bw.
-template <class EigenPoints>
-BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const EigenPoints& points, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr) {
-  return append_blocks(rig, T_bw, with_points(matches, points), options, blocks, executor);
+  matches.points = points_of(points);
+  matches.size = count_of(points);
+  return append_blocks(cameras, T_cw, matches, options, blocks, executor);
 }
 
 }  // namespace maxlogdet

@@ -44,12 +44,10 @@ class FrameRecorder {
   /// Whether frames are recorded.
   bool is_open() const noexcept { return is_open_; }
 
-  /// Starts a frame. T_cw: world to camera, the pose that optimisation starts from. Returns false, and the frame is not
-  /// recorded, if append_blocks would refuse camera, pose or details.
-  bool start(const Camera& camera, const RigidTransform& T_cw, const FrameDetails& details = FrameDetails()) noexcept;
-  /// The same on a rig; T_bw: world to body. The file has no place for right columns of a rig: with
-  /// DepthCue::stereo the recording ends.
-  bool start(const Rig& rig, const RigidTransform& T_bw, const FrameDetails& details = FrameDetails()) noexcept;
+  /// Starts a frame. T_cw: world to camera, on a rig T_bw, the pose that optimisation starts from. Returns false, and
+  /// the frame is not recorded, if append_blocks would refuse cameras, pose or details. The file has no place for right
+  /// columns of a rig: with DepthCue::stereo the recording ends.
+  bool start(const Cameras& cameras, const RigidTransform& T_cw, const FrameDetails& details = FrameDetails()) noexcept;
   /// Adds a match, also one behind the camera. Returns false, and leaves it out, if a number of it is not finite
   /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or the rig has no such camera_id. With the
   /// caller's Jacobians, whose projection the file cannot say, the recording ends.
@@ -59,8 +57,7 @@ class FrameRecorder {
   bool finish() noexcept;
 
  private:
-  bool start_frame(const RigCamera* cameras, std::size_t count, const RigidTransform& pose) noexcept;
-  void put_cameras(const RigCamera* cameras, std::size_t count);
+  void put_cameras(const Cameras& cameras);
   void put_names_of_columns();
   bool is_recordable(const FeatureMatch& match, double descriptor_distance) const noexcept;
   void put_match(const FeatureMatch& match, bool is_selected, double descriptor_distance);

@@ -17,6 +17,9 @@
 
 namespace maxlogdet {
 
+/// GoodFeatures::id() of a match beyond the capacity.
+constexpr std::uint32_t no_id = 0xFFFFFFFFU;
+
 /// All that a tracker does with selection, once a frame (docs/integration.md):
 ///
 ///   GoodFeatures good(2000);                                   // once a thread: all the memory
@@ -25,17 +28,13 @@ namespace maxlogdet {
 ///   for (std::size_t i : good.select(100)) ...                 // optimise the pose with match i
 ///   for (std::size_t i : good.outliers(T_cw)) ...              // unselected, and far off at the optimised pose
 ///
-/// What is selected can be used whatever happens: see select().
+/// What is selected can be used whatever happens: see select(). What was moved from may only be assigned to or
+/// destroyed.
 class GoodFeatures {
  public:
   /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this and the first match() allocate. Threads
   /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
-  ~GoodFeatures();
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  GoodFeatures(GoodFeatures&&) noexcept;
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  GoodFeatures& operator=(GoodFeatures&&) noexcept;
 
   /// How blocks are made; depth_cue is set by what is measured, and `measurement` becomes `measurement_and_map` in a
   /// frame where some match has a covariance: one without has map_sigma^2 I. May be changed at any time.
@@ -43,25 +42,24 @@ class GoodFeatures {
   /// Where neighbouring matches share errors, 1.5: at most one match of each of spread * budget cells of the image
   /// (ImageCells). 0, the default: off. Needs measurements; ignored where the options have groups.
   double spread = 0;
-  /// Whether the optimiser weights residuals by information(); outliers() then does, too.
+  /// Whether the optimiser weights residuals by match_information(); outliers() then does, too.
   bool is_weighted = false;
 
-  /// Starts a frame without matches. T_cw: world to camera, of any type with PoseTraits, or RigidTransform::row_major.
-  void start(const Camera& camera, const RigidTransform& T_cw) noexcept;
-  /// The same on a rig, whose cameras (the caller's array) must not change until the next start(). T_bw: world to body.
-  void start(const Rig& rig, const RigidTransform& T_bw) noexcept;
+  /// Starts a frame without matches. T_cw: world to camera, on a rig T_bw, world to body, of any type with PoseTraits,
+  /// or RigidTransform::row_major. The cameras of a rig, the caller's array, must not change until the next start().
+  void start(const Cameras& cameras, const RigidTransform& T_cw) noexcept;
   /// Copies and adds a match, number size(). Matches beyond the capacity are counted, but neither kept nor selected.
   void add(const FeatureMatch& match) noexcept;
-  /// A match with a measurement, px, and its standard deviation.
-  void add(const WorldPoint& p_w, const Pixel& measured, double sigma = 1) noexcept;
-  /// A map point whose measurement is unknown, or to be made by match().
-  void add(const WorldPoint& p_w, double sigma = 1) noexcept;
+  /// FeatureMatch(p_w, pixel, sigma = 1), or of a point whose measurement is unknown, or to be made by match(),
+  /// FeatureMatch(p_w, sigma = 1).
+  template <class... Measured>
+  void add(const WorldPoint& p_w, const Measured&... measured) {
+    add(FeatureMatch(p_w, measured...));
+  }
   /// The number of matches, with those beyond the capacity.
   std::size_t size() const noexcept;
   /// FeatureMatch::id of match i; no_id beyond the capacity.
   std::uint32_t id(std::size_t i) const noexcept;
-  /// The id() of a match beyond the capacity.
-  static constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 
   /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
   /// next select() or match(). Groups and a target may leave them fewer than the budget; after an error they are all
@@ -93,10 +91,6 @@ class GoodFeatures {
   const BlockReport& block_report() const noexcept;
   /// The blocks of this frame: candidate i is match i.
   const BlockStore& blocks() const noexcept;
-  /// (det M of the selected / det M of all candidates)^(1/6), the geometric mean over six directions of the share of
-  /// the information that is kept, in (0, 1]. NaN after an error and without candidates. Needs weighting `measurement`
-  /// or `measurement_and_map`. Reads all matches once.
-  double efficiency() noexcept;
 
   /// Compares the unselected matches with the optimised pose, and returns the numbers of outliers, ascending, valid
   /// until the next outliers() or start(). T_cw as in start(). See chi2().
@@ -109,24 +103,36 @@ class GoodFeatures {
   /// Jacobians, whose points only the caller can project. With is_weighted that of the residual W e.
   double chi2(std::size_t i) const noexcept;
 
-  /// Writes Omega of match i, the inverse covariance of the noise that whitens its block at the pose of start(): the
-  /// weight of its residual in an optimiser that holds points fixed (match_information.hpp). 2 x 2, or 3 x 3 if the
-  /// match has a depth cue, row-major, px^-2. Returns false, and writes nothing, where match_information does.
-  bool information(std::size_t i, double* omega) const noexcept;
-  /// Writes W of match_whitening, W^T W = Omega; in all else as information().
-  bool whitening(std::size_t i, double* W) const noexcept;
-
   /// From the next start() on, writes every frame that is selected from into the folder, for `maxlogdet evaluate
   /// FOLDER` (docs/evaluate.md), by a FrameRecorder, which allocates and does I/O. Call it once. Returns whether frames
   /// will be recorded; a problem, also a later one, is said in one line on stderr, and changes no selection.
   bool record(const char* folder) noexcept;
 
  private:
+  friend double efficiency(GoodFeatures& good) noexcept;
+  friend bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;
+  friend bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept;
+
   using MatchFunction = bool (*)(void* context, std::size_t i, FeatureMatch& match);
   Selection match_by(const Options& options, MatchFunction function, void* context);
 
   struct State;
-  std::unique_ptr<State> state_;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  std::unique_ptr<State, Destroy> state_;
 };
+
+/// (det M of the selected / det M of all candidates)^(1/6), the geometric mean over six directions of the share of the
+/// information that is kept, in (0, 1]. NaN after an error and without candidates. Needs weighting `measurement` or
+/// `measurement_and_map`. Reads all matches once.
+double efficiency(GoodFeatures& good) noexcept;
+
+/// Writes Omega of match i, the inverse covariance of the noise that whitens its block at the pose of start(): the
+/// weight of its residual in an optimiser that holds points fixed (match_information.hpp). 2 x 2, or 3 x 3 if the match
+/// has a depth cue, row-major, px^-2. Returns false, and writes nothing, where match_information of a camera does.
+bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;
+/// Writes W of match_whitening, W^T W = Omega; in all else as match_information.
+bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept;
 
 }  // namespace maxlogdet

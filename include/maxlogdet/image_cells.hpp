@@ -16,16 +16,12 @@ namespace maxlogdet {
 ///
 /// The cells are those of a k-d tree (Bentley 1975): the matches of a cell are divided along the longer side of their
 /// bounding box, in proportion to the cells that either part becomes, until there are as many cells as asked for. Where
-/// matches are dense, cells are small. GoodFeatures makes them itself (GoodFeatures::spread).
+/// matches are dense, cells are small. GoodFeatures makes them itself (GoodFeatures::spread). What was moved from may
+/// only be assigned to or destroyed.
 class ImageCells {
  public:
   /// Reserves memory for `capacity` matches, at most 2^32 - 1. Throws std::bad_alloc.
   explicit ImageCells(std::size_t capacity);
-  ~ImageCells();
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  ImageCells(ImageCells&&) noexcept;
-  /// Takes over the memory; the source may then only be assigned to or destroyed.
-  ImageCells& operator=(ImageCells&&) noexcept;
 
   /// Divides n matches, with (u, v) at uv[stride * i], into at most `cells` cells, at least 1; returns false, without
   /// effect, if n is above the capacity. `is_spread`: n; a match with 0, or whose (u, v) is not finite, is a group of
@@ -43,7 +39,10 @@ class ImageCells {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  struct Destroy {
+    void operator()(State* state) const noexcept;
+  };
+  std::unique_ptr<State, Destroy> state_;
 };
 
 }  // namespace maxlogdet

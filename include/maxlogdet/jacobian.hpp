@@ -6,6 +6,7 @@
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/status.hpp>
+#include <maxlogdet/weighting.hpp>
 
 #include <cstddef>
 
@@ -35,19 +36,6 @@
 
 namespace maxlogdet {
 
-/// Which linearised problem a block describes. sigma is the standard deviation of the match's measurement. map_bias and
-/// map_bias_world do not depend on the camera's model, and always require Z > 0 and Z >= min_depth.
-enum class Weighting {
-  map_bias,  ///< the paper's H_c = H_p^n^-1 H_x^n (section II), H_p with respect to the point in the *camera* frame.
-             ///< Monocular: [I - p_c e_3^T / Z] [I | -[p_c]x], whose third row is zero: 2 x 6, m per unit of xi. With a
-             ///< depth cue H_p is square: H_c = [I | -[p_c]x], 3 x 6. No sigma.
-  map_bias_world,       ///< the same with the point in the *world* frame: H_p^n = [J R; 0 0 1], 3 x 6, as in the paper.
-                        ///< Singular where the viewing ray is orthogonal to the world's z axis: see singular_rays.
-  measurement,          ///< Q H_x / sigma: measurement noise alone.
-  measurement_and_map,  ///< Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T, Sigma_z = sigma^2 I: both noises
-                        ///< whitened.
-};
-
 /// All weightings, in their order.
 constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_world, Weighting::measurement,
                                     Weighting::measurement_and_map};
@@ -57,14 +45,6 @@ constexpr Weighting weightings[] = {Weighting::map_bias, Weighting::map_bias_wor
 constexpr Weighting with_covariances(Weighting weighting) noexcept {
   return weighting == Weighting::measurement ? Weighting::measurement_and_map : weighting;
 }
-
-/// What a third row measures, for the matches that have one.
-enum class DepthCue {
-  none,    ///< all matches are monocular, whatever has_depth_cue says
-  stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with the caller's Jacobians; its standard deviation is
-           ///< the match's sigma
-  depth,   ///< depth, m; its standard deviation is BlockOptions::depth_sigma
-};
 
 /// n matches as arrays of the caller, neither copied nor kept. A null optional array means its default for all matches.
 struct Matches {
@@ -114,13 +94,9 @@ const char* to_string(Weighting weighting) noexcept;
 
 /// Appends one block per match, in their order; a match without one (BlockReport tells why) becomes an invalid
 /// candidate. Allocates only when the capacity of the blocks does not suffice. `executor` provides helper threads;
-/// nullptr: the calling thread alone.
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
-
-/// The same for a rig; the blocks are about the pose of its body, T_bw. Matches::camera_ids says which camera has seen
-/// each match, and Options::groups.ids can give each camera its share.
-BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
+/// nullptr: the calling thread alone. On a rig the blocks are about the pose of its body, Matches::camera_ids says
+/// which camera has seen each match, and Options::groups.ids can give each camera its share.
+BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const Matches& matches,
                           const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
 
 }  // namespace maxlogdet

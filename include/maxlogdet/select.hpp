@@ -35,14 +35,14 @@ struct SelectedMatches {
   std::vector<std::uint32_t>::const_iterator end() const noexcept { return indices.end(); }
 };
 
-/// GoodFeatures in one call, for scripts and tests: `matches` is a container of FeatureMatch, or of points. `camera` is
-/// a Camera or, with T_bw, a Rig. It allocates: a tracker keeps a GoodFeatures. Throws std::bad_alloc.
-template <class CameraOrRig, class Container>
-SelectedMatches select(const CameraOrRig& camera, const RigidTransform& T_cw, const Container& matches,
+/// GoodFeatures in one call, for scripts and tests: `matches` is a container of FeatureMatch, or of points. It
+/// allocates: a tracker keeps a GoodFeatures. Throws std::bad_alloc.
+template <class Container>
+SelectedMatches select(const Cameras& cameras, const RigidTransform& T_cw, const Container& matches,
                        const Options& options = Options(), const BlockOptions& block_options = BlockOptions()) {
   GoodFeatures good(static_cast<std::size_t>(std::distance(std::begin(matches), std::end(matches))));
   good.block_options = block_options;
-  good.start(camera, T_cw);
+  good.start(cameras, T_cw);
   for (const auto& match : matches) good.add(match);
   const Selection selection = good.select(options);
   SelectedMatches selected;

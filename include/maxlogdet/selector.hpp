@@ -11,21 +11,14 @@
 
 namespace maxlogdet {
 
-struct SelectorMemory;
-
 /// Selects candidates. Owns all the memory that a selection needs, so that select() never allocates; keep one per
-/// thread for the life of the tracker. Distinct selectors share nothing but an executor.
+/// thread for the life of the tracker. Distinct selectors share nothing but an executor. A move takes over the memory.
 class Selector {
  public:
   /// Reserves room for stores of up to `capacity` candidates, at most 2^32 - 1. Throws std::bad_alloc, also above that.
   /// `executor` provides helper threads; it belongs to the caller and must outlive this. nullptr: the calling thread
   /// alone.
   explicit Selector(std::size_t capacity, Executor* executor = nullptr);
-  ~Selector();
-  /// Takes over the memory; the source is left with a capacity of 0.
-  Selector(Selector&&) noexcept;
-  /// Takes over the memory; the source is left with a capacity of 0.
-  Selector& operator=(Selector&&) noexcept;
 
   /// The maximum number of candidates, and the maximum budget, of select(); 0 after a move.
   std::size_t capacity() const noexcept;
@@ -38,7 +31,11 @@ class Selector {
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:
-  std::unique_ptr<SelectorMemory> memory_;
+  struct Memory;
+  struct Destroy {
+    void operator()(Memory* memory) const noexcept;
+  };
+  std::unique_ptr<Memory, Destroy> memory_;
   Executor* executor_;
 };
 

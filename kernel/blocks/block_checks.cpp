@@ -3,7 +3,6 @@
 
 #include "kernel/blocks/camera_checks.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet {
@@ -11,13 +10,7 @@ namespace {
 
 constexpr double rotation_tolerance = 1e-3;  // on entries of R R^T - I: accepts poses stored in float32
 
-bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
-
 }  // namespace
-
-bool all_finite(const double* values, std::size_t count) noexcept {
-  return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
-}
 
 bool is_rigid(const RigidTransform& transform) noexcept {
   const double* const T_cw = transform.data();

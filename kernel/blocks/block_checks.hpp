@@ -5,12 +5,18 @@
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/jacobian.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 // The argument checks that append_blocks and match_information share.
 namespace maxlogdet {
 
-bool all_finite(const double* values, std::size_t count) noexcept;
+inline bool all_finite(const double* values, std::size_t count) noexcept {
+  return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
+}
+
+inline bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
 
 /// Whether all entries are finite, R R^T = I within 1e-3, and det R > 0.
 bool is_rigid(const RigidTransform& transform) noexcept;

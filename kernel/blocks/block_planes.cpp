@@ -2,12 +2,12 @@
 #include "kernel/blocks/block_planes.hpp"
 
 #include "kernel/base/aligned_array.hpp"
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/block_writer.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <new>
 
 namespace maxlogdet {
@@ -19,7 +19,6 @@ static_assert(simd::point_plane == planes_per_row * max_block_rows, "planes of p
 
 // The capacity, at least `needed`, that a store of this `capacity` grows to.
 std::size_t next_capacity(std::size_t needed, std::size_t capacity) noexcept {
-  constexpr std::size_t max_capacity = std::numeric_limits<std::uint32_t>::max();
   return std::max({needed, std::min(2 * capacity, max_capacity), std::size_t{64}});
 }
 
@@ -59,7 +58,7 @@ BlockPlanes& BlockPlanes::operator=(const BlockPlanes& other) {
 
 void BlockPlanes::reserve(std::size_t capacity) {
   if (capacity <= capacity_) return;
-  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
+  checked_capacity(capacity);
   static_assert(sizeof(std::size_t) > sizeof(std::uint32_t), "the size of the planes fits into size_t");
   // An odd number of cache lines per plane: planes a power of two apart would map to the same few cache sets.
   const std::size_t stride = ((capacity + floats_per_line - 1) / floats_per_line | 1) * floats_per_line;

@@ -62,7 +62,7 @@ Camera Camera::double_sphere(const PinholeCamera& pinhole, double xi, double alp
 bool has_valid_parameters(const Camera& camera) noexcept {
   const PinholeCamera& pinhole = camera.pinhole;
   const double* const k = camera.parameters;
-  if (!(pinhole.fx > 0 && std::isfinite(pinhole.fx) && pinhole.fy > 0 && std::isfinite(pinhole.fy))) return false;
+  if (!is_positive(pinhole.fx) || !is_positive(pinhole.fy)) return false;
   if (!std::isfinite(pinhole.cx) || !std::isfinite(pinhole.cy)) return false;
   if (!all_finite(k, parameter_count(camera.model))) return false;
   return simd::with_model(camera.model, [k](auto model) { return decltype(model)::are_valid(k); });

@@ -18,7 +18,7 @@ constexpr std::size_t candidates_per_excluded = 8;
 void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& candidates,
                  CandidatesMemory& memory) noexcept {
   std::fill_n(memory.column_max, simd::dimension, 0.0);
-  const std::size_t entries = std::size_t{simd::dimension} * static_cast<std::size_t>(candidates.row_count);
+  const std::size_t entries = std::size_t{simd::dimension} * static_cast<std::size_t>(candidates.rows);
   for (std::size_t plane = 0; plane < simd::planes_of_store; ++plane) {
     const bool is_point = plane >= simd::point_plane && candidates.form == simd::factored;
     if (plane >= entries && !is_point) continue;
@@ -31,7 +31,7 @@ void copy_listed(std::size_t count, const simd::Kernel& kernel, Candidates& cand
   for (std::size_t i = 0; i < count; ++i) memory.indices[i] = candidates.indices[memory.places[i]];
   candidates.planes = {memory.planes, memory.stride};
   candidates.count = count;
-  candidates.largest = memory.column_max;
+  candidates.column_max = memory.column_max;
   candidates.largest_of_form = memory.column_max;
   candidates.indices = memory.indices.data();
 }

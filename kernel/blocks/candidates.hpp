@@ -18,16 +18,13 @@ namespace maxlogdet {
 struct Candidates {
   simd::Planes planes;
   std::size_t count;
-  int row_count;
+  int rows;
   simd::Form form;                ///< the form in which screening reads them
-  const double* largest;          ///< as BlockPlanes::column_max, over at least these candidates
+  const double* column_max;       ///< as BlockPlanes::column_max, over at least these candidates
   const double* largest_of_form;  ///< as simd::LayoutFunctions::column_max for the form, over the same candidates
   const std::uint32_t* indices;   ///< the caller's index of each candidate
 
-  std::size_t size() const noexcept { return count; }
   std::uint32_t index_of(Candidate candidate) const noexcept { return indices[simd::number(candidate)]; }
-  int rows() const noexcept { return row_count; }
-  const double* column_max() const noexcept { return largest; }
   const float* plane(int row, int column) const noexcept {
     return planes.data + static_cast<std::size_t>(simd::dimension * row + column) * planes.stride;
   }

@@ -14,38 +14,18 @@ namespace {
 // Fewer matches than this are not worth a second thread (docs/threading.md).
 constexpr std::size_t crossover = 10000;
 
-template <class To, class From>
-constexpr bool is_same(To to, From from) noexcept {
-  return static_cast<int>(to) == static_cast<int>(from);
-}
-static_assert(is_same(simd::BlockWeighting::map_bias, Weighting::map_bias) &&
-                  is_same(simd::BlockWeighting::map_bias_world, Weighting::map_bias_world) &&
-                  is_same(simd::BlockWeighting::measurement, Weighting::measurement) &&
-                  is_same(simd::BlockWeighting::measurement_and_map, Weighting::measurement_and_map),
-              "simd/blocks.hpp lists the weightings in this order");
-static_assert(is_same(simd::ThirdRow::none, DepthCue::none) && is_same(simd::ThirdRow::stereo, DepthCue::stereo) &&
-                  is_same(simd::ThirdRow::depth, DepthCue::depth),
-              "simd/blocks.hpp lists the third measurements in this order");
-
-// The cameras that see the matches: one alone, or a rig's.
-struct Cameras {
-  const RigCamera* all;
-  std::size_t size;
-  bool is_rig;
-};
-
 Error first_error(Error first, Error second) noexcept { return first == Error::none ? second : first; }
 
 // Ids of matches that are not usable are not read.
 Error check_ids(const Cameras& cameras, const Matches& matches) noexcept {
   const unsigned char* const ids = matches.camera_ids;
-  if (cameras.is_rig && (cameras.all == nullptr || cameras.size == 0 || cameras.size > max_cameras)) {
+  if (cameras.data() == nullptr || cameras.size() == 0 || cameras.size() > max_cameras) {
     return Error::invalid_camera_id;
   }
   if (ids == nullptr) return Error::none;
   if (!cameras.is_rig) return Error::invalid_camera_id;
   for (std::size_t i = 0; i < matches.size; ++i) {
-    if (ids[i] >= cameras.size && (matches.usable == nullptr || matches.usable[i] != 0)) {
+    if (ids[i] >= cameras.size() && (matches.usable == nullptr || matches.usable[i] != 0)) {
       return Error::invalid_camera_id;
     }
   }
@@ -56,19 +36,19 @@ Error check(const Cameras& cameras, const RigidTransform& T, const Matches& matc
             const BlockOptions& options) noexcept {
   Error error = first_error(check(matches.points, matches.size), check_ids(cameras, matches));
   if (error != Error::none) return error;
-  for (std::size_t i = 0; i < cameras.size; ++i) {
-    error = first_error(error, check(cameras.all[i].camera, matches.jacobians != nullptr, options.depth_cue));
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    error = first_error(error, check(cameras.data()[i].camera, matches.jacobians != nullptr, options.depth_cue));
   }
   error = first_error(error, check(options));
   bool are_rigid = is_rigid(T);
-  for (std::size_t i = 0; cameras.is_rig && i < cameras.size; ++i) are_rigid &= is_rigid(cameras.all[i].T_cb);
+  for (std::size_t i = 0; i < cameras.size(); ++i) are_rigid &= is_rigid(cameras.data()[i].T_cb);
   return first_error(error, are_rigid ? Error::none : Error::invalid_pose);
 }
 
 simd::BlockInput block_input(const RigidTransform& T, const Matches& matches, const BlockOptions& options) noexcept {
   simd::BlockInput input{};
-  input.weighting = static_cast<simd::BlockWeighting>(options.weighting);
-  input.third = static_cast<simd::ThirdRow>(options.depth_cue);
+  input.weighting = options.weighting;
+  input.third = options.depth_cue;
   input.T_cw = T.data();
   input.map_sigma = options.map_sigma;
   input.depth_sigma = options.depth_sigma;
@@ -100,36 +80,25 @@ BlockReport report_of(const simd::BlockInput& input, const simd::BlockOutput& ou
   return report;
 }
 
-BlockReport append(const Cameras& cameras, const RigidTransform& T, const Matches& matches, const BlockOptions& options,
-                   BlockStore& blocks, Executor* executor) {
+}  // namespace
+
+BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
   BlockReport report;
-  report.error = check(cameras, T, matches, options);
+  report.error = check(cameras, T_cw, matches, options);
   if (report.error != Error::none) return report;
-  simd::BlockInput input = block_input(T, matches, options);
+  simd::BlockInput input = block_input(T_cw, matches, options);
   simd::CameraInput inputs[max_cameras];
-  for (std::size_t i = 0; i < cameras.size; ++i) inputs[i] = camera_input(cameras.all[i]);
+  for (std::size_t i = 0; i < cameras.size(); ++i) inputs[i] = camera_input(cameras.data()[i]);
   input.camera = inputs[0];
   input.rig = cameras.is_rig ? inputs : nullptr;
-  input.rig_size = cameras.size;
+  input.rig_size = cameras.size();
   BlockWriter writer(blocks, input.size);
   simd::BlockOutput output{};
   threading::Team team;
   team.run(executor, threading::workers_for(executor, options.threads, input.size, crossover),
            [&] { output = writer.append(input, team); });
   return report_of(input, output);
-}
-
-}  // namespace
-
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
-  const RigCamera only(camera);
-  return append({&only, 1, false}, T_cw, matches, options, blocks, executor);
-}
-
-BlockReport append_blocks(const Rig& rig, const RigidTransform& T_bw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor) {
-  return append({rig.cameras, rig.size, true}, T_bw, matches, options, blocks, executor);
 }
 
 const char* to_string(Weighting weighting) noexcept {

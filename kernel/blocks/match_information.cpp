@@ -12,7 +12,6 @@
 namespace maxlogdet {
 namespace {
 
-using simd::ThirdRow;
 template <int Rows>
 using Square = double[Rows][Rows];
 
@@ -27,7 +26,7 @@ struct Seen {
 simd::BlockInput block_input(const simd::CameraInput& camera, const RigidTransform& T_bw,
                              const MatchNoise& noise) noexcept {
   simd::BlockInput input{};
-  input.weighting = simd::BlockWeighting::measurement_and_map;
+  input.weighting = Weighting::measurement_and_map;
   input.camera = camera;
   input.T_cw = T_bw.data();
   input.map_sigma = noise.map_sigma;
@@ -49,7 +48,7 @@ bool linearise(const Seen& seen, double (&rows)[Rows][3]) noexcept {
 // A with A S A^T = I, S the covariance of coordinates that are G times those of the residual: along the ray of a
 // stereo row dZ = -Z^2 / bf (du - du_right), and by the rows of J that row is rotated with that of u. False where S is
 // not positive definite or keeps no digits.
-template <ThirdRow third, int Rows>
+template <DepthCue third, int Rows>
 bool whiten_coordinates(const Seen& seen, Square<Rows>& A, Square<Rows>& G) noexcept {
   constexpr int last = Rows - 1;
   const double* const covariance = seen.input.map_covariances;
@@ -61,7 +60,7 @@ bool whiten_coordinates(const Seen& seen, Square<Rows>& A, Square<Rows>& G) noex
     simd::add_third_row<third>(seen.input.camera.bf, seen.p_c.z, true, rows);
     if (seen.input.rig != nullptr) simd::rotate_to_body(seen.input.camera.T_cb, rows);
     for (int a = 0; a < Rows; ++a) G[a][a] = 1;
-    if (third == ThirdRow::stereo) {
+    if (third == DepthCue::stereo) {
       G[0][0] = G[0][last] = G[last][last] = simd::root_half;
       G[last][0] = -simd::root_half;
     }
@@ -71,8 +70,8 @@ bool whiten_coordinates(const Seen& seen, Square<Rows>& A, Square<Rows>& G) noex
   const double inverse_z = 1 / seen.p_c.z;
   const simd::PointOf<double> ray = {seen.p_c.x * inverse_z, seen.p_c.y * inverse_z, seen.p_c.z};
   const double by_disparity = ray.z * ray.z / seen.input.camera.bf;
-  G[0][last] = third == ThirdRow::stereo ? by_disparity : 1;
-  if (third == ThirdRow::stereo) G[0][0] = -by_disparity;
+  G[0][last] = third == DepthCue::stereo ? by_disparity : 1;
+  if (third == DepthCue::stereo) G[0][0] = -by_disparity;
   G[last - 1][1] = ray.z / seen.input.camera.fy;
   G[last][0] = ray.z / seen.input.camera.fx;
   return simd::whiten(noise, simd::covariance_along_ray<third>(seen.input, noise, ray), A);
@@ -80,7 +79,7 @@ bool whiten_coordinates(const Seen& seen, Square<Rows>& A, Square<Rows>& G) noex
 
 // W = Q A G, lower triangular with a positive diagonal: with rows and columns in the opposite order it is an upper
 // triangle.
-template <ThirdRow third>
+template <DepthCue third>
 bool whiten_by_map(const Seen& seen, double* W) noexcept {
   constexpr int last = simd::rows_with(third) - 1;
   double A[last + 1][last + 1], G[last + 1][last + 1] = {};
@@ -115,9 +114,9 @@ bool whiten_by_measurement(const Seen& seen, double* W) noexcept {
 bool whiten(const Seen& seen, double* W) noexcept {
   if (seen.input.map_covariances == nullptr && seen.input.map_sigma == 0) return whiten_by_measurement(seen, W);
   switch (seen.depth_cue) {
-    case DepthCue::none: return whiten_by_map<ThirdRow::none>(seen, W);
-    case DepthCue::stereo: return whiten_by_map<ThirdRow::stereo>(seen, W);
-    case DepthCue::depth: return whiten_by_map<ThirdRow::depth>(seen, W);
+    case DepthCue::none: return whiten_by_map<DepthCue::none>(seen, W);
+    case DepthCue::stereo: return whiten_by_map<DepthCue::stereo>(seen, W);
+    case DepthCue::depth: return whiten_by_map<DepthCue::depth>(seen, W);
   }
   return false;
 }

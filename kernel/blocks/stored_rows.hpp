@@ -24,10 +24,10 @@ inline bool round_block(const double* block, int rows, float (&stored)[max_block
   return true;
 }
 
-/// Reads the stored rows of a candidate, candidates.rows() of them, into float64.
+/// Reads the stored rows of a candidate, candidates.rows of them, into float64.
 inline void read_rows(const Candidates& candidates, Candidate candidate,
                       double (&rows)[max_block_rows][state_dimension]) {
-  for (int row = 0; row < candidates.rows(); ++row) {
+  for (int row = 0; row < candidates.rows; ++row) {
     for (int column = 0; column < state_dimension; ++column) {
       rows[row][column] = static_cast<double>(candidates.plane(row, column)[simd::number(candidate)]);
     }

@@ -155,7 +155,7 @@ const maxlogdet_block_report* maxlogdet_good_features_block_report(const maxlogd
 }
 
 double maxlogdet_good_features_efficiency(maxlogdet_good_features* good) {
-  return good == nullptr ? maxlogdet::not_a_number : good->features.efficiency();
+  return good == nullptr ? maxlogdet::not_a_number : efficiency(good->features);
 }
 
 size_t maxlogdet_good_features_outliers(maxlogdet_good_features* good, const double* T_cw, const uint32_t** indices) {
@@ -176,11 +176,11 @@ double maxlogdet_good_features_chi2(const maxlogdet_good_features* good, size_t 
 }
 
 int32_t maxlogdet_good_features_information(const maxlogdet_good_features* good, size_t i, double* omega) {
-  return good != nullptr && omega != nullptr && good->features.information(i, omega) ? 1 : 0;
+  return good != nullptr && omega != nullptr && match_information(good->features, i, omega) ? 1 : 0;
 }
 
 int32_t maxlogdet_good_features_whitening(const maxlogdet_good_features* good, size_t i, double* W) {
-  return good != nullptr && W != nullptr && good->features.whitening(i, W) ? 1 : 0;
+  return good != nullptr && W != nullptr && match_whitening(good->features, i, W) ? 1 : 0;
 }
 
 int32_t maxlogdet_good_features_record(maxlogdet_good_features* good, const char* folder) {

@@ -12,31 +12,18 @@ namespace maxlogdet {
 namespace c_api {
 namespace {
 
-// Copies a field, or an array of them, from C++ to C.
-struct ToC {
-  template <class C, class Cpp>
-  void operator()(C& c, const Cpp& cpp) const noexcept {
-    c = static_cast<C>(cpp);
-  }
-  template <std::size_t n>
-  void operator()(double (&c)[n], const double (&cpp)[n]) const noexcept {
-    std::copy_n(cpp, n, c);
-  }
-};
+// A field.
+template <class To, class From>
+void assign(To& to, const From& from) noexcept {
+  to = static_cast<To>(from);
+}
+// An array of them.
+template <std::size_t n>
+void assign(double (&to)[n], const double (&from)[n]) noexcept {
+  std::copy_n(from, n, to);
+}
 
-// The same from C to C++.
-struct ToCpp {
-  template <class C, class Cpp>
-  void operator()(const C& c, Cpp& cpp) const noexcept {
-    cpp = static_cast<Cpp>(c);
-  }
-  template <std::size_t n>
-  void operator()(const double (&c)[n], double (&cpp)[n]) const noexcept {
-    std::copy_n(c, n, cpp);
-  }
-};
-
-// Which field of C is which of C++. `copy` is either of the above.
+// Which field of C is which of C++. `copy` assigns either to the other.
 
 template <class Copy>
 void copy_fields(maxlogdet_camera& c, Camera& cpp, const Copy& copy) noexcept {
@@ -127,7 +114,7 @@ template <class C, class Cpp>
 C whole(Cpp cpp) noexcept {
   C c{};
   c.struct_size = sizeof c;
-  copy_fields(c, cpp, ToC());
+  copy_fields(c, cpp, [](auto& in_c, const auto& in_cpp) { assign(in_c, in_cpp); });
   return c;
 }
 
@@ -152,10 +139,15 @@ bool complete(const C* given, C& full) noexcept {
 }
 
 template <class C, class Cpp>
+void copy_to_cpp(C& c, Cpp& cpp) noexcept {
+  copy_fields(c, cpp, [](const auto& in_c, auto& in_cpp) { assign(in_cpp, in_c); });
+}
+
+template <class C, class Cpp>
 bool read_struct(const C* given, Cpp& cpp) noexcept {
   C c = whole<C>(Cpp());
   if (!complete(given, c) || c.reserved != 0) return false;
-  copy_fields(c, cpp, ToCpp());
+  copy_to_cpp(c, cpp);
   return true;
 }
 
@@ -176,7 +168,7 @@ bool read(const maxlogdet_matches* given, Matches& matches) noexcept {
   if (!complete(given, c) || c.reserved != 0) return false;
   const bool are_float = c.point_type == MAXLOGDET_POINT_TYPE_FLOAT32;
   if (!are_float && c.point_type != MAXLOGDET_POINT_TYPE_FLOAT64) return false;
-  copy_fields(c, matches, ToCpp());
+  copy_to_cpp(c, matches);
   matches.points = are_float ? points_of<float>(c) : points_of<double>(c);
   return true;
 }

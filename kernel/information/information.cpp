@@ -27,7 +27,7 @@ Information plus_blocks(const Candidates& candidates, const Candidate* list, std
   for (std::size_t k = 0; k < count; ++k) {
     double rows[max_block_rows][state_dimension];
     read_rows(candidates, list[k], rows);
-    for (int row = 0; row < candidates.rows(); ++row) {
+    for (int row = 0; row < candidates.rows; ++row) {
       for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) information.entry[i][j] += rows[row][i] * rows[row][j];
       }

@@ -84,7 +84,7 @@ float threshold_for(const Evaluator& evaluator, const float* values, std::size_t
 // Lists in ascending order the free candidates whose exact trace may be among the k largest.
 std::size_t list_contenders(const Problem& problem, const double* w, std::size_t k, float& threshold,
                             TraceMemory& memory) noexcept {
-  const std::size_t n = problem.candidates.size();
+  const std::size_t n = problem.candidates.count;
   Candidate* const contenders = memory.contenders.data();
   const double unit_error = trace_root_error(problem.candidates, w);  // 8 |W| |h|
   const double norm = unit_error / 8;
@@ -109,8 +109,8 @@ TraceMemory::TraceMemory(std::size_t capacity)
       top(capacity) {}
 
 double trace_root_error(const Candidates& candidates, const double* w) noexcept {
-  const double squares = bound_whitened_rows(w, candidates.column_max()).squares;
-  return 8 * std::sqrt(std::max(candidates.rows(), 1) * squares);
+  const double squares = bound_whitened_rows(w, candidates.column_max).squares;
+  return 8 * std::sqrt(std::max(candidates.rows, 1) * squares);
 }
 
 TopTraces find_top_traces(const Problem& problem, const double* w, std::size_t k, float guess,

@@ -46,10 +46,10 @@ class Filling {
     open.free_count = search_.remaining();
     const TopTraces top =
         find_top_traces(open, expected().inverse(), reach, first_guess(search_.missing()), memory_.traces);
-    const std::size_t step = std::max<std::size_t>(1, problem_.candidates.size() / reach);
+    const std::size_t step = std::max<std::size_t>(1, problem_.candidates.count / reach);
     Candidate* const spread = memory_.united;
     Candidate* end_of_spread = spread;
-    for (std::size_t i = 0; i < problem_.candidates.size(); i += step) {
+    for (std::size_t i = 0; i < problem_.candidates.count; i += step) {
       const auto candidate = static_cast<Candidate>(i);
       if (is_open_[candidate] != 0) *end_of_spread++ = candidate;
     }
@@ -86,7 +86,7 @@ class Filling {
   void close_full_groups() noexcept {
     if (!search_.constraints().has_groups()) return;
     std::size_t open = 0;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       const auto candidate = static_cast<Candidate>(i);
       if (!search_.constraints().has_room(candidate)) is_open_[candidate] = 0;
       open += is_open_[candidate];

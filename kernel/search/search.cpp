@@ -51,7 +51,7 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
                SearchMemory& memory) noexcept
     : memory_(memory),
       candidates_(without_excluded(blocks, options, *memory.kernel, memory.candidates)),
-      evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows(), 1), memory.team),
+      evaluator_(*memory.kernel, candidates_.planes, std::max(candidates_.rows, 1), memory.team),
       screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory.screening),
       problem_{candidates_, evaluator_, options.prior, nullptr, 0, nullptr, 0},
       constraints_(memory.constraints),
@@ -74,7 +74,7 @@ Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
 void Search::set_target(const Options& options) noexcept {
   if (target_.needs_all()) {
     unsigned char* const counted = memory_.is_counted.data();
-    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    for (std::size_t i = 0; i < candidates_.count; ++i) {
       counted[i] = options.excluded == nullptr || options.excluded[candidates_.indices[i]] == 0 ? 1 : 0;
     }
     target_.compare_with(factor_of_all(counted));
@@ -90,7 +90,7 @@ InformationFactor Search::factor_of_all(const unsigned char* counted) const noex
   InformationFactor all;
   if (all.reset(prior, sum, roundings) && all.determinant_error(prior, sum, roundings) < large_error) return all;
   all = answer_.prior();
-  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+  for (std::size_t i = 0; i < candidates_.count; ++i) {
     if (counted[i] != 0) add_rows(problem_, static_cast<Candidate>(i), all);
   }
   return all;
@@ -150,7 +150,7 @@ void Search::select(Lane lane, const double (*rows)[state_dimension], int count)
   if (rows == nullptr) {
     read_rows(candidates_, candidate, own);
     rows = own;
-    count = candidates_.rows();
+    count = candidates_.rows;
   }
   reject(lane);
   constraints_.take_room(candidate);
@@ -173,7 +173,7 @@ void Search::add(Candidate candidate) noexcept {
 void Search::take(Candidate candidate) noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(candidates_, candidate, rows);
-  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows());
+  answer_.add(evaluator_.kernel(), candidate, rows, candidates_.rows);
   check_target();
 }
 
@@ -208,7 +208,7 @@ void Search::report(Status status, Selection& selection) const noexcept {
 }
 
 void mark_unselected(const Search& search, ArrayOf<Candidate, unsigned char>& flags) noexcept {
-  std::copy_n(search.problem().is_free, search.problem().candidates.size(), flags.data());
+  std::copy_n(search.problem().is_free, search.problem().candidates.count, flags.data());
   for (std::size_t j = 0; j < search.answer().size(); ++j) flags[search.answer()[j]] = 0;
 }
 

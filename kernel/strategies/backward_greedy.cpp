@@ -42,14 +42,14 @@ class Removal {
 
   // The remaining candidates, by index; returns how many.
   std::size_t list(Candidate* list) const noexcept {
-    return list_flagged(left_.data(), problem_.candidates.size(), list);
+    return list_flagged(left_.data(), problem_.candidates.count, list);
   }
 
  private:
   Status remove_many(std::size_t kept) noexcept {
     if (!sum_up_all()) refactorise();
-    Losses losses(problem_.evaluator, problem_.candidates.column_max(), search_.screening().memory(), memory_.losses);
-    losses.start(left_.data(), problem_.candidates.size(), factor_);
+    Losses losses(problem_.evaluator, problem_.candidates.column_max, search_.screening().memory(), memory_.losses);
+    losses.start(left_.data(), problem_.candidates.count, factor_);
     const Status status = remove_one_by_one(losses, std::max(kept, few));
     search_.count_evaluations(losses.evaluations());
     return status;
@@ -109,12 +109,12 @@ class Removal {
   }
 
   bool is_same(Candidate a, Candidate b) const noexcept {
-    return are_identical(problem_.candidates.planes, problem_.candidates.rows(), a, b);
+    return are_identical(problem_.candidates.planes, problem_.candidates.rows, a, b);
   }
 
   // Factorises the sum of all; false if its squared condition number leaves too few digits.
   bool sum_up_all() noexcept {
-    std::copy_n(left_.data(), problem_.candidates.size(), memory_.is_counted.data());
+    std::copy_n(left_.data(), problem_.candidates.count, memory_.is_counted.data());
     for (std::size_t j = 0; j < problem_.required_count; ++j) memory_.is_counted[problem_.required[j]] = 1;
     double sum[state_dimension * state_dimension];
     const double roundings = sum_up(problem_, memory_.is_counted.data(), sum);
@@ -123,7 +123,7 @@ class Removal {
 
   void refactorise() noexcept {
     factor_ = required_;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       const auto candidate = static_cast<Candidate>(i);
       if (left_[candidate] != 0) add_rows(problem_, candidate, factor_);
     }

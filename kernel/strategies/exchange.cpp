@@ -59,7 +59,7 @@ class Exchange {
   // Stale bounds, at the current information, of all unselected candidates, whether their group is full or not.
   void bound_relative_gains() noexcept {
     Screening& screening = search_.screening();
-    screening.use_store(is_unselected_.data(), problem_.candidates.size());
+    screening.use_store(is_unselected_.data(), problem_.candidates.count);
     highest_bound_ = screening.bound_all(factor_);
     has_bounds_ = true;
   }
@@ -83,7 +83,7 @@ class Exchange {
 
   // Restricts the screening to candidates whose group has room.
   void close_full_groups() noexcept {
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       const auto candidate = static_cast<Candidate>(i);
       is_open_[candidate] = search_.constraints().has_room(candidate) ? is_unselected_[candidate] : 0;
     }
@@ -95,9 +95,9 @@ class Exchange {
     double relative_gains[2];
     problem_.evaluator.decide(without.inverse(), both, 2, relative_gains);
     const double f = without.relative_error();
-    const double omega = without.inverse_norm() * max_row_norm(problem_.candidates.column_max());
+    const double omega = without.inverse_norm() * max_row_norm(problem_.candidates.column_max);
     // Upper bound of the error of the difference of two gains, nats.
-    const double error = drift_of_error * problem_.candidates.rows() * f + 128 * simd::double_unit_roundoff * omega;
+    const double error = drift_of_error * problem_.candidates.rows * f + 128 * simd::double_unit_roundoff * omega;
     return f < hopeless_error && relative_gains[0] - relative_gains[1] > error * (1 + relative_gains[0]);
   }
 

@@ -6,7 +6,7 @@ namespace {
 
 // k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
 Status greedy(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
-  search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
+  search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;
     search.screening().begin_round(search.answer().factor());

@@ -48,7 +48,7 @@ Status search_lazily(Search& search) noexcept {
 }
 
 Status lazy_greedy(Search& search) noexcept {
-  search.screening().use_store(search.problem().is_free, search.problem().candidates.size());
+  search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
   return search_lazily(search);
 }
 

@@ -36,7 +36,7 @@ class Relaxation {
 
   Status run() noexcept {
     const std::size_t sample = sample_per_selected * k_;
-    if (problem_.candidates.size() < 2 * sample || k_ == 0) return lazy_greedy(search_);
+    if (problem_.candidates.count < 2 * sample || k_ == 0) return lazy_greedy(search_);
     const std::size_t listed = list_sample(sample);
     if (listed < sample / 2) return lazy_greedy(search_);
     if (search_shortlist(listed) != Status::ok) return Status::deadline_reached;
@@ -53,7 +53,7 @@ class Relaxation {
  private:
   // Lists the free candidates of the tiles that begin at multiples of `step`, about `sample` of them if all are free.
   std::size_t list_sample(std::size_t sample) noexcept {
-    const std::size_t n = problem_.candidates.size();
+    const std::size_t n = problem_.candidates.count;
     const std::size_t step = std::max<std::size_t>(1, n / sample) * simd::tile_size;
     std::size_t count = 0;
     for (std::size_t first = 0; first < n; first += step) {

@@ -21,11 +21,11 @@ Status stochastic_greedy(Search& search, const Options& options, StrategyMemory&
   Screening& screening = search.screening();
   Candidate* const pool = memory.shortlist;          // all that remain; a round moves its sample to the front
   std::uint32_t* const draws = memory.traces.order;  // offsets of a round's Fisher-Yates shuffle
-  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.size(), pool);
+  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.count, pool);
   const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
   const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
   std::uint64_t drawn = 0;
-  screening.layout().make_records(problem.candidates.size());
+  screening.layout().make_records(problem.candidates.count);
 
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;

@@ -289,8 +289,8 @@ TEST(GoodFeatures, has_a_weight_just_where_there_is_a_block) {
     good.add(match);
     ASSERT_EQ(good.select(1).error, Error::none);
     double entries[9];
-    EXPECT_EQ(good.information(0, entries), good.blocks().is_valid(0));
-    EXPECT_EQ(good.whitening(0, entries), good.blocks().is_valid(0));
+    EXPECT_EQ(match_information(good, 0, entries), good.blocks().is_valid(0));
+    EXPECT_EQ(match_whitening(good, 0, entries), good.blocks().is_valid(0));
   }
 }
 

@@ -91,14 +91,14 @@ TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
   for_frames_of_all_kinds(trials(100), 150, [&](Random&, const FeatureFrame& frame) {
     frame.gather(good);
     std::vector<std::array<double, 9>> before(150);
-    for (std::size_t i = 0; i < 150; ++i) good.information(i, before[i].data());
+    for (std::size_t i = 0; i < 150; ++i) match_information(good, i, before[i].data());
     ASSERT_EQ(good.select(with_budget(40)).status, Status::ok);
     Matrix6 actual = Matrix6::Zero(), expected = Matrix6::Zero();
     for (std::size_t i = 0; i < 150; ++i) {
       if (!good.blocks().is_valid(i) || !(frame.in_camera(i, frame.T_cw).z() > 0)) continue;
       double omega[9] = {}, W[9] = {};
-      ASSERT_TRUE(good.information(i, omega)) << i;
-      ASSERT_TRUE(good.whitening(i, W)) << i;
+      ASSERT_TRUE(match_information(good, i, omega)) << i;
+      ASSERT_TRUE(match_whitening(good, i, W)) << i;
       const std::size_t rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
       for (std::size_t e = 0; e < rows * rows; ++e) EXPECT_EQ(omega[e], before[i][e]) << "before select()";
       double sum = 0;
@@ -125,19 +125,19 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
     double omega[4] = {-7, -7, -7, -7};
     const bool is_behind = !(frame.in_camera(i, frame.T_cw).z() > 0);
     behind += is_behind ? 1 : 0;
-    EXPECT_EQ(good.information(i, omega), !is_behind && i < 100) << i;
+    EXPECT_EQ(match_information(good, i, omega), !is_behind && i < 100) << i;
     if (is_behind || i == 100) {
       EXPECT_EQ(omega[0], -7);
     } else {
       EXPECT_DOUBLE_EQ(omega[0], 1 / (frame.sigmas[i] * frame.sigmas[i]));
     }
-    EXPECT_EQ(good.whitening(i, omega), !is_behind && i < 100) << i;
+    EXPECT_EQ(match_whitening(good, i, omega), !is_behind && i < 100) << i;
   }
   EXPECT_GT(behind, 0U);
   good.start(Rig(), rows_of(frame.T_cw));
   good.add(frame.matches[0]);
   double omega[4];
-  EXPECT_FALSE(good.information(0, omega)) << "a rig without cameras";
+  EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
 }
 
 TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
@@ -151,7 +151,7 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
     for (std::size_t i = 0; i < 200; ++i) {
       double omega[9];
       const bool is_in_front = frame.in_camera(i, optimised).z() > 0;
-      if (good.is_selected(i) || !is_in_front || !good.information(i, omega)) continue;
+      if (good.is_selected(i) || !is_in_front || !match_information(good, i, omega)) continue;
       const WideVector3 e = frame.residuals(i, optimised);
       const int rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
       long double expected = 0;

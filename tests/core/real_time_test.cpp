@@ -186,12 +186,12 @@ class Tracked {
     select_otherwise();
     double weight[9];
     for (std::size_t i = 0; i < good_.size(); ++i) {
-      weighted += good_.information(i, weight) && good_.whitening(i, weight) ? 1 : 0;
+      weighted += match_information(good_, i, weight) && match_whitening(good_, i, weight) ? 1 : 0;
     }
     good_.is_weighted = kind == 2;
     good_.spread = kind == 3 ? 0 : 1.5;  // of the next frame
     good_.outliers(T_cw_);
-    good_.efficiency();
+    efficiency(good_);
     for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
   }
 

@@ -19,9 +19,9 @@ class Removals {
  public:
   explicit Removals(const Search& search)
       : problem_(search.problem()),
-        is_left_(simd::tile_size * tiles_of(problem_.candidates.size())),
+        is_left_(simd::tile_size * tiles_of(problem_.candidates.count)),
         without_(search.answer().factor()) {
-    std::copy_n(problem_.is_free, problem_.candidates.size(), is_left_.begin());
+    std::copy_n(problem_.is_free, problem_.candidates.count, is_left_.begin());
     refactorise();
   }
 
@@ -48,7 +48,7 @@ class Removals {
  private:
   void refactorise() {
     factor_ = without_;
-    for (std::size_t i = 0; i < problem_.candidates.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.candidates.count; ++i) {
       if (is_left_[i] > 0) add_rows(problem_, static_cast<Candidate>(i), factor_);
     }
   }
@@ -114,8 +114,8 @@ void expect_the_same_with_stale_bounds(const BlockStore& blocks, const Options& 
   const maxlogdet::Problem& problem = search.problem();
   Removals removals(search);
   LossesMemory own(blocks.size());
-  Losses losses(problem.evaluator, problem.candidates.column_max(), search.screening().memory(), own);
-  losses.start(problem.is_free, problem.candidates.size(), removals.factor());
+  Losses losses(problem.evaluator, problem.candidates.column_max, search.screening().memory(), own);
+  losses.start(problem.is_free, problem.candidates.count, removals.factor());
   for (std::size_t left = search.remaining(); left > kept; --left) {
     const Lane lane = losses.find_min(removals.factor());
     const Candidate removed = losses.candidate(lane);

@@ -54,11 +54,11 @@ class Screened {
         blocks_(blocks),
         candidates_(all_of(blocks)),
         evaluator_(kernel, candidates_.planes, blocks.rows(), team_),
-        memory_(candidates_.size()),
+        memory_(candidates_.count),
         screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
-        remains_(candidates_.size(), 1),
-        lanes_(padded(candidates_.size())) {
-    screening_.use_store(remains_.data(), candidates_.size());
+        remains_(candidates_.count, 1),
+        lanes_(padded(candidates_.count)) {
+    screening_.use_store(remains_.data(), candidates_.count);
   }
 
   // Starts from this prior; returns false if it is refused.
@@ -91,7 +91,7 @@ class Screened {
   void order_by_gain() { screening_.order_by_gain(); }
 
   void expect_bounds_hold() const {
-    std::vector<bool> seen(candidates_.size(), false);
+    std::vector<bool> seen(candidates_.count, false);
     for (std::size_t i = 0; i < screening_.layout().lanes(); ++i) {
       const auto lane = static_cast<Lane>(i);
       if (!screening_.layout().remains(lane)) continue;
@@ -121,7 +121,7 @@ class Screened {
   // The float64 winner among everything that remains, the lowest index on ties.
   Candidate decide_among_all() const {
     std::vector<Candidate> all;
-    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    for (std::size_t i = 0; i < candidates_.count; ++i) {
       if (remains_[i] != 0) all.push_back(static_cast<Candidate>(i));
     }
     std::vector<double> relative_gains(all.size());

@@ -16,7 +16,7 @@ namespace {
 
 long double trace_of(const Candidates& candidates, std::size_t i, const double* w) {
   long double sum = 0;
-  for (int row = 0; row < candidates.rows(); ++row) {
+  for (int row = 0; row < candidates.rows; ++row) {
     for (int c = 0; c < state_dimension; ++c) {
       long double y = 0;
       for (int d = 0; d <= c; ++d) {
@@ -30,7 +30,7 @@ long double trace_of(const Candidates& candidates, std::size_t i, const double* 
 }
 
 bool are_the_same(const Candidates& candidates, std::size_t i, std::size_t j) {
-  for (int entry = 0; entry < candidates.rows() * state_dimension; ++entry) {
+  for (int entry = 0; entry < candidates.rows * state_dimension; ++entry) {
     const float* const plane = candidates.plane(entry / state_dimension, entry % state_dimension);
     if (plane[i] != plane[j]) return false;
   }
@@ -47,7 +47,7 @@ bool operator==(const Top& a, const Top& b) { return a.candidates == b.candidate
 void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
   const Candidates& candidates = search.problem().candidates;
   const double* const w = search.answer().factor().inverse();
-  std::vector<bool> is_taken(candidates.size());
+  std::vector<bool> is_taken(candidates.count);
   long double min_taken = infinity;
   long double sum = 0;
   for (const Candidate candidate : top.candidates) {
@@ -65,7 +65,7 @@ void expect_largest(const Search& search, const Top& top, std::size_t wanted) {
            1e-14 * static_cast<double>(trace);
   };
   EXPECT_NEAR(top.sum, static_cast<double>(sum), static_cast<double>(top.candidates.size()) * error_of(sum));
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
+  for (std::size_t i = 0; i < candidates.count; ++i) {
     if (search.problem().is_free[i] == 0 || is_taken[i]) continue;
     const long double trace = trace_of(candidates, i, w);
     ASSERT_LE(trace, min_taken + 2 * error_of(min_taken)) << i;

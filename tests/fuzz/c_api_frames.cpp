@@ -201,7 +201,7 @@ void Frames::check_answer(const maxlogdet_selection* selection, bool is_understo
 }
 
 void Frames::check_judgement() {
-  require(same_value(maxlogdet_good_features_efficiency(good_), expected_.efficiency()), "efficiency is that of C++");
+  require(same_value(maxlogdet_good_features_efficiency(good_), efficiency(expected_)), "efficiency is that of C++");
   check_same(*maxlogdet_good_features_block_report(good_), expected_.block_report());
   const std::vector<double> pose = any_pose(bytes_);
   const std::uint32_t* outliers = nullptr;
@@ -218,10 +218,10 @@ void Frames::check_match(std::size_t i) const {
   require((maxlogdet_good_features_is_outlier(good_, i) != 0) == expected_.is_outlier(i), "what is an outlier", i);
   require(same_value(maxlogdet_good_features_chi2(good_, i), expected_.chi2(i)), "chi2 is that of C++", i);
   double in_c[9] = {}, in_cpp[9] = {};
-  require((maxlogdet_good_features_information(good_, i, in_c) != 0) == expected_.information(i, in_cpp) &&
+  require((maxlogdet_good_features_information(good_, i, in_c) != 0) == match_information(expected_, i, in_cpp) &&
               std::equal(in_c, in_c + 9, in_cpp, same_value),
           "weights are those of C++", i);
-  require((maxlogdet_good_features_whitening(good_, i, in_c) != 0) == expected_.whitening(i, in_cpp) &&
+  require((maxlogdet_good_features_whitening(good_, i, in_c) != 0) == match_whitening(expected_, i, in_cpp) &&
               std::equal(in_c, in_c + 9, in_cpp, same_value),
           "and their roots", i);
 }

@@ -89,7 +89,7 @@ class TrackerHook {
     const BlockStore& blocks = features.blocks();
     for (std::size_t i = 0; i < features.size(); ++i) {
       const std::uint32_t id = features.id(i);
-      const bool may_go = are_blocks_needed ? blocks.is_valid(i) : id != GoodFeatures::no_id;
+      const bool may_go = are_blocks_needed ? blocks.is_valid(i) : id != no_id;
       if (may_go && !features.is_selected(i)) left_out_.push_back(id);
     }
     cost_.status = features.reason();

@@ -68,7 +68,7 @@ class OrbSlamHook : public TrackerHook {
       const std::size_t middle = first + (last - first) / 2;
       features.id(middle) < slot ? first = middle + 1 : last = middle;
     }
-    return features.id(first) == slot && features.information(first, omega);
+    return features.id(first) == slot && match_information(features, first, omega);
   }
 
  protected:

@@ -97,8 +97,8 @@ TEST(BudgetGuide, of_synthetic_frames_100_of_1000_matches_keep_a_fifth_to_a_thir
   GoodFeatures good(1000);
   gather(frame, good);
   ASSERT_EQ(good.select(100).status, Status::ok);
-  EXPECT_GT(good.efficiency(), 0.2);
-  EXPECT_LT(good.efficiency(), 0.34);
+  EXPECT_GT(efficiency(good), 0.2);
+  EXPECT_LT(efficiency(good), 0.34);
 }
 
 // Points that were seen once in stereo, and their covariances.
@@ -172,7 +172,7 @@ TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
   EXPECT_LT(relative_difference(gram(H), information_of(seen)), 1e-6);
   // e is whitened alike.
   Eigen::Matrix<double, 2, 2, Eigen::RowMajor> W;
-  ASSERT_TRUE(good.whitening(0, W.data()));
+  ASSERT_TRUE(match_whitening(good, 0, W.data()));
   EXPECT_LT(relative_difference(e, product(W, Eigen::Vector2d(1, 2))), 1e-12);
   H = before;
   guide::weigh_rows(good, 1, 2, e, H);  // there is none

@@ -109,7 +109,7 @@ TEST(FrameGuide, octaves_right_columns_and_depths_are_those_of_the_block) {
     guide::add_stereo(good, m);
     EXPECT_EQ(good.id(0), 17U);
     double omega[9];
-    ASSERT_TRUE(good.information(0, omega));
+    ASSERT_TRUE(match_information(good, 0, omega));
     EXPECT_NEAR(omega[0], std::pow(1.2, -6), 1e-12);
     good.select(1);
     EXPECT_EQ(good.blocks().rows(), u_right < 0 ? 2 : 3);
