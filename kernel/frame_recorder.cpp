@@ -12,8 +12,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <clocale>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <string_view>
 
@@ -29,6 +31,21 @@ void put(std::string& text, Number value) {
   const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
   text.append(digits, end);
 }
+
+#if !defined(__cpp_lib_to_chars)  // gcc before 11 has it for integers only; this takes ten times as long
+void put(std::string& text, double value) {
+  char digits[32];
+  for (int precision = 15; precision <= 17; ++precision) {
+    std::snprintf(digits, sizeof digits, "%.*g", precision, value);
+    if (std::strtod(digits, nullptr) == value) break;
+  }
+  const std::string point = std::localeconv()->decimal_point;
+  const std::size_t start = text.size();
+  text += digits;
+  const std::size_t found = text.find(point, start);
+  if (found != std::string::npos) text.replace(found, point.size(), ".");
+}
+#endif
 
 // The rest of a line that begins with `name`.
 template <class Number>
