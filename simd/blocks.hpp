@@ -13,11 +13,8 @@
 
 namespace maxlogdet::simd {
 
-using BlockWeighting = Weighting;
-using ThirdRow = DepthCue;
-
-constexpr bool is_by_map_bias(BlockWeighting weighting) {
-  return weighting == BlockWeighting::map_bias || weighting == BlockWeighting::map_bias_world;
+constexpr bool is_by_map_bias(Weighting weighting) {
+  return weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
 }
 
 /// Why a match has no block, where the report says so.
@@ -45,8 +42,8 @@ struct CameraInput {
 };
 
 struct BlockInput {
-  BlockWeighting weighting;
-  ThirdRow third;
+  Weighting weighting;
+  DepthCue third;
   CameraInput camera;      ///< if it is alone
   const CameraInput* rig;  ///< rig_size cameras; nullptr: one camera alone, whose T_cb is I
   std::size_t rig_size;

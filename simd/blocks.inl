@@ -32,9 +32,9 @@ inline void store_point(const Point& p, float* to, std::size_t stride) {
 }
 
 // A pack of blocks, one match per lane.
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 struct BlockPack {
-  static constexpr bool is_world = weighting == BlockWeighting::map_bias_world;
+  static constexpr bool is_world = weighting == Weighting::map_bias_world;
   static constexpr int rows = is_world ? 3 : rows_with(third);
   static constexpr bool is_factored = rows == 3 && !is_world;
 
@@ -45,7 +45,7 @@ struct BlockPack {
 };
 
 // Of matches [i, i + double_lanes).
-template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
+template <Weighting weighting, DepthCue third, bool by_jacobian>
 [[gnu::always_inline]] inline void build_pack(const BlockInput& input, const Batch& batch, std::size_t i,
                                               BlockPack<weighting, third>& pack) {
   const Point p = load_point(batch, value::point, i);
@@ -59,9 +59,9 @@ template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
     Factor<rows_with(third)> factor;
     if constexpr (by_jacobian) {
       pack.valid = factor_by_jacobian<weighting, third>(input, batch, i, has_third, factor);
-    } else if constexpr (weighting == BlockWeighting::map_bias) {
+    } else if constexpr (weighting == Weighting::map_bias) {
       factor = map_bias_factor<third>(p, has_third);
-    } else if constexpr (weighting == BlockWeighting::measurement) {
+    } else if constexpr (weighting == Weighting::measurement) {
       pack.valid = measurement_factor<third>(input, batch, i, p, has_third, factor);
     } else {
       pack.valid = whitened_factor<third>(input, batch, i, p, has_third, factor);
@@ -78,7 +78,7 @@ template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
 // append_pack and append_lanes set `has_three_rows` if a stored block has a third row.
 
 // A whole pack of valid matches.
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 [[gnu::always_inline]] inline void append_pack(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
                                                bool& has_three_rows, BlockOutput& output) {
   float* const planes = output.planes + output.stored;
@@ -90,11 +90,11 @@ template <BlockWeighting weighting, ThirdRow third>
     output.validity[numbers[lane]] = 1;
   }
   output.stored += double_lanes;
-  has_three_rows = has_three_rows || (third != ThirdRow::none && xsimd::any(pack.has_third));
+  has_three_rows = has_three_rows || (third != DepthCue::none && xsimd::any(pack.has_third));
 }
 
 // The valid ones of the first `used` lanes, by way of a copy.
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 [[gnu::always_inline]] inline void append_lanes(const BlockPack<weighting, third>& pack, const std::uint32_t* numbers,
                                                 std::size_t used, bool& has_three_rows, BlockOutput& output) {
   constexpr std::size_t entries = std::size_t{BlockPack<weighting, third>::rows} * dimension;
@@ -144,7 +144,7 @@ inline void summarise(std::size_t rows, bool has_three_rows, bool is_factored, B
   output.is_factored = is_factored && factored_max({output.planes, output.stride}, output.stored, output.factored_max);
 }
 
-template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
+template <Weighting weighting, DepthCue third, bool by_jacobian>
 void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   using Pack = BlockPack<weighting, third>;
   double pose[12];  // copies, so that no store can change them
@@ -176,25 +176,24 @@ void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   summarise(Pack::rows, has_three_rows, Pack::is_factored, output);
 }
 
-template <BlockWeighting weighting, bool by_jacobian>
+template <Weighting weighting, bool by_jacobian>
 void build_blocks_weighted(const BlockInput& input, BlockOutput& output) {
   // By the map's bias a block asks only whether a match has a third measurement.
-  constexpr ThirdRow depth = is_by_map_bias(weighting) ? ThirdRow::stereo : ThirdRow::depth;
+  constexpr DepthCue depth = is_by_map_bias(weighting) ? DepthCue::stereo : DepthCue::depth;
   switch (input.third) {
-    case ThirdRow::none: return build_blocks_of<weighting, ThirdRow::none, by_jacobian>(input, output);
-    case ThirdRow::stereo: return build_blocks_of<weighting, ThirdRow::stereo, by_jacobian>(input, output);
-    case ThirdRow::depth: return build_blocks_of<weighting, depth, by_jacobian>(input, output);
+    case DepthCue::none: return build_blocks_of<weighting, DepthCue::none, by_jacobian>(input, output);
+    case DepthCue::stereo: return build_blocks_of<weighting, DepthCue::stereo, by_jacobian>(input, output);
+    case DepthCue::depth: return build_blocks_of<weighting, depth, by_jacobian>(input, output);
   }
 }
 
-template <BlockWeighting weighting>
+template <Weighting weighting>
 void build_blocks_weighted(const BlockInput& input, BlockOutput& output) {
   is_by_jacobian(input) ? build_blocks_weighted<weighting, true>(input, output)
                         : build_blocks_weighted<weighting, false>(input, output);
 }
 
 void build_blocks(const BlockInput& input, BlockOutput& output) {
-  using Weighting = BlockWeighting;
   switch (input.weighting) {
     case Weighting::map_bias: return build_blocks_weighted<Weighting::map_bias>(input, output);
     case Weighting::map_bias_world: return build_blocks_weighted<Weighting::map_bias_world>(input, output);

@@ -46,7 +46,7 @@ inline void multiply_by_point_jacobian(const Factor<Rows>& factor, const Point& 
 
 // H_c in the camera frame: H_p^n^-1 = [J; 0 0 1]^-1, and the row of zeros that the paper appends to H_x leaves
 // [1 0 -X/Z; 0 1 -Y/Z; 0 0 0] of it. fx and fy cancel. With a third measurement J^-1 J = I is left.
-template <ThirdRow third>
+template <DepthCue third>
 inline Factor<rows_with(third)> map_bias_factor(const Point& p, const Mask& has_third) {
   const Doubles zero(0.0);
   const Doubles one(1.0);
@@ -55,7 +55,7 @@ inline Factor<rows_with(third)> map_bias_factor(const Point& p, const Mask& has_
   factor.a[0][1] = zero;
   factor.a[0][2] = negated(p.x / p.z);
   factor.a[1][2] = negated(p.y / p.z);
-  if constexpr (third != ThirdRow::none) {
+  if constexpr (third != DepthCue::none) {
     factor.a[0][2] = xsimd::select(has_third, zero, factor.a[0][2]);
     factor.a[1][2] = xsimd::select(has_third, zero, factor.a[1][2]);
     factor.a[2][2] = xsimd::select(has_third, one, zero);
@@ -68,7 +68,7 @@ inline Factor<rows_with(third)> map_bias_factor(const Point& p, const Mask& has_
 // axis seen from the camera over the ray's share of it. So B = R^T (I - p g^T); singular where that share is zero.
 // Returns where it is not. With a third measurement g = 0. On a rig all of it is in the body's axes, and the ray, which
 // comes from the camera, is not p.
-template <ThirdRow third>
+template <DepthCue third>
 inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Point& p, const Mask& has_third,
                                  Doubles (&h)[3][dimension]) {
   const Doubles zero(0.0);
@@ -80,7 +80,7 @@ inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Poi
   const Doubles norm = xsimd::sqrt(ray.x * ray.x + ray.y * ray.y + ray.z * ray.z);
   Mask is_singular = xsimd::abs(share) < Doubles(singular_ray_cosine) * norm;
   Doubles g[3] = {r[0][2] / share, r[1][2] / share, r[2][2] / share};
-  if constexpr (third != ThirdRow::none) {
+  if constexpr (third != DepthCue::none) {
     is_singular = is_singular & !has_third;
     for (Doubles& entry : g) entry = xsimd::select(has_third, zero, entry);
   }
@@ -98,7 +98,7 @@ inline Mask map_bias_world_block(const double* T_cw, const Point& ray, const Poi
 
 // Q H_x / sigma, with a rotation Q: with a stereo row of ((u + u_right) / sqrt(2), v, (u_right - u) / sqrt(2)), of
 // which the last depends on the depth alone. Returns where sigma^2 has not underflowed to zero.
-template <ThirdRow third>
+template <DepthCue third>
 inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                                const Mask& has_third, Factor<rows_with(third)>& factor) {
   const Doubles zero(0.0);
@@ -113,12 +113,12 @@ inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std:
   Doubles column = Doubles(input.camera.fx) * weight;
   factor.a[0][1] = factor.a[0][2] = factor.a[1][2] = zero;
   factor.a[1][1] = Doubles(input.camera.fy) * weight;
-  if constexpr (third == ThirdRow::stereo) {
+  if constexpr (third == DepthCue::stereo) {
     const Doubles depth = Doubles(input.camera.bf * root_half) * (inverse_z * weight);
     column = xsimd::select(has_third, column * Doubles(2 * root_half), column);
     factor.a[2][2] = xsimd::select(has_third, depth, zero);
     factor.a[0][2] = factor.a[2][2];
-  } else if constexpr (third == ThirdRow::depth) {
+  } else if constexpr (third == DepthCue::depth) {
     is_definite = is_definite & ((Doubles(input.depth_sigma * input.depth_sigma) > zero) | !has_third);
     factor.a[2][2] = xsimd::select(has_third, Doubles(1 / input.depth_sigma), zero);
   }
@@ -128,7 +128,7 @@ inline Mask measurement_factor(const BlockInput& input, const Batch& batch, std:
 }
 
 // Q C^-1 H_x with C C^T = Sigma_z + H_p Sigma_p H_p^T. Returns where there is one.
-template <ThirdRow third>
+template <DepthCue third>
 inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                             const Mask& has_third, Factor<rows_with(third)>& factor) {
   constexpr int last = rows_with(third) - 1;
@@ -141,7 +141,7 @@ inline Mask whitened_factor(const BlockInput& input, const Batch& batch, std::si
   factor.a[0][1] = inverse[last][last - 1];
   factor.a[1][1] = inverse[last - 1][last - 1];
   factor.a[0][2] = factor.a[1][2] = Doubles(0.0);
-  if constexpr (third != ThirdRow::none) {
+  if constexpr (third != DepthCue::none) {
     factor.a[0][2] = inverse[2][0];
     factor.a[1][2] = inverse[1][0];
     factor.a[2][2] = xsimd::select(has_third, inverse[0][0], Doubles(0.0));

@@ -28,15 +28,15 @@ inline ConditionOf<Number> image_jacobian(const CameraInput& camera, const Point
 
 /// The third row by p_c, zeros where there is none: that of the depth, or that of u_right, which is rotated with that
 /// of u to (u + u_right, u_right - u) / sqrt(2), of which the last depends on the depth alone.
-template <ThirdRow third, class Number, int Rows>
+template <DepthCue third, class Number, int Rows>
 inline void add_third_row(double bf, const Number& depth, const ConditionOf<Number>& has_third,
                           Number (&rows)[Rows][3]) {
-  static_assert(Rows == (third == ThirdRow::none ? 2 : 3), "a third row has its place");
-  if (third == ThirdRow::none) return;
+  static_assert(Rows == (third == DepthCue::none ? 2 : 3), "a third row has its place");
+  if (third == DepthCue::none) return;
   constexpr int last = Rows - 1;
   const Number zero(0.0);
   rows[last][0] = rows[last][1] = zero;
-  if (third == ThirdRow::depth) {
+  if (third == DepthCue::depth) {
     rows[last][2] = select(has_third, Number(1.0), zero);
     return;
   }

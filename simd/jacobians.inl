@@ -9,7 +9,7 @@ using maxlogdet::simd::CameraInput;
 using maxlogdet::simd::rows_with;
 
 // The rows of J by p_c; returns why there are none.
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 inline Doubles linearise(const BlockInput& input, const CameraInput& camera, const Batch& batch, std::size_t i,
                          const Point& p, Doubles (&rows)[rows_with(third)][3]) {
   const Mask has_third = third_of<third>(input, batch, i);
@@ -43,7 +43,7 @@ inline void put(const Doubles& pack, const Mask& mask, std::size_t value, std::s
 }
 
 // J of the matches that this camera sees; the batch's points are p_b.
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 inline void linearise_with(const BlockInput& input, const CameraInput& camera, std::size_t number, Batch& batch) {
   const double* const T = camera.T_cb;
   for (std::size_t i = 0; i < batch.count; i += double_lanes) {
@@ -56,7 +56,7 @@ inline void linearise_with(const BlockInput& input, const CameraInput& camera, s
     Doubles refusal = linearise<weighting, third>(input, camera, batch, i, p, rows);
     refuse(!(is_finite(p_b.x) & is_finite(p_b.y) & is_finite(p_b.z)), is_not_finite, refusal);
     put(refusal, is_its, value::refusal, i, batch);
-    if constexpr (weighting == BlockWeighting::map_bias_world) {
+    if constexpr (weighting == Weighting::map_bias_world) {
       Doubles ray[1][3] = {{p.x, p.y, p.z}};
       maxlogdet::simd::rotate_to_body(T, ray);
       for (std::size_t d = 0; d < 3; ++d) put(ray[0][d], is_its, value::ray + d, i, batch);
@@ -69,7 +69,7 @@ inline void linearise_with(const BlockInput& input, const CameraInput& camera, s
   }
 }
 
-template <BlockWeighting weighting, ThirdRow third>
+template <Weighting weighting, DepthCue third>
 inline void linearise(const BlockInput& input, Batch& batch) {
   for (std::size_t i = 0; i < batch.count; i += double_lanes) transform(input, batch, i);
   if (input.rig == nullptr) return linearise_with<weighting, third>(input, input.camera, 0, batch);

@@ -5,14 +5,14 @@
 
 namespace {
 
+using maxlogdet::DepthCue;
+using maxlogdet::Weighting;
 using maxlogdet::simd::BlockInput;
 using maxlogdet::simd::BlockOutput;
-using maxlogdet::simd::BlockWeighting;
 using maxlogdet::simd::is_by_map_bias;
 using maxlogdet::simd::is_finite;
 using maxlogdet::simd::is_positive;
 using maxlogdet::simd::negated;
-using maxlogdet::simd::ThirdRow;
 using Mask = xsimd::batch_bool<double>;
 using Point = maxlogdet::simd::PointOf<Doubles>;
 
@@ -97,13 +97,13 @@ inline void fill_points(const BlockInput& input, Batch& batch) {
   for (std::size_t d = 0; d < 3; ++d) repeat_last(batch, value::point + d);
 }
 
-template <BlockWeighting weighting, ThirdRow third, bool by_jacobian>
+template <Weighting weighting, DepthCue third, bool by_jacobian>
 inline void fill(const BlockInput& input, Batch& batch) {
   input.are_points_float ? fill_points<float>(input, batch) : fill_points<double>(input, batch);
   fill<1>(batch, value::sigma, input.sigmas, {0});
   fill<1>(batch, value::weight, input.weights, {0});
-  if (third != ThirdRow::none) fill<1>(batch, value::has_third, input.has_third, {0});
-  if (weighting == BlockWeighting::measurement_and_map) {
+  if (third != DepthCue::none) fill<1>(batch, value::has_third, input.has_third, {0});
+  if (weighting == Weighting::measurement_and_map) {
     fill<9>(batch, value::map_covariance, input.map_covariances, maxlogdet::simd::upper_triangle);
   }
   if (!by_jacobian) return;
@@ -112,9 +112,9 @@ inline void fill(const BlockInput& input, Batch& batch) {
 }
 
 // Which matches of a pack have a third measurement.
-template <ThirdRow third>
+template <DepthCue third>
 inline Mask third_of(const BlockInput& input, const Batch& batch, std::size_t i) {
-  if (third == ThirdRow::none || input.has_third == nullptr) return Mask(third != ThirdRow::none);
+  if (third == DepthCue::none || input.has_third == nullptr) return Mask(third != DepthCue::none);
   return load(batch, value::has_third, i) > Doubles(0.0);
 }
 

@@ -15,7 +15,7 @@ namespace maxlogdet::simd {
 constexpr std::size_t upper_triangle[6] = {0, 1, 2, 4, 5, 8};
 
 /// The rows of a residual.
-constexpr int rows_with(ThirdRow third) { return third == ThirdRow::none ? 2 : 3; }
+constexpr int rows_with(DepthCue third) { return third == DepthCue::none ? 2 : 3; }
 
 namespace {
 
@@ -147,7 +147,7 @@ template <class Number>
 
 /// The covariance of a pinhole's point as measured, along its ray `ray` = (X / Z, Y / Z, Z): dX - x dZ = Z / fx du, dY
 /// - y dZ = Z / fy dv, and dZ = -Z^2 / bf (du - du_right) of a stereo row, or that of the depth.
-template <ThirdRow third, class Number>
+template <DepthCue third, class Number>
 [[gnu::always_inline]] inline Symmetric<Number> measured_along_ray(const BlockInput& input, const Number& variance,
                                                                    const PointOf<Number>& ray) {
   const Number zero(0.0);
@@ -155,10 +155,10 @@ template <ThirdRow third, class Number>
   const Number b = ray.z * Number(1 / input.camera.fy);
   const Number per_pixel = ray.z * ray.z * Number(1 / input.camera.bf);
   Symmetric<Number> s{a * a * variance, zero, zero, b * b * variance, zero, zero};
-  if (third == ThirdRow::stereo) {
+  if (third == DepthCue::stereo) {
     s.xz = negated(a * per_pixel * variance);
     s.zz = per_pixel * per_pixel * (variance + variance);
-  } else if (third == ThirdRow::depth) {
+  } else if (third == DepthCue::depth) {
     s.zz = Number(input.depth_sigma * input.depth_sigma);
   }
   return s;
@@ -176,7 +176,7 @@ template <class Number>
 }
 
 /// S of (dZ, dY - y dZ, dX - x dZ), the sum of both; without a third measurement dZ is alone, and has a variance of 1.
-template <ThirdRow third, class Number>
+template <DepthCue third, class Number>
 [[gnu::always_inline]] inline CovarianceOf<Number, rows_with(third)> covariance_along_ray(const BlockInput& input,
                                                                                           const NoiseOf<Number>& noise,
                                                                                           const PointOf<Number>& ray) {
@@ -189,7 +189,7 @@ template <ThirdRow third, class Number>
   const Symmetric<Number> mapped = mapped_along_ray(input, noise, ray);
   CovarianceOf<Number, rows_with(third)> s;
   s.has_variances = variance > zero;
-  if (third != ThirdRow::none) {
+  if (third != DepthCue::none) {
     s.has_variances = s.has_variances & ((measured.zz > zero) | !noise.has_third);
     s.entries[0][0] = select(noise.has_third, measured.zz + mapped.zz, one);
     s.entries[y][0] = select(noise.has_third, measured.yz + mapped.yz, zero);
@@ -205,7 +205,7 @@ template <ThirdRow third, class Number>
 }
 
 /// By the rows of J, which belong to u, v and the third measurement, as add_third_row() has them.
-template <ThirdRow third, class Number>
+template <DepthCue third, class Number>
 inline CovarianceOf<Number, rows_with(third)> covariance_by_rows(const BlockInput& input, const NoiseOf<Number>& noise,
                                                                  const Number (&J)[rows_with(third)][3]) {
   constexpr int rows = rows_with(third);
@@ -227,7 +227,7 @@ inline CovarianceOf<Number, rows_with(third)> covariance_by_rows(const BlockInpu
       s.entries[a][b] = product.x * world[b][0] + product.y * world[b][1] + product.z * world[b][2];
     }
     s.norms[a] = abs(world[a][0]) + abs(world[a][1]) + abs(world[a][2]);
-    if (third == ThirdRow::depth && a == 2) {
+    if (third == DepthCue::depth && a == 2) {
       const Number of_depth = select(noise.has_third, Number(input.depth_sigma * input.depth_sigma), Number(1.0));
       s.has_variances = s.has_variances & (of_depth > Number(0.0));
       s.entries[a][a] += of_depth;
