@@ -88,9 +88,9 @@ len() is the number selected; iteration gives their indices.)")
       .def_property_readonly("rotation_sigma", number(&Selection::rotation_sigma),
                              "Expected standard deviation of the rotation, rad; NaN without target_rotation_sigma.")
       .def_property_readonly("evaluations", number(&Selection::evaluations),
-                             "Gains computed in float32; may differ between machines.")
+                             "Gains evaluated to exclude candidates, and losses; may differ between machines.")
       .def_property_readonly("float64_decisions", number(&Selection::float64_decisions),
-                             "Of these, computed again in float64.")
+                             "Of these, computed again to decide.")
       .def_property_readonly("invalid_candidates", number(&Selection::invalid_candidates),
                              "Candidates without a block: never selected.")
       .def_property_readonly("threads", number(&Selection::threads), "How many threads the work was offered to.")

@@ -80,7 +80,8 @@ struct LayoutFunctions {
   void (*column_max)(const float* tiles, std::size_t tile_count, double* column_max);
 };
 
-/// float64, in one fixed order of operations: the same bits on every instruction set. Per number of rows.
+/// float64, in one fixed order of operations: the same bits on every instruction set, but for `evaluate` and
+/// `screen_traces`, which only exclude candidates. Per number of rows.
 struct ExactFunctions {
   /// relative_gains[j], not below 0, of candidate listed[j]: det(M + H^T H) / det(M) - 1 = det(I + Y Y^T) - 1. Without
   /// the 1, gains far below 2^-53 keep their digits.

@@ -26,7 +26,6 @@ using maxlogdet::simd::entries_of;
 using maxlogdet::simd::Evaluated;
 using maxlogdet::simd::factored;
 using maxlogdet::simd::Form;
-using maxlogdet::simd::GainFilter;
 using maxlogdet::simd::number;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;

@@ -33,7 +33,7 @@ struct Round {
   float best = -1;      ///< a lower bound of the (k-th) largest value found; below 0 if there are not as many
   double assured = -1;  ///< a lower bound of the (k-th) largest exact relative gain
   float share = 1;      ///< about speed alone: what share of the highest bound the best is expected to have
-  float guess = -1;     ///< that share, while nothing is known
+  float guess = -1;     ///< the stale bound to begin at, while no best is known
   std::size_t evaluations = 0;
 
   [[gnu::always_inline]] bool has_evaluated() const noexcept { return evaluated_from == evaluated_from; }
@@ -52,10 +52,11 @@ struct Round {
   [[gnu::always_inline]] float needed() const noexcept { return best < 0 ? guess : stale_threshold(assured, drift); }
 };
 
-/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is the k-th largest value
-/// so far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at least this stale
-/// bound that are not evaluated yet, or a few more; it returns down to which bound. `steps.highest_left(round)` is the
-/// highest bound of the others. Called again, after candidates were withdrawn, it evaluates what is no longer excluded.
+/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is at most the
+/// k-th largest value so far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at
+/// least this stale bound that are not evaluated yet, or a few more; it returns down to which bound.
+/// `steps.highest_left(round)` is the highest bound of the others. Called again, after candidates were withdrawn, it
+/// evaluates what is no longer excluded.
 template <class Steps>
 [[gnu::always_inline]] inline void prove_best(Round& round, Steps& steps) noexcept {
   for (;;) {

@@ -9,7 +9,7 @@ void traces(const Planes& planes, const double* w64, const unsigned char* free, 
   float w[dimension * padded_dimension];
   for (int i = 0; i < dimension * padded_dimension; ++i) w[i] = static_cast<float>(w64[i]);
   for (std::size_t first = 0; first < count; first += tile_size) {
-    asm volatile("" ::: "memory");  // as in screen: W stays in memory
+    asm volatile("" ::: "memory");  // as in evaluate_listed: W stays in memory
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats sum(0.0F);
       for (int a = 0; a < Rows; ++a) {

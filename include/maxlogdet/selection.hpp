@@ -38,8 +38,8 @@ struct Selection {
                                   ///< only at a deadline, where the rest fill the budget
   const double* gains;            ///< `size` gains: the increase in log det when each is added to those before it, nats
   double log_det;                 ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;        ///< gains computed in float32, and losses in float64; may differ between machines
-  std::size_t float64_decisions;  ///< of these, computed again in float64, because float32 could not decide; may differ
+  std::size_t evaluations;        ///< gains evaluated to exclude candidates, and losses; may differ between machines
+  std::size_t float64_decisions;  ///< of these, computed again in float64 to decide between what was left; may differ
                                   ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;              ///< proved bound, nats: no selection that the options allow has a greater log det

@@ -97,7 +97,7 @@ typedef struct maxlogdet_selection {
   const double* gains;        ///< `size` gains: the increase of log det by each after those before it, nats
   double log_det;             ///< log det of prior and selected blocks together, nats
   size_t evaluations;         ///< gains computed; may differ between machines
-  size_t float64_decisions;   ///< of these, computed again in float64; may differ, too
+  size_t float64_decisions;   ///< of these, computed again to decide; may differ, too
   size_t invalid_candidates;  ///< candidates without a block: never selected
   double upper_bound;  ///< no selection that the options allow has a greater log det, nats; infinite where nothing
                        ///< is known; NaN if not asked for

@@ -21,6 +21,8 @@ static_assert(sizeof minors_errors / sizeof(double) == max_block_rows, "one of e
 // serve.
 constexpr double elimination_errors[] = {32, 128, 320};
 constexpr double orthogonal_errors[] = {16, 64, 128};
+static_assert(sizeof elimination_errors == sizeof minors_errors && sizeof orthogonal_errors == sizeof minors_errors,
+              "one of each number of rows");
 constexpr double largest_share = 0.01;
 // What a relative gain may lose that underflows in float32.
 constexpr double underflow = 1e-36;

@@ -15,7 +15,7 @@ using simd::tile_size;
 
 namespace {
 
-// With more survivors than this the tiles that hold them are evaluated in float64.
+// With more survivors than this, copies dropped, what may hold the best is evaluated again in float64.
 constexpr std::size_t many_survivors = 24;
 
 }  // namespace

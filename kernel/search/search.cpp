@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <limits>
-#include <new>
 #include <numeric>
 
 namespace maxlogdet {
@@ -14,12 +12,6 @@ namespace maxlogdet {
 static_assert(simd::dimension == state_dimension, "the kernels are written for the state's dimension");
 
 namespace {
-
-// Indices have 32 bits, and one of their values means "none".
-std::size_t checked(std::size_t capacity) {
-  if (capacity > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();
-  return capacity;
-}
 
 // Which of two evaluated survivors is better, by position.
 struct Better {
@@ -34,7 +26,7 @@ struct Better {
 }  // namespace
 
 SearchMemory::SearchMemory(std::size_t capacity_)
-    : capacity(checked(capacity_)),
+    : capacity(checked_capacity(capacity_)),
       kernel(simd::active()),
       candidates(capacity_),
       screening(capacity_),

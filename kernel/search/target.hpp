@@ -28,7 +28,7 @@ class Target {
   /// Whether compare_with() must be called before the functions below.
   bool needs_all() const noexcept { return share_ > 0; }
 
-  /// Sets M_all, the information of all candidates, which target_efficiency compares with.
+  /// Sets M_all, the information of all candidates, which Options::target.efficiency compares with.
   void compare_with(const InformationFactor& all) noexcept;
 
   /// Whether the information meets every target given. NaN meets none.
@@ -39,7 +39,7 @@ class Target {
 
  private:
   bool is_asked_;
-  double share_;  // target_efficiency
+  double share_;  // Options::target.efficiency
   bool has_translation_, has_rotation_;
   double per_sigma_[simd::padded_dimension] = {};  // 1 / target of the deviation of each direction; 0: none
   double diagonal_of_all_[state_dimension] = {};   // of the Cholesky factor L of M_all

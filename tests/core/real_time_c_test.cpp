@@ -158,7 +158,7 @@ TEST(RealTime, in_c_no_memory_is_a_status) {
   const auto find_none = [](void*, std::size_t, maxlogdet_match*) -> std::int32_t { return 0; };
   EXPECT_GT(failures_of([&] { return maxlogdet_good_features_match(good, &options, find_none, nullptr)->error; }),
             of_active);
-  EXPECT_LT(of_active, of_selector) << "a search alone, without the workspaces of strategies";
+  EXPECT_LT(of_active, of_selector) << "a search alone, without the memory of strategies";
 
   const double block[6] = {1, 2, 3, 4, 5, 6};
   for (int i = 0; i < 10; ++i) ASSERT_EQ(maxlogdet_block_store_push_back(blocks, block, 1), MAXLOGDET_ERROR_NONE);

@@ -67,7 +67,7 @@ TEST(SameAnswers, on_every_isa_and_number_of_threads_for_many_candidates) {
   });
 }
 
-// Blocks of any scale, every second time with an outlier, which requires careful bounds until it is selected.
+// Blocks of any scale, every second time with an outlier, which requires rounds in float64 until it is selected.
 BlockStore scaled_blocks(Random& random) {
   const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 600)));
   const double scale = std::pow(10, random.uniform(-3, 3));
