@@ -98,8 +98,6 @@ TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
   const Eigen::Matrix4d T = random_isometry(random).matrix().cast<double>();
   const Eigen::Matrix<double, 3, 4> top = T.topRows<3>();
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> by_rows = T;
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = T.topLeftCorner<3, 3>();
-  const Eigen::Vector3d t = T.topRightCorner<3, 1>();
   const auto expect = [&](const RigidTransform& made) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) EXPECT_EQ(made.data()[4 * row + column], T(row, column));
@@ -110,9 +108,12 @@ TEST(Inputs, poses_are_read_by_rows_and_by_columns) {
   expect(Eigen::Isometry3d(T));
   expect(RigidTransform::column_major(T.data(), 4));
   expect(RigidTransform::column_major(top.data(), 3));
-  expect(RigidTransform::from(R.data(), t.data()));
   expect(RigidTransform(T));
   expect(RigidTransform(top));
+  const double R[9] = {0, -1, 2, 3, -4, 5, 6, -7, 8};
+  const double t[3] = {9, -10, 11};
+  const double of_both[12] = {0, -1, 2, 9, 3, -4, 5, -10, 6, -7, 8, 11};
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(RigidTransform::from(R, t).data()[i], of_both[i]);
   const float of_float[12] = {0, 0, 1, 2, 0, 1, 0, 3, -1, 0, 0, 4};
   for (int i = 0; i < 12; ++i) EXPECT_EQ(RigidTransform::row_major(of_float).data()[i], double{of_float[i]});
   EXPECT_TRUE(std::isnan(RigidTransform(nullptr).data()[0]));
