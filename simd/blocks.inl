@@ -148,7 +148,7 @@ template <Weighting weighting, DepthCue third, bool by_jacobian>
 void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   using Pack = BlockPack<weighting, third>;
   double pose[12];  // copies, so that no store can change them
-  for (int e = 0; e < 12; ++e) pose[e] = given.T_cw[e];
+  std::memcpy(pose, given.T_cw, sizeof pose);
   BlockInput input = given;
   input.T_cw = pose;
   Batch batch;

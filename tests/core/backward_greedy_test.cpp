@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Backward greedy against an oracle that removes one candidate after the other.
 #include "tests/core/removals.hpp"
+#include "tests/support/answer.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
+#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +117,13 @@ TEST(BackwardGreedy, is_as_good_as_greedy_where_most_are_kept) {
     const double log_det = backward.log_det;
     EXPECT_NEAR(log_det, selector.select(blocks, with_budget(400, Strategy::lazy_greedy)).log_det, 1e-2);
   });
+}
+
+TEST(BackwardGreedy, looks_at_the_clock_among_the_last_few) {
+  TracedRandom random;
+  Options options = with_budget(5, Strategy::backward_greedy);
+  options.time_limit = 1e-9;
+  EXPECT_EQ(answer_to(random_store(random, 10, 1, 2), options).reason, "deadline_reached");
 }
 
 TEST(BackwardGreedy, loses_little_at_a_deadline) {

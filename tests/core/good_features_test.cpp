@@ -366,6 +366,27 @@ TEST(GoodFeatures, matching_ends_with_what_is_found_in_time) {
   }
 }
 
+TEST(GoodFeatures, what_is_matched_counts_with_what_was_measured_and_stays_usable) {
+  Gathered it(100);
+  it.frame.start(it.good);
+  for (std::size_t i = 0; i < 100; ++i) it.good.add(FeatureMatch(it.frame.point(i)));
+  const auto find = [](std::size_t i, FeatureMatch& match) {
+    match.sigma = 0.25;
+    return i % 3 != 0;
+  };
+  const Selection found = it.good.match(Options(30), find);
+  ASSERT_EQ(found.size, 30U);
+  GoodFeatures measured(30);
+  it.frame.start(measured);
+  for (const std::uint32_t i : found) {
+    FeatureMatch match(it.frame.point(i));
+    match.sigma = 0.25;
+    measured.add(match);
+  }
+  EXPECT_NEAR(measured.select(Options(30)).log_det, found.log_det, 1e-9);
+  EXPECT_EQ(it.good.select(Options(100)).size, 30U) << "of those that were matched";
+}
+
 TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
   Gathered it(200);
   GoodFeatures& good = it.good;

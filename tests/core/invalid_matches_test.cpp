@@ -147,6 +147,10 @@ TEST(Jacobian, poses_of_other_sizes_append_nothing) {
     EXPECT_EQ(append_blocks({400, 400, 320, 240, 40}, T_cw, points, Matches(), BlockOptions(), blocks).error,
               Error::invalid_pose);
   }
+  const double beyond[9] = {1, 0, 0, 1, 0, 0, 1, 0, 0};  // what follows two rows may look like a third
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 4>> two_rows(beyond, 2, 4);
+  EXPECT_EQ(append_blocks({400, 400, 320, 240, 40}, two_rows, points, Matches(), BlockOptions(), blocks).error,
+            Error::invalid_pose);
   EXPECT_EQ(blocks.size(), 0U);
 }
 

@@ -138,6 +138,9 @@ TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finit
     double entries[9] = {7, 7, 7, 7, 7, 7, 7, 7, 7};
     const bool is_there = extreme.covariance(entries);
     EXPECT_TRUE(is_there || sigma < 1e-40 || sigma > 1e50) << sigma;
+    if (is_there) {
+      EXPECT_GT(entries[0], 0) << sigma;
+    }
     for (const double entry : entries) EXPECT_TRUE(is_there ? std::isfinite(entry) : entry == 7) << sigma;
   }
   const double nowhere[3] = {0, 0, nan};

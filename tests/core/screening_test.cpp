@@ -372,6 +372,36 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
+// The largest entries of |A| [ I | |[X]x| ] in each column.
+TEST(Screening, column_maxima_of_factored_blocks_are_those_of_their_factors) {
+  for_each_trial(200, [](Random& random) {
+    const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
+    const Candidates candidates = all_of(blocks);
+    if (candidates.form != simd::factored) return;
+    double expected[6] = {};
+    for (std::size_t i = 0; i < candidates.count; ++i) {
+      double e[9];  // A by rows, X
+      for (std::size_t k = 0; k < 9; ++k) {
+        e[k] =
+            std::abs(double{candidates.planes.data[simd::plane_of(simd::factored, k) * candidates.planes.stride + i]});
+      }
+      Eigen::Matrix3d A;
+      A << e[0], e[1], e[2], 0, e[3], e[4], 0, 0, e[5];
+      Eigen::Matrix3d X;
+      X << 0, e[8], e[7], e[8], 0, e[6], e[7], e[6], 0;
+      const Eigen::Matrix3d product = A * X;
+      for (int column = 0; column < 3; ++column) {
+        expected[column] = std::max(expected[column], A.col(column).maxCoeff());
+        expected[3 + column] = std::max(expected[3 + column], product.col(column).maxCoeff());
+      }
+    }
+    for (int column = 0; column < 6; ++column) {
+      EXPECT_GE(candidates.largest_of_form[column], expected[column] * (1 - 1e-12)) << column;
+      EXPECT_LE(candidates.largest_of_form[column], expected[column] * (1 + 3e-6) + 1e-37) << column;
+    }
+  });
+}
+
 TEST(Screening, holds_on_factored_blocks_of_every_scale) {
   const std::size_t stores = std::max<std::size_t>(20, trials(600));
   std::size_t factored = 0;
