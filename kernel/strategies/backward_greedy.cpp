@@ -32,7 +32,6 @@ class Removal {
 
   // Removes candidates until `kept` remain.
   Status run(std::size_t kept) noexcept {
-    if (search_.is_late()) return Status::deadline_reached;
     if (count_ > few) {
       const Status status = remove_many(kept);
       if (status != Status::ok) return status;
@@ -47,6 +46,7 @@ class Removal {
 
  private:
   Status remove_many(std::size_t kept) noexcept {
+    if (search_.is_late()) return Status::deadline_reached;  // before the sum of all
     if (!sum_up_all()) refactorise();
     Losses losses(problem_.evaluator, problem_.candidates.column_max, search_.screening().memory(), memory_.losses);
     losses.start(left_.data(), problem_.candidates.count, factor_);
