@@ -14,10 +14,10 @@
 
 namespace maxlogdet {
 
-// Weak: a C++17 translation unit that takes its address has a definition of its own.
-[[gnu::weak]] constexpr std::uint32_t ActiveSelection::none;
-
 namespace {
+
+// A translation unit of C++11 or C++14 that takes its address finds the definition that this makes.
+[[gnu::used]] const std::uint32_t* const address_of_none = &ActiveSelection::none;
 
 // The state from one start() to the next.
 struct Proposals {
