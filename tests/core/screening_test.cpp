@@ -214,7 +214,8 @@ void expect_gains_in_float64_exact(const simd::Kernel& kernel, const BlockStore&
   const bool by_elimination = random.chance(0.5);
   std::vector<Candidate> in_lane(padded(blocks.size()));
   for (std::size_t i = 0; i < in_lane.size(); ++i) in_lane[i] = static_cast<Candidate>(std::min(i, blocks.size() - 1));
-  const std::vector<float> remaining(in_lane.size(), 1);
+  std::vector<float> remaining(in_lane.size(), 0);
+  std::fill_n(remaining.begin(), blocks.size(), 1.0F);
   std::vector<float> gains(in_lane.size());
   float highest[2];
   const unsigned char in_each[2] = {16, 8};
