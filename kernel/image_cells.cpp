@@ -53,7 +53,7 @@ void ImageCells::State::divide(Iterator begin, Iterator end, std::size_t cells) 
   }
   const std::size_t axis = longer_side(begin, end);
   const std::size_t lower_cells = cells / 2;
-  const Iterator middle = begin + static_cast<std::ptrdiff_t>((2 * size * lower_cells + cells) / (2 * cells));
+  const auto middle = begin + static_cast<std::ptrdiff_t>((2 * size * lower_cells + cells) / (2 * cells));
   std::nth_element(begin, middle, end, [=](std::uint32_t a, std::uint32_t b) {
     return at(a, axis) < at(b, axis) || (at(a, axis) == at(b, axis) && a < b);
   });
@@ -66,7 +66,7 @@ void ImageCells::State::divide_by_camera(Iterator begin, Iterator end, std::size
   while (begin != end) {
     const auto by_camera = [=](std::uint32_t a, std::uint32_t b) { return camera(a) < camera(b); };
     const unsigned first = camera(*std::min_element(begin, end, by_camera));
-    const Iterator middle = std::partition(begin, end, [=](std::uint32_t i) { return camera(i) == first; });
+    const auto middle = std::partition(begin, end, [=](std::uint32_t i) { return camera(i) == first; });
     const auto own = static_cast<std::size_t>(middle - begin), all = static_cast<std::size_t>(end - begin);
     const std::size_t share = std::max<std::size_t>((2 * cells * own + all) / (2 * all), 1);
     divide(begin, middle, share);

@@ -32,8 +32,6 @@ constexpr std::uint32_t field = 0xFFFFU;
 
 }  // namespace
 
-constexpr int Team::max_workers;  // C++14 needs a definition where a reference is taken
-
 void Team::open(int workers) noexcept {
   workers_ = std::max(1, std::min(workers, max_workers));
   loop_ = {};

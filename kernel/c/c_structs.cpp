@@ -164,7 +164,7 @@ bool read(const maxlogdet_options* given, Options& options) noexcept { return re
 bool read(const maxlogdet_match* given, FeatureMatch& match) noexcept { return read_struct(given, match); }
 
 bool read(const maxlogdet_matches* given, Matches& matches) noexcept {
-  maxlogdet_matches c = whole<maxlogdet_matches>(Matches());
+  auto c = whole<maxlogdet_matches>(Matches());
   if (!complete(given, c) || c.reserved != 0) return false;
   const bool are_float = c.point_type == MAXLOGDET_POINT_TYPE_FLOAT32;
   if (!are_float && c.point_type != MAXLOGDET_POINT_TYPE_FLOAT64) return false;

@@ -53,7 +53,7 @@ class Filling {
       const auto candidate = static_cast<Candidate>(i);
       if (is_open_[candidate] != 0) *end_of_spread++ = candidate;
     }
-    const auto end = std::set_union(top.candidates, top.candidates + top.count, spread, end_of_spread, shortlist_);
+    auto* const end = std::set_union(top.candidates, top.candidates + top.count, spread, end_of_spread, shortlist_);
     listed_ = static_cast<std::size_t>(end - shortlist_);
   }
 
@@ -71,7 +71,7 @@ class Filling {
   // Moves up to `count` candidates of largest trace from the shortlist to the answer.
   void add_best(std::size_t count) noexcept {
     const std::size_t sorted = search_.constraints().has_groups() ? listed_ : std::min(count, listed_);
-    order_by_trace(problem_, expected().inverse(), shortlist_, listed_, sorted, std::greater<double>(), memory_.traces);
+    order_by_trace(problem_, expected().inverse(), shortlist_, listed_, sorted, std::greater<>(), memory_.traces);
     const std::size_t enough = answer_.size() + count;
     for (std::size_t j = 0; j < sorted && answer_.size() < enough && search_.wants_more(); ++j) {
       const Candidate candidate = shortlist_[memory_.traces.order[j]];

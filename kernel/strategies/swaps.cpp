@@ -46,7 +46,7 @@ Status swap_lowest_traces(Search& search, Candidate* selected, std::size_t count
     InformationFactor factor;
     if (!factor.reset(&information.entry[0][0])) return Status::ok;
     const std::size_t tried = std::min(max_tried, count);
-    order_by_trace(problem, factor.inverse(), selected, count, tried, std::less<double>(), memory);
+    order_by_trace(problem, factor.inverse(), selected, count, tried, std::less<>(), memory);
     Swap best{min_ratio, no_lane, 0};
     for (std::size_t j = 0; j < tried; ++j) {
       const Swap swap = best_swap(search, selected, memory.order[j], information);
