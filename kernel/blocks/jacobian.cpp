@@ -41,7 +41,7 @@ Error check(const Cameras& cameras, const RigidTransform& T, const Matches& matc
   }
   error = first_error(error, check(options));
   bool are_rigid = is_rigid(T);
-  for (std::size_t i = 0; i < cameras.size(); ++i) are_rigid &= is_rigid(cameras.data()[i].T_cb);
+  for (std::size_t i = 0; cameras.is_rig && i < cameras.size(); ++i) are_rigid &= is_rigid(cameras.data()[i].T_cb);
   return first_error(error, are_rigid ? Error::none : Error::invalid_pose);
 }
 

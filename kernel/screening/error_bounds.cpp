@@ -65,15 +65,12 @@ void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, fl
   is_lasting_ = may_last;
   bound_rows(factor.inverse());
   tighten(highest);
-  round.filter = filter();
-  round.filter.take_tangent_at(std::max(0.0, expected));
+  round.filter = filter_at(std::max(0.0, expected));
 }
 
 void ErrorBounds::use_float64(simd::Round& round) noexcept {
   in_float64_ = true;
-  const double tangent = round.filter.tangent;
-  round.filter = filter();
-  round.filter.take_tangent_at(tangent);
+  round.filter = filter_at(round.filter.tangent);
 }
 
 double ErrorBounds::row_error() const noexcept {
@@ -114,7 +111,7 @@ double ErrorBounds::orthogonal_error() const noexcept {
 
 bool ErrorBounds::by_elimination() const noexcept { return elimination_error() < largest_share; }
 
-simd::GainFilter ErrorBounds::filter() const noexcept {
+simd::GainFilter ErrorBounds::filter_at(double tangent) const noexcept {
   simd::GainFilter filter;
   if (in_float64_) {
     const double share = by_elimination() ? elimination_error() : orthogonal_error();
@@ -128,6 +125,7 @@ simd::GainFilter ErrorBounds::filter() const noexcept {
     filter.error = volume_error_ * std::min(1.0, std::sqrt(tight_squares_));
     filter.constant = volume_error_ * volume_error_ + minors_error + underflow;
   }
+  filter.take_tangent_at(tangent);
   return filter;
 }
 

@@ -48,7 +48,7 @@ class ErrorBounds {
   double row_error() const noexcept;
   double elimination_error() const noexcept;
   double orthogonal_error() const noexcept;
-  simd::GainFilter filter() const noexcept;
+  simd::GainFilter filter_at(double tangent) const noexcept;
   void tighten(float highest) noexcept;
 
   simd::Form form_;
