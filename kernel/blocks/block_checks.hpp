@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/whitening.hpp"
+
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/jacobian.hpp>
@@ -16,7 +18,7 @@ inline bool all_finite(const double* values, std::size_t count) noexcept {
   return std::all_of(values, values + count, [](double value) { return std::isfinite(value); });
 }
 
-inline bool is_positive(double value) noexcept { return value > 0 && std::isfinite(value); }
+using simd::is_positive;  // and finite
 
 /// Whether all entries are finite, R R^T = I within 1e-3, and det R > 0.
 bool is_rigid(const RigidTransform& transform) noexcept;
