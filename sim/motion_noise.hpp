@@ -11,7 +11,7 @@ namespace maxlogdet::sim {
 ///
 /// for each of u, v and u_right. Perspective, blur and rolling shutter change a patch the more, the farther it has
 /// moved. On held-out sets motion predicts residuals better than octave, depth, observations or age do
-/// (docs/tracker.md). The model is fitted to residuals that contain errors of the map: added to a point's covariance,
+/// (docs/odometry.md). The model is fitted to residuals that contain errors of the map: added to a point's covariance,
 /// that part counts twice.
 struct MotionNoise {
   double base = 0.13;    ///< px

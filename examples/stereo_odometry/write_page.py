@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of docs/tracker.md from the results of the stereo odometry.
+"""Rewrites the tables of docs/odometry.md from the results of the stereo odometry.
 
 Usage: write_page.py RESULTS    RESULTS: the folder that ci/tracker_page fills
 examples/stereo_odometry/results/*.csv get all rows and columns of tables that the page shortens.
@@ -14,7 +14,7 @@ from maxlogdet_tools.files import json_of, write_csv
 from maxlogdet_tools.pages import paragraph, rewrite, table
 from maxlogdet_tools.project import ROOT, cpu_model
 
-PAGE = ROOT / "docs/tracker.md"
+PAGE = ROOT / "docs/odometry.md"
 RECORDS = ROOT / "examples/stereo_odometry/results"
 SETS = {
     "kitti_clip_1": "a straight road, 51 stereo pairs at 10 Hz",

@@ -20,7 +20,7 @@ namespace maxlogdet {
 /// GoodFeatures::id() of a match beyond the capacity.
 constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 
-/// All that a tracker does with selection, once a frame (docs/integration.md):
+/// All that a tracker does with selection, once a frame (docs/guide.md):
 ///
 ///   GoodFeatures good(2000);                                   // once a thread: all the memory
 ///   good.start(camera, T_cw);                                  // the pose that optimisation starts from

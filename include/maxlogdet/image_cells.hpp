@@ -11,7 +11,7 @@ namespace maxlogdet {
 
 /// Cells of the image that hold equally many matches each, as groups of a selection that takes one match of a cell at
 /// most. Where neighbouring matches share errors, the most informative ones are often neighbours, and share the largest
-/// errors; spread over about 1.5 times as many cells as matches are selected they do not (docs/tracker.md). Where
+/// errors; spread over about 1.5 times as many cells as matches are selected they do not (docs/odometry.md). Where
 /// errors are independent this costs some tenth of the accuracy: `maxlogdet evaluate` tells which it is.
 ///
 /// The cells are those of a k-d tree (Bentley 1975): the matches of a cell are divided along the longer side of their

@@ -32,7 +32,7 @@
 // `measurement` and `measurement_and_map` H^T H is an information in the statistical sense, with `map_bias` only up to
 // the variance of the map error.
 //
-// docs/integration.md tells which weighting to use.
+// docs/guide.md tells which weighting to use.
 
 namespace maxlogdet {
 

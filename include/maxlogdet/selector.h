@@ -119,7 +119,7 @@ void maxlogdet_active_selection_destroy(maxlogdet_active_selection* active);
 size_t maxlogdet_active_selection_capacity(const maxlogdet_active_selection* active);
 
 /// Starts a new selection and its time limit. Candidates and arrays of the options must not change before the last call
-/// of any other function. docs/integration.md has options and errors; after an error nothing is proposed.
+/// of any other function. docs/guide.md has options and errors; after an error nothing is proposed.
 maxlogdet_error maxlogdet_active_selection_start(maxlogdet_active_selection* active,
                                                  const maxlogdet_block_store* candidates,
                                                  const maxlogdet_options* options);
