@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""The lines of a page that say which command wrote its figures, of which code, where and when: a line a command, between
+'<!-- begin run -->' and '<!-- end run -->'.
+"""
+
+import datetime
+import os
+import pathlib
+import re
+import subprocess
+
+from maxlogdet_tools.pages import rewrite
+from maxlogdet_tools.project import ROOT, cpu_model
+
+LIBRARY = ["include", "kernel", "simd", "threading"]
+LINE = re.compile(r"Written by `(?P<command>[^`]+)`: library (?P<library>\S+), ")
+
+
+def output_of(*command):
+    """What a program prints; nothing where it is missing or fails."""
+    try:
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def library_state():
+    """The last commit that changed the library, with a + where files have changed since."""
+    commit = output_of("git", "log", "-1", "--format=%h", "--abbrev=8", "--", *LIBRARY) or "unknown"
+    return commit + ("+" if output_of("git", "status", "--porcelain", "--", *LIBRARY) else "")
+
+
+def widest_isa():
+    flags = pathlib.Path("/proc/cpuinfo").read_text()
+    return next((isa for isa, flag in (("avx512", "avx512vl"), ("avx2", "avx2"), ("sse2", "sse2")) if flag in flags), "neon")
+
+
+def run_of(command):
+    compiler = output_of(os.environ.get("CXX", "c++"), "-dumpfullversion", "-dumpversion")
+    name = "clang" if "clang" in output_of(os.environ.get("CXX", "c++"), "--version") else "gcc"
+    return (f"Written by `{command}`: library {library_state()}, {cpu_model()}, {os.cpu_count()} cores, {widest_isa()}, "
+            f"{name} {compiler}, {datetime.date.today()}.")
+
+
+def lines_of(page):
+    text = pathlib.Path(page).read_text().split("<!-- begin run -->\n")
+    return text[1].split("<!-- end run -->")[0].splitlines() if len(text) == 2 else []
+
+
+def stamp(page, command):
+    """Says on the page that `command` has just written figures of it."""
+    others = [line for line in lines_of(page) if not line.startswith(f"Written by `{command}`:")]
+    rewrite(page, "run", sorted([*others, run_of(command)]))
+
+
+def main():
+    """Prints the lines of all pages, and marks those of another state of the library than this checkout's."""
+    now = library_state()
+    for page in sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]):
+        for line in lines_of(page):
+            known = LINE.match(line)
+            mark = "" if known and known["library"] == now else "   <- another state of the library"
+            print(f"{page.relative_to(ROOT)}: {line}{mark}")
+
+
+if __name__ == "__main__":
+    main()
