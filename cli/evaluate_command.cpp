@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include "bench/does_it_help/evaluation.hpp"
+#include "bench/does_it_help/report.hpp"
+#include "bench/world/command_line.hpp"
+#include "bench/world/frame_reader.hpp"
+#include "bench/world/input_error.hpp"
+#include "bench/world/json_file.hpp"
+#include "bench/world/names.hpp"
+#include "bench/world/output_file.hpp"
+#include "bench/world/table.hpp"
+#include "bench/world/text.hpp"
 #include "cli/commands.hpp"
-#include "sim/command_line.hpp"
-#include "sim/evaluation/evaluation.hpp"
-#include "sim/evaluation/report.hpp"
-#include "sim/frame_reader.hpp"
-#include "sim/input_error.hpp"
-#include "sim/json_file.hpp"
-#include "sim/names.hpp"
-#include "sim/output_file.hpp"
-#include "sim/table.hpp"
-#include "sim/text.hpp"
 
 #include <algorithm>
 #include <cstdint>

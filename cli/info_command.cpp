@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "bench/world/names.hpp"
 #include "cli/commands.hpp"
-#include "sim/names.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

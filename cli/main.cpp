@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "bench/does_the_paper_hold/runs.hpp"
+#include "bench/does_the_paper_hold/simulate_command.hpp"
+#include "bench/world/command_line.hpp"
+#include "bench/world/text.hpp"
 #include "cli/commands.hpp"
-#include "experiments/runs.hpp"
-#include "experiments/simulate_command.hpp"
-#include "sim/command_line.hpp"
-#include "sim/text.hpp"
 
 #include <maxlogdet/version.hpp>
 

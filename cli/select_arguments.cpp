@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "cli/select_arguments.hpp"
 
-#include "sim/command_line.hpp"
-#include "sim/names.hpp"
-#include "sim/output_file.hpp"
+#include "bench/world/command_line.hpp"
+#include "bench/world/names.hpp"
+#include "bench/world/output_file.hpp"
 
 #include <charconv>
 #include <cstddef>
@@ -82,7 +82,7 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
   command.add_flag("--json", arguments.as_json, "One JSON object for each frame, in a line");
   command.add_option(
       "--plot-data", arguments.plot_data,
-      "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw_selection.py "
+      "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw "
       "of the sources draws it");
 }
 

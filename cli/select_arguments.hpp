@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/image_grid.hpp"
+#include "bench/world/image_grid.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

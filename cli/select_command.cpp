@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include "bench/world/executor.hpp"
+#include "bench/world/frame_reader.hpp"
+#include "bench/world/json_file.hpp"
+#include "bench/world/latency.hpp"
+#include "bench/world/output_file.hpp"
+#include "bench/world/scene.hpp"
+#include "bench/world/selection_data.hpp"
 #include "cli/commands.hpp"
 #include "cli/select_arguments.hpp"
 #include "cli/select_output.hpp"
-#include "sim/executor.hpp"
-#include "sim/frame_reader.hpp"
-#include "sim/json_file.hpp"
-#include "sim/latency.hpp"
-#include "sim/output_file.hpp"
-#include "sim/scene.hpp"
-#include "sim/selection_data.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

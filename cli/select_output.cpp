@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cli/select_output.hpp"
 
-#include "sim/json_file.hpp"
-#include "sim/names.hpp"
+#include "bench/world/json_file.hpp"
+#include "bench/world/names.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bench/world/frame.hpp"
+#include "bench/world/latency.hpp"
 #include "cli/select_arguments.hpp"
-#include "sim/frame.hpp"
-#include "sim/latency.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

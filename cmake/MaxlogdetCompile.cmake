@@ -60,7 +60,7 @@ function(maxlogdet_link_first target)  # TARGET LIBRARY...
   target_link_options(${target} PRIVATE LINKER:--whole-archive,${archives},--no-whole-archive)
 endfunction()
 
-# Common headers of sim/, cli/ and tests/, Eigen above all, precompiled once per target, which halves the compile time.
+# Common headers of bench/world/, cli/ and tests/, Eigen above all, precompiled once per target, which halves the compile time.
 # -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON turns this off.
 set(maxlogdet_common_headers
   <algorithm> <array> <cmath> <cstddef> <cstdint> <filesystem> <fstream> <functional> <limits> <map> <memory> <numeric>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "profiles/full_round.hpp"
 
+#include "bench/world/scene.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
-#include "sim/scene.hpp"
 #include "simd/kernel.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>

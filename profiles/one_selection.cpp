@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Calls select() once or REPEAT times, to be profiled. Usage: one_selection STRATEGY N K [REPEAT]
-#include "sim/names.hpp"
-#include "sim/scene.hpp"
+#include "bench/world/names.hpp"
+#include "bench/world/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

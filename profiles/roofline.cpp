@@ -2,10 +2,10 @@
 // Compares the evaluation of a full round with the limits of this core: its peak of float32 fused multiply-adds, and
 // the bandwidth of its caches. All measurements take turns in short pieces, so that a transient load slows all of them
 // down. Usage: roofline MACHINE COMMAND OUTPUT.json
+#include "bench/world/latency.hpp"
+#include "bench/world/statistics.hpp"
 #include "profiles/core.hpp"
 #include "profiles/full_round.hpp"
-#include "sim/latency.hpp"
-#include "sim/statistics.hpp"
 #include "simd/isas.hpp"
 
 #include <unistd.h>

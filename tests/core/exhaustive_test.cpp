@@ -2,7 +2,7 @@
 // Every strategy and every bound against the true optimum, by trying every subset of up to 16 candidates.
 //
 // MAXLOGDET_EXHAUSTIVE_CSV names a file that the test appends to: a line for each instance, budget and answer, how far
-// it is from the optimum. bench/exhaustive makes the tables of docs/trust.md from it.
+// it is from the optimum. bench/run how_good makes the tables of docs/trust.md from it.
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/triangle.hpp"

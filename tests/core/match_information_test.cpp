@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The weight of a match against the inverse of its Sigma in long double, and against the blocks: J^T Omega J is their
 // H^T H.
-#include "sim/frame.hpp"
+#include "bench/world/frame.hpp"
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Answers on always the same frames, recorded once: no compiler, instruction set or C library may change them.
-#include "sim/hash.hpp"
+#include "bench/world/hash.hpp"
 #include "tests/core/targets.hpp"
 
 #include <cmath>

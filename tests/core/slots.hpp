@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/frame.hpp"
+#include "bench/world/frame.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 

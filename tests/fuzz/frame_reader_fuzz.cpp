@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a frame file (docs/frame_format.md): a frame that blocks can be made of, or one InputError.
-#include "sim/frame_reader.hpp"
-#include "sim/image_grid.hpp"
-#include "sim/names.hpp"
+#include "bench/world/frame_reader.hpp"
+#include "bench/world/image_grid.hpp"
+#include "bench/world/names.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/input_folder.hpp"
 #include "tests/fuzz/require.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/input_error.hpp"
+#include "bench/world/input_error.hpp"
 #include "tests/fuzz/require.hpp"
 
 #include <unistd.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // `maxlogdet evaluate`, from outside.
-#include "sim/evaluation/evaluation.hpp"
-#include "sim/evaluation/report.hpp"
-#include "sim/frame_reader.hpp"
-#include "tests/sim/simulated_frames.hpp"
+#include "bench/does_it_help/evaluation.hpp"
+#include "bench/does_it_help/report.hpp"
+#include "bench/world/frame_reader.hpp"
+#include "tests/bench/simulated_frames.hpp"
 #include "tests/support/program.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The program's output and errors.
 #include "tests/support/program.hpp"
-#include "sim/frame_reader.hpp"
+#include "bench/world/frame_reader.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -306,7 +306,7 @@ TEST_F(Program, counts_candidates_without_a_block) {
 
 TEST_F(Program, draws_selected_matches_red_in_both_views) {
   EXPECT_EQ(run("select --budget 100 --repeat 1 --plot-data \"it's.json\"").exit_code, 0);
-  EXPECT_EQ(draw("selection", "\"it's.json\"").out, "drew it's.svg and .png\n");
+  EXPECT_EQ(draw("\"it's.json\"").out, "drew it's.svg and .png\n");
   const std::string svg = text_of(path("it's.svg"));
   for (const char* const text : {"<svg", "map view", "camera view", "selected"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
@@ -331,7 +331,7 @@ TEST_F(Program, draws_a_picture_of_each_frame) {
   EXPECT_EQ(outcome.exit_code, 0);
   const std::string files = "data of a picture: picture_frame_001.json\ndata of a picture: picture_frame_002.json\n";
   EXPECT_NE(outcome.out.find("\n\n" + files), std::string::npos) << outcome.out;
-  EXPECT_EQ(draw("selection", "picture_frame_001.json picture_frame_002.json").exit_code, 0);
+  EXPECT_EQ(draw("picture_frame_001.json picture_frame_002.json").exit_code, 0);
   for (const char* const name : {"/picture_frame_001.png", "/picture_frame_002.png"}) {
     EXPECT_EQ(text_of(folder_ + name).substr(1, 3), "PNG");
   }

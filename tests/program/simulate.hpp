@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/trajectory.hpp"
+#include "bench/world/trajectory.hpp"
 #include "tests/support/program.hpp"
 
 #include <filesystem>

@@ -33,7 +33,7 @@ TEST_F(Simulate, metrics_writes_tables_runs_and_data_of_pictures) {
   EXPECT_EQ(json.at("table").size(), rows.size() - 1);
   EXPECT_EQ(json.at("table")[0].at("rms_translation_m").get<double>(), std::stod(rows.at(1).at(4)));
   EXPECT_EQ(contents("out/metrics.md") + "tables and every run: out/metrics*\n", outcome.out);
-  EXPECT_EQ(draw("experiment", "out").exit_code, 0);
+  EXPECT_EQ(draw("out").exit_code, 0);
   for (const char* const picture : {"map_bias", "measurement", "measurement_and_map", "scene"}) {
     const std::string name = std::string("out/metrics_") + picture;
     EXPECT_NE(contents(name + ".svg").find("<svg"), std::string::npos) << picture;
@@ -100,7 +100,7 @@ TEST_F(Simulate, ctrl_c_keeps_finished_runs) {
 TEST_F(Simulate, epsilon_covers_its_grid) {
   ASSERT_EQ(run("simulate epsilon --sizes 60,100 --runs 2 --output out").exit_code, 0);
   EXPECT_EQ(csv("out/epsilon.csv").size(), 1 + 2 * 2 * 8 * 8U);
-  EXPECT_EQ(draw("experiment", "out").exit_code, 0);
+  EXPECT_EQ(draw("out").exit_code, 0);
   for (const char* const map : {"time", "gap", "differing"}) {
     EXPECT_NE(contents(std::string("out/epsilon_") + map + ".svg").find("n = 100"), std::string::npos);
   }
@@ -116,7 +116,7 @@ TEST_F(Simulate, robustness_covers_its_cases_for_any_number_of_threads) {
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(csv("out/robustness.csv").size(), 1 + 10 * (9 * 2 + 1U));
   EXPECT_EQ(contents("out/robustness.md") + "tables and every run: out/robustness*\n", outcome.out);
-  EXPECT_EQ(draw("experiment", "out").exit_code, 0);
+  EXPECT_EQ(draw("out").exit_code, 0);
   const auto json = nlohmann::json::parse(contents("out/robustness.json"));
   EXPECT_EQ(json.at("runs_finished"), 3);
   EXPECT_EQ(json.at("table")[0].at("disturbance"), "none");

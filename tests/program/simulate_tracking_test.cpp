@@ -28,7 +28,7 @@ TEST_F(Simulate, euroc_tracks_along_given_trajectories) {
     EXPECT_NE(outcome.out.find(selector), std::string::npos);
   }
   EXPECT_EQ(rows.size(), 1 + 9 * 4U);
-  EXPECT_EQ(draw("experiment", "one").exit_code, 0);
+  EXPECT_EQ(draw("one").exit_code, 0);
   EXPECT_NE(contents("one/euroc.svg").find("<svg"), std::string::npos);
   EXPECT_EQ(contents("one/euroc.png").substr(1, 3), "PNG");
   EXPECT_EQ(nlohmann::json::parse(contents("one/euroc.json")).at("table").size(), 36U);
@@ -88,7 +88,7 @@ TEST_F(Simulate, budget_compares_budgets_with_all_inliers) {
   for (std::size_t i = 1; i < rows.size(); ++i) contestants.insert({rows[i].at(1), rows[i].at(2)});
   EXPECT_EQ(contestants, (std::set<std::pair<std::string, std::string>>{
                              {"md", "20"}, {"md", "60"}, {"inl", "0"}, {"all_weighted", "0"}}));
-  EXPECT_EQ(draw("experiment", "out").exit_code, 0);
+  EXPECT_EQ(draw("out").exit_code, 0);
   EXPECT_NE(contents("out/budget.svg").find("inl, median"), std::string::npos);
   EXPECT_NE(contents("out/budget.svg").find("all weighted, median"), std::string::npos);
 }
@@ -127,7 +127,7 @@ TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_
   EXPECT_EQ(csv("out/euroc.csv").at(1).at(4), "nan");
   EXPECT_TRUE(nlohmann::json::parse(contents("out/euroc.json")).at("table")[0].at("rpe_m_per_s").is_null());
   EXPECT_EQ(run(small_tracking("budget") + "--seconds 2 --budgets 20 --output out").err, warning);
-  EXPECT_EQ(draw("experiment", "out").out, "drew out/budget.svg and .png\ndrew out/euroc.svg and .png\n");
+  EXPECT_EQ(draw("out").out, "drew out/budget.svg and .png\ndrew out/euroc.svg and .png\n");
   expect_refused(run(small_tracking("euroc") + "--seconds 0.1 --output short"), "at least 3 poses of first");
 }
 

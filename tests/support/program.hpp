@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/scene.hpp"
+#include "bench/world/scene.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/text_folder.hpp"
 
@@ -42,9 +42,9 @@ class Program : public TextFolder {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(path("out.txt")), text_of(path("err.txt"))};
   }
 
-  // tools/draw_WHAT.py, in the folder.
-  Outcome draw(const std::string& what, const std::string& paths, const std::string& environment = "") const {
-    return run_script(environment + "python3 -B '" MAXLOGDET_TOOLS "/draw_" + what + ".py' " + paths +
+  // tools/draw, in the folder.
+  Outcome draw(const std::string& paths, const std::string& environment = "") const {
+    return run_script(environment + "python3 -B '" MAXLOGDET_TOOLS "/draw' " + paths +
                       " >out.txt 2>err.txt </dev/null");
   }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/se3.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/support/support.hpp"
 
 #include <Eigen/Core>

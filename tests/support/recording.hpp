@@ -44,8 +44,8 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// A recorded frame, read with nothing of the reader in sim/: comments by name, without remarks in parentheses, and the
-/// rows by column, as text.
+/// A recorded frame, read with nothing of the reader in bench/world/: comments by name, without remarks in parentheses,
+/// and the rows by column, as text.
 struct RecordedFrame {
   explicit RecordedFrame(const std::string& path) {
     std::istringstream lines(text_of(path));

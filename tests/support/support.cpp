@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/support.hpp"
 
-#include "sim/data_folder.hpp"
-#include "sim/frame_reader.hpp"
-#include "sim/hash.hpp"
+#include "bench/world/data_folder.hpp"
+#include "bench/world/frame_reader.hpp"
+#include "bench/world/hash.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "sim/names.hpp"
-#include "sim/scene.hpp"
+#include "bench/world/names.hpp"
+#include "bench/world/scene.hpp"
 #include "simd/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "tests/support/block_kinds.hpp"

@@ -4,10 +4,12 @@
 """
 
 import datetime
+import hashlib
 import os
 import pathlib
 import re
 import subprocess
+import sys
 
 from maxlogdet_tools.pages import rewrite
 from maxlogdet_tools.project import ROOT, cpu_model
@@ -25,9 +27,10 @@ def output_of(*command):
 
 
 def library_state():
-    """The last commit that changed the library, with a + where files have changed since."""
+    """The last commit that changed the library, with a + and a hash of what has changed since, if anything has."""
     commit = output_of("git", "log", "-1", "--format=%h", "--abbrev=8", "--", *LIBRARY) or "unknown"
-    return commit + ("+" if output_of("git", "status", "--porcelain", "--", *LIBRARY) else "")
+    changes = output_of("git", "diff", "HEAD", "--", *LIBRARY)
+    return commit + (f"+{hashlib.sha1(changes.encode()).hexdigest()[:6]}" if changes else "")
 
 
 def widest_isa():
@@ -54,8 +57,13 @@ def stamp(page, command):
 
 
 def main():
-    """Prints the lines of all pages, and marks those of another state of the library than this checkout's."""
+    """Prints the lines of all pages, and marks those of another state of the library than this checkout's; --state: prints
+    that state alone.
+    """
     now = library_state()
+    if sys.argv[1:] == ["--state"]:
+        print(now)
+        return
     for page in sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")]):
         for line in lines_of(page):
             known = LINE.match(line)

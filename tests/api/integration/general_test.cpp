@@ -3,8 +3,8 @@
 // and weightings. guide_frame_test.cpp has the rest.
 #include "tests/api/integration/general_snippets.hpp"
 
-#include "sim/scene.hpp"
-#include "sim/se3.hpp"
+#include "bench/world/scene.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"

@@ -4,7 +4,7 @@
 // What blocks have to be, from the position of a point in the camera frame, which a test computes by its tracker's own
 // chain of transforms.
 
-#include "sim/se3.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/support/random_isometry.hpp"
 
 #include <Eigen/Core>

@@ -2,7 +2,7 @@
 // A fixed list of selections on every instruction set of this machine; a line each: instruction set, what was selected
 // from and how, how many, a hash of their indices, and one of the bits of gains, log det and bound. ci/check_compilers
 // compares the lines of differently compiled programs.
-#include "sim/hash.hpp"
+#include "bench/world/hash.hpp"
 #include "simd/counter_random.hpp"
 #include "tests/support/block_kinds.hpp"
 

@@ -11,7 +11,7 @@ def mean(values):
 
 
 def quantile(values, share):
-    """Linear between order statistics (R's type 7), as in sim/statistics.hpp; NaN if a value is missing."""
+    """Linear between order statistics (R's type 7), as in bench/world/statistics.hpp; NaN if a value is missing."""
     if not values or None in values:
         return math.nan
     values = sorted(values)

@@ -6,7 +6,7 @@ from maxlogdet_tools.selector_styles import line_style
 
 
 def picture(data):
-    """`data`: what examples/stereo_odometry writes as trajectories.json."""
+    """`data`: what bench/does_it_track writes as trajectories.json."""
     blocks, curves = "", []
     if data["truth"]:
         blocks += data_block("truth", data["truth"])

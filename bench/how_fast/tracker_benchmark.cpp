@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// What a tracker pays between two frames: building the blocks of some hundred matches, and the selection. KITTI-like
+// frames, all matches stereo or all monocular; each case cycles through several frames. Hot caches: calls of a case
+// follow each other, over all its frames. Cold caches: other work comes before each call.
+#include "bench/how_fast/cases.hpp"
+#include "bench/how_fast/eigen_baselines.hpp"
+#include "bench/how_fast/measure.hpp"
+#include "bench/how_fast/tracker_frames.hpp"
+#include "bench/world/draws.hpp"
+#include "tests/support/forced_isa.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::bench {
+namespace {
+
+struct Task {
+  Which which;
+  std::size_t k = 100;
+  std::string isa = active_isa();
+  Strategy strategy = Strategy::lazy_greedy;
+  bool builds = false;  // the blocks
+  bool selects = false;
+  const double* prior = nullptr;  // of the selection
+};
+
+Work library_work(const Task& task) {
+  struct State {
+    explicit State(std::size_t capacity) : blocks(capacity), selector(capacity) {}
+    BlockStore blocks;
+    Selector selector;
+    Options options;
+    Selection selection{};
+  };
+  const test::ForcedIsa forced(task.isa.c_str());
+  const auto state = std::make_shared<State>(task.which.slots);
+  state->options.budget = task.k;
+  state->options.strategy = task.strategy;
+  state->options.prior = task.prior;
+  const TrackerFrames& frames = frames_of(task.which);
+  const auto run = [state, &frames, task](std::size_t call) {
+    const TrackerFrame& frame = frame_of(frames, call);
+    if (task.builds) frame.build(state->blocks);
+    if (!task.selects) return;
+    state->options.stochastic.seed = call;
+    state->options.excluded = frame.is_excluded.empty() ? nullptr : frame.is_excluded.data();
+    state->selection = state->selector.select(state->blocks, state->options);
+  };
+  const auto record = [state, selects = task.selects](std::size_t /*call*/, Sums& sums) {
+    if (!selects) return;
+    sums["log_det"] += state->selection.log_det;
+    sums["evaluations"] += static_cast<double>(state->selection.evaluations);
+  };
+  if (task.builds) return {run, record};
+  return {run, record, [state, &frames](std::size_t call) { state->blocks = frame_of(frames, call).store; }};
+}
+
+Work eigen_work(EigenMethod method, const Which& which, std::size_t k, double epsilon) {
+  const TrackerFrames& frames = frames_of(which);
+  const std::shared_ptr<EigenSelector> selector = make_eigen_selector(method, frame_of(frames, 0).store);
+  const auto run = [=](std::size_t call) { selector->select(k, epsilon, call); };
+  const auto record = [=](std::size_t /*call*/, Sums& sums) {
+    sums["log_det"] += selector->log_det();
+    sums["evaluations"] += static_cast<double>(selector->evaluations());
+  };
+  return {run, record, [selector, &frames](std::size_t call) { selector->load(frame_of(frames, call).store); }};
+}
+
+constexpr std::size_t max_batch = 32;
+
+// An active selection whose matching finds a fixed share of the proposals.
+struct ActiveState {
+  ActiveState(std::size_t capacity, double share) : blocks(capacity), active(capacity) {
+    for (std::size_t i = 0; i < capacity; ++i) {
+      is_matched_.push_back(sim::Draws(1, i).chance(share) ? 1 : 0);  // a hash of the index
+    }
+  }
+
+  void run_one_by_one() {
+    start();
+    for (std::uint32_t i = active.next(); i != ActiveSelection::none; i = active.next()) {
+      is_matched_[i] != 0 ? active.accept() : active.reject();
+      ++proposals;
+    }
+  }
+
+  void run_in_batches(std::size_t batch) {
+    start();
+    std::uint32_t indices[max_batch];
+    unsigned char matched[max_batch];
+    for (std::size_t count = active.next(indices, batch); count > 0; count = active.next(indices, batch)) {
+      for (std::size_t j = 0; j < count; ++j) matched[j] = is_matched_[indices[j]];
+      active.answer(matched, count);
+      proposals += count;
+    }
+  }
+
+  BlockStore blocks;
+  ActiveSelection active;
+  std::size_t proposals = 0;
+
+ private:
+  void start() {
+    options_.budget = 100;
+    active.start(blocks, options_);
+    proposals = 0;
+  }
+
+  Options options_;
+  std::vector<unsigned char> is_matched_;
+};
+
+// Takes `batch` proposals at a time, of which matching finds this share, until the budget is reached.
+Work active_work(const Which& which, const std::string& isa, std::size_t batch, double share) {
+  const test::ForcedIsa forced(isa.c_str());
+  const auto state = std::make_shared<ActiveState>(which.slots, share);
+  const TrackerFrames& frames = frames_of(which);
+  const auto run = [state, batch](std::size_t /*call*/) {
+    if (batch == 1) {
+      state->run_one_by_one();
+    } else {
+      state->run_in_batches(batch);
+    }
+  };
+  const auto record = [state](std::size_t /*call*/, Sums& sums) {
+    sums["proposals"] += static_cast<double>(state->proposals);
+    sums["log_det"] += state->active.selection().log_det;
+    sums["evaluations"] += static_cast<double>(state->active.selection().evaluations);
+  };
+  return {run, record, [state, &frames](std::size_t call) { state->blocks = frame_of(frames, call).store; }};
+}
+
+// Evicts the caches and retrains the branch predictors: walks over 8 MiB and sorts 60 000 random numbers.
+class Disturbance {
+ public:
+  void operator()() {
+    constexpr std::size_t cache_line = 64;
+    for (std::size_t i = 0; i < memory_.size(); i += cache_line) ++memory_[i];
+    for (int& number : numbers_) number = static_cast<int>(random_.bits() >> 33U);
+    std::sort(numbers_.begin(), numbers_.end());
+    benchmark::DoNotOptimize(memory_.data());
+    benchmark::DoNotOptimize(numbers_.data());
+    benchmark::ClobberMemory();
+  }
+
+ private:
+  std::vector<unsigned char> memory_ = std::vector<unsigned char>(std::size_t{8} << 20U);
+  std::vector<int> numbers_ = std::vector<int>(60000);
+  sim::Draws random_{1};
+};
+
+// The cases of one temperature: tracker/METHOD/caches:.../KEY:VALUE/..., which bench/how_fast/tracker_results.py looks
+// up.
+class Cases {
+ public:
+  Cases(const char* caches, const Turns& turns)
+      : caches_(caches), group_(std::string("tracker, ") + caches + " caches", turns) {}
+
+  // `more`: the rest of the case's name, /KEY:VALUE/...
+  void library(const char* method, const Task& task, const std::string& more = "") {
+    group_.add(name_of(method, task.which, task.k, task.isa) + more, [=] { return library_work(task); });
+  }
+  void blocks(Task task) {
+    task.builds = true;
+    library("append_blocks", task);
+  }
+  void select(Task task, const std::string& more = "") {
+    task.selects = true;
+    library(to_string(task.strategy), task, more);
+  }
+  void blocks_and_select(Task task, const std::string& more = "") {
+    task.builds = task.selects = true;
+    library("blocks_and_select", task, more);
+  }
+  void eigen(EigenMethod method, const Which& which, std::size_t k = 100) {
+    const double epsilon = Options().stochastic.epsilon;
+    group_.add(name_of(to_string(method), which, k, "native"), [=] { return eigen_work(method, which, k, epsilon); });
+  }
+  void active(const Which& which, const std::string& isa, std::size_t batch, const std::string& share) {
+    group_.add(name_of("active", which, 100, isa) + "/batch:" + std::to_string(batch) + "/matched:" + share,
+               [=] { return active_work(which, isa, batch, std::stod(share)); });
+  }
+
+ private:
+  std::string name_of(const std::string& method, const Which& which, std::size_t k, const std::string& isa) const {
+    return "tracker/" + method + "/caches:" + caches_ + "/blocks:" + which.kind.name + "/n:" + std::to_string(which.n) +
+           "/k:" + std::to_string(k) + "/isa:" + isa;
+  }
+
+  std::string caches_;
+  Group group_;
+};
+
+void add_frame_cases(Cases& cases, const std::vector<std::string>& isas) {
+  const auto add = [&](const Which& which, std::size_t k, const std::string& isa) {
+    Task task{which, k, isa};
+    cases.blocks(task);
+    cases.select(task);
+    cases.blocks_and_select(task);
+  };
+  for (const Kind& kind : kinds) {
+    for (const std::size_t n : {200U, 350U, 465U, 500U, 1000U, 2000U}) {
+      const Which which{kind, n, n};
+      for (const std::string& isa : isas) add(which, 100, isa);
+      cases.eigen(EigenMethod::lazy_scan, which);
+      if (n != 465 && n != 2000) continue;
+      for (const std::string& isa : isas) {
+        Task task{which, 100, isa};
+        task.strategy = Strategy::stochastic_greedy;
+        cases.select(task);
+      }
+      cases.eigen(EigenMethod::stochastic, which);
+    }
+    for (const std::size_t k : {50U, 200U}) {
+      const Which which{kind, 465, 465};
+      add(which, k, isas.front());
+      cases.eigen(EigenMethod::lazy_scan, which, k);
+    }
+  }
+}
+
+// Frames with unusable slots or excluded candidates, against the same frames without these.
+void add_sparse_cases(Cases& cases, const std::vector<std::string>& isas) {
+  for (const Kind& kind : {monocular, stereo_map}) {
+    for (const std::string& isa : isas) {
+      cases.blocks_and_select({{kind, 377, 2005, Rest::unusable}, 100, isa}, "/slots:2005");
+      cases.blocks_and_select({{kind, 377, 2005, Rest::absent}, 100, isa}, "/slots:377");
+      cases.select({{kind, 400, 2000, Rest::excluded}, 100, isa}, "/slots:2000");
+      cases.select({{kind, 400, 2000, Rest::absent}, 100, isa}, "/slots:400");
+    }
+  }
+}
+
+// The information of a prior with standard deviations of 5 cm and 0.6 degrees.
+const double* motion_prior() {
+  static const auto prior = [] {
+    std::array<double, std::size_t{state_dimension} * state_dimension> information{};
+    for (std::size_t i = 0; i < state_dimension; ++i) {
+      const double deviation = i < 3 ? 0.05 : 0.01;  // m, rad
+      information[(state_dimension + 1) * i] = 1 / (deviation * deviation);
+    }
+    return information;
+  }();
+  return prior.data();
+}
+
+void add_prior_cases(Cases& cases, const std::vector<std::string>& isas) {
+  for (const std::string& isa : isas) {
+    Task task{{stereo, 465, 465}, 100, isa};
+    task.prior = motion_prior();
+    cases.select(task, "/prior:motion");
+  }
+}
+
+void add_active_cases(Cases& cases, const std::vector<std::string>& isas) {
+  for (const std::size_t n : {800U, 3000U}) {
+    const Which which{stereo_map, n, n};
+    for (const std::string& isa : isas) {
+      cases.select({which, 100, isa});
+      for (const char* const share : {"1", "0.5", "0.2"}) {
+        for (const std::size_t batch : {1U, 8U, 32U}) cases.active(which, isa, batch, share);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void add_tracker_cases() {
+  std::vector<std::string> isas = {active_isa()};
+  if (isas.front() != "avx2" && isa_is_supported("avx2")) isas.emplace_back("avx2");
+
+  Turns hot_turns;
+  hot_turns.untimed = frame_count;
+  hot_turns.timed = 2 * frame_count;
+  hot_turns.seconds_per_case = 0.3;
+  Cases hot("hot", hot_turns);
+  Turns cold_turns;
+  cold_turns.disturb = Disturbance();
+  cold_turns.seconds_per_case = 1;
+  Cases cold("cold", cold_turns);
+  for (Cases* const cases : {&hot, &cold}) {
+    add_frame_cases(*cases, isas);
+    add_sparse_cases(*cases, isas);
+    add_prior_cases(*cases, isas);
+  }
+  add_active_cases(hot, isas);
+}
+
+}  // namespace maxlogdet::bench

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "bench/world/frame_comments.hpp"
+
+#include "bench/world/names.hpp"
+#include "bench/world/text.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace maxlogdet::sim {
+namespace {
+
+constexpr std::size_t max_cameras = 256;
+constexpr std::int64_t largest_side = 1 << 20;  // of an image, px
+
+std::vector<double> numbers(const TextFile& file, std::string_view text, std::size_t count, const std::string& what) {
+  const auto fields = split_at_commas(text);
+  if (fields.size() != count) file.fail(std::to_string(count) + " numbers for " + what);
+  std::vector<double> values;
+  for (const auto field : fields) values.push_back(file.number(field, what));
+  return values;
+}
+
+PinholeCamera pinhole(const TextFile& file, std::string_view values) {
+  const auto v = numbers(file, values, 5, "fx,fy,cx,cy,bf");
+  if (!(v[0] > 0) || !(v[1] > 0)) file.fail("positive fx and fy");
+  if (!(v[4] >= 0)) file.fail("bf of 0 (monocular) or more");
+  return {v[0], v[1], v[2], v[3], v[4]};
+}
+
+// MODEL,fx,fy,cx,cy and the model's parameters.
+Camera camera_of(const TextFile& file, std::string_view values) {
+  const auto fields = split_at_commas(values);
+  const std::optional<CameraModel> model = find_named(camera_models, std::string(fields[0]));
+  if (!model)
+    file.fail("a camera model, one of " + joined(names_of(camera_models), ", ") + ", not " + shown(fields[0]));
+  const std::size_t count = parameter_count(*model);
+  if (fields.size() != 5 + count) {
+    file.fail(std::string(to_string(*model)) + ",fx,fy,cx,cy and " + std::to_string(count) + " parameters");
+  }
+  std::vector<double> v;
+  for (std::size_t i = 1; i < fields.size(); ++i) v.push_back(file.number(fields[i], "a camera's parameter"));
+  Camera camera(v[0], v[1], v[2], v[3]);
+  camera.model = *model;
+  std::copy(v.begin() + 4, v.end(), camera.parameters);
+  // The library knows which parameters are in range: it refuses no camera that can make blocks.
+  BlockStore none;
+  Matches matches;
+  const double nothing[3] = {};
+  matches.points = nothing;
+  if (append_blocks(camera, RigidTransform::identity(), matches, BlockOptions(), none).error != Error::none) {
+    file.fail("positive fx and fy, and distortion within the range of " + std::string(to_string(*model)));
+  }
+  return camera;
+}
+
+std::array<double, 12> transform_of(const TextFile& file, std::string_view values, const std::string& name) {
+  const auto v = numbers(file, values, 12, name + " (3 x 4 row-major)");
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(v.data());
+  const Eigen::Matrix3d R = T.leftCols<3>();
+  if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
+    file.fail("a rotation in the first 3 columns of " + name);
+  std::array<double, 12> rows{};
+  std::copy(v.begin(), v.end(), rows.begin());
+  return rows;
+}
+
+void read_image(const TextFile& file, std::string_view values, Frame& frame) {
+  const auto fields = split_at_commas(values);
+  if (fields.size() != 2) file.fail("2 integers for image width,height");
+  const auto width = integer(file, fields[0], "image width");
+  const auto height = integer(file, fields[1], "image height");
+  if (width < 1 || height < 1 || width > largest_side || height > largest_side)
+    file.fail("an image width and height from 1 to 2^20");
+  frame.width = static_cast<double>(width);
+  frame.height = static_cast<double>(height);
+}
+
+// The number behind a prefix, as in camera0; camera00 is another name.
+std::optional<std::size_t> number_behind(const std::string& prefix, const std::string& name) {
+  if (name.compare(0, prefix.size(), prefix) != 0 || name.size() == prefix.size()) return std::nullopt;
+  const std::optional<std::int64_t> number = whole_number(std::string_view(name).substr(prefix.size()));
+  if (!number || *number < 0 || prefix + std::to_string(*number) != name) return std::nullopt;
+  return static_cast<std::size_t>(*number);
+}
+
+bool is_known(const std::string& name) {
+  for (const char* known : {"fx,fy,cx,cy,bf", "camera", "imagewidth,height", "Tcw_prior", "Tcw_true", "depth_sigma"}) {
+    if (name == known) return true;
+  }
+  return number_behind("camera", name) || number_behind("T_cb", name);
+}
+
+}  // namespace
+
+std::string comment_name(std::string_view text) {
+  std::string name;
+  for (const char c : text.substr(0, text.find('('))) {
+    if (c != ' ' && c != '\t') name += c;
+  }
+  return name;
+}
+
+std::int64_t integer(const TextFile& file, std::string_view field, const std::string& what) {
+  const std::optional<std::int64_t> value = whole_number(field);
+  if (!value) file.fail("an integer for " + what + ", not " + shown(field));
+  return *value;
+}
+
+bool FrameComments::decides_rows(const std::string& name) {
+  return name == "depth_sigma" || name == "camera" || number_behind("camera", name);
+}
+
+void FrameComments::read(const std::string& name, std::string_view values, const TextFile& file, Frame& frame) {
+  if (!is_known(name)) return;
+  if (!seen_.insert(name).second) file.fail("one comment '" + name + "', not a second one");
+  if (name == "fx,fy,cx,cy,bf") {
+    static_cast<PinholeCamera&>(frame.camera) = pinhole(file, values);
+  } else if (name == "imagewidth,height") {
+    read_image(file, values, frame);
+  } else if (name == "Tcw_prior") {
+    frame.T_cw_prior = transform_of(file, values, name);
+  } else if (name == "Tcw_true") {
+    frame.T_cw_true = transform_of(file, values, name);
+  } else if (name == "depth_sigma") {
+    frame.camera.depth_sigma = numbers(file, values, 1, name)[0];
+    if (!(frame.camera.depth_sigma > 0)) file.fail("a positive depth_sigma, m");
+  } else {
+    read_camera_of_rig(name, values, file, frame);
+  }
+  const bool is_pinhole = has("fx,fy,cx,cy,bf"), is_single = has("camera"), is_rig = has("camera0");
+  if ((is_pinhole && is_single) || (is_pinhole && is_rig) || (is_single && is_rig)) {
+    file.fail("one of the comments 'fx,fy,cx,cy,bf', 'camera' and 'camera 0'");
+  }
+}
+
+void FrameComments::read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file,
+                                       Frame& frame) const {
+  FrameCamera& camera = frame.camera;
+  if (name == "camera") {
+    const Camera alone = camera_of(file, values);
+    if (alone.model == CameraModel::pinhole) {
+      static_cast<PinholeCamera&>(camera) = alone.pinhole;
+    } else {
+      camera.rig = {RigCamera(alone)};
+    }
+  } else if (const auto added = number_behind("camera", name)) {
+    if (*added != camera.rig.size() || *added >= max_cameras) {
+      file.fail("the cameras of a rig from 0 on, without gaps, and at most 256");
+    }
+    camera.rig.emplace_back(camera_of(file, values));
+  } else if (const auto of = number_behind("T_cb", name)) {
+    if (has("camera") || *of >= camera.rig.size())
+      file.fail("the comment 'camera " + std::to_string(*of) + "' before this");
+    camera.rig[*of].T_cb = RigidTransform::row_major(transform_of(file, values, name).data());
+  }
+}
+
+}  // namespace maxlogdet::sim

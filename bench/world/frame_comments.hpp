@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bench/world/frame.hpp"
+#include "bench/world/text_file.hpp"
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace maxlogdet::sim {
+
+/// Returns the name in `name (remark)`, without blanks.
+std::string comment_name(std::string_view text);
+
+/// Returns the integer that a field of the last line is; otherwise fails with a message that names `what`.
+std::int64_t integer(const TextFile& file, std::string_view field, const std::string& what);
+
+/// The comment lines of a frame file (docs/frame_format.md): camera, image and poses.
+class FrameComments {
+ public:
+  /// Takes a comment's values into the frame; comments of other names are skipped. Throws InputError.
+  void read(const std::string& name, std::string_view values, const TextFile& file, Frame& frame);
+
+  /// Returns whether rows depend on the comment, which therefore has to come before them.
+  static bool decides_rows(const std::string& name);
+
+  bool has(const std::string& name) const { return seen_.count(name) != 0; }
+  bool has_camera() const { return has("fx,fy,cx,cy,bf") || has("camera") || has("camera0"); }
+
+ private:
+  void read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file, Frame& frame) const;
+
+  std::set<std::string> seen_;
+};
+
+}  // namespace maxlogdet::sim

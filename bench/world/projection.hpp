@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bench/world/frame.hpp"
+#include "bench/world/se3.hpp"
+
+#include <Eigen/Core>
+
+namespace maxlogdet::sim {
+
+/// A match linearised at a pose, as maxlogdet/jacobian.hpp defines it: left perturbation, (translation, rotation), px;
+/// a row of depth is in m. Rows beyond `rows` are zero.
+struct LinearizedMatch {
+  int rows = 0;              ///< 2 monocular, 3 with a right-image column or a depth
+  Eigen::Vector3d residual;  ///< z - h(x, p)
+  Eigen::Matrix<double, 3, 6> H_x;
+  Eigen::Matrix3d H_p;  ///< with respect to the point in the world frame
+};
+
+/// Linearises `match` at T_cw, of a rig the pose of its body; its third measurement counts if `uses_depth_cue`. Returns
+/// false where the camera has no image of the point (of a pinhole Z <= 0), or a number is not finite.
+bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
+               LinearizedMatch& result);
+
+}  // namespace maxlogdet::sim

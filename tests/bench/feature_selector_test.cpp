@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Properties of all selectors, and selectors that use no blocks.
+#include "bench/world/feature_selector.hpp"
+
+#include "tests/bench/selector_cases.hpp"
+#include "tests/support/allocation_counter.hpp"
+#include "tests/support/traced_random.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace maxlogdet::test {
+namespace {
+
+TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
+  TracedRandom random;
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    for (const std::size_t budget : {0U, 1U, 20U, 100U, 1000U}) {
+      const Frame frame = make_scene(sim::Scene::euroc_like, 300, random.seed() + budget);
+      const Indices candidates = some_of(random, frame);
+      FeatureSelector selector(settings_of(kind, budget));
+      const Indices selected = sorted(selector.select(frame, candidates));
+      const bool all = !has_budget(kind);
+      EXPECT_EQ(selected.size(), all ? candidates.size() : std::min(budget, candidates.size()));
+      EXPECT_EQ(std::adjacent_find(selected.begin(), selected.end()), selected.end());
+      EXPECT_TRUE(std::includes(candidates.begin(), candidates.end(), selected.begin(), selected.end()));
+      EXPECT_TRUE(selector.select(frame, {}).empty());
+    }
+  }
+}
+
+TEST(FeatureSelector, draws_from_its_seed_alone) {
+  TracedRandom random;
+  for (const SelectorKind kind : sim::selector_kinds) {
+    FeatureSelector one(settings_of(kind, 30, 5)), same(settings_of(kind, 30, 5)), other(settings_of(kind, 30, 6));
+    bool differs = false;
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      const Frame frame = make_scene(sim::Scene::euroc_like, 200, random.seed() + i);
+      const Indices candidates = some_of(random, frame);
+      const Indices selected = one.select(frame, candidates);
+      EXPECT_EQ(same.select(frame, candidates), selected) << to_string(kind);
+      differs = differs || other.select(frame, candidates) != selected;
+    }
+    const bool draws = kind == SelectorKind::random || kind == SelectorKind::bucket ||
+                       kind == SelectorKind::observability || kind == SelectorKind::leverage ||
+                       kind == SelectorKind::half_random;
+    EXPECT_EQ(differs, draws) << to_string(kind);
+  }
+}
+
+TEST(FeatureSelector, quality_takes_the_lowest_distances_and_of_equal_ones_the_lowest_index) {
+  TracedRandom random;
+  for (std::size_t trial = trials(50); trial > 0; --trial) {
+    Frame frame = make_scene(sim::Scene::euroc_like, 150, random.seed());
+    for (sim::Match& match : frame.matches) match.desc_dist = random.integer(0, 12);
+    Indices candidates = some_of(random, frame);
+    std::reverse(candidates.begin(), candidates.end());
+    EXPECT_EQ(FeatureSelector(settings_of(SelectorKind::quality, 40)).select(frame, candidates),
+              by_quality(frame, candidates, 40));
+  }
+}
+
+TEST(FeatureSelector, bucket_spreads_over_cells) {
+  TracedRandom random;
+  for (std::size_t trial = trials(100); trial > 0; --trial) {
+    const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
+    const Frame frame = make_scene(scene, 400, random.seed() + trial);
+    const Indices candidates = some_of(random, frame);
+    SelectorSettings settings = settings_of(SelectorKind::bucket, static_cast<std::size_t>(random.integer(1, 200)));
+    settings.grid = {random.integer(1, 12), random.integer(1, 9)};
+    settings.seed = trial;
+    std::map<std::uint32_t, int> there, taken;
+    for (const std::uint32_t i : candidates) ++there[settings.grid.cell_of(frame, frame.matches[i])];
+    for (const std::uint32_t i : FeatureSelector(settings).select(frame, candidates)) {
+      ++taken[settings.grid.cell_of(frame, frame.matches[i])];
+    }
+    int largest = 0;
+    for (const auto& [cell, count] : taken) largest = std::max(largest, count);
+    for (const auto& [cell, count] : there) {
+      if (taken[cell] < count) {
+        EXPECT_GE(taken[cell], largest - 1) << "cell " << cell;
+      }
+    }
+  }
+}
+
+TEST(FeatureSelector, bucket_prefers_no_cell) {
+  Frame frame = make_scene(sim::Scene::euroc_like, 24, 3);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
+    frame.matches[i].u = i < 12 ? 10 : 700;
+    frame.matches[i].v = i % 2 == 0 ? 10 : 400;
+  }
+  Indices candidates(24);
+  std::iota(candidates.begin(), candidates.end(), 0U);
+  SelectorSettings settings = settings_of(SelectorKind::bucket, 2);
+  settings.grid = {2, 2};
+  FeatureSelector selector(settings);
+  std::vector<int> counts(4, 0);
+  const auto runs = static_cast<double>(trials(4000));
+  for (std::size_t run = trials(4000); run > 0; --run) {
+    for (const std::uint32_t i : selector.select(frame, candidates)) {
+      ++counts[settings.grid.cell_of(frame, frame.matches[i])];
+    }
+  }
+  for (const int count : counts) EXPECT_NEAR(count, runs / 2, 5 * std::sqrt(runs) / 2);
+}
+
+// Bucket with a single cell is as uniform as random.
+TEST(FeatureSelector, random_and_bucket_select_uniformly) {
+  const Frame frame = make_scene(sim::Scene::euroc_like, 40, 3);
+  Indices candidates(20);
+  std::iota(candidates.begin(), candidates.end(), 10U);
+  for (const SelectorKind kind : {SelectorKind::random, SelectorKind::bucket}) {
+    SelectorSettings settings = settings_of(kind, 5);
+    settings.grid = {1, 1};
+    FeatureSelector selector(settings);
+    std::vector<int> counts(40, 0);
+    const auto runs = static_cast<double>(trials(10000));
+    for (std::size_t run = trials(10000); run > 0; --run) {
+      for (const std::uint32_t i : selector.select(frame, candidates)) ++counts[i];
+    }
+    for (const std::uint32_t i : candidates) {
+      EXPECT_NEAR(counts[i], runs / 4, 5 * std::sqrt(runs * 3 / 16)) << to_string(kind);
+    }
+  }
+}
+
+TEST(FeatureSelector, allocates_nothing_after_a_frame_as_large) {
+  const Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
+  const sim::MatchArrays arrays(frame);
+  Indices candidates(450), selected;
+  std::iota(candidates.begin(), candidates.end(), 20U);
+  for (const SelectorKind kind : sim::selector_kinds) {
+    if (kind == SelectorKind::observability) continue;
+    SelectorSettings settings = settings_of(kind, 60);
+    settings.search.threads = settings.blocks.threads = 1;
+    FeatureSelector selector(settings);
+    selector.select(frame, arrays.view(), candidates, selected);
+    const long before = allocations();
+    selector.select(frame, arrays.view(), candidates, selected);
+    EXPECT_EQ(allocations(), before) << to_string(kind);
+    EXPECT_EQ(selected.size(), has_budget(kind) ? 60 : candidates.size());
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "bench/does_the_paper_hold/pose_tracker.hpp"
+
+#include "tests/bench/small_worlds.hpp"
+#include "tests/bench/tracked_selectors.hpp"
+#include "tests/support/support.hpp"
+
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Frame;
+using sim::MappedWorld;
+using sim::Pose;
+using sim::PoseTracker;
+using sim::SelectorKind;
+using sim::TrackedFrame;
+using sim::Trajectory;
+
+constexpr std::size_t max_matches = 250;
+
+double distance_between(const Pose& a, const Pose& b) { return (a.matrix() - b.matrix()).norm(); }
+
+// Calls body(world, frame, tracked) for every frame of a tracker that begins at the truth.
+template <class Body>
+void track(const Trajectory& trajectory, const sim::WorldOptions& options, PoseTracker& tracker, const Body& body) {
+  const sim::Rig rig = sim::forward_rig();
+  MappedWorld world(trajectory, rig, options, 1);
+  tracker.start((trajectory.poses.front().T_wb * rig.T_bc).inverse());
+  Frame frame;
+  while (world.next(frame)) {
+    const TrackedFrame tracked = tracker.track(frame);
+    body(world, frame, tracked);
+  }
+}
+
+TEST(PoseTracker, is_exact_in_a_perfect_world_whatever_it_selects) {
+  const Trajectory trajectory = sim::analytic_trajectory(3);
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    PoseTracker tracker(settings_of(kind), {});
+    track(trajectory, perfect_world(max_matches), tracker,
+          [&](const MappedWorld& world, const Frame& frame, const auto& tracked) {
+            ASSERT_TRUE(tracked.is_tracked);
+            ASSERT_LT(distance_between(tracked.T_cw, world.true_T_cw()), 1e-6);
+            EXPECT_EQ(tracked.inliers.size(), frame.matches.size());
+            EXPECT_EQ(tracked.selected.size(), has_budget(kind) ? 40U : frame.matches.size());
+            if (rejects_outliers(kind)) {
+              EXPECT_GT(tracked.ms_outliers, 0);
+              EXPECT_LT(distance_between(sim::pose_of(frame.T_cw_prior), world.true_T_cw()), 1e-6)
+                  << "linearised at the pose of all";
+            } else {
+              EXPECT_EQ(tracked.ms_outliers + tracked.ms_selection, 0);
+            }
+            EXPECT_GT(tracked.ms_pose, 0);
+          });
+  }
+}
+
+TEST(PoseTracker, predicts_by_constant_velocity) {
+  const Trajectory trajectory = sim::analytic_trajectory(1);
+  PoseTracker tracker(settings_of(SelectorKind::md), {});
+  std::vector<Pose> poses = {(trajectory.poses.front().T_wb * sim::forward_rig().T_bc).inverse()};
+  track(trajectory, small_world(max_matches), tracker,
+        [&](const MappedWorld&, const Frame&, const TrackedFrame& tracked) {
+          poses.push_back(tracked.T_cw);
+          const Pose& last = poses[poses.size() - 1];
+          const Pose& before = poses[poses.size() - 2];
+          EXPECT_LT(distance_between(tracker.predict(), last * before.inverse() * last), 1e-12);
+        });
+  EXPECT_EQ(poses.size(), 22U);
+}
+
+TEST(PoseTracker, follows_its_prediction_without_matches_and_recovers) {
+  const Trajectory trajectory = sim::analytic_trajectory(2);
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    const sim::Rig rig = sim::forward_rig();
+    MappedWorld world(trajectory, rig, perfect_world(max_matches), 1);
+    PoseTracker tracker(settings_of(kind), {});
+    tracker.start((trajectory.poses.front().T_wb * rig.T_bc).inverse());
+    Frame frame;
+    for (int i = 0; world.next(frame); ++i) {
+      const bool is_blind = i >= 10 && i < 13;
+      if (is_blind) frame.matches.resize(i == 10 ? 0 : PoseTracker::min_inliers - 1);
+      const Pose prediction = tracker.predict();
+      const TrackedFrame tracked = tracker.track(frame);
+      EXPECT_EQ(tracked.is_tracked, !is_blind) << i;
+      if (is_blind) {
+        EXPECT_LT(distance_between(tracked.T_cw, prediction), 1e-15);
+      } else {
+        EXPECT_LT(distance_between(tracked.T_cw, world.true_T_cw()), 1e-6) << i;
+      }
+    }
+  }
+}
+
+double squared_error(const MappedWorld& world, const Frame& frame, std::uint32_t i) {
+  const sim::Match& match = frame.matches[i];
+  const Eigen::Vector3d p_c = world.true_T_cw() * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
+  const double u = match.u - frame.camera.fx * p_c.x() / p_c.z() - frame.camera.cx;
+  const double v = match.v - frame.camera.fy * p_c.y() / p_c.z() - frame.camera.cy;
+  return (u * u + v * v) * match.inv_sigma2;
+}
+
+// Outliers whose errors disagree with every pose near the truth.
+TEST(PoseTracker, selects_no_outlier_in_a_world_without_other_errors) {
+  sim::WorldOptions options = perfect_world(max_matches);
+  options.outlier_rate = 0.15;
+  for (const SelectorKind kind : sim::selector_kinds) {
+    SCOPED_TRACE(to_string(kind));
+    sim::SelectorSettings settings = settings_of(kind);
+    settings.blocks.map_sigma = 0;  // as in the map
+    PoseTracker tracker(settings, {});
+    std::size_t outliers = 0, inliers = 0;
+    track(sim::analytic_trajectory(2), options, tracker,
+          [&](const MappedWorld& world, const Frame& frame, const TrackedFrame& tracked) {
+            ASSERT_TRUE(tracked.is_tracked);
+            for (std::uint32_t i = 0; i < frame.matches.size(); ++i) {
+              if (squared_error(world, frame, i) > 8) ++outliers;
+            }
+            inliers += tracked.inliers.size();
+            const auto& used = rejects_outliers(kind) ? tracked.selected : tracked.inliers;
+            for (const std::uint32_t i : used) ASSERT_LT(squared_error(world, frame, i), 8);
+          });
+    EXPECT_GT(outliers, 500U);
+    EXPECT_GT(inliers, 4 * outliers);
+  }
+}
+
+// Residuals have the noise model of the selection: both are linearised at the start of the final optimisation. Errors
+// of the map count if so configured, and always with all_weighted.
+TEST(PoseTracker, residuals_are_whitened_as_configured_where_blocks_are_linearised) {
+  const sim::Rig rig = sim::forward_rig();
+  const Trajectory trajectory = sim::analytic_trajectory(1);
+  for (const SelectorKind kind : sim::selector_kinds) {
+    for (const Weighting weights : {Weighting::measurement, Weighting::measurement_and_map}) {
+      for (const bool has_covariances : {false, true}) {
+        SCOPED_TRACE(std::string(to_string(kind)) + ' ' + to_string(weights) + (has_covariances ? " given" : ""));
+        sim::SelectorSettings settings = settings_of(kind);
+        settings.weights = weights;
+        const bool weighs_map = weights == Weighting::measurement_and_map || kind == SelectorKind::all_weighted;
+        MappedWorld world(trajectory, rig, small_world(max_matches), 1);
+        PoseTracker tracker(settings, {});
+        tracker.start((trajectory.poses.front().T_wb * rig.T_bc).inverse());
+        Frame frame;
+        while (world.next(frame)) {
+          const double variance = 0.07 * 0.07;
+          frame.map_covariances.clear();
+          if (has_covariances) {
+            frame.map_covariances.resize(frame.matches.size(), {variance, 0, 0, 0, variance, 0, 0, 0, variance});
+          }
+          const TrackedFrame tracked = tracker.track(frame);
+          ASSERT_TRUE(tracked.is_tracked);
+          const Pose start = sim::pose_of(frame.T_cw_prior);
+          const double* const given = has_covariances ? frame.map_covariances.front().data() : nullptr;
+          std::vector<sim::Whitening> whitenings;
+          if (weighs_map) {
+            whiten(frame.camera, start, frame.matches, true, given, settings.blocks.map_sigma, whitenings);
+          }
+          const auto expected = reject_outliers(frame.camera, frame.matches, tracked.selected, start, {}, whitenings);
+          EXPECT_EQ(distance_between(tracked.T_cw, expected.estimate.T_cw), 0);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test

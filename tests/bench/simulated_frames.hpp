@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bench/world/frame.hpp"
+#include "bench/world/image_grid.hpp"
+#include "bench/world/projection.hpp"
+#include "bench/world/se3.hpp"
+#include "tests/support/random_geometry.hpp"
+#include "tests/support/support.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <ostream>
+#include <vector>
+
+// Frames of every kind of camera, and errors of their measurements.
+
+namespace maxlogdet::test {
+
+using sim::Frame;
+using sim::Match;
+using sim::Pose;
+
+enum class FrameKind { monocular, stereo, depth, fisheye, rig };
+constexpr FrameKind frame_kinds[] = {FrameKind::monocular, FrameKind::stereo, FrameKind::depth, FrameKind::fisheye,
+                                     FrameKind::rig};
+
+inline const char* to_string(FrameKind kind) {
+  switch (kind) {
+    case FrameKind::monocular: return "monocular";
+    case FrameKind::stereo: return "stereo";
+    case FrameKind::depth: return "depth";
+    case FrameKind::fisheye: return "fisheye";
+    case FrameKind::rig: return "rig";
+  }
+  return "unknown";
+}
+inline void PrintTo(FrameKind kind, std::ostream* out) { *out << to_string(kind); }
+
+inline Pose to_pose(const RigidTransform& T) {
+  std::array<double, 12> rows;
+  std::copy_n(T.data(), 12, rows.begin());
+  return sim::pose_of(rows);
+}
+
+inline RigidTransform random_transform(Random& random, double metres, double radians) {
+  return random_pose(random, metres, radians);
+}
+
+inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
+  const PinholeCamera pinhole(450, 460, 376, 240), wide(190, 191, 376, 240);
+  sim::FrameCamera camera(pinhole);
+  switch (kind) {
+    case FrameKind::monocular: break;
+    case FrameKind::stereo: camera.bf = 50; break;
+    case FrameKind::depth: camera.depth_sigma = 0.05; break;
+    case FrameKind::fisheye: camera.rig = {Camera::kannala_brandt(wide, 0.02, -0.01, 0.004, -0.001)}; break;
+    case FrameKind::rig:
+      camera.rig = {RigCamera(Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3)),
+                    RigCamera(Camera::double_sphere(wide, -0.2, 0.6), random_transform(random, 0.2, 0.3)),
+                    RigCamera(Camera(pinhole), random_transform(random, 0.2, 1.5))};
+      break;
+  }
+  return camera;
+}
+
+/// The camera that has seen the match, as one of a rig.
+inline RigCamera seen_by(const sim::FrameCamera& camera, const Match& match) {
+  return camera.rig.empty() ? RigCamera(Camera(camera)) : camera.rig[match.camera_id];
+}
+
+/// A match without error, of a point in a random direction that the image shows, 2 to 20 m away.
+inline Match simulated_match(Random& random, const Frame& frame, const Pose& T_cw) {
+  const sim::FrameCamera& camera = frame.camera;
+  for (;;) {
+    Match match;
+    if (!camera.rig.empty()) match.camera_id = static_cast<std::uint8_t>(random.index(camera.rig.size()));
+    const RigCamera by = seen_by(camera, match);
+    const double Z = random.uniform(2, 20);
+    const Eigen::Vector3d p_c(Z * random.uniform(-1.5, 1.5), Z * random.uniform(-1, 1), Z);
+    double uv[2];
+    if (!project(by.camera, p_c.data(), uv)) continue;
+    if (!(uv[0] > 0 && uv[0] < frame.width && uv[1] > 0 && uv[1] < frame.height)) continue;
+    const Eigen::Vector3d p_w = T_cw.inverse() * (to_pose(by.T_cb).inverse() * p_c);
+    std::copy_n(p_w.data(), 3, match.point);
+    match.u = uv[0];
+    match.v = uv[1];
+    const bool has_depth_cue = random.chance(0.7);
+    if (has_depth_cue && camera.depth_sigma > 0) match.depth = Z;
+    if (has_depth_cue && camera.depth_cue() == DepthCue::stereo && match.u > camera.bf / Z + 10) {
+      match.u_right = match.u - camera.bf / Z;
+    }
+    return match;
+  }
+}
+
+/// n matches without error; the prior pose is the true one.
+inline Frame simulated_frame(Random& random, FrameKind kind, std::size_t n, int octaves = 8) {
+  Frame frame;
+  frame.camera = simulated_camera(random, kind);
+  frame.width = 752;
+  frame.height = 480;
+  const Pose T_cw = random_pose(random, 10, 1.5);
+  frame.T_cw_prior = sim::to_rows(T_cw);
+  frame.T_cw_true = frame.T_cw_prior;
+  for (std::size_t i = 0; i < n; ++i) {
+    Match match = simulated_match(random, frame, T_cw);
+    match.map_point_id = static_cast<std::int64_t>(i);
+    match.octave = random.integer(0, octaves - 1);
+    match.inv_sigma2 = std::pow(1.2, -2 * match.octave);
+    frame.matches.push_back(match);
+  }
+  return frame;
+}
+
+inline void shift(Match& match, double by_u, double by_v) {
+  match.u += by_u;
+  match.v += by_v;
+  if (match.is_stereo()) match.u_right += by_u;
+}
+
+/// Independent Gaussian errors, `sigmas` times as large as modelled.
+inline void add_errors(Random& random, Frame& frame, double sigmas = 1) {
+  for (Match& match : frame.matches) {
+    const double sigma = sigmas / std::sqrt(match.inv_sigma2);
+    match.u += sigma * normal(random);
+    match.v += sigma * normal(random);
+    if (match.is_stereo()) match.u_right += sigma * normal(random);
+    if (match.depth > 0) match.depth += sigmas * frame.camera.depth_sigma * normal(random);
+  }
+}
+
+/// An error N(0, tau^2 I), px, for each cell of the image.
+inline std::vector<Eigen::Vector2d> random_field(Random& random, double tau, std::size_t cells) {
+  std::vector<Eigen::Vector2d> field(cells);
+  for (Eigen::Vector2d& of_cell : field) of_cell = {tau * normal(random), tau * normal(random)};
+  return field;
+}
+
+/// Adds to matches the error of their cell. Cells are those of the measurements before.
+inline void add_field(Frame& frame, const sim::ImageGrid& grid, const std::vector<Eigen::Vector2d>& field) {
+  for (Match& match : frame.matches) {
+    const Eigen::Vector2d& of_cell = field[grid.cell_of(frame, match)];
+    shift(match, of_cell.x(), of_cell.y());
+  }
+}
+
+inline std::vector<std::uint32_t> all_matches(const Frame& frame) {
+  std::vector<std::uint32_t> all(frame.matches.size());
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
+}
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+#include "bench/world/statistics.hpp"
+
+#include "bench/world/draws.hpp"
+#include "bench/world/table.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/traced_random.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <set>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Draws;
+using sim::Estimate;
+
+TEST(Draws, uniform_ones_fill_their_range_evenly) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  std::vector<int> counts(10, 0);
+  const auto n = static_cast<int>(trials(100000));
+  for (int i = 0; i < n; ++i) {
+    const double x = draws.uniform(-2, 3);
+    ASSERT_GE(x, -2);
+    ASSERT_LT(x, 3);
+    ++counts[static_cast<std::size_t>(2 * (x + 2))];
+  }
+  for (const int count : counts) EXPECT_NEAR(count, n / 10.0, 5 * std::sqrt(n * 0.09));
+}
+
+// Every bound is five deviations of the sample's moment.
+TEST(Draws, normal_ones_have_the_moments_of_a_standard_normal) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  const std::size_t n = trials(200000);
+  const double deviation = 1 / std::sqrt(static_cast<double>(n));
+  double moments[5] = {};
+  double neighbours = 0, squares_of_neighbours = 0, before = draws.normal();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = draws.normal();
+    double power = 1;
+    for (double& moment : moments) {
+      moment += power / static_cast<double>(n);
+      power *= x;
+    }
+    neighbours += x * before / static_cast<double>(n);
+    squares_of_neighbours += (x * x - 1) * (before * before - 1) / static_cast<double>(n);
+    before = x;
+  }
+  EXPECT_NEAR(moments[1], 0, 5 * deviation);
+  EXPECT_NEAR(moments[2], 1, 5 * std::sqrt(2) * deviation);
+  EXPECT_NEAR(moments[3], 0, 5 * std::sqrt(15) * deviation);
+  EXPECT_NEAR(moments[4], 3, 5 * std::sqrt(96) * deviation);
+  EXPECT_NEAR(neighbours, 0, 5 * deviation);
+  EXPECT_NEAR(squares_of_neighbours, 0, 5 * 2 * deviation);
+}
+
+TEST(Draws, normal3_has_three_independent_entries_of_the_deviation) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  const std::size_t n = trials(50000);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d x = draws.normal3(0.5);
+    covariance += x * x.transpose() / static_cast<double>(n);
+  }
+  const double bound = 5 * std::sqrt(2 / static_cast<double>(n)) * 0.25;
+  EXPECT_LT((covariance - 0.25 * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), bound);
+}
+
+TEST(Draws, streams_share_no_number) {
+  std::set<std::uint64_t> numbers;
+  const auto add = [&](Draws draws) {
+    for (int i = 0; i < 50; ++i) numbers.insert(draws.bits());
+  };
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    add(Draws(seed));
+    for (std::uint64_t stream = 0; stream < 20; ++stream) add(Draws(seed, stream));
+  }
+  EXPECT_EQ(numbers.size(), 50U * 20 * 21);
+  EXPECT_EQ(Draws(3, 4).bits(), Draws(3, 4).bits());
+}
+
+TEST(Draws, shuffle_front_keeps_all_values) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  for (std::size_t trial = trials(500); trial > 0; --trial) {
+    std::vector<std::uint32_t> values(static_cast<std::size_t>(random.integer(0, 20)));
+    std::iota(values.begin(), values.end(), 100U);
+    std::vector<std::uint32_t> shuffled = values;
+    draws.shuffle_front(shuffled, static_cast<std::size_t>(random.integer(0, 25)));
+    std::sort(shuffled.begin(), shuffled.end());
+    ASSERT_EQ(shuffled, values);
+  }
+}
+
+TEST(Draws, shuffle_front_is_uniform) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  constexpr std::size_t n = 8, front = 3;
+  std::vector<std::vector<int>> counts(front, std::vector<int>(n, 0));
+  const auto runs = static_cast<double>(trials(20000));
+  for (std::size_t run = trials(20000); run > 0; --run) {
+    std::vector<std::uint32_t> values(n);
+    std::iota(values.begin(), values.end(), 0U);
+    draws.shuffle_front(values, front);
+    for (std::size_t place = 0; place < front; ++place) ++counts[place][values[place]];
+  }
+  for (const auto& of_place : counts) {
+    for (const int count : of_place) EXPECT_NEAR(count, runs / n, 5 * std::sqrt(runs / n * (1 - 1.0 / n)) + 1);
+  }
+}
+
+TEST(MeanOf, is_as_computed_by_hand) {
+  const Estimate two = sim::mean_of({1, 2});
+  EXPECT_DOUBLE_EQ(two.value, 1.5);
+  EXPECT_NEAR(two.ci95, 6.3531, 1e-4) << "12.7062 / 2";
+  EXPECT_TRUE(std::isnan(sim::mean_of({7}).ci95)) << "one value has no interval";
+  const Estimate ten = sim::mean_of({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
+  EXPECT_DOUBLE_EQ(ten.value, 5.5);
+  EXPECT_NEAR(ten.ci95, 2.16587, 1e-4) << "2.2622 * 3.02765 / sqrt(10)";
+}
+
+// Of 1, 3, 30, 31, 99 and 100000 degrees of freedom, from tables.
+TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
+  const auto quantile_at = [](std::size_t n) {
+    std::vector<double> values(n, 0.0);
+    for (std::size_t i = 0; i < n; i += 2) values[i] = 1;
+    const double mean = sim::mean_of(values).value;
+    const auto count = static_cast<double>(n);
+    const double deviation = std::sqrt(count * mean * (1 - mean) / (count - 1));
+    return sim::mean_of(values).ci95 * std::sqrt(count) / deviation;
+  };
+  EXPECT_NEAR(quantile_at(2), 12.706204736432, 1e-9);
+  EXPECT_NEAR(quantile_at(4), 3.1824, 1e-4);
+  EXPECT_NEAR(quantile_at(31), 2.0423, 1e-4);
+  EXPECT_NEAR(quantile_at(32), 2.0395, 1e-3);
+  EXPECT_NEAR(quantile_at(100), 1.9842, 1e-3);
+  EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
+}
+
+// The share of intervals that cover the truth.
+template <class Interval>
+double coverage(std::size_t runs, double truth, const Interval& interval) {
+  double covered = 0;
+  for (std::size_t run = 0; run < runs; ++run) {
+    const Estimate estimate = interval();
+    covered += std::abs(estimate.value - truth) <= estimate.ci95 ? 1 : 0;
+  }
+  return covered / static_cast<double>(runs);
+}
+
+double sampling_error(std::size_t runs) { return 5 * std::sqrt(0.95 * 0.05 / static_cast<double>(runs)); }
+
+TEST(RmsOf, is_as_computed_by_hand) {
+  const Estimate estimate = sim::rms_of({3, -4});
+  EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
+  EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
+}
+
+// The delta method is for large samples: with 300 errors the coverage is one per cent less.
+TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  const std::size_t runs = trials(4000);
+  const double covered = coverage(runs, 0.1, [&] {
+    std::vector<double> errors;
+    for (int i = 0; i < 300; ++i) errors.push_back(0.1 * draws.normal());
+    return sim::rms_of(errors);
+  });
+  EXPECT_NEAR(covered, 0.95, sampling_error(runs) + 0.01);
+}
+
+TEST(RmsChange, is_as_computed_by_hand) {
+  const Estimate same = sim::rms_change_percent({1, 2, 3}, {1, 2, 3});
+  EXPECT_EQ(same.value, 0);
+  EXPECT_EQ(same.ci95, 0);
+  const Estimate half = sim::rms_change_percent({1, -2}, {2, 4});
+  EXPECT_NEAR(half.value, -50, 1e-12);
+  EXPECT_NEAR(half.ci95, 0, 1e-9);
+  // sqrt(10 / 5), and sqrt(9 / 4), sqrt(1) without one of them.
+  const Estimate change = sim::rms_change_percent({1, 3}, {1, 2});
+  EXPECT_NEAR(change.value, 100 * std::sqrt(2.0) - 100, 1e-9);
+  EXPECT_NEAR(change.ci95, 1.959964 * 25, 1e-4) << "values 50 and 0: sqrt(1/2 (25^2 + 25^2))";
+  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1}, {2}).ci95));
+  EXPECT_TRUE(std::isnan(sim::rms_change_percent({}, {}).value));
+  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1, 1}, {0, 0}).value));
+}
+
+TEST(RmsChange, its_interval_covers_the_change_in_about_95_percent_of_samples) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  const std::size_t samples = trials(2000);
+  const double covered = coverage(samples, -20, [&] {
+    std::vector<double> ours, theirs;
+    for (int i = 0; i < 100; ++i) {
+      const double shared = draws.normal();
+      ours.push_back(0.8 * (shared + 0.3 * draws.normal()));
+      theirs.push_back(shared + 0.3 * draws.normal());
+    }
+    return sim::rms_change_percent(ours, theirs);
+  });
+  EXPECT_NEAR(covered, 0.945, 5 * std::sqrt(0.05 / static_cast<double>(samples)) + 0.01);
+}
+
+TEST(QuantileOf, is_linear_between_order_statistics) {
+  for (const double q : {0.0, 0.25, 0.5, 0.75, 1.0}) EXPECT_DOUBLE_EQ(sim::quantile_of({4, 1, 3, 2}, q), 1 + 3 * q);
+  for (const double q : {0.0, 0.3, 1.0}) EXPECT_EQ(sim::quantile_of({7}, q), 7);
+}
+
+TEST(Table, goes_to_csv) {
+  EXPECT_EQ(sim::to_csv({{"a", "b"}, {{"1", "2"}, {"", "x y"}}}), "a,b\n1,2\n,x y\n");
+  EXPECT_EQ(sim::to_csv({{"a"}, {}}), "a\n");
+}
+
+TEST(Table, goes_to_markdown_padded_by_characters_and_not_by_bytes) {
+  EXPECT_EQ(sim::to_markdown({{"name", "ε"}, {{"a", "1.0 ± 0.1"}, {"longer", "2"}}}),
+            "| name   | ε         |\n"
+            "|--------|-----------|\n"
+            "| a      | 1.0 ± 0.1 |\n"
+            "| longer | 2         |\n");
+}
+
+TEST(Exact, reads_back_as_the_same_double) {
+  TracedRandom random;
+  Draws draws(random.seed());
+  for (std::size_t trial = trials(20000); trial > 0; --trial) {
+    const std::uint64_t bits = draws.bits();
+    double value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    if (std::isnan(value)) continue;
+    const std::string text = sim::exact(value);
+    ASSERT_EQ(std::strtod(text.c_str(), nullptr), value) << text;
+  }
+}
+
+TEST(Exact, is_short_and_names_nan_and_infinity) {
+  EXPECT_EQ(sim::exact(0.1), "0.1");
+  EXPECT_EQ(sim::exact(-2), "-2");
+  EXPECT_EQ(sim::exact(nan), "nan");
+  EXPECT_EQ(sim::exact(-std::numeric_limits<double>::infinity()), "-inf");
+}
+
+TEST(Fixed, has_that_many_decimals) {
+  EXPECT_EQ(sim::fixed(1.2345, 2), "1.23");
+  EXPECT_EQ(sim::fixed(-0.06, 1), "-0.1");
+  EXPECT_EQ(sim::fixed(12, 0), "12");
+  EXPECT_EQ(sim::fixed(nan, 3), "-");
+  EXPECT_EQ(sim::fixed(Estimate{1.234, 0.056}, 2), "1.23 ± 0.06");
+  EXPECT_EQ(sim::fixed(Estimate{1.234, nan}, 2), "1.23");
+  const double large = -std::numeric_limits<double>::max();
+  EXPECT_EQ(std::strtod(sim::fixed(large, 3).c_str(), nullptr), large) << "no digit is cut";
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
