@@ -48,8 +48,8 @@ def section(sets):
     first, second = (f"`{name}`, with {data['inliers']:.0f} inliers a frame" for name, data in sets.items())
     return [
         *paragraph(f"The first recording is {first}, the second {second}.",
-                   "The table shows how many random matches give a pose as near to the pose of all inliers as the selected",
-                   "matches do."),
+                   "The table shows how many random matches give a pose as near to the pose of all inliers as the",
+                   "selected matches do."),
         "", *worth_table(evaluations), "",
         *paragraph(f"No 95 % interval reaches farther than {widest_interval(evaluations)} matches from its figure.",
                    "Errors of neighbouring matches are correlated by at most",
