@@ -51,7 +51,7 @@ def section(sets):
                    "The table shows how many random matches give a pose as near to the pose of all inliers as the",
                    "selected matches do."),
         "", *worth_table(evaluations), "",
-        *paragraph(f"No 95 % interval reaches farther than {widest_interval(evaluations)} matches from its figure.",
+        *paragraph(f"95 % intervals reach at most {widest_interval(evaluations)} matches above or below these figures.",
                    "Errors of neighbouring matches are correlated by at most",
                    f"{largest(evaluations, 'cell_correlation')}, those of selected neighbours by at most",
                    f"{largest(evaluations, 'cell_correlation_selected')}."),
