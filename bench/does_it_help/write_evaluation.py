@@ -2,18 +2,22 @@
 # SPDX-License-Identifier: MIT
 """Rewrites what README.md and docs/trackers.md say of ORB-SLAM2's frames, from what `maxlogdet evaluate` wrote.
 
-Usage: write_evaluation.py RESULTS SET...    RESULTS: the folder that bench/run does_it_help fills
+Usage: write_evaluation.py RESULTS SET SET    RESULTS: the folder that bench/run does_it_help fills
 """
 
+import math
 import pathlib
 import sys
 
 from maxlogdet_tools.files import json_of
 from maxlogdet_tools.pages import paragraph, rewrite, table
 from maxlogdet_tools.project import ROOT
+from maxlogdet_tools.runs import stamp
 
-BUDGETS = [30, 60, 100, 150, 200]
-SELECTORS = {"md": "Max-logDet", "md_spread": "Max-logDet, spread", "bucket": "random over cells", "random": "random"}
+PAGE = ROOT / "docs/trackers.md"
+COMMAND = "bench/run does_it_help"
+RECORDINGS = ["first recording", "second recording"]
+BUDGETS = [30, 100, 200]
 USUAL = 100
 
 
@@ -21,46 +25,51 @@ def row_of(data, selector, budget):
     return next(row for row in data["selectors"] if (row["selector"], row["budget"]) == (selector, budget))
 
 
-def deviation_table(data):
-    header = ["translation (mm) / rotation (mrad)", *(f"{budget} matches" for budget in BUDGETS)]
-    rows = []
-    for selector, name in SELECTORS.items():
-        cells = [row_of(data, selector, budget) for budget in BUDGETS]
-        rows.append([name, *(f"{cell['translation_mm']['median']:.1f} / {cell['rotation_mrad']['median']:.2f}"
-                             for cell in cells)])
-    rows.append(["Max-logDet, predicted", *(
-        f"{cell['translation_mm']['predicted']:.1f} / {cell['rotation_mrad']['predicted']:.2f}"
-        for cell in (row_of(data, "md", budget) for budget in BUDGETS))])
-    rows.append(["Max-logDet is worth random", *(
-        f"{cell['worth_random']:.0f} ({cell['worth_random_low']:.0f} to {cell['worth_random_high']:.0f})"
-        for cell in (row_of(data, "md", budget) for budget in BUDGETS))])
-    return table(header, rows)
+def worth_table(evaluations):
+    rows = [[f"{budget}", *(f"{row_of(data, 'md', budget)['worth_random']:.0f}" for data in evaluations)]
+            for budget in BUDGETS]
+    return table(["selected (count)", *(f"random, {name} (count)" for name in RECORDINGS)], rows)
 
 
-def noise_of(data):
-    chi2 = data["chi2_by_leverage"]
-    return (f"chi-squared by leverage is {min(chi2):.2f} to {max(chi2):.2f}, neighbours are correlated by "
-            f"{data['cell_correlation']:.2f}, the selected ones by {data['cell_correlation_selected']:.2f}")
+def widest_interval(evaluations):
+    """How many matches the farthest end of an interval is away from its figure."""
+    rows = [row_of(data, "md", budget) for data in evaluations for budget in BUDGETS]
+    below = [row["worth_random"] - row["worth_random_low"] for row in rows]
+    above = [row["worth_random_high"] - row["worth_random"] for row in rows]
+    return math.ceil(max(below + above))
+
+
+def largest(evaluations, key):
+    return f"{max(data[key] for data in evaluations):.2f}"
 
 
 def section(sets):
-    lines = []
-    for name, data in sets.items():
-        lines += ["", *paragraph(f"`{name}`: {data['frames']} frames with {data['inliers']:.0f} inliers of "
-                                 f"{data['matches']:.0f} matches; {noise_of(data)}."), "", *deviation_table(data)]
-    return lines[1:]
+    evaluations = list(sets.values())
+    first, second = (f"`{name}`, with {data['inliers']:.0f} inliers a frame" for name, data in sets.items())
+    return [
+        *paragraph(f"The first recording is {first}, the second {second}.",
+                   "The table shows how many random matches give a pose as near to the pose of all inliers as the",
+                   "selected matches do."),
+        "", *worth_table(evaluations), "",
+        *paragraph(f"95 % intervals reach at most {widest_interval(evaluations)} matches above or below these figures.",
+                   "Errors of neighbouring matches are correlated by at most",
+                   f"{largest(evaluations, 'cell_correlation')}, those of selected neighbours by at most",
+                   f"{largest(evaluations, 'cell_correlation_selected')}."),
+    ]
 
 
-def worth(data):
-    row = row_of(data, "md", USUAL)
-    return f"{row['worth_random']:.0f} ({row['worth_random_low']:.0f} to {row['worth_random_high']:.0f})"
+def interval(row):
+    return f"{row['worth_random_low']:.0f} to {row['worth_random_high']:.0f}"
 
 
-def sentence(sets):
-    first, second = sets.values()
+def sentences(sets):
+    first, second = (row_of(data, "md", USUAL) for data in sets.values())
     return paragraph(
-        f"**On frames of ORB-SLAM2, {USUAL} matches selected by Max-logDet give the pose that {worth(first)} random "
-        f"matches give on one recording, and {worth(second)} on another** (95 % intervals).")
+        f"**With ORB-SLAM2, the camera pose from {USUAL} selected matches is as good as the pose from",
+        f"{first['worth_random']:.0f} random matches on one recording,",
+        f"and from {second['worth_random']:.0f} on another.**",
+        "A good pose is near the pose of all inliers.",
+        f"The 95 % intervals are {interval(first)} and {interval(second)} random matches.")
 
 
 def main():
@@ -68,8 +77,10 @@ def main():
         sys.exit(__doc__)
     results = pathlib.Path(sys.argv[1])
     sets = {name: json_of(results / name / "evaluation.json") for name in sys.argv[2:]}
-    rewrite(ROOT / "README.md", "worth", sentence(sets))
-    rewrite(ROOT / "docs/trackers.md", "orb_slam2_same_frame", section(sets))
+    rewrite(ROOT / "README.md", "worth", sentences(sets))
+    rewrite(PAGE, "orb_slam2_same_frame", section(sets))
+    stamp(ROOT / "README.md", COMMAND)
+    stamp(PAGE, COMMAND)
 
 
 if __name__ == "__main__":
