@@ -4,12 +4,10 @@
 import math
 
 from maxlogdet_tools.files import json_of
-from maxlogdet_tools.project import cpu_model
 from records import write_record
 
 BASE = {"family": "euroc_like", "n": "2000", "k": "100", "blocks": "2_rows"}
 SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
-BUDGETS = ["20", "60", "100", "200"]
 EPSILONS = ["0.5", "0.1", "0.01"]
 BLOCKS = {
     "1_row": "1 row",
@@ -29,6 +27,8 @@ EIGEN = {
 }
 STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"]
 STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
+# How pages write instruction sets.
+ISAS = {"sse2": "SSE2", "avx2": "AVX2", "avx512": "AVX-512", "neon": "NEON"}
 # Columns of the records: the fields of a case, and its counters.
 FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
           "slots", "prior", "batch", "matched"]  # fmt: skip
@@ -85,13 +85,6 @@ class Results:
         short = lambda value: value if isinstance(value, str) else f"{value:.6g}"
         write_record(name, columns, ([short(row.get(column, "")) for column in columns] for row in rows))
 
-    def machine(self, threads="one thread"):
-        c = self.context
-        return (
-            f"{cpu_model()}, {c['num_cpus']} cores, {c['maxlogdet_isa']}, {c['maxlogdet_compiler']}, {threads}, "
-            f"maxlogdet {c['maxlogdet_version']}, {c['date'][:10]}, load {c['load_avg'][0]:.1f}; `bench/run`."
-        )
-
 
 def fields_of(name):
     """The fields of KIND/METHOD/KEY:VALUE/..., the names in selection_benchmark.cpp."""
@@ -125,8 +118,9 @@ def us(row, counter="median_us"):
     return f"{value:.0f}" if value >= 1000 else f"{value:.1f}"
 
 
-def nats(row):
-    return "–" if row is None else f"{round(row['delta_nats'], 4) + 0.0:.4f}"  # no -0.0000
+def lost(row):
+    """The loss of log det to exact greedy."""
+    return "–" if row is None else f"{round(-row['delta_nats'], 3) + 0.0:.3f}"
 
 
 def times(value):
