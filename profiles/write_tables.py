@@ -10,7 +10,7 @@ import re
 import sys
 
 from maxlogdet_tools.files import json_of
-from maxlogdet_tools.pages import paragraph, rewrite, table
+from maxlogdet_tools.pages import rewrite, table
 from maxlogdet_tools.project import ROOT
 from maxlogdet_tools.runs import stamp
 
@@ -31,12 +31,10 @@ def plain_name(symbol):
     return words[-1].removeprefix("::").removeprefix("maxlogdet::") if words else symbol
 
 
-def read_record(path):
-    """The header as a dictionary, and the lines of each strategy, of which the first is the output of the program."""
-    lines = path.read_text().splitlines()
-    header = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
-    body = "\n".join(line for line in lines if not line.startswith("#"))
-    return header, [block.splitlines() for block in body.strip().split("\n\n")]
+def blocks_of(path):
+    """The lines of each strategy of a record, of which the first is the output of the program."""
+    body = "\n".join(line for line in path.read_text().splitlines() if not line.startswith("#"))
+    return [block.splitlines() for block in body.strip().split("\n\n")]
 
 
 def program_line(line):
@@ -48,47 +46,45 @@ def program_line(line):
 
 
 def largest(functions):
-    """The two functions of the largest shares in (name, per cent) pairs, equal names added, and their shares."""
+    """The function of the largest share in (name, per cent) pairs, equal names added, and its share."""
     total = collections.Counter()
     for name, share in functions:
         total[name] += share
-    return [cell for name, share in total.most_common(2) for cell in (f"`{name}`", f"{share:.0f}")]
+    [(name, share)] = total.most_common(1)
+    return [f"`{name}`", f"{share:.0f}"]
 
 
-LARGEST = ["first function", "its share, %", "second function", "its share, %"]
+LARGEST = ["largest function", "its share, %"]
 
 
 def perf():
-    header, blocks = read_record(RECORDS / "perf.txt")
     rows = []
-    for first, *lines in blocks:
+    for first, *lines in blocks_of(RECORDS / "perf.txt"):
         time = next(m[1] for m in (re.fullmatch(r" +([0-9.]+)  us of processor time", line) for line in lines) if m)
         samples = [re.fullmatch(r" +([0-9.]+)%  (?:\[.\] )?(.*)", line) for line in lines]
         functions = largest((plain_name(m[2]), float(m[1])) for m in samples if m)
         rows.append([program_line(first)[0], f"{float(time):.1f}", *functions])
-    return [*paragraph(f"Sampled by {header['events'].split(':')[0]}."), "",
-            *table(["strategy", "processor time, µs", *LARGEST], rows)]
+    return table(["strategy", "time, µs", *LARGEST], rows)
 
 
 def callgrind():
-    _, blocks = read_record(RECORDS / "callgrind.txt")
     rows = []
-    for first, *lines in blocks:
+    for first, *lines in blocks_of(RECORDS / "callgrind.txt"):
         strategy, gains = program_line(first)
         parts = [re.fullmatch(r" *([0-9,]+) \( ?([0-9.]+)%\) +(?:[^ ]+: )?(.*)", line) for line in lines]
         parts = [m for m in parts if m]
         total = int(parts[0][1].replace(",", ""))
         functions = largest((plain_name(m[3]), float(m[2])) for m in parts[1:])
-        rows.append([strategy, f"{total / 1e3:.0f}", f"{total / int(gains):.1f}", *functions[:2]])
-    return table(["strategy", "thousand instructions", "instructions a gain", *LARGEST[:2]], rows)
+        rows.append([strategy, f"{total / 1e3:.0f}", f"{total / int(gains):.1f}", *functions])
+    return table(["strategy", "instructions, thousand", "a gain, count", *LARGEST], rows)
 
 
 def roofline():
     record = json_of(RECORDS / "roofline.json")
-    cells = lambda r: [f"{r['rows']}", r["isa"], f"{r['ns_per_gain']:.2f}", f"{r['gflops']:.0f}",
-                       f"{100 * r['share_of_peak']:.0f}", f"{100 * r['share_of_slots']:.0f}"]  # fmt: skip
-    return table(["rows", "instruction set", "a gain, ns", "GFLOP/s", "of the peak, %", "of the slots, %"],
-                 map(cells, record["full_round"]))
+    cells = lambda r: [f"{r['rows']}", r["isa"], f"{r['ns_per_gain']:.2f}", f"{100 * r['share_of_peak']:.0f}",
+                       f"{100 * r['share_of_slots']:.0f}"]  # fmt: skip
+    return table(["rows", "instruction set", "a gain, ns", "of the peak, %", "of the slots, %"],
+                 map(cells, (r for r in record["full_round"] if r["isa"] != "sse2")))
 
 
 TABLES = {"perf": perf, "callgrind": callgrind, "roofline": roofline}
