@@ -94,9 +94,10 @@ def backward(tables):
     header = ["n", *(f"k = {share} n (ratio)" for share in shares)]
     few, many = ([r for r in rows if (float(r["share"]) < 0.7) == is_few] for is_few in (True, False))
     differs = lambda part: f"{max(abs(float(r[c])) for r in part for c in ('min_delta_nats', 'max_delta_nats')):.0e}"
-    return [*table(header, ([n, *(cells[n, share] for share in shares)] for n in ("200", "2000"))), "",
-            *paragraph(f"From k = 0.7 n on, log det differs by at most {differs(many)} nats, and the slowest frame takes",
-                       f"{largest(many, 'max_ratio')} times as long. For smaller k, log det differs by at most",
+    lines = table(header, ([n, *(cells[n, share] for share in shares)] for n in ("200", "2000")))
+    return [*lines, "",
+            *paragraph(f"From k = 0.7 n on, log det differs by at most {differs(many)} nats, and the slowest frame",
+                       f"takes {largest(many, 'max_ratio')} times as long. For smaller k, log det differs by at most",
                        f"{differs(few)} nats, in either direction.")]
 
 
@@ -116,7 +117,8 @@ def certificates(tables):
 def relaxed(tables):
     rows = [row for row in tables["relaxed"] if "equal" not in row["family"]]
     of = lambda n: [row for row in rows if row["n"] == n]
-    cells = lambda found: [pick(found, *columns) for columns in (CELLS[::2], CELLS[1::2]) for pick in (smallest, largest)]
+    cells = lambda found: [pick(found, *columns)
+                           for columns in (CELLS[::2], CELLS[1::2]) for pick in (smallest, largest)]  # fmt: skip
     header = ["n", "times as fast, worst (ratio)", "best (ratio)", "log det, worst, nats", "best, nats"]
     return table(header, ([n, *cells(of(n))] for n in in_order(rows, "n")))
 
@@ -142,7 +144,8 @@ def main():
     for section, names in SECTIONS.items():
         if all(name in tables for name in names):
             rewrite(PAGE, section.__name__, section(tables))
-            stamp(PAGE, "bench/run how_good")
+    if len(sys.argv) == 2:
+        stamp(PAGE, "bench/run how_good")
 
 
 if __name__ == "__main__":

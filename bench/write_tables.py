@@ -116,6 +116,9 @@ def thread_tables(results):
         return ["This machine has one core: nothing was measured."]
     costs = [cost for cost, _ in thread_results.chosen_costs(results)]
     return [
+        *paragraph(f"The table has the time of one thread divided by the time of {threads}, on EuRoC-like simulated",
+                   "frames with k = 100 and blocks of two rows."),
+        "",
         *table(["n", *(f"`{name}` (ratio)" for name in [*METHODS, "append_blocks"])],
                thread_rows(results, threads)),
         "",
