@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws docs/images/{latency_over_n,threads,tracker}.{svg,png}.
+"""Draws docs/images/{latency_over_n,tracker}.{svg,png}.
 
 Usage: draw_plots.py BENCH.json [--tracker]    --tracker: only that one
 """
@@ -8,7 +8,6 @@ Usage: draw_plots.py BENCH.json [--tracker]    --tracker: only that one
 import math
 import sys
 
-import thread_results
 import tracker_results
 from maxlogdet_tools.gnuplot import Colour, Picture, data_block, draw_both
 from maxlogdet_tools.project import ROOT
@@ -63,29 +62,6 @@ def latency_over_n(results):
     ))
 
 
-def times_faster(blocks, curves, title, setting):
-    """A picture of ratios over a logarithmic axis, with a line at 1; `setting`: its x axis and y range."""
-    return Picture(1000, 420, (
-        f"set encoding utf8\n{blocks}set title '{title}'\nset logscale x\nset ylabel 'times faster'\n{setting}"
-        f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
-        + plot("1 lc rgb '#808080' notitle", *curves)
-    ))
-
-
-def threads_over_n(results):
-    threads = thread_results.max_threads(results)
-    blocks, curves = "", []
-    for method in STYLES:
-        points = [(n, thread_results.speedup(results, method, n, threads)) for n in thread_results.SIZES]
-        points = [(n, value) for n, value in points if not math.isnan(value)]
-        if points:
-            blocks += data_block(method, points)
-            curves.append(curve(method, style_of(method), label_of(method)))
-    setting = f"set xlabel 'candidates n'\n{tics(thread_results.SIZES)}set xrange [1700:120000]\n"
-    return times_faster(blocks, curves, f"{threads} threads against one, k = 100; EuRoC-like frame, 2 rows",
-                        f"{setting}set yrange [0:{threads + 0.5}]\n")  # fmt: skip
-
-
 def tracker(results):
     blocks, curves, sizes, highest = "", [], tracker_results.SIZES, 1
     for (kind, name), colour in zip(tracker_results.KINDS.items(), (Colour.BLUE, Colour.GREEN, Colour.VERMILION)):
@@ -95,9 +71,13 @@ def tracker(results):
             highest = max([highest, *(value for _, value in points)])
             blocks += data_block(f"{caches}_{kind}", points)
             curves.append(curve(f"{caches}_{kind}", f"lc rgb '{colour}' {line}", f"{name}, {caches}"))
-    setting = f"set xlabel 'matches n'\n{tics(n for n in sizes if n != '465')}set xrange [180:2200]\n"
     title = "times faster than the lazy select in Eigen, blocks included; KITTI-like frames, k = 100"
-    return times_faster(blocks, curves, title, f"{setting}set yrange [0:{1.1 * highest:.1f}]\n")
+    return Picture(1000, 420, (
+        f"set encoding utf8\n{blocks}set title '{title}'\nset logscale x\nset ylabel 'times faster'\n"
+        f"set xlabel 'matches n'\n{tics(n for n in sizes if n != '465')}set xrange [180:2200]\n"
+        f"set yrange [0:{1.1 * highest:.1f}]\nset grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
+        + plot("1 lc rgb '#808080' notitle", *curves)
+    ))
 
 
 def main():
@@ -109,8 +89,6 @@ def main():
         pictures["tracker"] = tracker(results)
     if not sys.argv[2:]:
         pictures["latency_over_n"] = latency_over_n(results)
-        if thread_results.max_threads(results) > 1:
-            pictures["threads"] = threads_over_n(results)
     for name, picture in pictures.items():
         draw_both(picture, ROOT / "docs/images" / name)
 

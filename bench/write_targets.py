@@ -57,7 +57,7 @@ def strategy_cases(results):
     yield "`stochastic_greedy`, ε = 0.1", "µs", 15, False, [median(stochastic(results.widest))]
     yield ("Eigen ÷ `stochastic_greedy`, ε = 0.1", "ratio", 2.5, True,
            of_isas(lambda isa: ratio(find("eigen_stochastic"), stochastic(isa))))  # fmt: skip
-    yield "points to indices", "µs", 30, False, [median(results.find_append("points_to_indices", "none"))]
+    yield "blocks and selection together", "µs", 30, False, [median(results.find_append("points_to_indices", "none"))]
     many = find("lazy_greedy", kind="many_calls")
     spread = math.nan if many is None else many["p99_us"] / many["median_us"]
     yield "99th percentile ÷ median", "ratio", 2, False, [spread]
