@@ -119,7 +119,7 @@ def relaxed(tables):
     of = lambda n: [row for row in rows if row["n"] == n]
     cells = lambda found: [pick(found, *columns)
                            for columns in (CELLS[::2], CELLS[1::2]) for pick in (smallest, largest)]  # fmt: skip
-    header = ["n", "times as fast, worst (ratio)", "best (ratio)", "log det, worst, nats", "best, nats"]
+    header = ["n", "times as fast, worst (ratio)", "best (ratio)", "change of log det, worst, nats", "best, nats"]
     return table(header, ([n, *cells(of(n))] for n in in_order(rows, "n")))
 
 
