@@ -98,7 +98,7 @@ def backward(tables):
     return [*lines, "",
             *paragraph(f"From k = 0.7 n on, log det differs by at most {differs(many)} nats, and the slowest frame",
                        f"takes {largest(many, 'max_ratio')} times as long. For smaller k, log det differs by at most",
-                       f"{differs(few)} nats, in either direction.")]
+                       f"{differs(few)} nats.")]
 
 
 def certificates(tables):

@@ -77,7 +77,7 @@ def strategies(results):
 
 POINTS = [  # label, what differs from the base point
     ("the base case, n = 2000", {}),
-    *((f"n = {n}", {"n": n}) for n in ("200", "20000", "100000")),
+    *((f"n = {n}", {"n": n}) for n in ("200", "20000")),
     ("k = 200", {"k": "200"}),
     (BLOCKS["3_rows"], {"blocks": "3_rows"}),
     ("weighting `measurement`", {"blocks": "2_rows_measurement"}),
