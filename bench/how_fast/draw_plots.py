@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Draws docs/images/{latency_over_n,latency_over_k,budget_epsilon,pareto,threads,tracker}.{svg,png}.
+"""Draws docs/images/{latency_over_n,tracker}.{svg,png}.
 
 Usage: draw_plots.py BENCH.json [--tracker]    --tracker: only that one
 """
@@ -8,11 +8,10 @@ Usage: draw_plots.py BENCH.json [--tracker]    --tracker: only that one
 import math
 import sys
 
-import thread_results
 import tracker_results
 from maxlogdet_tools.gnuplot import Colour, Picture, data_block, draw_both
 from maxlogdet_tools.project import ROOT
-from results import BUDGETS, EPSILONS, SIZES, STOCHASTIC, Results, label_of
+from results import SIZES, STOCHASTIC, Results, label_of
 
 # Our strategies have full lines of saturated colours, Eigen's dashed lines of pale ones.
 STYLES = {
@@ -27,7 +26,6 @@ STYLES = {
     "eigen_stochastic": ("#66c2a5", "dt 2 pt 10"),
     "eigen_log_det": (Colour.PURPLE, "dt 2 pt 13"),
 }
-SETTING = "EuRoC-like frame, 2 rows, one thread"
 GRID = "lc rgb '#c0c0c0' lw 0.7, lc rgb '#e4e4e4' lw 0.7"
 KEY = "set key outside right center reverse Left width -2 spacing 1.3"
 
@@ -37,8 +35,8 @@ def style_of(method):
     return f"lc rgb '{colour}' {line}"
 
 
-def curve(block, style, title, kind="linespoints", size=1):
-    return f"${block} using 1:2 with {kind} lw 2 ps {size} {style} title '{title}'"
+def curve(block, style, title):
+    return f"${block} using 1:2 with linespoints lw 2 ps 1 {style} title '{title}'"
 
 
 def tics(values):
@@ -49,96 +47,19 @@ def plot(*curves):
     return "plot " + ", \\\n".join(curves) + "\n"
 
 
-def latency_over(results, axis, values, title):
-    is_log = axis == "n"
+def latency_over_n(results):
     blocks, curves = "", []
     for method in STYLES:
-        found = [(value, results.find(method, **{axis: value})) for value in values]
-        blocks += data_block(method, [(value, row["median_us"]) for value, row in found if row is not None])
+        found = [(n, results.find(method, n=n)) for n in SIZES]
+        blocks += data_block(method, [(n, row["median_us"]) for n, row in found if row is not None])
         curves.append(curve(method, style_of(method), label_of(method, "0.1" if method in STOCHASTIC else None)))
-    low, high = int(values[0]), int(values[-1])
     return Picture(1000, 560, (
-        f"set encoding utf8\n{blocks}set title '{title}; {SETTING}'\nset logscale {'xy' if is_log else 'y'}\n"
-        f"set xlabel '{'candidates n' if is_log else 'budget k'}'\nset ylabel 'median of one call (µs)'\n"
-        f"{tics(values)}set xrange [{low * 0.85 if is_log else 0}:{high * 1.18 if is_log else high + 10}]\n"
+        f"set encoding utf8\n{blocks}set title 'latency over n, k = 100; EuRoC-like frame, 2 rows, one thread'\n"
+        "set logscale xy\nset xlabel 'candidates n'\nset ylabel 'median of one call (µs)'\n"
+        f"{tics(SIZES)}set xrange [{int(SIZES[0]) * 0.85}:{int(SIZES[-1]) * 1.18}]\n"
         f"set format y '%.0f'\nset grid xtics ytics mytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
         + plot(*curves)
     ))
-
-
-def heat_map(results, counter, title, number_format):
-    cells = [(i, j, results.find("stochastic_greedy", k=k, epsilon=e))
-             for i, k in enumerate(BUDGETS) for j, e in enumerate(EPSILONS)]  # fmt: skip
-    blocks = data_block(counter, [(i, j, row[counter], f"{row[counter]:{number_format}}")
-                                  for i, j, row in cells if row is not None])  # fmt: skip
-    budgets = ", ".join(f"'{k}' {i}" for i, k in enumerate(BUDGETS))
-    epsilons = ", ".join(f"'{e}' {i}" for i, e in enumerate(EPSILONS))
-    return (
-        f"{blocks}set title '{title}'\nset xlabel 'budget k'\nset ylabel 'ε'\nset xtics ({budgets}) scale 0\n"
-        f"set ytics ({epsilons}) scale 0\n"
-        f"set xrange [-0.5:{len(BUDGETS) - 0.5}]\nset yrange [-0.5:{len(EPSILONS) - 0.5}]\n"
-        f"unset key\nunset colorbox\nplot ${counter} using 1:2:3 with image, "
-        f"${counter} using 1:2:4 with labels font ',14'\n"
-    )
-
-
-def budget_epsilon(results):
-    return Picture(1000, 420, (
-        f"set encoding utf8\nset multiplot layout 1,2 title 'stochastic_greedy, n = 2000; {SETTING}'\n"
-        "set palette defined (0 '#f7fbff', 1 '#6baed6')\n"
-        + heat_map(results, "median_us", "median of one call (µs)", ".1f")
-        + "set palette defined (0 '#fc8d59', 1 '#fff7ec')\n"
-        + heat_map(results, "delta_nats", "mean Δ log det to exact greedy (nats)", ".3f")
-        + "unset multiplot\n"
-    ))
-
-
-def pareto(results):
-    # Exact methods are on the line of no loss, so the axis of losses is linear, and a key replaces labels there.
-    blocks, curves = "", []
-    latencies, losses = [], [0.1]
-    for method in STYLES:
-        is_sampled = method in STOCHASTIC
-        found = [(e, results.find(method, **({"epsilon": e} if e else {})))
-                 for e in (EPSILONS if is_sampled else [None])]  # fmt: skip
-        found = [(e, row) for e, row in found if row]
-        blocks += data_block(method, [(row["median_us"], f"{-row['delta_nats'] + 0.0:.6f}", f"ε={e}" if e else "")
-                                      for e, row in found])  # fmt: skip
-        latencies += [row["median_us"] for _, row in found]
-        losses += [-row["delta_nats"] for _, row in found]
-        curves.append(curve(method, style_of(method), label_of(method), "linespoints" if is_sampled else "points", 1.6))
-        if method in ("stochastic_greedy", "eigen_log_det"):
-            curves.append(f"${method} using 1:2:3 with labels left offset 1,0.6 font ',10' notitle")
-    return Picture(1000, 560, (
-        f"set encoding utf8\n{blocks}set title 'loss against latency, n = 2000, k = 100; {SETTING}'\nset logscale x\n"
-        "set xlabel 'median of one call (µs)'\nset ylabel 'mean loss of log det to exact greedy (nats)'\n"
-        f"set yrange [-0.05:{1.15 * max(losses):.2f}]\nset xrange [{0.7 * min(latencies)}:{1.4 * max(latencies)}]\n"
-        f"set format x '%.0f'\nset grid xtics ytics mxtics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
-        + plot(*curves)
-    ))
-
-
-def times_faster(blocks, curves, title, setting):
-    """A picture of ratios over a logarithmic axis, with a line at 1; `setting`: its x axis and y range."""
-    return Picture(1000, 420, (
-        f"set encoding utf8\n{blocks}set title '{title}'\nset logscale x\nset ylabel 'times faster'\n{setting}"
-        f"set grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
-        + plot("1 lc rgb '#808080' notitle", *curves)
-    ))
-
-
-def threads_over_n(results):
-    threads = thread_results.max_threads(results)
-    blocks, curves = "", []
-    for method in STYLES:
-        points = [(n, thread_results.speedup(results, method, n, threads)) for n in thread_results.SIZES]
-        points = [(n, value) for n, value in points if not math.isnan(value)]
-        if points:
-            blocks += data_block(method, points)
-            curves.append(curve(method, style_of(method), label_of(method)))
-    setting = f"set xlabel 'candidates n'\n{tics(thread_results.SIZES)}set xrange [1700:120000]\n"
-    return times_faster(blocks, curves, f"{threads} threads against one, k = 100; EuRoC-like frame, 2 rows",
-                        f"{setting}set yrange [0:{threads + 0.5}]\n")  # fmt: skip
 
 
 def tracker(results):
@@ -150,9 +71,13 @@ def tracker(results):
             highest = max([highest, *(value for _, value in points)])
             blocks += data_block(f"{caches}_{kind}", points)
             curves.append(curve(f"{caches}_{kind}", f"lc rgb '{colour}' {line}", f"{name}, {caches}"))
-    setting = f"set xlabel 'matches n'\n{tics(n for n in sizes if n != '465')}set xrange [180:2200]\n"
     title = "times faster than the lazy select in Eigen, blocks included; KITTI-like frames, k = 100"
-    return times_faster(blocks, curves, title, f"{setting}set yrange [0:{1.1 * highest:.1f}]\n")
+    return Picture(1000, 420, (
+        f"set encoding utf8\n{blocks}set title '{title}'\nset logscale x\nset ylabel 'times faster'\n"
+        f"set xlabel 'matches n'\n{tics(n for n in sizes if n != '465')}set xrange [180:2200]\n"
+        f"set yrange [0:{1.1 * highest:.1f}]\nset grid ytics {GRID}\nset tics nomirror out\n{KEY}\nset border 3\n"
+        + plot("1 lc rgb '#808080' notitle", *curves)
+    ))
 
 
 def main():
@@ -163,12 +88,7 @@ def main():
     if any(row["kind"] == "tracker" for row in results.rows):
         pictures["tracker"] = tracker(results)
     if not sys.argv[2:]:
-        pictures["latency_over_n"] = latency_over(results, "n", SIZES, "latency over n, k = 100")
-        pictures["latency_over_k"] = latency_over(results, "k", BUDGETS, "latency over k, n = 2000")
-        pictures["budget_epsilon"] = budget_epsilon(results)
-        if thread_results.max_threads(results) > 1:
-            pictures["threads"] = threads_over_n(results)
-        pictures["pareto"] = pareto(results)
+        pictures["latency_over_n"] = latency_over_n(results)
     for name, picture in pictures.items():
         draw_both(picture, ROOT / "docs/images" / name)
 

@@ -2,14 +2,13 @@
 """What the benchmarks measured, from Google Benchmark's JSON: the source of every number in tables and pictures."""
 
 import math
+import pathlib
 
-from maxlogdet_tools.files import json_of
-from maxlogdet_tools.project import cpu_model
-from records import write_record
+from maxlogdet_tools.files import json_of, write_csv
 
+RESULTS = pathlib.Path(__file__).parent / "results"
 BASE = {"family": "euroc_like", "n": "2000", "k": "100", "blocks": "2_rows"}
 SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
-BUDGETS = ["20", "60", "100", "200"]
 EPSILONS = ["0.5", "0.1", "0.01"]
 BLOCKS = {
     "1_row": "1 row",
@@ -29,6 +28,8 @@ EIGEN = {
 }
 STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"]
 STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
+# How pages write instruction sets.
+ISAS = {"sse2": "SSE2", "avx2": "AVX2", "avx512": "AVX-512", "neon": "NEON"}
 # Columns of the records: the fields of a case, and its counters.
 FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
           "slots", "prior", "batch", "matched"]  # fmt: skip
@@ -83,14 +84,7 @@ class Results:
         number = lambda text: int(text) if text.isdigit() else 0
         rows.sort(key=lambda row: [(number(row.get(f, "")), row.get(f, "")) for f in FIELDS])
         short = lambda value: value if isinstance(value, str) else f"{value:.6g}"
-        write_record(name, columns, ([short(row.get(column, "")) for column in columns] for row in rows))
-
-    def machine(self, threads="one thread"):
-        c = self.context
-        return (
-            f"{cpu_model()}, {c['num_cpus']} cores, {c['maxlogdet_isa']}, {c['maxlogdet_compiler']}, {threads}, "
-            f"maxlogdet {c['maxlogdet_version']}, {c['date'][:10]}, load {c['load_avg'][0]:.1f}; `bench/run how_fast`."
-        )
+        write_csv(RESULTS / name, columns, ([short(row.get(column, "")) for column in columns] for row in rows))
 
 
 def fields_of(name):
@@ -125,8 +119,9 @@ def us(row, counter="median_us"):
     return f"{value:.0f}" if value >= 1000 else f"{value:.1f}"
 
 
-def nats(row):
-    return "–" if row is None else f"{round(row['delta_nats'], 4) + 0.0:.4f}"  # no -0.0000
+def lost(row):
+    """The loss of log det to exact greedy."""
+    return "–" if row is None else f"{round(-row['delta_nats'], 3) + 0.0:.3f}"
 
 
 def times(value):

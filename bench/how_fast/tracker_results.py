@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What tracker_benchmark.cpp measured: its cases, and their targets."""
-
-import math
+"""What tracker_benchmark.cpp measured: its cases, and the ratios that pages and pictures show."""
 
 from results import EIGEN, ratio
 
@@ -46,26 +44,3 @@ def times_dense(results, method, blocks, n, slots, caches, isa=None):
     """The time with candidates that may not be selected, relative to that without them."""
     full = find(results, method, blocks, n, caches, isa=isa, slots=slots)
     return ratio(full, find(results, method, blocks, n, caches, isa=isa, slots=n))
-
-
-def targets(results):
-    """(case, limits, whether these are lower limits, {instruction set: values})"""
-    of_isas = lambda values: {isa: values(isa) for isa in isas(results)}
-    frames = [("465", STEREO_MAP, (4, 3)), ("465", MONOCULAR, (6, 4)), ("2000", STEREO_MAP, (4.5, 3.5))]
-    for n, blocks, limits in frames:
-        case = f"Eigen lazy / *both*, n = {n}, {KINDS[blocks]}"
-        eigen = lambda isa: [times_eigen(results, blocks, n, caches, isa=isa) for caches in CACHES]
-        yield case, limits, True, of_isas(eigen)
-    select = lambda isa: [times_select(results, n, matched, isa=isa)
-                          for matched in ("0.5", "0.2") for n in ("800", "3000")]  # fmt: skip
-    case = "`ActiveSelection` / *select*: half matched, n = 800, 3000; a fifth matched, n = 800, 3000"
-    yield case, [1.2, 1.2, 1.4, 1.4], False, of_isas(select)
-    dense = lambda isa: [times_dense(results, "blocks_and_select", blocks, "377", "2005", caches, isa)
-                         for blocks in (MONOCULAR, STEREO_MAP) for caches in CACHES]  # fmt: skip
-    case = "2005 slots, 377 matched / these alone: monocular hot, cold; stereo with covariances hot, cold"
-    yield case, [1.15], False, of_isas(dense)
-
-
-def p99_by_median(row):
-    """p99 / median"""
-    return math.nan if row is None else row["p99_us"] / row["median_us"]

@@ -5,131 +5,108 @@
 Usage: write_tracker_tables.py BENCH.json
 """
 
+import itertools
 import math
 import sys
 
 from maxlogdet_tools.pages import paragraph, rewrite, table
 from maxlogdet_tools.project import ROOT
-from records import record_run, unless_on_page
+from maxlogdet_tools.runs import stamp
 from results import Results, ratio, us
 from tracker_results import (
-    CACHES, KINDS, MONOCULAR, STEREO, STEREO_MAP, find, isas, p99_by_median, times_eigen, times_select,
+    CACHES, KINDS, MONOCULAR, STEREO, STEREO_MAP, find, times_dense, times_eigen, times_select,
 )  # fmt: skip
 
-SHOWN = [(kind, n) for kind in (MONOCULAR, STEREO_MAP) for n in ("200", "465", "2000")]  # the record has all rows
+SHOWN = [STEREO_MAP, MONOCULAR]  # the record has all rows
 
 
 def number(value, digits=2):
     return "–" if math.isnan(value) else f"{value:.{digits}f}"
 
 
-def hot_and_cold(value):
-    """HOT / COLD, where value(caches) is each of them."""
-    return " / ".join(value(caches) for caches in CACHES)
+def lost(row, best):
+    """The loss of log det, in nats."""
+    return "–" if row is None or best is None else f"{round(best['log_det'] - row['log_det'], 3) + 0.0:.3f}"
 
 
-def frame_rows(results):
-    for blocks, n in SHOWN:
-        row = lambda method, caches: find(results, method, blocks, n, caches)
-        cell = lambda method: hot_and_cold(lambda caches: us(row(method, caches)))
-        ratios = [hot_and_cold(lambda caches: number(times_eigen(results, blocks, n, caches, isa=isa)))
-                  for isa in isas(results)]  # fmt: skip
-        tail = hot_and_cold(lambda caches: number(p99_by_median(row("blocks_and_select", caches)), 1))
-        yield [KINDS[blocks], n, cell("append_blocks"), cell("lazy_greedy"), cell("blocks_and_select"),
-               cell("eigen_lazy_scan"), *ratios, tail]  # fmt: skip
+def frames(results):
+    """A frame of 465 matches."""
+    rows = []
+    for blocks, caches in itertools.product(SHOWN, CACHES):
+        row = lambda method: find(results, method, blocks, caches=caches)
+        both = row("blocks_and_select")
+        rows.append([KINDS[blocks], caches, us(row("append_blocks")), us(row("lazy_greedy")), us(both),
+                     us(both, "p99_us")])  # fmt: skip
+    return table(["matches", "caches", "blocks, µs", "selection, µs", "both, µs", "both, 99th percentile, µs"], rows)
 
 
-def pair_row(results, label, first, second):
-    """The time of the first row relative to the second on each instruction set; first(caches, isa) finds a row."""
-    by = lambda isa: hot_and_cold(lambda caches: number(ratio(first(caches, isa), second(caches, isa))))
-    return [*label, *(by(isa) for isa in isas(results))]
+def against_eigen(results):
+    rows = []
+    for blocks, n in itertools.product(SHOWN, ("465", "2000")):
+        row = lambda method: find(results, method, blocks, n)
+        ratios = (number(times_eigen(results, blocks, n, caches), 1) for caches in CACHES)
+        rows.append([KINDS[blocks], n, us(row("eigen_lazy_scan")), us(row("blocks_and_select")), *ratios])
+    return table(["matches", "n", "Eigen, hot, µs", "ours, hot, µs", "times as fast, hot (ratio)",
+                  "times as fast, cold (ratio)"], rows)  # fmt: skip
 
 
-def pair_rows(results):
-    for blocks in (MONOCULAR, STEREO_MAP):
-        for n in ("465", "2000"):
-            eigen = lambda caches, isa: find(results, "eigen_stochastic", blocks, n, caches)
-            ours = lambda caches, isa: find(results, "stochastic_greedy", blocks, n, caches, isa=isa)
-            yield pair_row(results, ["Eigen stochastic / ours", KINDS[blocks], n], eigen, ours)
-    for blocks in (MONOCULAR, STEREO_MAP):
-        of = lambda count: lambda caches, isa: find(results, "lazy_greedy", blocks, "400", caches, isa=isa, slots=count)
-        label = ["2000, 1600 of them excluded / 400 alone, *select*", KINDS[blocks], "400"]
-        yield pair_row(results, label, of("2000"), of("400"))
-    plain, motion = (lambda caches, isa, p=p: find(results, "lazy_greedy", STEREO, "465", caches, isa=isa, prior=p)
-                     for p in (None, "motion"))  # fmt: skip
-    yield pair_row(results, ["default prior / motion prior, *select*", KINDS[STEREO], "465"], plain, motion)
+def sampling(results):
+    rows = []
+    for n in ("465", "2000"):
+        lazy, stochastic = (find(results, method, STEREO_MAP, n) for method in ("lazy_greedy", "stochastic_greedy"))
+        rows.append([n, us(lazy), us(stochastic), lost(stochastic, lazy)])
+    return table(["n", "`lazy_greedy`, µs", "`stochastic_greedy`, µs", "lost, nats"], rows)
 
 
-def active_rows(results):
-    for n in ("800", "3000"):
-        for matched in ("1", "0.5", "0.2"):
-            row = lambda batch: find(results, "active", STEREO_MAP, n, batch=batch, matched=matched)
-            one, *batches = (row(batch) for batch in ("1", "8", "32"))
-            if one is None:
-                continue
-            slower = " / ".join(number(times_select(results, n, matched, isa=isa)) for isa in isas(results))
-            cells = [n, matched, slower, f"{one['proposals']:.0f}", f"{1e3 * one['median_us'] / one['proposals']:.0f}"]
-            for batch, row in zip(("8", "32"), batches):
-                delta = round(row["log_det"] - one["log_det"], 4) + 0.0  # no -0.0000
-                cells += [number(times_select(results, n, matched, batch)), f"{delta:.4f}"]
-            yield cells
+def worst(values):
+    return number(max(values, key=lambda value: -math.inf if math.isnan(value) else value))
 
 
-def page(results):
-    by_isa = " / ".join(isas(results))
-    ratios = [f"×, {isa}" for isa in isas(results)]
-    prior = [find(results, "lazy_greedy", STEREO, "465", prior=p) for p in (None, "motion")]
-    gains = " / ".join("–" if row is None else f"{row['evaluations']:.0f}" for row in prior)
+def details(results):
+    slots = worst([times_dense(results, "blocks_and_select", blocks, "377", "2005", caches)
+                   for blocks, caches in itertools.product(SHOWN, CACHES)])  # fmt: skip
+    hot, cold = (number(ratio(*(find(results, "lazy_greedy", STEREO, caches=caches, prior=prior)
+                                for prior in (None, "motion")))) for caches in CACHES)  # fmt: skip
+    return paragraph(
+        f"A frame of 2005 slots of which only 377 hold a match takes at most {slots} times as long as these matches",
+        f"alone. A motion prior of 5 cm and 0.01 rad makes selections from a stereo frame {hot} times as fast (hot)",
+        f"and {cold} times as fast (cold).",
+    )
+
+
+def active(results):
+    rows, losses = [], []
+    for n, share in itertools.product(("800", "3000"), ("1", "0.5", "0.2")):
+        one, some, many = (find(results, "active", STEREO_MAP, n, batch=batch, matched=share)
+                           for batch in ("1", "8", "32"))  # fmt: skip
+        if one is not None:
+            losses += [lost(some, one)] if some is not None else []
+            times = (number(times_select(results, n, share, batch), 1) for batch in ("1", "32"))
+            rows.append([n, f"{100 * float(share):.0f}", *times, lost(many, one)])
     return [
-        *paragraph(
-            f"Median µs, hot / cold, k = 100, {results.widest}; ×: Eigen's lazy select alone by our *both*, to which",
-            "p99 / median belongs too.",
-        ),
+        *table(["n", "found, %", "one by one (ratio)", "by 32 (ratio)", "by 32, lost, nats"], rows),
         "",
-        *table(["matches", "n", "blocks", "select", "both", "Eigen lazy", *ratios, "p99 / median"],
-               frame_rows(results)),
-        "",
-        "![how many times faster than Eigen's lazy select, over n](images/tracker.png)",
-        "",
-        *paragraph(
-            "The time of A by that of B, hot / cold; motion prior: deviations of 0.05 m and 0.01 rad (gains evaluated:",
-            f"{gains}). Slots without a match (`Matches::usable`) are in the table of targets.",
-        ),
-        "",
-        *table(["A / B", "matches", "n", *isas(results)], pair_rows(results)),
-        "",
-        *paragraph(
-            "`ActiveSelection` until 100 are accepted, stereo with covariances, hot; ×: its time by that of *select*;",
-            "matched: the share of the proposals; by 8, by 32: batches, `next(indices, m)` and `answer`, with Δ log",
-            f"det to one by one ({results.widest}).",
-        ),
-        "",
-        *table(["n", "matched", f"one by one: ×, {by_isa}", "proposals", "ns each", "by 8: ×", "Δ", "by 32: ×", "Δ"],
-               active_rows(results)),
-    ]  # fmt: skip
-
-
-def readme_rows(results):
-    for blocks in (STEREO_MAP, MONOCULAR):
-        for caches in CACHES:
-            row = lambda method: find(results, method, blocks, caches=caches)
-            both = row("blocks_and_select")
-            yield [KINDS[blocks], caches, us(row("append_blocks")), us(row("lazy_greedy")), us(both),
-                   us(both, "p99_us"), us(row("eigen_lazy_scan")),
-                   number(times_eigen(results, blocks, "465", caches), 1)]  # fmt: skip
+        f"Batches of eight proposals lost at most {max(losses, key=float, default='–')} nats.",
+    ]
 
 
 def readme(results):
+    rows = []
+    for blocks, caches in itertools.product(SHOWN, CACHES):
+        both = find(results, "blocks_and_select", blocks, caches=caches)
+        rows.append([KINDS[blocks], caches, us(both), us(both, "p99_us"),
+                     us(find(results, "eigen_lazy_scan", blocks, caches=caches)),
+                     number(times_eigen(results, blocks, "465", caches), 1)])  # fmt: skip
     return [
-        "100 of 465 matches, KITTI-like frames, from points to indices; cold: after other work has evicted caches and",
-        "branch predictors ([docs/performance.md](docs/performance.md#in-a-tracker)). × lazy: the time of lazy greedy",
-        "written with Eigen, its search alone, divided by that of our blocks and selection together.",
+        *paragraph(
+            "A tracker selects 100 of the 465 matches of a frame: *hot* when the caches still hold the code and data",
+            "of the previous call, *cold* when the other work of a tracker has just displaced them",
+            "([docs/performance.md](docs/performance.md#in-a-tracker)).",
+        ),
         "",
-        *table(["matches", "caches", "blocks µs", "select µs", "both µs", "both, p99 µs", "Eigen lazy µs", "× lazy"],
-               readme_rows(results)),  # fmt: skip
-        "",
-        results.machine(),
-    ]
+        *table(["matches", "caches", "blocks and selection, µs", "99th percentile, µs", "selection in Eigen, µs",
+                "times as fast (ratio)"], rows),
+    ]  # fmt: skip
 
 
 def main():
@@ -139,12 +116,14 @@ def main():
     if not any(row["kind"] == "tracker" for row in results.rows):
         print("no case of a tracker was measured: its tables stay unchanged")
         return
-    performance = ROOT / "docs/performance.md"
-    lines = [*page(results), *unless_on_page(performance, results.machine())]
-    print("\n".join(lines))
-    rewrite(performance, "tracker", lines)
-    record_run(["tracker"], results.machine())
-    rewrite(ROOT / "README.md", "tracker_latency", readme(results))
+    performance, front = ROOT / "docs/performance.md", ROOT / "README.md"
+    for section in (frames, against_eigen, sampling, details, active):
+        lines = section(results)
+        print("\n".join(lines))
+        rewrite(performance, section.__name__, lines)
+    rewrite(front, "tracker_latency", readme(results))
+    for page in (performance, front):
+        stamp(page, "bench/run how_fast --tracker")
     results.record("tracker.csv", "tracker")
 
 

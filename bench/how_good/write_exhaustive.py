@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes the distances of answers and bounds from the best of all subsets: by family of instances into bench/results,
+"""Writes the distances of answers and bounds from the best of all subsets: by family of instances into results,
 over all families into docs/trust.md.
 
 Usage: write_exhaustive.py EXHAUSTIVE.csv    (of tests/core/exhaustive_test.cpp)
 """
 
 import math
+import pathlib
 import sys
 
-from maxlogdet_tools.files import rows_of
+from maxlogdet_tools.files import rows_of, write_csv
 from maxlogdet_tools.pages import rewrite, table
 from maxlogdet_tools.project import ROOT
-from records import write_record
 
+RESULTS = pathlib.Path(__file__).parent / "results"
 OPTIMAL = 1e-10  # nats: the tolerance of the test for its own rounding
 TIGHT = 1e-6  # nats
 
@@ -66,7 +67,7 @@ def bound_summaries(rows):
 
 
 def record(name, summaries):
-    write_record(f"{name}.csv", summaries[0].keys(), (summary.values() for summary in summaries))
+    write_csv(RESULTS / f"{name}.csv", summaries[0].keys(), (summary.values() for summary in summaries))
 
 
 def lowest_family(summaries, answer):
