@@ -4,6 +4,7 @@
 Usage: coverage_page.py SUMMARY MIN_PERCENT_OF_LINES MIN_PERCENT_OF_BRANCHES yes|no
 """
 
+import datetime
 import sys
 
 from maxlogdet_tools.files import json_of
@@ -28,11 +29,13 @@ def main(summary, min_lines, min_branches, page):
         branches = percent(total["branch_covered"], total["branch_total"])
         rows.append((folder, total, lines, branches))
     if page == "yes":
-        rewrite(ROOT / "docs/trust.md", "coverage", table(
-            ["folder", "lines", "branches"],
-            [[f"{folder}" if folder == "all" else f"`{folder}/`",
-              f"{lines:.1f} % of {total['line_total']}", f"{branches:.1f} % of {total['branch_total']}"]
-             for folder, total, lines, branches in rows]))
+        rewrite(ROOT / "docs/trust.md", "coverage", [
+            f"Counted by `ci/coverage --page` on {datetime.date.today()}:",
+            "",
+            *table(["folder", "lines (count)", "executed (%)", "branches (count)", "taken (%)"],
+                   [[folder if folder == "all" else f"`{folder}/`", str(total["line_total"]), f"{lines:.1f}",
+                     str(total["branch_total"]), f"{branches:.1f}"] for folder, total, lines, branches in rows]),
+        ])
     short = [folder for folder, _, lines, branches in rows
              if lines < float(min_lines) or branches < float(min_branches)]
     print(", ".join(f"{folder}: {lines:.1f} % of lines, {branches:.1f} % of branches"

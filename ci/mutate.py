@@ -13,6 +13,7 @@ or save time); `unnoticed` ones do not, and count against the tests.
 
 import argparse
 import collections
+import datetime
 import json
 import os
 import sys
@@ -50,13 +51,20 @@ def count(results):
             "none": outcomes["does not compile"] + outcomes["same code"], "share": share}
 
 
+def drawn_line(results, total):
+    """How many mutants were drawn, and how many of them are valid."""
+    c = count(results)
+    return f"{c['tried']} of {total} possible mutants were drawn; {c['none']} of them proved invalid."
+
+
 def table_rows(results):
-    rows = [["folder", "tried", "invalid", "killed", "equivalent", "unnoticed", "mutation score"]]
+    """The header, and a row a folder, of the valid mutants."""
+    rows = [["folder", "valid (count)", "killed (count)", "equivalent (count)", "unnoticed (count)", "score (%)"]]
     folders = sorted({r["file"].split("/")[0] for r in results})
     for folder in folders + ["all"]:
         c = count([r for r in results if folder in ("all", r["file"].split("/")[0])])
-        rows.append([folder, *(c[key] for key in ("tried", "none", "killed", "equivalent", "survived")),
-                     f"{100 * c['share']:.1f} %"])
+        rows.append([folder if folder == "all" else f"`{folder}/`", str(c["tried"] - c["none"]),
+                     *(str(c[key]) for key in ("killed", "equivalent", "survived")), f"{100 * c['share']:.1f}"])
     return rows
 
 
@@ -67,21 +75,14 @@ def write_survivors(survivors):
 
 
 def write_page(results, total):
-    """Writes counts and unnoticed mutants to the page; the record has equivalent survivors, too."""
-    code = lambda text: f"`{text}`".replace("|", "\\|")
-    survivors = [r for r in results if r["outcome"] == "survived"]
-    unnoticed = [r for r in survivors if r["reason"]["class"] != "equivalent"]
-    rows = table_rows(results)
+    """Writes the counts to the page, and every survivor to the record."""
+    header, *rows = table_rows(results)
     rewrite(ROOT / "docs/trust.md", "mutants", [
-        f"Drawn from {total} possible mutants:",
+        f"Run by `ci/mutate --page` on {datetime.date.today()}. {drawn_line(results, total)}",
         "",
-        *table(rows[0], [[str(c) for c in row] for row in rows[1:]]),
-        "",
-        *table(["unnoticed", "from", "to", "why it survives"],
-               [[f"{r['file']}:{r['line']}", code(r["before"]), code(r["after"]), r["reason"]["reason"]]
-                for r in unnoticed]),
+        *table(header, rows),
     ])
-    write_survivors(survivors)
+    write_survivors([r for r in results if r["outcome"] == "survived"])
 
 
 def arguments_of():
@@ -117,8 +118,9 @@ def main():
     results = judge(mutants)
     if len(results) < len(mutants):
         sys.exit(f"error: {len(mutants) - len(results)} of {len(mutants)} mutants were not tried; the reason is above")
+    print(drawn_line(results, total))
     for row in table_rows(results):
-        print("  ".join(f"{cell:>12}" for cell in row))
+        print("  ".join(f"{cell:>18}" for cell in row))
     for r in results:
         if r["outcome"] == "survived" and r["reason"]["class"] != "equivalent":
             print_mutant(r, "unnoticed: ", r["reason"]["reason"])
