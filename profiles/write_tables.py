@@ -96,7 +96,7 @@ def main():
         sys.exit(__doc__)
     for name in names:
         rewrite(PAGE, name, TABLES[name]())
-    stamp(PAGE, "bench/run profiles")
+    stamp(PAGE, "profiles")
 
 
 if __name__ == "__main__":

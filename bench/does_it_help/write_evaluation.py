@@ -15,7 +15,7 @@ from maxlogdet_tools.project import ROOT
 from maxlogdet_tools.runs import stamp
 
 PAGE = ROOT / "docs/trackers.md"
-COMMAND = "bench/run does_it_help"
+COMMAND = "does_it_help"
 RECORDINGS = ["first recording", "second recording"]
 BUDGETS = [30, 100, 200]
 USUAL = 100

@@ -77,7 +77,7 @@ def main():
         print(line_of(result))
         return
     rewrite(PAGE, "soak", lines_of(result))
-    stamp(PAGE, "bench/run does_it_last")
+    stamp(PAGE, "does_it_last")
     write_csv(RESULTS / "soak.csv", ["phase", "what", "value"], record_rows(result))
 
 

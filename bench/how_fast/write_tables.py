@@ -136,13 +136,13 @@ def main():
     results = Results(sys.argv[1])
     print_all(results)
     rewrite(THREADING, "crossover", thread_tables(results))
-    stamp(THREADING, "bench/run how_fast --threads")
+    stamp(THREADING, "how_fast --threads")
     results.record("threads.csv", *thread_results.KINDS)
     if sys.argv[2:]:
         return
     rewrite(PERFORMANCE, "strategies", strategies(results))
     rewrite(PERFORMANCE, "settings", settings(results))
-    stamp(PERFORMANCE, "bench/run how_fast")
+    stamp(PERFORMANCE, "how_fast")
     results.record("select.csv", "select", "many_calls", "full_round")
     results.record("append.csv", "append_blocks", "points_to_indices")
 

@@ -103,7 +103,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     rewrite(PAGE, "targets", targets(Results(sys.argv[1])))
-    stamp(PAGE, "bench/run how_fast")
+    stamp(PAGE, "how_fast")
 
 
 if __name__ == "__main__":

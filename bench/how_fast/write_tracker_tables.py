@@ -123,7 +123,7 @@ def main():
         rewrite(performance, section.__name__, lines)
     rewrite(front, "tracker_latency", readme(results))
     for page in (performance, front):
-        stamp(page, "bench/run how_fast --tracker")
+        stamp(page, "how_fast --tracker")
     results.record("tracker.csv", "tracker")
 
 

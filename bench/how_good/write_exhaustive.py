@@ -106,7 +106,7 @@ def write(answers, bounds, problems, large):
     record("exhaustive_answers", answers)
     record("exhaustive_bounds", bounds)
     rewrite(PAGE, "exhaustive", page_lines(answers, bounds, problems, large))
-    stamp(PAGE, "bench/run how_good")
+    stamp(PAGE, "how_good")
 
 
 def main():

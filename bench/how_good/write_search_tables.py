@@ -147,7 +147,7 @@ def main():
         if all(name in tables for name in names):
             rewrite(PAGE, section.__name__, section(tables))
     if len(sys.argv) == 2:
-        stamp(PAGE, "bench/run how_good")
+        stamp(PAGE, "how_good")
 
 
 if __name__ == "__main__":

@@ -38,10 +38,10 @@ def widest_isa():
     return next((isa for isa, flag in (("avx512", "avx512vl"), ("avx2", "avx2"), ("sse2", "sse2")) if flag in flags), "neon")
 
 
-def run_of(command):
+def run_of(room):
     compiler = output_of(os.environ.get("CXX", "c++"), "-dumpfullversion", "-dumpversion")
     name = "clang" if "clang" in output_of(os.environ.get("CXX", "c++"), "--version") else "gcc"
-    return (f"Written by `{command}`: library {library_state()}, {cpu_model()}, {os.cpu_count()} cores, {widest_isa()}, "
+    return (f"Written by `bench/run {room}`: library {library_state()}, {cpu_model()}, {os.cpu_count()} cores, {widest_isa()}, "
             f"{name} {compiler}, {datetime.date.today()}.")
 
 
@@ -50,10 +50,10 @@ def lines_of(page):
     return text[1].split("<!-- end run -->")[0].splitlines() if len(text) == 2 else []
 
 
-def stamp(page, command):
-    """Says on the page that `command` has just written figures of it."""
-    others = [line for line in lines_of(page) if not line.startswith(f"Written by `{command}`:")]
-    rewrite(page, "run", sorted([*others, run_of(command)]))
+def stamp(page, room):
+    """Says on the page that `bench/run ROOM`, whose options may follow, has just written figures of it."""
+    others = [line for line in lines_of(page) if not line.startswith(f"Written by `bench/run {room}`:")]
+    rewrite(page, "run", sorted([*others, run_of(room)]))
 
 
 def main():
