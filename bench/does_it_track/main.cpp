@@ -53,7 +53,7 @@ void write_overlay(const Arguments& arguments, const std::string& name, std::siz
   const std::string number = std::to_string(frame);
   const std::string file = arguments.output + "/" + name + "/overlay_" +
                            std::string(number.size() < 6 ? 6 - number.size() : 0, '0') + number + ".png";
-  if (!cv::imwrite(file, overlay(image, result, name))) {
+  if (!cv::imwrite(file, overlay(image, result), {cv::IMWRITE_PNG_COMPRESSION, 9})) {
     throw sim::InputError(file + ": cannot be written; expected a folder with room for pictures");
   }
 }

@@ -285,31 +285,30 @@ std::string to_kitti(const Run& run) {
   return text;
 }
 
-cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption) {
-  cv::Mat picture;
-  cv::cvtColor(image, picture, cv::COLOR_GRAY2BGR);
+// Okabe and Ito's sky blue and orange, which colour-blind people can distinguish (blue, green, red).
+cv::Mat overlay(const cv::Mat& image, const FrameResult& result) {
+  const cv::Scalar sky_blue(233, 180, 86), orange(0, 159, 230), black(0, 0, 0);
+  cv::Mat dark, picture;
+  image.convertTo(dark, -1, 0.75);
+  cv::cvtColor(dark, picture, cv::COLOR_GRAY2BGR);
   std::vector<char> is_selected(result.matches.size(), 0);
   for (const std::uint32_t i : result.selected) is_selected[i] = 1;
-  const cv::Scalar blue(200, 120, 0), orange(0, 94, 213), red(0, 0, 255), white(255, 255, 255), black(0, 0, 0);
   for (const bool drawn : {false, true}) {  // the selected ones on top
     for (std::size_t i = 0; i < result.matches.size(); ++i) {
       if ((is_selected[i] != 0) != drawn) continue;
       const cv::Point at(cvRound(result.matches[i].u), cvRound(result.matches[i].v));
+      const bool is_outlier = !result.is_outlier.empty() && result.is_outlier[i] != 0;
       if (drawn) {
+        cv::circle(picture, at, 7, black, cv::FILLED, cv::LINE_AA);
         cv::circle(picture, at, 5, orange, cv::FILLED, cv::LINE_AA);
-      } else {
-        cv::circle(picture, at, 3, blue, 1, cv::LINE_AA);
+      } else if (!is_outlier) {
+        cv::circle(picture, at, 2, sky_blue, cv::FILLED, cv::LINE_AA);
       }
-      if (!result.is_outlier.empty() && result.is_outlier[i] != 0) {
-        cv::drawMarker(picture, at, red, cv::MARKER_TILTED_CROSS, 10, 1, cv::LINE_AA);
+      if (is_outlier) {
+        cv::drawMarker(picture, at, drawn ? black : sky_blue, cv::MARKER_TILTED_CROSS, 7, 1, cv::LINE_AA);
       }
     }
   }
-  const std::string text = caption + ": " + std::to_string(result.selected.size()) + " selected (filled) of " +
-                           std::to_string(result.matches.size()) + " matches, outliers crossed; " +
-                           to_string(result.status);
-  cv::putText(picture, text, {8, 18}, cv::FONT_HERSHEY_SIMPLEX, 0.5, black, 3, cv::LINE_AA);
-  cv::putText(picture, text, {8, 18}, cv::FONT_HERSHEY_SIMPLEX, 0.5, white, 1, cv::LINE_AA);
   return picture;
 }
 

@@ -85,8 +85,9 @@ std::string residual_lines(std::size_t frame, const FrameResult& result);
 /// KITTI's format: 3 x 4 camera-to-world, row-major, a line for each frame, all digits.
 std::string to_kitti(const Run& run);
 
-/// Draws matches into the image: selected ones filled, unselected ones as rings, outliers crossed.
-cv::Mat overlay(const cv::Mat& image, const FrameResult& result, const std::string& caption);
+/// Draws matches into the darkened image: selected ones as large orange dots, unselected ones as small blue dots.
+/// Outliers get a cross; unselected ones have no dot then.
+cv::Mat overlay(const cv::Mat& image, const FrameResult& result);
 
 /// trajectories.json, which tools/draw draws: the dataset, the names of the two axes of a view from
 /// above, points of the true trajectory in these (m; none without a truth) and of each run's, with its name and

@@ -241,28 +241,32 @@ TEST(StereoReport, overlay_marks_selected_unselected_and_outliers) {
     result.matches[i].u = 100 * static_cast<double>(i) + 50.3;
     result.matches[i].v = 120;
   }
-  const cv::Mat picture = stereo_odometry::overlay(image, result, "md");
+  const cv::Mat picture = stereo_odometry::overlay(image, result);
   ASSERT_EQ(picture.size(), image.size());
   ASSERT_EQ(picture.type(), CV_8UC3);
   const auto at = [&](std::size_t i, int dx) {
     return picture.at<cv::Vec3b>(120, 100 * static_cast<int>(i) + 50 + dx);
   };
-  const cv::Vec3b grey(128, 128, 128), red(0, 0, 255);
-  EXPECT_EQ(at(0, 0), grey) << "a ring is empty inside";
-  EXPECT_NE(at(0, 3), grey);
-  EXPECT_NE(at(2, 0), grey) << "filled";
-  EXPECT_EQ(at(2, 0), at(2, 2));
-  EXPECT_NE(at(2, 0), at(0, 3)) << "in another colour";
-  EXPECT_EQ(at(1, 0), red) << "a cross on top";
-  EXPECT_EQ(at(3, 0), red);
-  EXPECT_EQ(at(0, 20), grey);
+  const cv::Vec3b background = picture.at<cv::Vec3b>(0, 0), black(0, 0, 0);
+  EXPECT_EQ(background[0], background[2]) << "grey";
+  EXPECT_LT(background[0], 128) << "darker than the image";
+  EXPECT_NE(at(0, 0), background);
+  EXPECT_EQ(at(0, 5), background) << "a small dot";
+  EXPECT_NE(at(2, 4), background) << "a large one";
+  EXPECT_EQ(at(2, 0), at(2, 3));
+  EXPECT_NE(at(2, 0), at(0, 0)) << "in another colour";
+  EXPECT_EQ(at(1, 0), black) << "a cross on top";
+  EXPECT_EQ(at(1, 5), at(2, 5)) << "of the same dot";
+  EXPECT_EQ(at(3, 0), at(0, 0)) << "a cross";
+  EXPECT_EQ(at(3, 2), background) << "without a dot";
+  EXPECT_EQ(at(0, 20), background);
   EXPECT_EQ(image.at<unsigned char>(120, 250), 128) << "the image stays as it is";
 
   result = FrameResult();  // a frame without matches, and matches far outside
-  EXPECT_EQ(stereo_odometry::overlay(image, result, "md").size(), image.size());
+  EXPECT_EQ(stereo_odometry::overlay(image, result).size(), image.size());
   result.matches.resize(1);
   result.matches[0].u = -1e4;
-  EXPECT_EQ(stereo_odometry::overlay(image, result, "md").size(), image.size());
+  EXPECT_EQ(stereo_odometry::overlay(image, result).size(), image.size());
 }
 
 // The rendered world's camera looks along z and moves to the right, x: from above without y.
