@@ -18,7 +18,7 @@ class Pages(unittest.TestCase):
 
     def test_tables_have_a_line_a_row(self):
         self.assertEqual(pages.table(["a", "b"], [["1", "2"], ["3", "4"]]),
-                         ["| a | b |", "|---|---|", "| 1 | 2 |", "| 3 | 4 |"])
+                         ["a | b", "---|---", "1 | 2", "3 | 4"])
 
     def test_paragraphs_are_wrapped_between_words(self):
         lines = pages.paragraph("word " * 30, "`a-b`" * 40)

@@ -11,9 +11,8 @@ WIDTH = 120
 
 
 def table(header, rows):
-    """The lines of a Markdown table; cells are texts."""
-    line = lambda cells: "| " + " | ".join(cells) + " |"
-    return [line(header), "|" + "---|" * len(header), *(line(row) for row in rows)]
+    """The lines of a Markdown table; cells are texts, those of the first column not empty."""
+    return [" | ".join(header), "|".join(["---"] * len(header)), *(" | ".join(row) for row in rows)]
 
 
 def paragraph(*sentences):
