@@ -9,7 +9,7 @@ from simulated import Experiment, brief, estimate, record
 VARIANTS = ["euroc_default", "euroc_measurement", "euroc_both", "euroc_bias", "euroc_scale", "euroc_outliers", "euroc_few",
             "euroc_stochastic"]
 # The parts that the page shows; experiments/results has everything.
-SHOWN_BUDGETS = ["80", "120", "200"]
+SHOWN_BUDGETS = ["80", "200"]
 SHOWN_TIMES = ["observability", "md", "inl", "all"]
 
 # Zhao & Vela's own figures: averages of table II (RPE in m/s, ROE in deg/s), and table IV (ms).
