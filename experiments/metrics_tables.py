@@ -31,7 +31,7 @@ def comparison_table(metrics):
     """Of the paper's blocks, at the first noise."""
     rows = metrics.rows("Mean over subset sizes", "`map_bias`")[1:]
     return table(["selector", "translation (m)", "rotation (deg)"],
-                 ([f"`{selector}`", brief(translation), brief(rotation)] for selector, translation, rotation, *_ in rows))
+                 ([f"`{selector}`", brief(metres), brief(degrees)] for selector, metres, degrees, *_ in rows))
 
 
 def aligned_means(metrics, weighting):

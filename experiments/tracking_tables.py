@@ -6,8 +6,8 @@ import re
 from maxlogdet_tools.pages import table
 from simulated import Experiment, brief, estimate, record
 
-VARIANTS = ["euroc_default", "euroc_measurement", "euroc_both", "euroc_bias", "euroc_scale", "euroc_outliers", "euroc_few",
-            "euroc_stochastic"]
+VARIANTS = ["euroc_default", "euroc_measurement", "euroc_both", "euroc_bias", "euroc_scale", "euroc_outliers",
+            "euroc_few", "euroc_stochastic"]
 # The parts that the page shows; experiments/results has everything.
 SHOWN_BUDGETS = ["80", "200"]
 SHOWN_TIMES = ["observability", "md", "inl", "all"]
@@ -41,10 +41,11 @@ def budget_table(budget):
 
 def tracking_table(euroc):
     """Beside the paper's averages."""
-    md = PAPER_RELATIVE["md"]
     rows = []
     for other, cells in euroc.cells("Difference of `md`").items():
-        papers = [f"{100 * (ours / its - 1):.0f}" for ours, its in zip(md, PAPER_RELATIVE.get(other, []))] or ["-", "-"]
+        papers = ["-", "-"]
+        if other in PAPER_RELATIVE:
+            papers = [f"{100 * (md / its - 1):.0f}" for md, its in zip(PAPER_RELATIVE["md"], PAPER_RELATIVE[other])]
         rows.append([f"`{other}`", brief(cells["RPE"]), papers[0], brief(cells["ROE"]), papers[1], brief(cells["ATE"])])
     return table(["`md` against", "RPE (%)", "RPE in the paper (%)", "ROE (%)", "ROE in the paper (%)", "ATE (%)"], rows)
 
