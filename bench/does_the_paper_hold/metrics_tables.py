@@ -3,7 +3,7 @@
 
 from maxlogdet_tools.pages import table
 from maxlogdet_tools.pictures.quantiles import mean
-from simulated import BETTER, OPEN, WORSE, Experiment, estimate, record
+from simulated import BETTER, OPEN, WORSE, Experiment, brief, estimate, record
 
 WEIGHTINGS = ["measurement", "map_bias", "measurement_and_map"]
 RIVALS = ["max_trace", "min_condition", "max_min_eigenvalue", "random"]
@@ -19,9 +19,6 @@ VARIANTS = [
     ("metrics_unbiased", "measurement", "map error without bias"),
     ("metrics_unbiased", "map_bias", "map error without bias"),
 ]
-# The parts that the page shows; bench/does_the_paper_hold/results has everything.
-SHOWN_OF_THEORY = ["max_log_det", "max_trace", "random", "all"]
-SHOWN_ALIGNED = ["max_log_det", "max_min_eigenvalue", "random", "all", "all_weighted"]
 
 
 def means_over_sizes(rows, weighting, column, noise):
@@ -31,15 +28,10 @@ def means_over_sizes(rows, weighting, column, noise):
 
 
 def comparison_table(metrics):
-    """Of the first noise. Selectors without blocks have one row, with the verdicts on the first blocks."""
-    lines = []
-    for weighting in WEIGHTINGS[:2]:
-        rows = metrics.rows("Mean over subset sizes", f"`{weighting}`")[1:]
-        shown = [row for row in rows if row[0] in ["max_log_det", *RIVALS[:3]]]
-        lines += [[f"`{weighting}`" if row is shown[0] else "", *row[:3]] for row in shown]
-    rows = metrics.rows("Mean over subset sizes", f"`{WEIGHTINGS[0]}`")[1:]
-    lines += [["-", *row[:3]] for row in rows if row[0] in ["random", "all", "all_weighted"]]
-    return table(["blocks", "selector", "translation (m)", "rotation (deg)"], lines)
+    """Of the paper's blocks, at the first noise."""
+    rows = metrics.rows("Mean over subset sizes", "`map_bias`")[1:]
+    return table(["selector", "translation (m)", "rotation (deg)"],
+                 ([f"`{selector}`", brief(metres), brief(degrees)] for selector, metres, degrees, *_ in rows))
 
 
 def aligned_means(metrics, weighting):
@@ -61,15 +53,6 @@ def metric_variants(results):
         cells = Experiment(results, folder).cells("Mean over subset sizes", f"`{weighting}`")
         groups = {"metrics and random": RIVALS, "all": ["all"], "all_weighted": ["all_weighted"]}
         yield what, weighting, {name: count_signs(cells, selectors) for name, selectors in groups.items()}
-
-
-def metric_variants_table(results):
-    signs = lambda counts: " ".join(f"{n} {sign}" for n, sign in zip(counts, (BETTER, OPEN, WORSE)) if n > 0)
-    rows = [[what, f"`{weighting}`", signs(counts["metrics and random"]), signs(counts["all"])]
-            for what, weighting, counts in metric_variants(results)]
-    header = ["scene and assumptions", "blocks", "against other metrics and random (16)", "against all (4)"]
-    seconds = Experiment(results, "metrics").seconds()
-    return [*table(header, rows), "", f"`simulate metrics` with all its defaults took {seconds:.0f} s."]
 
 
 def lowest_rows(metrics):
@@ -110,12 +93,4 @@ def record_all(results):
 
 
 def tables(results):
-    metrics = Experiment(results, "metrics")
-    header, *theory = metrics.rows("Theory", "`measurement`")
-    return {
-        "metrics_comparison": comparison_table(metrics),
-        "metrics_aligned": table(["selector", "translation (m)", "rotation (deg)"],
-                                 (row[:3] for row in aligned_means(metrics, "measurement") if row[0] in SHOWN_ALIGNED)),
-        "metrics_theory": table(header, (row for row in theory if row[0] in SHOWN_OF_THEORY)),
-        "metrics_variants": metric_variants_table(results),
-    }
+    return {"metrics_comparison": comparison_table(Experiment(results, "metrics"))}

@@ -38,17 +38,25 @@ class Experiment:
     def csv(self, file):
         return rows_of(self.folder / file)
 
-    def seconds(self):
-        return float((self.folder / "seconds").read_text())
+
+def parts_of(cell):
+    match = ESTIMATE.fullmatch(cell)
+    if match is None:
+        sys.exit(f"expected a number, or a cell such as -8.1 ± 0.3 % ▲, found {cell!r}")
+    return match
 
 
 def estimate(cell):
     """Value, half width of the 95 % interval and verdict of a cell such as `-8.1 ± 0.3 % ▲`; missing ones are empty."""
-    match = ESTIMATE.fullmatch(cell)
-    if match is None:
-        sys.exit(f"expected a number, or a cell such as -8.1 ± 0.3 % ▲, found {cell!r}")
+    match = parts_of(cell)
     value = "" if match["value"] == "-" else match["value"]
     return [value, match["ci95"] or "", VERDICTS.get(match["sign"], "")]
+
+
+def brief(cell):
+    """A cell as the page shows it, without its interval: `-8.1 ± 0.3 % ▲` becomes `-8.1 ▲`."""
+    match = parts_of(cell)
+    return " ".join(part for part in (match["value"], match["sign"]) if part)
 
 
 def record(name, header, rows):

@@ -4,27 +4,15 @@
 import re
 
 from maxlogdet_tools.pages import table
-from maxlogdet_tools.pictures.quantiles import mean
-from simulated import Experiment, estimate, record
+from simulated import Experiment, brief, estimate, record
 
-VARIANTS = [
-    ("euroc_default", "as above (`map_bias` blocks)"),
-    ("euroc_measurement", "`measurement` blocks"),
-    ("euroc_both", "`measurement_and_map` blocks"),
-    ("euroc_bias", "three times the keyframe errors (0.1 m, 0.6 deg, 3 %)"),
-    ("euroc_scale", "keyframes wrong in scale alone (5 %)"),
-    ("euroc_outliers", "30 % wrong matches"),
-    ("euroc_few", "at most 300 matches a frame"),
-    ("euroc_stochastic", "stochastic greedy, ε = 0.1 (the paper's)"),
-]
-# The parts that the page shows; bench/does_the_paper_hold/results has everything.
-SHOWN_BUDGETS = ["80", "120", "200", "inl", "all_weighted"]
-SHOWN_VARIANTS = ["euroc_default", "euroc_bias", "euroc_scale", "euroc_few", "euroc_stochastic"]
-SHOWN_TIMES = ["quality", "observability", "md", "inl", "all", "all_weighted"]
+VARIANTS = ["euroc_default", "euroc_measurement", "euroc_both", "euroc_bias", "euroc_scale", "euroc_outliers",
+            "euroc_few", "euroc_stochastic"]
+# The parts that the page shows; results has everything.
+SHOWN_BUDGETS = ["80", "200"]
+SHOWN_TIMES = ["observability", "md", "inl", "all"]
 
-# Zhao & Vela's own figures: averages of tables II (RPE in m/s, ROE in deg/s) and III (ATE in m), and table IV (ms).
-PAPER_SEQUENCES = ["MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult", "MH_05_difficult", "V1_01_easy",
-                   "V2_01_easy", "V2_02_medium"]
+# Zhao & Vela's own figures: averages of table II (RPE in m/s, ROE in deg/s), and table IV (ms).
 PAPER_RELATIVE = {
     "quality": (0.047, 0.30),
     "bucket": (0.051, 0.32),
@@ -34,7 +22,6 @@ PAPER_RELATIVE = {
     "inl": (0.059, 0.35),
     "all": (0.061, 0.32),
 }
-PAPER_ABSOLUTE = {"all": 0.31, "inl": 0.27, "quality_md": 0.13}
 PAPER_MS = {
     "quality": ("0.00", "0.35"),
     "bucket": ("0.11", "0.34"),
@@ -46,77 +33,36 @@ PAPER_MS = {
 }
 
 
-def without_percent(cell):
-    return cell.replace(" %", "")
-
-
 def budget_table(budget):
-    rows = []
-    for row in budget.rows("Errors by budget")[1:]:
-        if row[0] in SHOWN_BUDGETS:
-            rows.append([row[0], row[1], *(without_percent(cell) for cell in row[4:])])
-    return table(["features", "median ATE (m) [quartiles]", "ATE against inl (%)", "RPE (%)", "ROE (%)"], rows)
-
-
-def sequences_better(euroc):
-    """{selector: number of sequences in which it is better than `all`, in RPE and in ROE}."""
-    header, *rows = euroc.rows("Relative errors")
-    return dict(zip(header[1:], rows[-3][1:]))
+    rows = [[row[0], *(brief(cell) for cell in row[4:])]
+            for row in budget.rows("Errors by budget")[1:] if row[0] in SHOWN_BUDGETS]
+    return table(["features", *(f"{error} against `inl` (%)" for error in ("ATE", "RPE", "ROE"))], rows)
 
 
 def tracking_table(euroc):
-    claims = euroc.cells("Difference of `md`")
-    better = sequences_better(euroc)
+    """Beside the paper's averages."""
     rows = []
-    for selector, *means in euroc.rows("Means over sequences")[1:]:
-        claimed = [without_percent(claims[selector][e]) if selector in claims else "" for e in ("RPE", "ROE", "ATE")]
-        count = "" if selector == "all" else ", ".join(better[selector].split())
-        rows.append([selector, *(estimate(cell)[0] for cell in means), count, *claimed])
-    return table(["selector", "RPE (m/s)", "ROE (deg/s)", "ATE (m)", "sequences better than all: RPE, ROE",
-                  "md against it: RPE (%)", "ROE (%)", "ATE (%)"], rows)
-
-
-def beside_paper_table(euroc):
-    rows = [r for r in euroc.csv("euroc.csv") if r["sequence"] in PAPER_SEQUENCES]
-    average = lambda s, column: mean(float(r[column]) for r in rows if r["selector"] == s)
-    change = lambda value, reference: f"{100 * (value / reference - 1):+.0f}"
-    lines = []
-    for selector, (rpe, roe) in PAPER_RELATIVE.items():
-        if selector == "all":
-            continue
-        ours = [change(average(selector, c), average("all", c)) for c in ("rpe_m_per_s", "roe_deg_per_s", "ate_m")]
-        papers = [change(rpe, PAPER_RELATIVE["all"][0]), change(roe, PAPER_RELATIVE["all"][1])]
-        ate = PAPER_ABSOLUTE.get(selector)
-        papers.append("-" if ate is None else change(ate, PAPER_ABSOLUTE["all"]))
-        lines.append([selector, *(cell for pair in zip(ours, papers) for cell in pair)])
-    return table(["against all, %", "RPE", "paper", "ROE", "paper", "ATE", "paper"], lines)
+    for other, cells in euroc.cells("Difference of `md`").items():
+        papers = ["-", "-"]
+        if other in PAPER_RELATIVE:
+            papers = [f"{100 * (md / its - 1):.0f}" for md, its in zip(PAPER_RELATIVE["md"], PAPER_RELATIVE[other])]
+        rows.append([f"`{other}`", brief(cells["RPE"]), papers[0], brief(cells["ROE"]), papers[1], brief(cells["ATE"])])
+    return table(["`md` against", "RPE (%)", "RPE in the paper (%)", "ROE (%)", "ROE in the paper (%)", "ATE (%)"], rows)
 
 
 def times_table(timed):
     rows = []
     for selector, cells in timed.cells("wall time").items():
         if selector in SHOWN_TIMES:
-            papers = PAPER_MS.get(selector, ("-", "-"))
-            rows.append([selector, cells["outlier rejection"], cells["selection"], papers[0],
-                         cells["pose optimisation"], papers[1], cells["total"]])
-    return table(["ms a frame", "outlier rejection", "selection", "paper", "pose optimisation", "paper", "total"], rows)
+            rows.append([f"`{selector}`", cells["outlier rejection"], cells["selection"],
+                         PAPER_MS.get(selector, ["-"])[0], cells["pose optimisation"], cells["total"]])
+    return table(["selector", "outlier rejection (ms)", "selection (ms)", "selection in the paper (ms)",
+                  "pose optimisation (ms)", "total (ms)"], rows)
 
 
 def times_rows(timed):
     for row in timed.rows("wall time")[1:]:
         yield [*row, *("" if ms == "-" else ms for ms in PAPER_MS.get(row[0], ("", "")))]
-
-
-def tracking_variants_table(results):
-    lines = []
-    for folder in SHOWN_VARIANTS:
-        cells = Experiment(results, folder).cells("Difference of `md`")
-        found = [f"{cells[rival]['RPE']}, {cells[rival]['ROE']}" for rival in ("all", "all_weighted")]
-        lines.append([dict(VARIANTS)[folder], *(without_percent(cell) for cell in found)])
-    cells = Experiment(results, "euroc_stochastic").cells("Difference of `md`")["observability"]
-    found = ", ".join(f"{error} {cells[error]}" for error in ("RPE", "ROE", "ATE"))
-    return [*table(["md, RPE and ROE (%)", "against all", "against all_weighted"], lines), "",
-            f"With stochastic greedy, as `observability` is searched, md against `observability`: {found}."]
 
 
 def sequence_rows(euroc):
@@ -139,7 +85,7 @@ def mean_rows(euroc):
 
 
 def claim_rows(results):
-    for folder, selectors in [("euroc", ["md", "quality_md"]), *((folder, ["md"]) for folder, _ in VARIANTS)]:
+    for folder, selectors in [("euroc", ["md", "quality_md"]), *((folder, ["md"]) for folder in VARIANTS)]:
         for selector in selectors:
             header, *rows = Experiment(results, folder).rows(f"Difference of `{selector}`")
             for other, *cells in rows:
@@ -177,7 +123,5 @@ def tables(results):
     return {
         "budget": budget_table(Experiment(results, "budget")),
         "euroc": tracking_table(euroc),
-        "euroc_beside_paper": beside_paper_table(euroc),
-        "euroc_variants": tracking_variants_table(results),
         "euroc_times": times_table(Experiment(results, "euroc_time")),
     }
