@@ -27,14 +27,14 @@ class Exact {
     prior_error_ = error_;
   }
 
-  /// What "How far W is from the exact factor" calls f.
+  /// What "The error of the factor" calls f.
   Wide relative_error() const { return error_; }
 
   /// Largest row times largest deviation, omega.
   Wide omega() const { return norm() * std::sqrt(squares_); }
 
-  /// Whether the answer has digits, and long double several more: the section on scales, a thousandth of 1e14, and f
-  /// far from 1/8.
+  /// Whether the answer has digits, and long double several more: omega a thousandth of the 1e14 in "What to know about
+  /// your numbers", and f far from 1/8.
   bool is_tame() const { return error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L; }
 
   /// How far a computed gain may be from the exact one, nats: 1.15 r f from W, 20 u omega from rounding ("Exchanges
