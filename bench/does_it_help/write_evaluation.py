@@ -5,7 +5,6 @@
 Usage: write_evaluation.py RESULTS SET SET    RESULTS: the folder that bench/run does_it_help fills
 """
 
-import math
 import pathlib
 import sys
 
@@ -25,51 +24,45 @@ def row_of(data, selector, budget):
     return next(row for row in data["selectors"] if (row["selector"], row["budget"]) == (selector, budget))
 
 
+def worth(data, budget):
+    """How many random matches the selected ones equal, and the 95 % interval of that number."""
+    row = row_of(data, "md", budget)
+    return f"{row['worth_random']:.0f}", f"{row['worth_random_low']:.0f} to {row['worth_random_high']:.0f}"
+
+
 def worth_table(evaluations):
-    rows = [[f"{budget}", *(f"{row_of(data, 'md', budget)['worth_random']:.0f}" for data in evaluations)]
-            for budget in BUDGETS]
-    return table(["selected (count)", *(f"random, {name} (count)" for name in RECORDINGS)], rows)
-
-
-def widest_interval(evaluations):
-    """How many matches the farthest end of an interval is away from its figure."""
-    rows = [row_of(data, "md", budget) for data in evaluations for budget in BUDGETS]
-    below = [row["worth_random"] - row["worth_random_low"] for row in rows]
-    above = [row["worth_random_high"] - row["worth_random"] for row in rows]
-    return math.ceil(max(below + above))
-
-
-def largest(evaluations, key):
-    return f"{max(data[key] for data in evaluations):.2f}"
+    header = ["selected (count)"]
+    for name in RECORDINGS:
+        header += [f"equal random, {name} (count)", "95 % interval (count)"]
+    return table(header, [[f"{budget}", *(cell for data in evaluations for cell in worth(data, budget))]
+                          for budget in BUDGETS])
 
 
 def section(sets):
     evaluations = list(sets.values())
-    first, second = (f"`{name}`, with {data['inliers']:.0f} inliers a frame" for name, data in sets.items())
+    first, second = (f"`{name}` ({data['frames']} frames with {data['inliers']:.0f} inliers each)"
+                     for name, data in sets.items())
+    among_all, among_selected = ([f"{data[key]:.2f}" for data in evaluations]
+                                 for key in ("cell_correlation", "cell_correlation_selected"))
     return [
         *paragraph(f"The first recording is {first}, the second {second}.",
-                   "The table shows how many random matches give a pose as near to the pose of all inliers as the",
-                   "selected matches do."),
+                   "The table shows how many random matches have the same error as the selected ones."),
         "", *worth_table(evaluations), "",
-        *paragraph(f"95 % intervals reach at most {widest_interval(evaluations)} matches above or below these figures.",
-                   "Errors of neighbouring matches are correlated by at most",
-                   f"{largest(evaluations, 'cell_correlation')}, those of selected neighbours by at most",
-                   f"{largest(evaluations, 'cell_correlation_selected')}."),
+        *paragraph("Residuals of neighbouring inliers have correlations of",
+                   f"{' and '.join(among_all)}, those of neighbouring selected matches",
+                   f"{' and '.join(among_selected)}."),
     ]
 
 
-def interval(row):
-    return f"{row['worth_random_low']:.0f} to {row['worth_random_high']:.0f}"
-
-
 def sentences(sets):
-    first, second = (row_of(data, "md", USUAL) for data in sets.values())
+    first, second = sets.values()
+    (at_first, interval_at_first), (at_second, interval_at_second) = worth(first, USUAL), worth(second, USUAL)
     return paragraph(
-        f"**With ORB-SLAM2, the camera pose from {USUAL} selected matches is as good as the pose from",
-        f"{first['worth_random']:.0f} random matches on one recording,",
-        f"and from {second['worth_random']:.0f} on another.**",
-        "A good pose is near the pose of all inliers.",
-        f"The 95 % intervals are {interval(first)} and {interval(second)} random matches.")
+        f"How near is the pose of {USUAL} selected matches to the pose of all correct matches (*inliers*)?",
+        f"In a recording of ORB-SLAM2 with {first['inliers']:.0f} inliers a frame, it is as near as the pose of",
+        f"{at_first} random matches (95 % interval {interval_at_first}).",
+        f"In a second recording, with {second['inliers']:.0f} inliers a frame, it is as near as the pose of",
+        f"{at_second} random matches ({interval_at_second}).")
 
 
 def main():
