@@ -58,11 +58,11 @@ def sentences(sets):
     first, second = sets.values()
     (at_first, interval_at_first), (at_second, interval_at_second) = worth(first, USUAL), worth(second, USUAL)
     return paragraph(
-        f"How near is the pose of {USUAL} selected matches to the pose of all correct matches (*inliers*)?",
-        f"In a recording of ORB-SLAM2 with {first['inliers']:.0f} inliers a frame, it is as near as the pose of",
-        f"{at_first} random matches (95 % interval {interval_at_first}).",
-        f"In a second recording, with {second['inliers']:.0f} inliers a frame, it is as near as the pose of",
-        f"{at_second} random matches ({interval_at_second}).")
+        f"**In ORB-SLAM2, {USUAL} selected matches give as good a pose as {at_first} ({interval_at_first}) random ones in one",
+        f"recording, and as {at_second} ({interval_at_second}) in another.**",
+        "As good means: as near to the pose of all correct matches (*inliers*), of which a frame has",
+        f"{first['inliers']:.0f} in the first recording and {second['inliers']:.0f} in the second.",
+        "The ranges in brackets are 95 % intervals.")
 
 
 def main():
