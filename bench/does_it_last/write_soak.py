@@ -36,8 +36,7 @@ def record_rows(result):
 
 def phase_rows(phases):
     """A row per count, a column per phase."""
-    counts = {"allocations in `select()`, count": "allocations_in_select", "malformed answers, count": "malformed",
-              "page faults that read from disk, count": "major_faults"}  # fmt: skip
+    counts = {"allocations in `select()`, count": "allocations_in_select", "malformed answers, count": "malformed"}
     for label, key in counts.items():
         yield [label, *(f"{phase[key]}" for phase in phases)]
     yield ["growth of memory after the first tenth, KiB", *(f"{grown_kib(phase)}" for phase in phases)]
