@@ -36,13 +36,12 @@ def record_rows(result):
 
 def phase_rows(phases):
     """A row per count, a column per phase."""
-    counts = {"allocations in `select()`, count": "allocations_in_select", "malformed answers, count": "malformed",
-              "major page faults, count": "major_faults"}  # fmt: skip
+    counts = {"allocations in `select()`, count": "allocations_in_select", "malformed answers, count": "malformed"}
     for label, key in counts.items():
         yield [label, *(f"{phase[key]}" for phase in phases)]
-    yield ["growth after the first tenth, KiB", *(f"{grown_kib(phase)}" for phase in phases)]
+    yield ["growth of memory after the first tenth, KiB", *(f"{grown_kib(phase)}" for phase in phases)]
     frames = [next(latency for latency in phase["latency"] if latency["class"] == FRAME) for phase in phases]
-    for label, key in {"median": "p50_us", "99 %": "p99_us", "maximum": "max_us"}.items():
+    for label, key in {"median": "p50_us", "99th percentile": "p99_us", "maximum": "max_us"}.items():
         yield [f"{FRAME}, {label}, µs", *(microseconds(frame[key]) for frame in frames)]
 
 
@@ -53,9 +52,9 @@ def grown_kib(phase):
 def lines_of(result):
     phases = result["phases"]
     reason = result["mlockall"]
-    locked = [] if reason == "permitted" else ["", f"This machine does not permit mlockall: {reason}."]
-    return [*table([f"{result['selections']} selections", *(phase["phase"] for phase in phases)], phase_rows(phases)),
-            *locked]  # fmt: skip
+    locked = [] if reason == "permitted" else ["", f"This machine does not permit `mlockall`: {reason}."]
+    header = ["result", *(f"{phase['selections']} selections, {phase['phase']}" for phase in phases)]
+    return [*table(header, phase_rows(phases)), *locked]
 
 
 def line_of(result):

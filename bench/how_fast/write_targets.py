@@ -57,10 +57,11 @@ def strategy_cases(results):
     yield "`stochastic_greedy`, ε = 0.1", "µs", 15, False, [median(stochastic(results.widest))]
     yield ("Eigen ÷ `stochastic_greedy`, ε = 0.1", "ratio", 2.5, True,
            of_isas(lambda isa: ratio(find("eigen_stochastic"), stochastic(isa))))  # fmt: skip
-    yield "blocks and selection together", "µs", 30, False, [median(results.find_append("points_to_indices", "none"))]
+    both = median(results.find_append("points_to_indices", "none"))
+    yield "blocks and selection together, 2 rows", "µs", 30, False, [both]
     many = find("lazy_greedy", kind="many_calls")
     spread = math.nan if many is None else many["p99_us"] / many["median_us"]
-    yield "99th percentile ÷ median", "ratio", 2, False, [spread]
+    yield "`lazy_greedy`, 99th percentile ÷ median", "ratio", 2, False, [spread]
     slower = ratio(*(find(method, family="equal_gains") for method in ("lazy_greedy", "greedy")))
     yield "`lazy_greedy` ÷ `greedy`, equal gains", "ratio", 1.3, False, [slower]
 
@@ -72,11 +73,11 @@ def thread_cases(results):
     for method, n, k, limit in (("greedy", "20000", "100", 1.7), ("lazy_greedy", "100000", "200", 1.5),
                                 ("relaxed", "100000", "200", 1.8)):  # fmt: skip
         one, several = (thread_results.find(results, "threads", method, count, n, k) for count in (1, threads))
-        yield f"{threads} threads, `{method}`, n = {n}: speed-up", "ratio", limit, True, [ratio(one, several)]
+        yield f"1 thread ÷ {threads} threads, `{method}`, n = {n}", "ratio", limit, True, [ratio(one, several)]
     side_by_side = thread_results.side_by_side(results)
-    yield f"throughput of {threads} selectors ÷ of one", "ratio", 0.95 * threads, True, [side_by_side]
+    yield f"throughput of {threads} selectors ÷ throughput of one", "ratio", 0.95 * threads, True, [side_by_side]
     slowest, _ = thread_results.chosen_costs(results)[-1]
-    yield "`threads = 0` ÷ 1, n ≤ 5000, slowest", "ratio", 1.03, False, [slowest]
+    yield "`threads = 0` ÷ `threads = 1`, n ≤ 5000, slowest", "ratio", 1.03, False, [slowest]
 
 
 def kernel_case():
