@@ -18,6 +18,7 @@ COMMAND = "does_it_help"
 RECORDINGS = ["first recording", "second recording"]
 BUDGETS = [30, 100, 200]
 USUAL = 100
+NOISE_BUDGET = 100  # of EvaluationOptions
 
 
 def row_of(data, selector, budget):
@@ -33,24 +34,25 @@ def worth(data, budget):
 def worth_table(evaluations):
     header = ["selected (count)"]
     for name in RECORDINGS:
-        header += [f"equal random, {name} (count)", "95 % interval (count)"]
+        header += [f"random, {name} (count)", f"95 % interval, {name} (count)"]
     return table(header, [[f"{budget}", *(cell for data in evaluations for cell in worth(data, budget))]
                           for budget in BUDGETS])
 
 
 def section(sets):
     evaluations = list(sets.values())
-    first, second = (f"`{name}` ({data['frames']} frames with {data['inliers']:.0f} inliers each)"
+    first, second = (f"`{name}`, has {data['frames']} frames with {data['inliers']:.0f} inliers on average."
                      for name, data in sets.items())
     among_all, among_selected = ([f"{data[key]:.2f}" for data in evaluations]
                                  for key in ("cell_correlation", "cell_correlation_selected"))
     return [
-        *paragraph(f"The first recording is {first}, the second {second}.",
-                   "The table shows how many random matches have the same error as the selected ones."),
+        *paragraph(f"The first recording, {first} The second, {second}",
+                   "The table shows how many random matches are as good as the selected ones."),
         "", *worth_table(evaluations), "",
-        *paragraph("Residuals of neighbouring inliers have correlations of",
-                   f"{' and '.join(among_all)}, those of neighbouring selected matches",
-                   f"{' and '.join(among_selected)}."),
+        *paragraph("Residuals of neighbouring inliers have a correlation of",
+                   f"{among_all[0]} in the first recording and {among_all[1]} in the second.",
+                   f"Among {NOISE_BUDGET} selected inliers it is",
+                   f"{among_selected[0]} in the first and {among_selected[1]} in the second."),
     ]
 
 
@@ -58,11 +60,11 @@ def sentences(sets):
     first, second = sets.values()
     (at_first, interval_at_first), (at_second, interval_at_second) = worth(first, USUAL), worth(second, USUAL)
     return paragraph(
-        f"**In ORB-SLAM2, {USUAL} selected matches give as good a pose as {at_first} ({interval_at_first}) random ones in one",
-        f"recording, and as {at_second} ({interval_at_second}) in another.**",
-        "As good means: as near to the pose of all correct matches (*inliers*), of which a frame has",
-        f"{first['inliers']:.0f} in the first recording and {second['inliers']:.0f} in the second.",
-        "The ranges in brackets are 95 % intervals.")
+        f"In a recording of ORB-SLAM2 with {first['inliers']:.0f} correct matches (*inliers*) a frame,",
+        f"{USUAL} selected matches were as good as {at_first} random ones (95 % interval {interval_at_first}).",
+        f"In a second recording, with {second['inliers']:.0f} inliers a frame, they were as good as {at_second}",
+        f"({interval_at_second}).",
+        "As good means: the median distance to the pose of all inliers, times the median angle to it, is the same.")
 
 
 def main():
