@@ -60,11 +60,11 @@ def sentences(sets):
     first, second = sets.values()
     (at_first, interval_at_first), (at_second, interval_at_second) = worth(first, USUAL), worth(second, USUAL)
     return paragraph(
-        f"In a recording of ORB-SLAM2 with {first['inliers']:.0f} correct matches (*inliers*) a frame,",
-        f"{USUAL} selected matches were as good as {at_first} random ones (95 % interval {interval_at_first}).",
-        f"In a second recording, with {second['inliers']:.0f} inliers a frame, they were as good as {at_second}",
-        f"({interval_at_second}).",
-        "As good means: the median distance to the pose of all inliers, times the median angle to it, is the same.")
+        f"**In ORB-SLAM2, {USUAL} selected matches were as good as {at_first} random ones in one recording (95 % interval",
+        f"{interval_at_first}), and as {at_second} in another ({interval_at_second}).**",
+        f"A frame has {first['inliers']:.0f} correct matches (*inliers*) in the first recording and {second['inliers']:.0f}",
+        "in the second. As good means that the pose is as near to the pose computed from all inliers, in the median position",
+        "times the median angle.")
 
 
 def main():
