@@ -38,9 +38,9 @@ def plan(results):
     return paragraph(
         "**Keep the default strategy, `lazy_greedy`. To select 100 of 465 matches, plan for",
         f"{median[0]} µs per monocular frame and {median[1]} µs per stereo frame.** To select 200, plan for",
-        f"{median_of_200[0]} µs (monocular) or {median_of_200[1]} µs (stereo). These are medians with cold caches. The",
-        "stereo matches have given covariances of their map points. When selecting 100 matches, one call in a hundred",
-        f"took longer than {percentile[0]} µs (monocular) or {percentile[1]} µs (stereo). At 30 frames a second, a",
+        f"{median_of_200[0]} µs (monocular) or {median_of_200[1]} µs (stereo). These are medians with cold caches.",
+        "The stereo matches have given covariances of their map points. When selecting 100 matches, one call in a",
+        f"hundred took longer than {percentile[0]} µs (monocular) or {percentile[1]} µs (stereo). At 30 frames a second, a",
         "tracker has 33 000 µs for a frame.",
     )
 
@@ -62,14 +62,16 @@ def frames(results):
         *table(["matches", "caches", "blocks, median, µs", "selection, median, µs", "both, median, µs",
                 "both, 99th percentile, µs"], rows),
         "",
-        *paragraph(f"Each hot median is of at least {least['hot']} calls, each cold median of at least {least['cold']}."),
+        *paragraph(f"Each hot median is of at least {least['hot']} calls, each cold median of at least",
+                   f"{least['cold']}."),
     ]  # fmt: skip
 
 
 def against_eigen(results):
     rows = []
     for blocks, n in itertools.product(SHOWN, ("200", "465", "1000", "2000")):
-        eigen, ours = (us(find(results, method, blocks, n, "cold")) for method in ("eigen_lazy_scan", "blocks_and_select"))
+        median = lambda method: us(find(results, method, blocks, n, "cold"))
+        eigen, ours = median("eigen_lazy_scan"), median("blocks_and_select")
         rows.append([KINDS[blocks], n, eigen, ours, printed_ratio(eigen, ours)])
     return table(["matches", "n", "Eigen: selection alone, median, µs", "maxlogdet: blocks and selection, median, µs",
                   "Eigen ÷ maxlogdet (ratio)"], rows)  # fmt: skip
@@ -98,8 +100,8 @@ def details(results):
     slots = worst([times_dense(results, "blocks_and_select", blocks, "377", "2005", caches)
                    for blocks, caches in itertools.product(SHOWN, CACHES)])  # fmt: skip
     return paragraph(
-        "Pass only keypoints that have a map point. With 1628 other keypoints, marked as not usable, 377 matches took up",
-        f"to {slots} times as long as alone. With a motion prior (standard deviations 5 cm and 0.01 rad),",
+        "Pass only keypoints that have a map point. With 1628 other keypoints, marked as not usable, 377 matches took",
+        f"up to {slots} times as long as alone. With a motion prior (standard deviations 5 cm and 0.01 rad),",
         f"`select` took {change('hot', results)} and {change('cold', results)} than without, on stereo frames without",
         "covariances.",
     )
@@ -118,8 +120,8 @@ def active(results):
         *table(["n", "found, % of proposals", "`select`, median, µs", "one by one, median, µs",
                 "batches of 8, median, µs", "batches of 32, median, µs"], rows),
         "",
-        *paragraph(f"Compared with proposals one by one, log det is lower by at most {most['8']} nats with batches of 8,",
-                   f"and by at most {most['32']} nats with batches of 32."),
+        *paragraph(f"Compared with proposals one by one, log det is lower by at most {most['8']} nats with batches of",
+                   f"8, and by at most {most['32']} nats with batches of 32."),
     ]  # fmt: skip
 
 
@@ -131,8 +133,8 @@ def readme(results):
         rows.append([KINDS[blocks], caches, us(both), us(both, "p99_us"), eigen, printed_ratio(eigen, us(both))])
     return [
         *paragraph(
-            "The library selects 100 of 465 matches of a simulated frame. *Hot* calls follow other calls. Before a *cold*",
-            "call, other work has filled the caches, as in a tracker. Plan with the cold rows",
+            "The library selects 100 of 465 matches of a simulated frame. *Hot* calls follow other calls. Before a",
+            "*cold* call, other work has filled the caches, as in a tracker. Plan with the cold rows",
             "([details](docs/performance.md#in-a-tracker)). *Eigen* is the same selection, written with Eigen by us,",
             "without the time for Jacobians, which maxlogdet's time includes. Covariances of map points are given.",
             "Computing them is not in these times.",
