@@ -18,7 +18,6 @@ STYLES = {
     "greedy": (Colour.BLUE, "dt 1 pt 5"),
     "lazy_greedy": (Colour.VERMILION, "dt 1 pt 7"),
     "stochastic_greedy": (Colour.GREEN, "dt 1 pt 9"),
-    "relaxed": (Colour.PURPLE, "dt 1 pt 11"),
     "eigen_exact": (Colour.SKY_BLUE, "dt 2 pt 4"),
     "eigen_exact_batched": (Colour.SKY_BLUE, "dt 3 pt 12"),
     "eigen_lazy": (Colour.ORANGE, "dt 2 pt 6"),
