@@ -106,6 +106,11 @@ def ratio(slow, fast):
     return slow["median_us"] / fast["median_us"]
 
 
+def printed_ratio(slow, fast):
+    """The ratio of two times as us() writes them, so that a reader who divides finds the same."""
+    return "–" if "–" in (slow, fast) else times(float(slow) / float(fast))
+
+
 def fastest(rows):
     rows = [row for row in rows if row is not None]
     return min(rows, key=lambda row: row["median_us"]) if rows else None
@@ -120,7 +125,7 @@ def us(row, counter="median_us"):
 
 
 def lost(row):
-    """The loss of log det to exact greedy."""
+    """The loss: the log det of exact greedy minus that of this row."""
     return "–" if row is None else f"{round(-row['delta_nats'], 3) + 0.0:.3f}"
 
 

@@ -12,7 +12,7 @@ import thread_results
 from maxlogdet_tools.pages import paragraph, rewrite, table
 from maxlogdet_tools.project import ROOT
 from maxlogdet_tools.runs import stamp
-from results import EIGEN, EPSILONS, ISAS, STRATEGIES, Results, fastest, lost, ratio, times, us
+from results import EIGEN, EPSILONS, ISAS, STRATEGIES, Results, fastest, lost, printed_ratio, ratio, times, us
 
 PERFORMANCE = ROOT / "docs/performance.md"
 THREADING = ROOT / "docs/threading.md"
@@ -61,12 +61,12 @@ def strategy_rows(results):
         ours, eigen = results.find(method, **where), fastest_eigen(results, method, **where)
         if ours is not None:
             name = f"`{method}`" + (f", ε = {epsilon}" if epsilon else "")
-            yield [name, us(eigen), us(ours), times(ratio(eigen, ours)), lost(ours)]
+            yield [name, us(eigen), us(ours), printed_ratio(us(eigen), us(ours)), lost(ours)]
 
 
 def strategies(results):
-    header = ["strategy", "the same search in Eigen, median, µs", "maxlogdet, median, µs", "times as fast (ratio)",
-              "lost on average, nats"]  # fmt: skip
+    header = ["strategy", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)",
+              "loss, mean, nats"]  # fmt: skip
     return table(header, strategy_rows(results))
 
 
@@ -77,8 +77,8 @@ POINTS = [  # label, what differs from the base point
     ("blocks of three rows", {"blocks": "3_rows"}),
     ("weighting `measurement`", {"blocks": "2_rows_measurement"}),
     *((ISAS[isa], {"isa": isa}) for isa in ("sse2", "avx2")),
-    ("other frame: nearly equal gains", {"family": "nearly_equal_gains"}),
-    ("other frames: recorded, n about 300", {"family": "real_frames", "n": "all"}),
+    ("frame with nearly equal gains", {"family": "nearly_equal_gains"}),
+    ("recorded frames, n about 300", {"family": "real_frames", "n": "all"}),
 ]
 
 
@@ -86,12 +86,12 @@ def setting_rows(results):
     for label, where in POINTS:
         ours, eigen = results.find("lazy_greedy", **where), fastest_eigen(results, "lazy_greedy", **where)
         if ours is not None:
-            yield [label, us(eigen), us(ours), times(ratio(eigen, ours))]
+            yield [label, us(eigen), us(ours), printed_ratio(us(eigen), us(ours))]
 
 
 def settings(results):
-    return table(["setting", "lazy greedy in Eigen, median, µs", "`lazy_greedy`, median, µs", "times as fast (ratio)"],
-                 setting_rows(results))  # fmt: skip
+    header = ["setting", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)"]
+    return table(header, setting_rows(results))
 
 
 # docs/threading.md: the gain of several threads.
