@@ -63,8 +63,8 @@ def sentences(sets):
         f"**In ORB-SLAM2, {USUAL} selected matches were as good as {at_first} random ones in one recording (95 % interval",
         f"{interval_at_first}), and as {at_second} in another ({interval_at_second}).**",
         f"A frame has {first['inliers']:.0f} correct matches (*inliers*) in the first recording and {second['inliers']:.0f}",
-        "in the second. As good means that the pose is as near to the pose computed from all inliers, in the median position",
-        "times the median angle.")
+        "in the second. As good means that the pose is as near to the pose computed from all inliers. Nearness is measured by",
+        "the median distance between the two positions, times the median angle between the two rotations.")
 
 
 def main():
