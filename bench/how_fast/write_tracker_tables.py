@@ -39,7 +39,7 @@ def plan(results):
         "**Keep the default strategy, `lazy_greedy`. To select 100 of 465 matches, plan for",
         f"{median[0]} µs per monocular frame and {median[1]} µs per stereo frame.** To select 200, plan for",
         f"{median_of_200[0]} µs (monocular) or {median_of_200[1]} µs (stereo). These are medians with cold caches.",
-        "The stereo matches have given covariances of their map points. When selecting 100 matches, one call in a",
+        "The covariances of the map points of stereo matches are given. When selecting 100 matches, one call in a",
         f"hundred took longer than {percentile[0]} µs (monocular) or {percentile[1]} µs (stereo). At 30 frames a second, a",
         "tracker has 33 000 µs for a frame.",
     )
@@ -135,9 +135,9 @@ def readme(results):
         *paragraph(
             "The library selects 100 of 465 matches of a simulated frame. *Hot* calls follow other calls. Before a",
             "*cold* call, other work has filled the caches, as in a tracker. Plan with the cold rows",
-            "([details](docs/performance.md#in-a-tracker)). *Eigen* is the same selection, written with Eigen by us,",
-            "without the time for Jacobians, which maxlogdet's time includes. Covariances of map points are given.",
-            "Computing them is not in these times.",
+            "([details](docs/performance.md#in-a-tracker)). *Eigen* is the same selection, which we wrote with Eigen.",
+            "Computing the Jacobians is in the times of maxlogdet, and not in those of Eigen. The covariances of map",
+            "points are given, and computing them is in neither.",
         ),
         "",
         *table(["matches", "caches", "maxlogdet, median, µs", "maxlogdet, 99th percentile, µs", "Eigen, median, µs",
