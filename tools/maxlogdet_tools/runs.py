@@ -15,6 +15,7 @@ from maxlogdet_tools.pages import rewrite
 from maxlogdet_tools.project import ROOT, cpu_model
 
 LIBRARY = ["include", "kernel", "simd", "threading"]
+CODE = r"-G^[[:space:]]*[^[:space:]/]"  # of git: a line that is not only a comment has changed
 LINE = re.compile(r"Written by `(?P<command>[^`]+)`: library (?P<library>\S+), ")
 
 
@@ -27,9 +28,9 @@ def output_of(*command):
 
 
 def library_state():
-    """The last commit that changed the library, with a + and a hash of what has changed since, if anything has."""
-    commit = output_of("git", "log", "-1", "--format=%h", "--abbrev=8", "--", *LIBRARY) or "unknown"
-    changes = output_of("git", "diff", "HEAD", "--", *LIBRARY)
+    """The last commit that changed code of the library, with a + and a hash of what has changed since, if code has."""
+    commit = output_of("git", "log", "-1", "--format=%h", "--abbrev=8", CODE, "--", *LIBRARY) or "unknown"
+    changes = output_of("git", "diff", "HEAD", CODE, "--", *LIBRARY)
     return commit + (f"+{hashlib.sha1(changes.encode()).hexdigest()[:6]}" if changes else "")
 
 
