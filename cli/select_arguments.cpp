@@ -80,10 +80,9 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
       ->check(CLI::Range(std::int64_t{1}, max_count))
       ->capture_default_str();
   command.add_flag("--json", arguments.as_json, "One JSON object for each frame, in a line");
-  command.add_option(
-      "--plot-data", arguments.plot_data,
-      "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw "
-      "of the sources draws it");
+  command.add_option("--plot-data", arguments.plot_data,
+                     "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw "
+                     "of the sources draws it");
 }
 
 // Refuses options without effect.
