@@ -8,6 +8,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <algorithm>
 #include <iterator>
 #include <stdexcept>
 #include <vector>
@@ -24,7 +25,7 @@ struct FullRound::State {
   std::vector<float> relative_gains = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size + simd::tile_size);
   std::vector<unsigned char> in_each = std::vector<unsigned char>(candidates / simd::tile_size, simd::tile_size);
-  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size + simd::tile_size, 1.0F);
+  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size + simd::tile_size, -1.0F);
   std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size + simd::tile_size);
 };
 
@@ -39,6 +40,7 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   options.weighting = Weighting::map_bias;
   if (rows == 3) options.depth_cue = DepthCue::stereo;
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
+  std::fill_n(state_->bounds.begin(), candidates / simd::tile_size, 1.0F);  // of the tiles; -1 beyond the last
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
     double h[max_block_rows][state_dimension];
