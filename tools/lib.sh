@@ -43,6 +43,11 @@ configure_release() {
     -DMAXLOGDET_BUILD_PYTHON=OFF "$@"
 }
 
+# build_benchmarks FOLDER TARGET...: the release build that all rooms of bench/ with programs of their own share.
+build_benchmarks() {
+  configure_release "$1" -DMAXLOGDET_BUILD_TESTS=ON -DMAXLOGDET_BUILD_BENCHMARKS=ON && cmake --build "$1" --target "${@:2}"
+}
+
 # same_library FOLDER: results there that are of another state of the library are removed, so that no page mixes states; with
 # --tables-only as second argument they are kept, and the script ends.
 same_library() {
