@@ -56,9 +56,11 @@ class FrameRecorder {
   /// Adds a match, also one behind the camera. Returns false, and leaves it out, if a number of it is not finite
   /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or there is no camera of its camera_id.
   bool add(const FeatureMatch& match, bool is_selected, double descriptor_distance = 0) noexcept;
-  /// Writes the file of the frame. Returns whether it was written. If that fails, for example because the disk is full,
-  /// no part of the file stays.
+  /// Writes the file of the frame, if it has a match. Returns whether it was written. If that fails, for example
+  /// because the disk is full, no part of the file stays.
   bool finish() noexcept;
+  /// Leaves a frame out, and says why in one line on stderr, for the first such frame of a recording.
+  void skip(const char* why) noexcept;
 
  private:
   void put_cameras(const Camera* cameras);
@@ -72,9 +74,11 @@ class FrameRecorder {
   std::string text_;     // of the frame
   FrameDetails details_;
   std::size_t camera_count_ = 0;
+  std::size_t row_count_ = 0;  // of matches
   bool is_rig_ = false;
   bool is_open_ = false;
   bool is_started_ = false;
+  bool has_skipped_ = false;
   unsigned number_ = 0;  // of the frame
 };
 

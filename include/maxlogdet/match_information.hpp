@@ -37,8 +37,6 @@ struct MatchNoise {
   double map_sigma = 0;                 ///< m: without a covariance Sigma_p is map_sigma^2 I; 0: none
   DepthCue depth_cue = DepthCue::none;  ///< what this match has measured besides u and v
   double depth_sigma = 0.05;            ///< standard deviation of a depth, m
-  const double* jacobian = nullptr;     ///< d (u, v) / d p_c, 2 x 3 row-major, px per m; nullptr: the
-                                        ///< camera's
 };
 
 /// The number of rows of a residual: 2, or 3 with a depth cue.

@@ -12,24 +12,15 @@ class CounterRandom {
   explicit CounterRandom(std::uint64_t seed) noexcept : key_(mix(seed + increment)) {}
 
   /// The next 64 bits.
-  std::uint64_t bits() noexcept { return bits_at(key_, ++counter_); }
+  std::uint64_t bits() noexcept { return mix(key_ + increment * ++counter_); }
 
   /// Uniform in [0, range), range >= 1; the bias is below range / 2^32.
-  std::uint32_t below(std::uint32_t range) noexcept { return below_at(key_, ++counter_, range); }
-
-  /// What below(range) gives as draw `counter`, from 1 on, of the generator with this key.
-  static std::uint32_t below_at(std::uint64_t key, std::uint64_t counter, std::uint32_t range) noexcept {
-    return static_cast<std::uint32_t>(((bits_at(key, counter) >> 32) * range) >> 32);
+  std::uint32_t below(std::uint32_t range) noexcept {
+    return static_cast<std::uint32_t>(((bits() >> 32) * range) >> 32);
   }
-
-  std::uint64_t key() const noexcept { return key_; }
 
  private:
   static constexpr std::uint64_t increment = 0x9E3779B97F4A7C15u;
-
-  static std::uint64_t bits_at(std::uint64_t key, std::uint64_t counter) noexcept {
-    return mix(key + increment * counter);
-  }
 
   static std::uint64_t mix(std::uint64_t z) noexcept {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
