@@ -96,7 +96,6 @@ class Search {
   void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(answer_.factor()); }
   double log_det() const noexcept;
   void mark_open(unsigned char* flags) noexcept;
-  InformationFactor expected() noexcept;
 
   SearchMemory& memory_;
   Candidates candidates_;
