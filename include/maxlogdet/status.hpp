@@ -14,7 +14,7 @@ enum class Status {
   error,             ///< Error says why
 };
 
-/// X(name, what is wrong) for each error. The names, the C API, the Python module and the tests use this list.
+/// X(name, what is wrong) for each error. The names, the Python module and the tests use this list.
 #define MAXLOGDET_ERRORS(X)                                                                                           \
   X(none, "nothing is wrong")                                                                                         \
   X(capacity_exceeded, "more candidates than the selector's capacity")                                                \
