@@ -21,7 +21,6 @@
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/point_covariance.hpp>
-#include <maxlogdet/select.hpp>
 #include <maxlogdet/selection.hpp>
 #include <maxlogdet/selector.hpp>
 #include <maxlogdet/version.hpp>
