@@ -62,13 +62,6 @@ void select(const Frame& frame, maxlogdet::BlockStore& blocks) {
   cells.limit(options);  // at most one of each
   const maxlogdet::Selection selection = selector.select(blocks, options);
   expect(selection.status == maxlogdet::Status::ok && selection.size == 100, "a selection");
-
-  // The same by one call, for scripts; without prior and cells.
-  const maxlogdet::SelectedMatches of_script = maxlogdet::select(frame.camera, frame.T_cw, frame.points, 100);
-  blocks.clear();
-  append_blocks(frame.camera, frame.T_cw, frame.points, maxlogdet::Matches(), maxlogdet::BlockOptions(), blocks);
-  const maxlogdet::Selection plain = selector.select(blocks, 100);
-  expect(of_script.size() == plain.size && std::equal(plain.begin(), plain.end(), of_script.begin()), "one call");
 }
 
 // One by one, all accepted: lazy greedy.

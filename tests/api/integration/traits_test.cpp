@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Poses and points of Eigen, Sophus, OpenCV and trackers of their own, as PoseTraits and PointTraits read them.
+// Poses and points of Eigen, Sophus, OpenCV and trackers of their own, as PoseTraits and PointTraits read them. And
+// what must not compile.
 #include "tests/api/integration/sophus_stand_in.hpp"
 #include "tests/support/random_isometry.hpp"
 #include "tests/support/support.hpp"
 
+#include <maxlogdet/active_selection.hpp>
+#include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/opencv.hpp>
+#include <maxlogdet/options.hpp>
+#include <maxlogdet/selector.hpp>
 #include <maxlogdet/sophus.hpp>
 
 #include <array>
@@ -200,6 +205,22 @@ static_assert(!is_pose<const double*> && !is_pose<const double (&)[16]>, "their 
 static_assert(is_pose<std::nullptr_t>);
 static_assert(!is_point<Opaque> && !is_point<double> && !is_point<const Eigen::Vector3d*>);
 static_assert(!std::is_constructible<Pixel, cv::Matx33d>::value);
+
+// A view of an object that ends with the statement does not compile.
+template <class Taken, class = void>
+struct CanSelect : std::false_type {};
+template <class Taken>
+struct CanSelect<Taken, decltype(static_cast<void>(std::declval<Taken>().select(std::declval<const BlockStore&>(),
+                                                                                Options())))> : std::true_type {};
+template <class Taken, class = void>
+struct HasSelection : std::false_type {};
+template <class Taken>
+struct HasSelection<Taken, decltype(static_cast<void>(std::declval<Taken>().selection()))> : std::true_type {};
+
+static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selector(10).select(...) would dangle");
+static_assert(HasSelection<ActiveSelection&>::value && HasSelection<const ActiveSelection&>::value &&
+                  !HasSelection<ActiveSelection>::value && !HasSelection<const ActiveSelection>::value,
+              "a temporary ActiveSelection's selection() would dangle");
 
 }  // namespace
 
