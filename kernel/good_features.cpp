@@ -117,7 +117,7 @@ GoodFeatures::State::State(std::size_t capacity, Executor* executor)
 
 void GoodFeatures::State::start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept {
   cameras = seen_by;
-  camera_count = count;
+  camera_count = seen_by == nullptr ? 0 : count;
   T_bw = pose;
   added = size = usable_count = judged = 0;
   depth_cue = DepthCue::none;
@@ -135,10 +135,9 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
   matches[i] = match;
   sigmas[i] = match.sigma;
   camera_ids[i] = match.camera_id;
-  is_usable[i] = all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma) &&
-                         match.camera_id < camera_count
-                     ? 1
-                     : 0;
+  const bool has_camera = match.camera_id < camera_count || camera_count == 0;  // none: an error of the frame
+  const bool is_sound = all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma);
+  is_usable[i] = is_sound && has_camera ? 1 : 0;
   has_depth_cue[i] = 0;
   if (match.covariance != nullptr) {
     double* const copy = &covariances[9 * i];
@@ -289,6 +288,7 @@ void GoodFeatures::State::select_usable(Error why) noexcept {
 // z - h(T_bw, p_w); false where the point has no image.
 bool GoodFeatures::State::residual_of(std::size_t i, const RigidTransform& pose, double (&e)[3]) const noexcept {
   const FeatureMatch& match = matches[i];
+  if (match.camera_id >= camera_count) return false;
   const Camera& camera = cameras[match.camera_id];
   double p_b[3], p_c[3], uv[2];
   pose.transform(match.point, p_b);
