@@ -42,30 +42,18 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
     EXPECT_GT(outliers, 20);
     EXPECT_LT(outliers, 145);
   };
-  for_frames_of_all_kinds(trials(60), 200, judge, false);
+  for_frames_of_all_kinds(trials(60), 200, judge);
 }
 
-TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
-  FeatureKind kind;
-  kind.has_jacobians = true;
-  Gathered it(100, kind);
-  ASSERT_EQ(it.good.select(with_budget(50)).status, Status::ok);
-  EXPECT_EQ(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
-  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(std::isnan(it.good.chi2(i)) && !it.good.is_outlier(i)) << i;
-}
-
-// d h / d p_c by differences of image_of, or the caller's.
+// d h / d p_c by differences of image_of.
 WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVector3& p) {
-  const Camera& camera = frame.rig_cameras[frame.camera_of_match(i)].camera;
+  const Camera& camera = frame.cameras[frame.camera_of_match(i)];
   const bool is_depth = frame.kind.depth_cue == DepthCue::depth;
   const long double step = 1e-7L * p.norm();
   WideMatrix J(3, 3);
   for (int d = 0; d < 3; ++d) {
     const WideVector3 by = step * WideVector3::Unit(d);
     J.col(d).head<2>() = (image_of(camera, p + by) - image_of(camera, p - by)) / (2 * step);
-    for (int a = 0; frame.kind.has_jacobians && a < 2; ++a) {
-      J(a, d) = frame.jacobians[6 * i + static_cast<std::size_t>(3 * a + d)];
-    }
     const long double of_depth = d == 2 ? 1 : 0;
     J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
   }
@@ -134,7 +122,7 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
     EXPECT_EQ(match_whitening(good, i, omega), !is_behind && i < 100) << i;
   }
   EXPECT_GT(behind, 0U);
-  good.start(Rig(), rows_of(frame.T_cw));
+  good.start(nullptr, 0, rows_of(frame.T_cw));
   good.add(frame.matches[0]);
   double omega[4];
   EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
@@ -159,7 +147,7 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
       EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
     }
   };
-  for_frames_of_all_kinds(trials(60), 200, judge, false);
+  for_frames_of_all_kinds(trials(60), 200, judge);
 }
 
 }  // namespace
