@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Blocks of every camera model, alone and on rigs, and of the caller's own Jacobians, against differences of the
-// projections of camera_oracle.hpp, put together as the equations in jacobian.hpp say.
+// Blocks of every camera model, alone and on rigs, against differences of the projections of camera_oracle.hpp, put
+// together as the equations in jacobian.hpp say; and batches of matches on rigs, some of them broken.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/numbers.hpp"
@@ -8,23 +8,23 @@
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
+#include <optional>
+#include <string>
 
 namespace maxlogdet::test {
 namespace {
 
-// One match of a rig, or of a camera alone, which is a rig of one.
+// One match of a camera alone, perhaps with a pose on a body, or of a rig.
 struct Case {
-  std::vector<RigCamera> cameras;
+  std::vector<Camera> cameras;
   std::vector<WideIsometry> T_cb;
   bool is_rig = false;
   WideIsometry T_bw;
   unsigned char camera = 0;
   WideVector3 p_w;
   DepthCue depth_cue = DepthCue::none;
-  bool has_jacobian = false;
-  std::vector<double> jacobian;
 
-  const Camera& model() const { return cameras[camera].camera; }
+  const Camera& model() const { return cameras[camera]; }
   WideVector3 in_camera(const WideVector3& p_b) const { return T_cb[camera] * p_b; }
   WideVector measure(const WideVector3& p_c) const {
     WideVector z(depth_cue == DepthCue::none ? 2 : 3);
@@ -52,7 +52,6 @@ struct Noise {
   double depth_sigma;
   bool has_covariance;
   Eigen::Matrix3d covariance;
-  double weight = 1;
 };
 
 Noise random_noise(Random& random) {
@@ -69,8 +68,8 @@ WideMatrix measurement_covariance(const Case& c, const Noise& noise) {
 
 WideMatrix expected_information(const Case& c, Weighting weighting, const Noise& noise) {
   const WideMatrix by_pose = h_x(c);
-  if (weighting == Weighting::map_bias) return noise.weight * wide_gram(h_c(by_pose, h_p_camera(c)));
-  if (weighting == Weighting::map_bias_world) return noise.weight * wide_gram(h_c(by_pose, h_p_world(c)));
+  if (weighting == Weighting::map_bias) return wide_gram(h_c(by_pose, h_p_camera(c)));
+  if (weighting == Weighting::map_bias_world) return wide_gram(h_c(by_pose, h_p_world(c)));
   WideMatrix covariance = measurement_covariance(c, noise);
   if (weighting == Weighting::measurement_and_map) {
     const WideMatrix by_point = h_p_world(c);
@@ -79,13 +78,13 @@ WideMatrix expected_information(const Case& c, Weighting weighting, const Noise&
                                : WideMatrix(WideMatrix::Identity(3, 3) * noise.map_sigma * noise.map_sigma);
     covariance += wide_product(wide_product(by_point, map), by_point.transpose());
   }
-  return noise.weight * wide_product(wide_product(by_pose.transpose(), wide_inverse(covariance)), by_pose);
+  return wide_product(wide_product(by_pose.transpose(), wide_inverse(covariance)), by_pose);
 }
 
 BlockReport append(const Case& c, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
   const RigidTransform T_bw = RigidTransform(c.T_bw.matrix());
   if (!c.is_rig) return append_blocks(c.model(), T_bw, matches, options, blocks);
-  return append_blocks(Rig{c.cameras.data(), c.cameras.size()}, T_bw, matches, options, blocks);
+  return append_blocks(c.cameras.data(), c.cameras.size(), T_bw, matches, options, blocks);
 }
 
 BlockOptions options_of(const Case& c, Weighting weighting, const Noise& noise) {
@@ -104,9 +103,7 @@ BlockReport append_one(const Case& c, Weighting weighting, const Noise& noise, B
   matches.size = 1;
   matches.points = point.data();
   matches.sigmas = &noise.sigma;
-  if (noise.weight != 1) matches.weights = &noise.weight;
   if (noise.has_covariance) matches.map_covariances = noise.covariance.data();
-  if (c.has_jacobian) matches.jacobians = c.jacobian.data();
   if (c.is_rig && c.camera > 0) matches.camera_ids = &c.camera;  // default: the first
   return append(c, matches, options_of(c, weighting, noise), blocks);
 }
@@ -115,21 +112,18 @@ Case random_case(Random& random, CameraModel model, DepthCue depth_cue, Weightin
   Case c;
   c.depth_cue = depth_cue;
   c.is_rig = random.chance(0.5);
-  c.has_jacobian = random.chance(0.3);
+  const bool has_body = c.is_rig || random.chance(0.3);
   for (int i = c.is_rig ? random.integer(1, 4) : 1; i > 0; --i) {
     const bool is_any = depth_cue != DepthCue::stereo && random.chance(0.5);
-    c.cameras.emplace_back();
-    c.cameras.back().camera = random_camera(random, is_any && c.is_rig ? random_model(random) : model);
-    c.T_cb.push_back(c.is_rig ? random_isometry(random) : WideIsometry::Identity());
+    c.cameras.push_back(random_camera(random, is_any && c.is_rig ? random_model(random) : model));
+    c.T_cb.push_back(has_body ? random_isometry(random) : WideIsometry::Identity());
     c.cameras.back().T_cb = RigidTransform(c.T_cb.back().matrix());
   }
   c.T_bw = random_isometry(random);
   c.camera = static_cast<unsigned char>(random.integer(0, static_cast<int>(c.cameras.size()) - 1));
   const bool is_map_bias = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
-  const WideVector3 p_c = random_point(random, c.model(), is_map_bias || c.has_jacobian);
+  const WideVector3 p_c = random_point(random, c.model(), is_map_bias);
   c.p_w = (c.T_cb[c.camera] * c.T_bw).inverse() * p_c;
-  const WideMatrix j = differentiate(3, [&](const WideVector& d) { return WideVector(image_of(c.model(), p_c + d)); });
-  for (int e = 0; e < 6; ++e) c.jacobian.push_back(static_cast<double>(j(e / 3, e % 3)));
   return c;
 }
 
@@ -142,8 +136,7 @@ TEST(Camera, blocks_of_any_model_on_any_rig_are_the_textbooks) {
         SCOPED_TRACE(std::string(to_string(model)) + ", " + to_string(weighting) + ", " + name_of(depth_cue));
         for_each_trial(model == CameraModel::pinhole ? 300 : 60, [&](Random& random) {
           const Case c = random_case(random, model, depth_cue, weighting);
-          Noise noise = random_noise(random);
-          if (random.chance(0.5)) noise.weight = random.uniform(0, 2);
+          const Noise noise = random_noise(random);
           const WideVector3 ray = c.T_bw.linear().transpose() * c.T_cb[c.camera].linear().transpose() *
                                   (c.in_camera(c.T_bw * c.p_w)).normalized();
           if (weighting == Weighting::map_bias_world && std::abs(ray.z()) < 0.05L) return;
@@ -221,6 +214,103 @@ TEST(Jacobian, selection_does_not_depend_on_the_side_of_the_perturbation) {
   const auto of_left = select_indices(left, options);
   options.prior = right_prior.data();
   EXPECT_EQ(select_indices(right, options), of_left);
+}
+
+// Some hundred matches of a rig, some of them broken.
+struct Batch {
+  std::vector<Camera> cameras;
+  std::vector<double> points, sigmas, covariances;
+  std::vector<unsigned char> has_depth_cue, usable, ids;
+  Matches matches;
+  BlockOptions options;
+};
+
+Batch random_batch(Random& random, Weighting weighting, DepthCue depth_cue) {
+  Batch batch;
+  const bool is_stereo = depth_cue == DepthCue::stereo;
+  for (int i = random.integer(1, 4); i > 0; --i) {
+    const CameraModel model = is_stereo ? CameraModel::pinhole : random_model(random);
+    batch.cameras.push_back(random_camera(random, model));
+    batch.cameras.back().T_cb = RigidTransform(random_isometry(random).matrix());
+  }
+  const auto number = [&](double low, double high) {
+    const double broken[] = {nan, infinity, -1, 0};
+    return random.chance(0.02) ? broken[random.integer(0, 3)] : random.uniform(low, high);
+  };
+  const auto count = static_cast<std::size_t>(random.integer(0, 150));
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int d = 0; d < 3; ++d) batch.points.push_back(number(-20, 20));
+    batch.sigmas.push_back(number(0.5, 4));
+    const Eigen::Matrix3d a = random_block(random, 3, std::pow(10, random.uniform(-2, 6))).leftCols<3>();
+    const Eigen::Matrix3d covariance = gram(a.row(0)) + 1e-4 * Eigen::Matrix3d::Identity();
+    batch.covariances.insert(batch.covariances.end(), covariance.data(), covariance.data() + 9);
+    batch.has_depth_cue.push_back(random.chance(0.5) ? 1 : 0);
+    batch.usable.push_back(random.chance(0.9) ? 1 : 0);
+    batch.ids.push_back(static_cast<unsigned char>(random.integer(0, static_cast<int>(batch.cameras.size()) - 1)));
+  }
+  batch.matches.size = count;
+  batch.matches.points = batch.points.data();
+  batch.matches.camera_ids = batch.ids.data();
+  if (random.chance(0.5)) batch.matches.sigmas = batch.sigmas.data();
+  if (random.chance(0.5)) batch.matches.map_covariances = batch.covariances.data();
+  if (random.chance(0.5)) batch.matches.has_depth_cue = batch.has_depth_cue.data();
+  if (random.chance(0.5)) batch.matches.usable = batch.usable.data();
+  batch.options.weighting = weighting;
+  batch.options.depth_cue = depth_cue;
+  batch.options.min_depth = random.uniform(0, 3);
+  return batch;
+}
+
+TEST(Camera, blocks_are_the_same_bits_on_every_instruction_set) {
+  for (const Weighting weighting : weightings) {
+    for (const DepthCue depth_cue : thirds) {
+      SCOPED_TRACE(std::string(to_string(weighting)) + ", " + name_of(depth_cue));
+      for_each_trial(40, [&](Random& random) {
+        const Batch batch = random_batch(random, weighting, depth_cue);
+        const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
+        std::optional<BlockReport> first;
+        same_on_every_isa([&] {
+          BlockStore blocks(batch.matches.size);
+          const BlockReport report = append_blocks(batch.cameras.data(), batch.cameras.size(), T_bw, batch.matches,
+                                                   batch.options, blocks);
+          EXPECT_TRUE(report.error == Error::none) << to_string(report.error);
+          EXPECT_EQ(report.invalid, blocks.invalid_count());
+          if (!first) first = report;
+          expect_same(report, *first);
+          return bytes_of(blocks);
+        });
+      });
+    }
+  }
+}
+
+// A match alone has the block that it has among others.
+TEST(Camera, each_match_of_a_rig_gets_its_own_camera_and_values) {
+  for_each_trial(60, [&](Random& random) {
+    Batch batch = random_batch(random, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
+    const RigidTransform T_bw = RigidTransform(random_isometry(random).matrix());
+    BlockStore together(1);
+    append_blocks(batch.cameras.data(), batch.cameras.size(), T_bw, batch.matches, batch.options, together);
+    for (std::size_t i = 0; i < batch.matches.size; ++i) {
+      const auto at = [i](auto* array, std::size_t entries) {
+        return array == nullptr ? nullptr : array + entries * i;
+      };
+      Matches one = batch.matches;
+      one.size = 1;
+      one.points = &batch.points[3 * i];
+      one.sigmas = at(one.sigmas, 1);
+      one.map_covariances = at(one.map_covariances, 9);
+      one.has_depth_cue = at(one.has_depth_cue, 1);
+      one.usable = at(one.usable, 1);
+      one.camera_ids = at(one.camera_ids, 1);
+      BlockStore alone(1);
+      append_blocks(batch.cameras.data(), batch.cameras.size(), T_bw, one, batch.options, alone);
+      ASSERT_EQ(alone.is_valid(0), together.is_valid(i)) << i;
+      if (!alone.is_valid(0)) continue;
+      const Block expected = stored_block(alone, 0);
+      ASSERT_EQ(stored_block(together, i).topRows(expected.rows()), expected) << i;
+    }
+  });
 }
 
 }  // namespace

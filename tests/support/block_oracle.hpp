@@ -45,7 +45,7 @@ inline void expect_same(const BlockReport& actual, const BlockReport& expected) 
   EXPECT_EQ(actual.appended, expected.appended);
   for (std::size_t BlockReport::*const count :
        {&BlockReport::invalid, &BlockReport::unusable, &BlockReport::behind_camera, &BlockReport::too_near,
-        &BlockReport::singular_rays, &BlockReport::invalid_covariances, &BlockReport::invalid_jacobians}) {
+        &BlockReport::singular_rays, &BlockReport::invalid_covariances}) {
     EXPECT_EQ(actual.*count, expected.*count);
   }
 }

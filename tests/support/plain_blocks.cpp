@@ -213,7 +213,7 @@ bool map_bias_world_rows(const Pose& T_cw, const Given& match, Rows& h) {
 }
 
 // False if there is no block, or float32 cannot hold it.
-bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, double weight, ExpectedBlock& expected) {
+bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, ExpectedBlock& expected) {
   Rows h = {};
   Triangle a;
   bool is_definite = true;
@@ -227,7 +227,6 @@ bool has_block(const PinholeBatch& batch, std::size_t i, const Given& match, dou
   bool is_held = true;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 6; ++column) {
-      if (batch.matches.weights != nullptr) h[row][column] *= std::sqrt(weight);
       expected.entries[row][column] = static_cast<float>(h[row][column]);
       is_held = is_held && std::isfinite(expected.entries[row][column]);
     }
@@ -261,7 +260,6 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, De
     if (random.chance(broken)) p *= 1e300;  // what float32 cannot hold
     batch.points.push_back(p);
     batch.sigmas.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0.5, 4));
-    batch.weights.push_back(random.chance(broken) ? broken_value(random) : random.uniform(0, 2));
     batch.has_depth_cue.push_back(static_cast<unsigned char>(random.integer(0, 2)));
     batch.usable.push_back(random.chance(broken) ? 0 : static_cast<unsigned char>(random.integer(1, 255)));
     const Eigen::Matrix3d a = random_block(random, 3).leftCols<3>();
@@ -273,7 +271,6 @@ PinholeBatch random_batch(Random& random, std::size_t n, Weighting weighting, De
   batch.matches.size = n;
   batch.matches.points = n == 0 ? nullptr : batch.points[0].data();
   if (random.chance(0.5)) batch.matches.sigmas = batch.sigmas.data();
-  if (random.chance(0.5)) batch.matches.weights = batch.weights.data();
   if (random.chance(0.5)) batch.matches.has_depth_cue = batch.has_depth_cue.data();
   if (random.chance(0.5)) batch.matches.usable = batch.usable.data();
   if (random.chance(0.5) && n > 0) batch.matches.map_covariances = batch.map_covariances[0].data();
@@ -288,7 +285,6 @@ ExpectedBlock expected_block(const PinholeBatch& batch, std::size_t i) {
     return expected;
   }
   const double sigma = matches.sigmas == nullptr ? 1 : matches.sigmas[i];
-  const double weight = matches.weights == nullptr ? 1 : matches.weights[i];
   const bool has_depth_cue =
       batch.options.depth_cue != DepthCue::none && (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0);
   const Given match{in_camera(batch, i), sigma, has_depth_cue};
@@ -296,7 +292,7 @@ ExpectedBlock expected_block(const PinholeBatch& batch, std::size_t i) {
   if (p.z <= 0) expected.reason = &BlockReport::behind_camera;
   if (p.z > 0 && p.z < batch.options.min_depth) expected.reason = &BlockReport::too_near;
   if (expected.reason != nullptr || !is_positive(p.z) || !std::isfinite(p.x) || !std::isfinite(p.y)) return expected;
-  if (!is_positive(sigma) || !(weight >= 0) || !has_block(batch, i, match, weight, expected)) return expected;
+  if (!is_positive(sigma) || !has_block(batch, i, match, expected)) return expected;
   expected.rows = has_depth_cue || batch.options.weighting == Weighting::map_bias_world ? 3 : 2;
   return expected;
 }

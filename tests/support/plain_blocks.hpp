@@ -21,7 +21,6 @@ struct PinholeBatch {
   BlockOptions options;
   std::vector<Eigen::Vector3d> points;
   std::vector<double> sigmas;
-  std::vector<double> weights;
   std::vector<unsigned char> has_depth_cue;
   std::vector<unsigned char> usable;
   std::vector<Matrix3> map_covariances;
