@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Samples: how many, which, and what is taken of each.
 #include "kernel/blocks/candidates.hpp"
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "tests/core/factors.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/stores.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/fuzz/problem.hpp"
 
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "simd/rounding.hpp"
 #include "tests/fuzz/require.hpp"
 

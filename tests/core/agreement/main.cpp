@@ -3,7 +3,7 @@
 // from and how, how many, a hash of their indices, and one of the bits of gains, log det and bound. ci/check_compilers
 // compares the lines of differently compiled programs.
 #include "bench/world/hash.hpp"
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "tests/support/block_kinds.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
