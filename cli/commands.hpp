@@ -9,6 +9,5 @@ namespace maxlogdet::cli {
 /// input.
 void add_select_command(CLI::App& program);
 void add_evaluate_command(CLI::App& program);
-void add_info_command(CLI::App& program);
 
 }  // namespace maxlogdet::cli

@@ -33,11 +33,6 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
       .add_option("--time-limit-ms", arguments.time_limit_ms,
                   "Ends a search; the rest of the budget is filled at once. 0: none")
       ->capture_default_str();
-  command
-      .add_option("--exchange-sweeps", arguments.exchange_sweeps,
-                  "Sweeps that exchange selected matches for better ones; worthwhile for budgets up to 20")
-      ->check(CLI::Range(std::int64_t{0}, max_count))
-      ->capture_default_str();
   command.add_option("--grid", arguments.grid, "Image cells, COLUMNSxROWS: at most --max-per-cell matches of each");
   command.add_option("--max-per-cell", arguments.max_per_cell, "Matches of a cell of --grid")
       ->check(CLI::Range(std::int64_t{0}, max_count))
@@ -58,9 +53,6 @@ void add_block_options(CLI::App& command, SelectArguments& arguments) {
 void add_target_options(CLI::App& command, SelectArguments& arguments) {
   Options& options = arguments.options;
   command.add_flag("--certify", options.certificate.compute, "Prove how far from optimal the answer can be");
-  command.add_option("--certificate-passes", arguments.certificate_passes, "Frank-Wolfe passes that tighten the proof")
-      ->check(CLI::Range(std::int64_t{0}, max_count))
-      ->capture_default_str();
   command
       .add_option("--target-efficiency", options.target.efficiency,
                   "Stops at this D-efficiency against all candidates, at most 1; 0: none")
@@ -92,7 +84,6 @@ void check_used(const CLI::App& command, const SelectArguments& arguments) {
   sim::refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
   sim::refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
-  sim::refuse_idle(command, "--certificate-passes", arguments.options.certificate.compute, "--certify");
   sim::refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
 }
 
@@ -120,8 +111,6 @@ void SelectArguments::complete(const CLI::App& command) {
   options.strategy = sim::find_named(sim::strategies, strategy).value();
   options.threads = static_cast<int>(threads);
   options.time_limit = time_limit_ms / 1e3;
-  options.certificate.passes = static_cast<std::size_t>(certificate_passes);
-  options.exchange.sweeps = static_cast<std::size_t>(exchange_sweeps);
   options.groups.maximum = static_cast<std::size_t>(max_per_cell);
   block_options.weighting = sim::find_named(sim::weightings, weighting).value();
   if (stereo) block_options.depth_cue = DepthCue::stereo;

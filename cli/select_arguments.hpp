@@ -26,8 +26,6 @@ struct SelectArguments {
   bool as_json = false;
   std::string plot_data;  ///< empty: none
   std::int64_t threads = 0;
-  std::int64_t certificate_passes = 0;
-  std::int64_t exchange_sweeps = 0;
   double time_limit_ms = 0;
   std::string grid;  ///< empty: no groups
   std::int64_t max_per_cell = 1;

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -32,11 +31,10 @@ nlohmann::ordered_json in_us(const sim::Latency& latency) {
 }
 
 // Adds the arguments.
-void add_arguments(const SelectArguments& arguments, const Selection& selection, nlohmann::ordered_json& line) {
+void add_arguments(const SelectArguments& arguments, nlohmann::ordered_json& line) {
   const Options& options = arguments.options;
   line["budget"] = arguments.budget;
   line["strategy"] = to_string(options.strategy);
-  if (options.strategy == Strategy::automatic) line["strategy_chosen"] = to_string(selection.strategy);
   if (options.strategy == Strategy::stochastic_greedy) {
     line["epsilon"] = options.stochastic.epsilon;
     line["seed"] = options.stochastic.seed;
@@ -69,7 +67,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["frame"] = frame.name;
   line["candidates"] = frame.matches.size();
   line["invalid_candidates"] = selection.invalid_candidates;
-  add_arguments(arguments, selection, line);
+  add_arguments(arguments, line);
   add_answer(frame, arguments.options, selection, line);
   line["evaluations"] = selection.evaluations;
   line["float64_decisions"] = selection.float64_decisions;
@@ -123,35 +121,16 @@ void print_selected(const sim::Frame& frame, const Selection& selection) {
   std::cout << '\n';
 }
 
-namespace {
-
-std::string strategies_with_groups_and_targets() {
-  std::vector<Strategy> supporting;
-  std::copy_if(std::begin(strategies), std::end(strategies), std::back_inserter(supporting),
-               supports_groups_and_targets);
-  return sim::joined(sim::names_of(supporting), ", ");
-}
-
-}  // namespace
-
 std::string explained(Error error, const Options& options) {
   switch (error) {
     case Error::invalid_epsilon:
       return "epsilon " + std::to_string(options.stochastic.epsilon) + "; expected 0 < epsilon < 1 (--epsilon)";
     case Error::unsupported_isa: return sim::unsupported_isa_message();
-    case Error::unsupported_groups:
-      return std::string(to_string(options.strategy)) + " does not support --grid; expected --strategy " +
-             strategies_with_groups_and_targets();
     case Error::invalid_time_limit:
       return "--time-limit-ms " + std::to_string(1e3 * options.time_limit) + "; expected 0 (none) or more";
     case Error::invalid_target:
       return "expected 0 (none) to 1 for --target-efficiency, and 0 (none) or a positive finite number for "
              "--target-translation-sigma and --target-rotation-sigma";
-    case Error::unsupported_target:
-      return std::string(to_string(options.strategy)) +
-             (options.exchange.sweeps == 0 ? "" : " with --exchange-sweeps") +
-             " does not stop at targets; expected --strategy " + strategies_with_groups_and_targets() +
-             ", without --exchange-sweeps";
     case Error::invalid_camera: return "expected fx,fy > 0, and bf > 0 for --stereo";
     case Error::invalid_block_options: return "expected a finite --map-sigma of 0 or more";
     default: return explain(error);

@@ -15,8 +15,8 @@ struct Verdict {
 };
 
 /// Errors count as shared from this correlation of neighbours on, if its interval lies above half of it. Of the
-/// recordings at hand ORB-SLAM2's have .01 to .04 and gain most by md, those of the odometry of bench/does_it_track/
-/// .08 to .4, and gain most by md_spread (docs/odometry.md).
+/// recordings at hand ORB-SLAM2's have .01 to .04 and gain most by md, those of a patch-aligning
+/// odometry .08 to .4, and gain most by md_spread (docs/odometry.md).
 constexpr double shared_from = 0.06;
 
 /// Decides by the budget next to 100, at which a selection pays if more random matches than that are needed for the

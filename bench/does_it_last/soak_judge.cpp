@@ -12,7 +12,6 @@ namespace {
 bool may_refuse(const SoakRequest& request, std::size_t capacity, Error error) noexcept {
   switch (error) {
     case Error::infeasible: return request.options.required != nullptr;
-    case Error::unsupported_groups: return request.options.groups.ids != nullptr;
     case Error::capacity_exceeded: return request.store->size() > capacity;
     default: return false;
   }
@@ -32,7 +31,7 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
   if (selection.status == Status::deadline_reached && options.time_limit == 0) return "a deadline without a time limit";
   if (selection.searched > selection.size) return "more were searched than selected";
   const std::size_t valid = request.store->size() - request.store->invalid_count();
-  if (options.excluded == nullptr && options.groups.ids == nullptr) {
+  if (options.groups.ids == nullptr) {
     if (selection.status == Status::all_selected && selection.size != valid)
       return "not all candidates, with the status all_selected";
     if (selection.status == Status::deadline_reached && selection.size != std::min(options.budget, valid))
@@ -66,14 +65,10 @@ const char* SoakJudge::fault_of_indices(const BlockStore& store, const Options& 
     if (seen_[index] == now_) return "an index twice";
     seen_[index] = now_;
     if (!store.is_valid(index)) return "an invalid candidate";
-    if (options.excluded != nullptr && options.excluded[index] != 0) return "an excluded candidate";
     if (!(selection.gains[i] >= 0) || !std::isfinite(selection.gains[i]))
       return "a gain that is negative or not finite";
     if (options.groups.ids == nullptr) continue;
-    const std::uint32_t group = options.groups.ids[index];
-    const std::size_t maximum =
-        options.groups.maxima == nullptr ? options.groups.maximum : options.groups.maxima[group];
-    if (++of_group_[group] > maximum) return "too many candidates of a group";
+    if (++of_group_[options.groups.ids[index]] > options.groups.maximum) return "too many candidates of a group";
   }
   return fault_of_required(store, options);
 }

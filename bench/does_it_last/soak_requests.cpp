@@ -59,9 +59,7 @@ SoakRequests::SoakRequests(std::uint64_t seed)
     : draws_(seed),
       full_(capacity),
       required_(capacity),
-      excluded_(capacity),
       groups_(capacity),
-      group_maxima_(group_count),
       wrong_groups_(capacity, group_count) {
   sources_.push_back(synthetic_store("euroc_like", capacity, Blocks::two_rows_measurement, 1));
   sources_.push_back(synthetic_store("kitti_like", capacity, Blocks::three_rows, 2));
@@ -105,12 +103,9 @@ std::vector<SoakRequest> SoakRequests::warm_up() const {
       request.options.strategy = strategy;
       request.options.budget = budget;
       request.options.certificate.compute = true;
-      request.options.certificate.passes = 2;
-      request.options.exchange.sweeps = budget < capacity ? 1 : 0;
       request.options.threads = 2;
       requests.push_back(request);
       request.options.required = required_.data();
-      request.options.excluded = excluded_.data();
       requests.push_back(request);
       request.options.groups.ids = groups_.data();
       request.options.groups.count = capacity;
@@ -167,26 +162,19 @@ void SoakRequests::ask(Options& options, std::size_t n) {
   if (draws_.chance(0.1)) options.time_limit = std::pow(10.0, draws_.uniform(-7, -3.5));
   options.threads = draws_.chance(0.05) ? 2 : static_cast<int>(draws_.below(2));
   options.certificate.compute = draws_.chance(0.2);
-  options.certificate.passes = draws_.below(4);
-  if (draws_.chance(0.1)) options.exchange.sweeps = 1 + draws_.below(2);
 }
 
 void SoakRequests::constrain(Options& options, std::size_t n) {
   if (draws_.chance(0.7)) {
     std::fill(required_.begin(), required_.end(), static_cast<unsigned char>(0));
-    std::fill(excluded_.begin(), excluded_.end(), static_cast<unsigned char>(0));
     for (int i = 0; i < 3; ++i) required_[draws_.below(n)] = 1;
-    for (std::size_t i = 0; i < n; ++i) excluded_[i] = required_[i] == 0 && draws_.chance(0.1) ? 1 : 0;
     options.required = required_.data();
-    options.excluded = excluded_.data();
   }
   if (draws_.chance(0.5)) {
     for (std::size_t i = 0; i < n; ++i) groups_[i] = draws_.below(group_count);
-    for (std::uint32_t& maximum : group_maxima_) maximum = draws_.below(10);
     options.groups.ids = groups_.data();
     options.groups.count = group_count;
     options.groups.maximum = draws_.below(20);
-    if (draws_.chance(0.5)) options.groups.maxima = group_maxima_.data();
   }
 }
 

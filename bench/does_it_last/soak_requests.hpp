@@ -21,7 +21,7 @@ struct SoakRequest {
 };
 
 /// An endless mixture of selections that the seed determines: all strategies, sizes, constraints, certificates,
-/// exchanges, threads and deadlines; stores with NaN, infinite, denormal, huge and zero blocks; invalid options. The
+/// threads and deadlines; stores with NaN, infinite, denormal, huge and zero blocks; invalid options. The
 /// constructor allocates all memory: next() refills stores within their capacity.
 class SoakRequests {
  public:
@@ -47,8 +47,8 @@ class SoakRequests {
   std::vector<BlockStore> ordinary_;  // whole frames, which never change
   std::vector<BlockStore> stores_;    // refilled
   BlockStore full_;
-  std::vector<unsigned char> required_, excluded_;
-  std::vector<std::uint32_t> groups_, group_maxima_, wrong_groups_;
+  std::vector<unsigned char> required_;
+  std::vector<std::uint32_t> groups_, wrong_groups_;
   SoakRequest request_{};
   std::size_t drawn_ = 0;
 };

@@ -19,7 +19,6 @@ constexpr double log_det_prior = 6 * -11.512925464970229;  // of the default pri
 struct Timed {
   std::set<std::uint32_t> indices;
   double log_det = 0;
-  double upper_bound = 0;
   double us = 0;
 };
 
@@ -27,7 +26,7 @@ Timed timed_select(Selector& selector, const BlockStore& blocks, const Options& 
   Selection selection{};
   constexpr std::size_t repeat = 3;
   const Latency latency = measure_latency("select", repeat, [&] { selection = selector.select(blocks, options); });
-  return {{selection.begin(), selection.end()}, selection.log_det, selection.upper_bound, latency.median};
+  return {{selection.begin(), selection.end()}, selection.log_det, latency.median};
 }
 
 // Algorithm 1 with epsilon = 1 samples no candidate. A round needs at least one, and this epsilon asks for less than
@@ -48,16 +47,11 @@ Options options_of(std::size_t k, Strategy strategy) {
 struct Reference {
   Timed greedy;
   Timed lazy;
-  Timed certified;
 };
 
 Reference reference_of(Selector& selector, const BlockStore& blocks, std::size_t k) {
-  Options certify = options_of(k, Strategy::lazy_greedy);
-  certify.certificate.compute = true;
-  certify.certificate.passes = 8;
   return {timed_select(selector, blocks, options_of(k, Strategy::greedy)),
-          timed_select(selector, blocks, options_of(k, Strategy::lazy_greedy)),
-          timed_select(selector, blocks, certify)};
+          timed_select(selector, blocks, options_of(k, Strategy::lazy_greedy))};
 }
 
 double gains_asked_for(std::size_t n, std::size_t k, std::size_t sample) {
@@ -81,7 +75,6 @@ EpsilonOutcome outcome_of(std::size_t n, std::size_t k, double epsilon, const Ti
   outcome.gains = gains_asked_for(n, k, static_cast<std::size_t>(std::ceil(sample)));
   outcome.gains_greedy = gains_asked_for(n, k, n);
   outcome.share_of_greedy = (found.log_det - log_det_prior) / (greedy.log_det - log_det_prior);
-  outcome.share_of_bound = (found.log_det - log_det_prior) / (reference.certified.upper_bound - log_det_prior);
   return outcome;
 }
 
@@ -135,8 +128,7 @@ nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes) {
                       {"differing", o.differing},
                       {"gains", o.gains},
                       {"gains_greedy", o.gains_greedy},
-                      {"share_of_greedy", o.share_of_greedy},
-                      {"share_of_bound", o.share_of_bound}});
+                      {"share_of_greedy", o.share_of_greedy}});
   }
   return result;
 }
@@ -146,7 +138,7 @@ std::vector<EpsilonOutcome> epsilon_outcomes_of(const nlohmann::json& result) {
   for (const nlohmann::json& r : result) {
     outcomes.push_back({r.at("n"), r.at("k"), r.at("epsilon"), r.at("us"), r.at("us_greedy"), r.at("us_lazy"),
                         r.at("gap_nats"), r.at("differing"), r.at("gains"), r.at("gains_greedy"),
-                        r.at("share_of_greedy"), r.at("share_of_bound")});
+                        r.at("share_of_greedy")});
   }
   return outcomes;
 }

@@ -39,7 +39,6 @@ struct EpsilonOutcome {
   double gains = 0;            ///< s k: gains of the algorithm (a round has at most the remaining candidates)
   double gains_greedy = 0;     ///< sum of n - i
   double share_of_greedy = 0;  ///< f / f(greedy), f = log det M - log det M0
-  double share_of_bound = 0;   ///< f / the certificate's upper bound of the optimal f
 };
 
 /// Runs a frame of n matches with every share and epsilon, in that order: deterministic in options and run, except

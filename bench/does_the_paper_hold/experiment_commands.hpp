@@ -5,11 +5,11 @@
 
 namespace maxlogdet::sim {
 
-/// Each adds its subcommand to `simulate`.
-void add_metrics_experiment(CLI::App& simulate);
-void add_budget_experiment(CLI::App& simulate);
-void add_euroc_experiment(CLI::App& simulate);
-void add_epsilon_experiment(CLI::App& simulate);
-void add_robustness_experiment(CLI::App& simulate);
+/// Each adds its subcommand. An experiment runs when the command line has been parsed; it throws InputError, and
+/// Interrupted after Ctrl-C.
+void add_metrics_experiment(CLI::App& program);
+void add_budget_experiment(CLI::App& program);
+void add_euroc_experiment(CLI::App& program);
+void add_epsilon_experiment(CLI::App& program);
 
 }  // namespace maxlogdet::sim

@@ -3,7 +3,7 @@
 
 #include "bench/world/draws.hpp"
 #include "bench/world/frame.hpp"
-#include "bench/world/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench/does_the_paper_hold/pnp_experiment.hpp"
-#include "bench/world/statistics.hpp"
+#include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/table.hpp"
 
 #include <cstddef>

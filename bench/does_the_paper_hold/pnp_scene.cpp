@@ -5,7 +5,7 @@
 #include "bench/world/draws.hpp"
 #include "bench/world/input_error.hpp"
 #include "bench/world/names.hpp"
-#include "bench/world/trajectory_error.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 
 #include <cmath>
 #include <numeric>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/pose_tracker.hpp"
 
-#include "bench/world/stopwatch.hpp"
+#include "bench/does_the_paper_hold/stopwatch.hpp"
 
 #include <numeric>
 #include <utility>
@@ -16,7 +16,7 @@ bool is_good(const Rejection& optimized) {
 }  // namespace
 
 PoseTracker::PoseTracker(const SelectorSettings& selection, const RejectionOptions& optimization)
-    : selector_(selection), optimization_(optimization) {}
+    : selector_(selection), draws_(selection.seed), optimization_(optimization) {}
 
 // Residuals are whitened with the same noise as blocks.
 void PoseTracker::whiten_at(const Pose& T_cw, const Frame& frame) {
@@ -26,10 +26,21 @@ void PoseTracker::whiten_at(const Pose& T_cw, const Frame& frame) {
          whitenings_);
 }
 
+std::vector<std::uint32_t> PoseTracker::select(const Frame& frame, const std::vector<std::uint32_t>& inliers) {
+  const SelectorSettings& settings = selector_.settings();
+  if (settings.kind != SelectorKind::observability) return selector_.select(frame, inliers);
+  if (inliers.size() <= settings.budget) return inliers;
+  return observability_.select(frame, inliers, settings.budget, settings.epsilon, draws_);
+}
+
+void PoseTracker::add_pose(const Pose& T_cw) {
+  if (selector_.settings().kind == SelectorKind::observability) observability_.add_pose(T_cw);
+}
+
 void PoseTracker::start(const Pose& T_cw) {
   last_ = T_cw;
   velocity_ = Pose::Identity();
-  selector_.add_pose(T_cw);
+  add_pose(T_cw);
 }
 
 Pose PoseTracker::predict() const { return orthonormal(velocity_ * last_); }
@@ -53,7 +64,7 @@ TrackedFrame PoseTracker::track(Frame& frame) {
     result.inliers = std::move(all.inliers);
     frame.T_cw_prior = to_rows(start);
     watch.lap(result.ms_outliers);
-    result.selected = selector_.select(frame, result.inliers);
+    result.selected = select(frame, result.inliers);
     watch.lap(result.ms_selection);
   } else {
     result.selected = std::move(candidates);
@@ -66,7 +77,7 @@ TrackedFrame PoseTracker::track(Frame& frame) {
   if (!rejects_outliers(selector_.settings().kind)) result.inliers = std::move(optimized.inliers);
   velocity_ = result.T_cw * last_.inverse();
   last_ = result.T_cw;
-  selector_.add_pose(result.T_cw);
+  add_pose(result.T_cw);
   return result;
 }
 

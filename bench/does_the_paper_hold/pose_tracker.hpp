@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bench/does_the_paper_hold/observability.hpp"
+#include "bench/world/draws.hpp"
 #include "bench/world/feature_selector.hpp"
 #include "bench/world/outlier_rejection.hpp"
 
@@ -43,8 +45,12 @@ class PoseTracker {
 
  private:
   void whiten_at(const Pose& T_cw, const Frame& frame);
+  std::vector<std::uint32_t> select(const Frame& frame, const std::vector<std::uint32_t>& inliers);
+  void add_pose(const Pose& T_cw);
 
-  FeatureSelector selector_;
+  FeatureSelector selector_;              // of every kind but observability
+  ObservabilitySelection observability_;  // of this kind
+  Draws draws_;                           // its
   RejectionOptions optimization_;
   std::vector<Whitening> whitenings_;  // of the frame's matches; empty: pixel noise alone
   Pose last_ = Pose::Identity();

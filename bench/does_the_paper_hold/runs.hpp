@@ -6,7 +6,6 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,12 +28,6 @@ class RunLog {
   std::string file_;
   std::mutex mutex_;
   std::map<std::string, nlohmann::json> runs_;
-};
-
-/// Thrown after Ctrl-C, when finished runs are written; the message says how many.
-class Interrupted : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
 };
 
 /// While an object exists, Ctrl-C only requests a stop: runs under way finish, and no other starts. A second Ctrl-C

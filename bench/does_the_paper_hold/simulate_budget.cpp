@@ -30,9 +30,9 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_budget_experiment(CLI::App& simulate) {
+void add_budget_experiment(CLI::App& program) {
   CLI::App* const command =
-      simulate.add_subcommand("budget", "Section V-A: accuracy over the number of selected features");
+      program.add_subcommand("budget", "Section V-A: accuracy over the number of selected features");
   const auto arguments = std::make_shared<Arguments>();
   arguments->sequences.preferred = "MH_05_difficult";
   arguments->add_to(*command);

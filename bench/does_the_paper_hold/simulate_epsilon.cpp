@@ -67,9 +67,9 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_epsilon_experiment(CLI::App& simulate) {
+void add_epsilon_experiment(CLI::App& program) {
   CLI::App* const command =
-      simulate.add_subcommand("epsilon", "Section IV: cost and benefit of the decay factor of stochastic greedy");
+      program.add_subcommand("epsilon", "Section IV: cost and benefit of the decay factor of stochastic greedy");
   const auto arguments = std::make_shared<Arguments>();
   arguments->common.threads = 1;  // it measures time
   arguments->common.add_to(*command);

@@ -13,7 +13,7 @@ namespace maxlogdet::sim {
 namespace {
 
 struct Arguments : TrackingArguments {
-  std::vector<std::string> selectors = names_of(default_selector_kinds);
+  std::vector<std::string> selectors = names_of(selector_kinds);
 };
 
 void run(const Arguments& arguments) {
@@ -53,31 +53,25 @@ void check_used(const CLI::App& command, const Arguments& arguments, bool has_po
                        [&](SelectorKind kind) { return holds(kind) && has(arguments, kind); });
   };
   const bool has_budget = has_one(sim::has_budget);
-  const bool has_blocks = has_one(uses_blocks);
   const bool has_strategy = has_one(uses_strategy);
   const bool has_weights = has_one([](SelectorKind kind) { return kind != SelectorKind::all_weighted; });
   const std::string with_map = to_string(Weighting::measurement_and_map);
   const bool has_map_sigma = has(arguments, SelectorKind::all_weighted) || arguments.weights == with_map ||
-                             (has_blocks && arguments.weighting == with_map);
+                             (has_strategy && arguments.weighting == with_map);
   refuse_idle(command, "--budget", has_budget, "a selector that has one");
   refuse_idle(command, "--pool", has_pool, "--selectors quality_md");
   refuse_idle(command, "--strategy", has_strategy, "--selectors md or quality_md");
-  refuse_idle(command, "--weighting", has_blocks, "--selectors md or quality_md");
+  refuse_idle(command, "--weighting", has_strategy, "--selectors md or quality_md");
   refuse_idle(command, "--weights", has_weights, "a selector other than all_weighted");
   refuse_idle(command, "--map-sigma", has_map_sigma,
               "--selectors all_weighted, --weights measurement_and_map, or --weighting measurement_and_map of md or "
               "quality_md");
-  if (has_one(shares_errors) && arguments.weighting.rfind("map_bias", 0) == 0) {
-    throw InputError(
-        "--selectors shared_cells, shared_keyframes: expected --weighting measurement or "
-        "measurement_and_map, whose noise is in px");
-  }
 }
 
 }  // namespace
 
-void add_euroc_experiment(CLI::App& simulate) {
-  CLI::App* const command = simulate.add_subcommand("euroc", "Section V: selectors along real trajectories");
+void add_euroc_experiment(CLI::App& program) {
+  CLI::App* const command = program.add_subcommand("euroc", "Section V: selectors along real trajectories");
   const auto arguments = std::make_shared<Arguments>();
   arguments->add_to(*command);
   command->add_option("--sequences", arguments->sequences.named, "Only the trajectories with these names")

@@ -66,9 +66,9 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
-void add_metrics_experiment(CLI::App& simulate) {
+void add_metrics_experiment(CLI::App& program) {
   CLI::App* const command =
-      simulate.add_subcommand("metrics", "Section III: metrics of greedy selection, pose from points of a biased map");
+      program.add_subcommand("metrics", "Section III: metrics of greedy selection, pose from points of a biased map");
   const auto arguments = std::make_shared<Arguments>();
   PnpOptions& options = arguments->options;
   arguments->common.runs = 300;

@@ -17,7 +17,7 @@
 
 namespace maxlogdet::sim {
 
-/// Options of every experiment of `simulate`.
+/// Options of every experiment.
 struct SimulationArguments {
   std::int64_t runs = 10;
   std::int64_t threads = 0;

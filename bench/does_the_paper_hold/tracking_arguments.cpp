@@ -80,7 +80,6 @@ void TrackingArguments::complete() {
   selection.blocks.weighting = find_named(weightings, weighting).value();
   selection.blocks.map_sigma = map_sigma;
   selection.weights = find_named(weightings, weights).value();
-  selection.blocks.threads = 1;
   selection.search.strategy = find_named(strategies, strategy).value();
   selection.search.threads = 1;
 }

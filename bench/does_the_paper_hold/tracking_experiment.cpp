@@ -95,8 +95,8 @@ std::vector<TrackingOutcome> tracking_outcomes_of(const nlohmann::json& result) 
   std::vector<TrackingOutcome> outcomes;
   for (const nlohmann::json& r : result) {
     TrackingOutcome o;
-    o.errors = {number_of(r.at("ate_m")), number_of(r.at("rpe_m_per_s")),     number_of(r.at("roe_deg_per_s")),
-                number_of(r.at("scale")), r.at("windows").get<std::size_t>(), {}};
+    o.errors = {number_of(r.at("ate_m")), number_of(r.at("rpe_m_per_s")), number_of(r.at("roe_deg_per_s")),
+                number_of(r.at("scale")), r.at("windows").get<std::size_t>()};
     o.ms_outliers = r.at("ms_outliers");
     o.ms_selection = r.at("ms_selection");
     o.ms_pose = r.at("ms_pose");

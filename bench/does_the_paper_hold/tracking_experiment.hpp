@@ -3,8 +3,8 @@
 
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 #include "bench/does_the_paper_hold/pose_tracker.hpp"
-#include "bench/world/trajectory.hpp"
-#include "bench/world/trajectory_error.hpp"
+#include "bench/does_the_paper_hold/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 
 #include <cstdint>
 #include <nlohmann/json.hpp>

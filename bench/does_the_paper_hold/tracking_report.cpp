@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/tracking_report.hpp"
 
+#include "bench/does_the_paper_hold/estimate.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -12,14 +12,13 @@ import sys
 
 import epsilon_tables
 import metrics_tables
-import robustness_tables
 import tracking_tables
 from maxlogdet_tools.pages import rewrite
 from maxlogdet_tools.project import ROOT, shown
 from maxlogdet_tools.runs import stamp
 
 PAGE = ROOT / "docs/experiments.md"
-SECTIONS = [metrics_tables, tracking_tables, robustness_tables, epsilon_tables]
+SECTIONS = [metrics_tables, tracking_tables, epsilon_tables]
 PICTURES = ["metrics/metrics_map_bias.svg"]  # that the page shows
 
 

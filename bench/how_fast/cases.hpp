@@ -9,7 +9,7 @@ void add_selection_cases(bool full);
 /// append_blocks, alone and followed by a selection.
 void add_append_cases();
 
-/// select() and append_blocks on several threads, and several selectors at once.
+/// select() on several threads, and several selectors at once.
 void add_threading_cases();
 
 /// The cost per frame of a tracker: some hundred matches, with hot and with cold caches.

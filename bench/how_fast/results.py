@@ -26,15 +26,15 @@ EIGEN = {
     "eigen_stochastic": "Eigen stochastic",
     "eigen_log_det": "Eigen log det",
 }
-STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy", "relaxed", "backward_greedy"]
+STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy"]
 STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
 # How pages write instruction sets.
 ISAS = {"sse2": "SSE2", "avx2": "AVX2", "avx512": "AVX-512", "neon": "NEON"}
 # Columns of the records: the fields of a case, and its counters.
 FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
-          "slots", "prior", "batch", "matched"]  # fmt: skip
+          "slots", "prior"]  # fmt: skip
 COUNTERS = ["median_us", "min_us", "p99_us", "p999_us", "max_us", "undisturbed_p99_us", "calls", "preemptions",
-            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions", "proposals"]  # fmt: skip
+            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions"]  # fmt: skip
 
 
 class Results:

@@ -3,17 +3,13 @@
 
 from results import ratio
 
-KINDS = ["threads", "choose", "after_pause", "side_by_side", "append_threads", "line"]
+KINDS = ["threads", "choose", "after_pause", "side_by_side", "line"]
 SIZES = ["2000", "5000", "10000", "20000", "50000", "100000"]
 
 
 def find(results, kind, method, threads, n="2000", k="100", blocks="2_rows", family="euroc_like"):
     """A row; None if it was not measured."""
     return results.find_row(kind=kind, method=method, threads=str(threads), n=n, k=k, blocks=blocks, family=family)
-
-
-def find_append(results, n, threads):
-    return results.find_row(kind="append_threads", n=n, threads=str(threads))
 
 
 def round_trip(results):

@@ -4,9 +4,7 @@
 #include "bench/how_fast/cases.hpp"
 #include "bench/how_fast/measure.hpp"
 #include "bench/world/executor.hpp"
-#include "bench/world/names.hpp"
 #include "bench/world/problem.hpp"
-#include "bench/world/scene.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -104,26 +102,6 @@ Work line_work() {
   return {run, {}};
 }
 
-Work append_work(std::size_t n, int threads) {
-  struct Appended {
-    explicit Appended(std::size_t size)
-        : frame(make_scene(sim::Scene::euroc_like, size, scene_seed)), matches(frame), blocks(size) {}
-    sim::Frame frame;
-    sim::MatchArrays matches;
-    BlockStore blocks;
-    BlockOptions options;
-  };
-  const auto state = std::make_shared<Appended>(n);
-  state->options.weighting = Weighting::map_bias;
-  state->options.threads = threads;
-  const auto run = [state](std::size_t /*call*/) {
-    state->blocks.clear();
-    append_blocks(state->frame.camera, RigidTransform::row_major(state->frame.T_cw_prior.data()), state->matches.view(),
-                  state->options, state->blocks, sim::executor());
-  };
-  return {run, {}};
-}
-
 int max_threads() { return sim::executor() == nullptr ? 1 : std::max(1, sim::executor()->concurrency()); }
 
 // 1, 2, 4, ... and as many as the executor offers.
@@ -135,8 +113,7 @@ std::vector<int> thread_counts() {
 }
 
 void add_over_n() {
-  for (const Strategy strategy :
-       {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy, Strategy::relaxed}) {
+  for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
     for (const std::size_t n : {2000U, 5000U, 10000U, 20000U, 50000U, 100000U}) {
       for (const int count : thread_counts()) add({"threads", strategy, "euroc_like", n, 100, Blocks::two_rows, count});
     }
@@ -189,15 +166,6 @@ void add_side_by_side() {
   }
 }
 
-void add_appending() {
-  for (const std::size_t n : {2000U, 10000U, 20000U, 100000U}) {
-    for (const int count : thread_counts()) {
-      add_case("append_threads/append_blocks/n:" + std::to_string(n) + "/threads:" + std::to_string(count),
-               [=] { return append_work(n, count); });
-    }
-  }
-}
-
 }  // namespace
 
 void add_threading_cases() {
@@ -206,7 +174,6 @@ void add_threading_cases() {
   add_after_pause();
   add_side_by_side();
   if (max_threads() > 1) add_case("line/" + std::to_string(trips) + "_round_trips/threads:2", line_work);
-  add_appending();
 }
 
 }  // namespace maxlogdet::bench

@@ -49,7 +49,6 @@ Work library_work(const Task& task) {
     if (task.builds) frame.build(state->blocks);
     if (!task.selects) return;
     state->options.stochastic.seed = call;
-    state->options.excluded = frame.is_excluded.empty() ? nullptr : frame.is_excluded.data();
     state->selection = state->selector.select(state->blocks, state->options);
   };
   const auto record = [state, selects = task.selects](std::size_t /*call*/, Sums& sums) {
@@ -70,70 +69,6 @@ Work eigen_work(EigenMethod method, const Which& which, std::size_t k, double ep
     sums["evaluations"] += static_cast<double>(selector->evaluations());
   };
   return {run, record, [selector, &frames](std::size_t call) { selector->load(frame_of(frames, call).store); }};
-}
-
-constexpr std::size_t max_batch = 32;
-
-// An active selection whose matching finds a fixed share of the proposals.
-struct ActiveState {
-  ActiveState(std::size_t capacity, double share) : blocks(capacity), active(capacity) {
-    for (std::size_t i = 0; i < capacity; ++i) {
-      is_matched_.push_back(sim::Draws(1, i).chance(share) ? 1 : 0);  // a hash of the index
-    }
-  }
-
-  void run_one_by_one() {
-    start();
-    for (std::uint32_t i = active.next(); i != ActiveSelection::none; i = active.next()) {
-      is_matched_[i] != 0 ? active.accept() : active.reject();
-      ++proposals;
-    }
-  }
-
-  void run_in_batches(std::size_t batch) {
-    start();
-    std::uint32_t indices[max_batch];
-    unsigned char matched[max_batch];
-    for (std::size_t count = active.next(indices, batch); count > 0; count = active.next(indices, batch)) {
-      for (std::size_t j = 0; j < count; ++j) matched[j] = is_matched_[indices[j]];
-      active.answer(matched, count);
-      proposals += count;
-    }
-  }
-
-  BlockStore blocks;
-  ActiveSelection active;
-  std::size_t proposals = 0;
-
- private:
-  void start() {
-    options_.budget = 100;
-    active.start(blocks, options_);
-    proposals = 0;
-  }
-
-  Options options_;
-  std::vector<unsigned char> is_matched_;
-};
-
-// Takes `batch` proposals at a time, of which matching finds this share, until the budget is reached.
-Work active_work(const Which& which, const std::string& isa, std::size_t batch, double share) {
-  const test::ForcedIsa forced(isa.c_str());
-  const auto state = std::make_shared<ActiveState>(which.slots, share);
-  const TrackerFrames& frames = frames_of(which);
-  const auto run = [state, batch](std::size_t /*call*/) {
-    if (batch == 1) {
-      state->run_one_by_one();
-    } else {
-      state->run_in_batches(batch);
-    }
-  };
-  const auto record = [state](std::size_t /*call*/, Sums& sums) {
-    sums["proposals"] += static_cast<double>(state->proposals);
-    sums["log_det"] += state->active.selection().log_det;
-    sums["evaluations"] += static_cast<double>(state->active.selection().evaluations);
-  };
-  return {run, record, [state, &frames](std::size_t call) { state->blocks = frame_of(frames, call).store; }};
 }
 
 // Evicts the caches and retrains the branch predictors: walks over 8 MiB and sorts 60 000 random numbers.
@@ -182,10 +117,6 @@ class Cases {
     const double epsilon = Options().stochastic.epsilon;
     group_.add(name_of(to_string(method), which, k, "native"), [=] { return eigen_work(method, which, k, epsilon); });
   }
-  void active(const Which& which, const std::string& isa, std::size_t batch, const std::string& share) {
-    group_.add(name_of("active", which, 100, isa) + "/batch:" + std::to_string(batch) + "/matched:" + share,
-               [=] { return active_work(which, isa, batch, std::stod(share)); });
-  }
 
  private:
   std::string name_of(const std::string& method, const Which& which, std::size_t k, const std::string& isa) const {
@@ -225,14 +156,12 @@ void add_frame_cases(Cases& cases, const std::vector<std::string>& isas) {
   }
 }
 
-// Frames with unusable slots or excluded candidates, against the same frames without these.
+// Frames with unusable slots, against the same frames without these.
 void add_sparse_cases(Cases& cases, const std::vector<std::string>& isas) {
   for (const Kind& kind : {monocular, stereo_map}) {
     for (const std::string& isa : isas) {
       cases.blocks_and_select({{kind, 377, 2005, Rest::unusable}, 100, isa}, "/slots:2005");
       cases.blocks_and_select({{kind, 377, 2005, Rest::absent}, 100, isa}, "/slots:377");
-      cases.select({{kind, 400, 2000, Rest::excluded}, 100, isa}, "/slots:2000");
-      cases.select({{kind, 400, 2000, Rest::absent}, 100, isa}, "/slots:400");
     }
   }
 }
@@ -258,18 +187,6 @@ void add_prior_cases(Cases& cases, const std::vector<std::string>& isas) {
   }
 }
 
-void add_active_cases(Cases& cases, const std::vector<std::string>& isas) {
-  for (const std::size_t n : {800U, 3000U}) {
-    const Which which{stereo_map, n, n};
-    for (const std::string& isa : isas) {
-      cases.select({which, 100, isa});
-      for (const char* const share : {"1", "0.5", "0.2"}) {
-        for (const std::size_t batch : {1U, 8U, 32U}) cases.active(which, isa, batch, share);
-      }
-    }
-  }
-}
-
 }  // namespace
 
 void add_tracker_cases() {
@@ -290,7 +207,6 @@ void add_tracker_cases() {
     add_sparse_cases(*cases, isas);
     add_prior_cases(*cases, isas);
   }
-  add_active_cases(hot, isas);
 }
 
 }  // namespace maxlogdet::bench

@@ -37,9 +37,6 @@ TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
   matches = arrays->view();
   matches.has_depth_cue = nullptr;  // null: all matches have one
   if (which.rest == Rest::unusable) matches.usable = is_usable.data();
-  if (which.rest == Rest::excluded) {
-    for (const unsigned char usable : is_usable) is_excluded.push_back(usable == 0 ? 1 : 0);
-  }
   store.reserve(matches.size);
   build(store);
 }

@@ -24,9 +24,9 @@ constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, DepthCue::st
 constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, DepthCue::stereo};
 constexpr Kind kinds[] = {monocular, stereo, stereo_map};
 
-/// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out, not
-/// usable, or excluded.
-enum class Rest { absent, unusable, excluded };
+/// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out or not
+/// usable.
+enum class Rest { absent, unusable };
 struct Which {
   Kind kind;
   std::size_t n;
@@ -44,7 +44,6 @@ struct TrackerFrame {
   std::unique_ptr<sim::MatchArrays> arrays;
   Matches matches;
   std::vector<unsigned char> is_usable;
-  std::vector<unsigned char> is_excluded;  ///< empty: none
   BlockStore store;
 };
 

@@ -11,7 +11,7 @@ KINDS = {
 MONOCULAR, STEREO, STEREO_MAP = KINDS
 SIZES = ["200", "350", "465", "500", "1000", "2000"]
 CACHES = ["hot", "cold"]
-OPTIONAL = ["slots", "prior", "batch", "matched"]  # keys that only some cases have
+OPTIONAL = ["slots", "prior"]  # keys that only some cases have
 
 
 def find(results, method, blocks, n="465", caches="hot", k="100", isa=None, **more):
@@ -34,13 +34,7 @@ def times_eigen(results, blocks, n, caches, k="100", isa=None):
     return ratio(find(results, "eigen_lazy_scan", blocks, n, caches, k), ours)
 
 
-def times_select(results, n, matched, batch="1", isa=None):
-    """The time of the loop of an ActiveSelection, relative to one select()."""
-    active = find(results, "active", STEREO_MAP, n, isa=isa, batch=batch, matched=matched)
-    return ratio(active, find(results, "lazy_greedy", STEREO_MAP, n, isa=isa))
-
-
 def times_dense(results, method, blocks, n, slots, caches, isa=None):
-    """The time with candidates that may not be selected, relative to that without them."""
+    """The time with matches that are not usable, relative to that without them."""
     full = find(results, method, blocks, n, caches, isa=isa, slots=slots)
     return ratio(full, find(results, method, blocks, n, caches, isa=isa, slots=n))

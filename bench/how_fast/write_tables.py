@@ -96,15 +96,13 @@ def settings(results):
 
 # docs/threading.md: the gain of several threads.
 
-METHODS = ["greedy", "lazy_greedy", "relaxed"]  # rounds of the others are too short for threads
+METHODS = ["greedy", "lazy_greedy"]  # rounds of stochastic_greedy are too short for threads
 
 
 def thread_rows(results, threads):
     for n in thread_results.SIZES:
         if n != "5000":  # only in the record
-            append = ratio(*(thread_results.find_append(results, n, count) for count in (1, threads)))
-            speed_ups = (thread_results.speedup(results, method, n, threads) for method in METHODS)
-            yield [n, *(times(value) for value in (*speed_ups, append))]
+            yield [n, *(times(thread_results.speedup(results, method, n, threads)) for method in METHODS)]
 
 
 def thread_tables(results):
@@ -116,8 +114,7 @@ def thread_tables(results):
         *paragraph(f"The table has the time of one thread divided by the time of {threads}, on EuRoC-like simulated",
                    "frames with k = 100 and blocks of two rows."),
         "",
-        *table(["n", *(f"`{name}` (ratio)" for name in [*METHODS, "append_blocks"])],
-               thread_rows(results, threads)),
+        *table(["n", *(f"`{name}` (ratio)" for name in METHODS)], thread_rows(results, threads)),
         "",
         *paragraph(
             f"The round trip of a cache line between the cores took {thread_results.round_trip(results)}. Up to 5000",

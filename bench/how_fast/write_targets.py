@@ -14,7 +14,7 @@ from maxlogdet_tools.pages import rewrite, table
 from maxlogdet_tools.project import ROOT
 from maxlogdet_tools.runs import stamp
 from results import BLOCKS, ISAS, Results, ratio
-from tracker_results import CACHES, KINDS, MONOCULAR, STEREO_MAP, isas, times_dense, times_eigen, times_select
+from tracker_results import CACHES, KINDS, MONOCULAR, STEREO_MAP, isas, times_dense, times_eigen
 
 PAGE = ROOT / "docs/maintenance.md"
 
@@ -37,9 +37,6 @@ def tracker_cases(results):
         for caches, limit in zip(CACHES, limits):
             yield (f"Eigen ÷ ours, {n} {KINDS[blocks]}, {caches}", "ratio", limit, True,
                    of_isas(lambda isa: times_eigen(results, blocks, n, caches, isa=isa)))  # fmt: skip
-    for share, limit in (("0.5", 1.2), ("0.2", 1.4)):
-        yield (f"active selection ÷ selection, n = 800, {100 * float(share):.0f} % found", "ratio", limit, False,
-               of_isas(lambda isa: times_select(results, "800", share, isa=isa)))  # fmt: skip
     for caches in CACHES:
         dense = lambda isa: times_dense(results, "blocks_and_select", STEREO_MAP, "377", "2005", caches, isa)
         yield f"2005 slots ÷ 377 matches, stereo with covariances, {caches}", "ratio", 1.15, False, of_isas(dense)
@@ -70,8 +67,7 @@ def thread_cases(results):
     threads = thread_results.max_threads(results)
     if threads == 1:
         return
-    for method, n, k, limit in (("greedy", "20000", "100", 1.7), ("lazy_greedy", "100000", "200", 1.5),
-                                ("relaxed", "100000", "200", 1.8)):  # fmt: skip
+    for method, n, k, limit in (("greedy", "20000", "100", 1.7), ("lazy_greedy", "100000", "200", 1.5)):
         one, several = (thread_results.find(results, "threads", method, count, n, k) for count in (1, threads))
         yield f"1 thread ÷ {threads} threads, `{method}`, n = {n}", "ratio", limit, True, [ratio(one, several)]
     side_by_side = thread_results.side_by_side(results)

@@ -107,24 +107,6 @@ def details(results):
     )
 
 
-def active(results):
-    rows, losses = [], {"8": [], "32": []}
-    for n, share in (("800", "1"), ("800", "0.5"), ("800", "0.2"), ("3000", "1"), ("3000", "0.2")):
-        select = find(results, "lazy_greedy", STEREO_MAP, n)
-        one, *batches = (find(results, "active", STEREO_MAP, n, batch=batch, matched=share) for batch in ("1", *losses))
-        rows.append([n, f"{100 * float(share):.0f}", *map(us, (select, one, *batches))])
-        for found, batch in zip(losses.values(), batches):
-            found += [lost(batch, one)] if one is not None and batch is not None else []
-    most = {batch: max(found, key=float, default="–") for batch, found in losses.items()}
-    return [
-        *table(["n", "found, % of proposals", "`select`, median, µs", "one by one, median, µs",
-                "batches of 8, median, µs", "batches of 32, median, µs"], rows),
-        "",
-        *paragraph(f"Compared with proposals one by one, log det is lower by at most {most['8']} nats with batches of",
-                   f"8, and by at most {most['32']} nats with batches of 32."),
-    ]  # fmt: skip
-
-
 def readme(results):
     rows = []
     for blocks, caches in itertools.product(SHOWN, CACHES):
@@ -153,7 +135,7 @@ def main():
         print("no case of a tracker was measured: its tables stay unchanged")
         return
     performance, front = ROOT / "docs/performance.md", ROOT / "README.md"
-    for section in (plan, frames, against_eigen, sampling, details, active):
+    for section in (plan, frames, against_eigen, sampling, details):
         lines = section(results)
         print("\n".join(lines))
         rewrite(performance, section.__name__, lines)

@@ -30,19 +30,20 @@ class Loss {
   int count_ = 0;
 };
 
-// The log det of k valid candidates drawn at random: of a selection from which all others are excluded.
+// The log det of k valid candidates drawn at random: of a store that has no others.
 double log_det_of_random(const BlockStore& store, std::size_t k, sim::Draws& draws) {
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < store.size(); ++i) {
     if (store.is_valid(i)) order.push_back(i);
   }
   draws.shuffle_front(order, k);
-  std::vector<unsigned char> excluded(store.size(), 1);
-  for (std::size_t i = 0; i < k; ++i) excluded[order[i]] = 0;
-  Options options = options_of(Strategy::lazy_greedy, k);
-  options.excluded = excluded.data();
-  Selector selector(store.size());
-  return selector.select(store, options).log_det;
+  BlockStore drawn(k);
+  for (std::size_t i = 0; i < k; ++i) {
+    double block[max_block_entries];
+    const int rows = store.block(order[i], block);
+    drawn.push_back(block, rows);
+  }
+  return Selector(k).select(drawn, options_of(Strategy::lazy_greedy, k)).log_det;
 }
 
 // Means over the frames, and the worst of them.

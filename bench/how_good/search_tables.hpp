@@ -9,17 +9,8 @@ namespace maxlogdet::bench {
 /// certificates, largest_gaps: proved upper bounds of the distance to the optimum.
 void write_certificate_tables();
 
-/// relaxed, relaxed_over_n, relaxed_frames: the relaxed strategy compared with lazy greedy.
-void write_relaxed_tables();
-
-/// exchange: the gain of sweeps of swaps.
-void write_exchange_table();
-
 /// denormals: median times with denormal blocks, and their ratio to those with normal blocks nearly as small.
 void write_denormal_table();
-
-/// backward: backward elimination compared with lazy greedy.
-void write_backward_table();
 
 /// stopping: the cost of checking a target in every round.
 void write_target_table();

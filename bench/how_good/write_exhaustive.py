@@ -85,9 +85,7 @@ def page_lines(answers, bounds, problems, large):
         alike.setdefault(cells, []).append(s["answer"])
     answer_rows = [[", ".join(names), *cells] for cells, names in alike.items()]
     distances = ["median", "99_percent", "maximum"]
-    passes = lambda bound: bound.replace("upper_bound with ", "").replace(" passes", "")
-    bound_rows = [[passes(s["bound"]), *(short(s[c]) for c in distances), s["tight_percent"]]
-                  for s in bounds if s["family"] == "all"]  # fmt: skip
+    bound_rows = [[*(short(s[c]) for c in distances), s["tight_percent"]] for s in bounds if s["family"] == "all"]
     return [
         *paragraph(
             "A problem is an instance with a budget that leaves a choice.",
@@ -98,7 +96,7 @@ def page_lines(answers, bounds, problems, large):
         "",
         *paragraph(f"The next table gives `upper_bound` less the optimum. A bound is tight within {TIGHT:.0e} nats."),
         "",
-        *table(["passes (count)", "median (nats)", "99 % quantile (nats)", "maximum (nats)", "tight (%)"], bound_rows),
+        *table(["median (nats)", "99 % quantile (nats)", "maximum (nats)", "tight (%)"], bound_rows),
     ]
 
 

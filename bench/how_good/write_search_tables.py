@@ -16,28 +16,16 @@ from maxlogdet_tools.runs import stamp
 
 RESULTS = pathlib.Path(__file__).parent / "results"
 PAGE = ROOT / "docs/performance.md"
-BUDGETS = ["60", "100", "200", "500"]
-CELLS = [f"{what}_k_{k}" for k in BUDGETS for what in ("speed_up", "delta_nats")]
-GAPS = ["gap", "gap_1_pass", "gap_8_passes"]
 STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy"]
 COLUMNS = {
     "denormals": ["blocks", "candidates", *(f"{strategy}_{what}" for strategy in STRATEGIES
                                             for what in ("us", "ratio"))],
-    "exchange": ["n", "k", "gain_1_sweep", "gain_2_sweeps", "gain_4_sweeps", "max_gain", "improved", "us",
-                 "more_us_1_sweep", "more_us_2_sweeps", "more_us_4_sweeps"],
-    "backward": ["n", "share", "lazy_greedy_us", "backward_greedy_us", "ratio", "min_ratio", "max_ratio",
-                 "min_delta_nats", "max_delta_nats"],
     "stopping": ["strategy", "n", "k", "us", "more_us_deviations", "more_us_efficiency", "min_more_us_efficiency",
                  "max_more_us_efficiency"],
     "deadline": ["n", "k", "us", "us_without_time", "lost_nats", "max_lost_nats", "random_lost_nats",
                  "max_random_lost_nats"],
-    "certificates": ["family", "blocks", *(f"{gap}_k_{k}" for k in ("20", "100") for gap in GAPS), "bound_us",
-                     "pass_us"],
-    "largest_gaps": ["k", "n", *GAPS],
-    "relaxed": ["family", "blocks", "n", *CELLS],
-    "relaxed_over_n": ["n", *CELLS],
-    "relaxed_frames": ["family", "selections", "min_delta_nats", "mean_delta_nats", "max_delta_nats",
-                       "below_minus_0.001"],
+    "certificates": ["family", "blocks", "gap_k_20", "gap_k_100", "bound_us"],
+    "largest_gaps": ["k", "n", "gap"],
 }  # fmt: skip
 
 
@@ -48,32 +36,21 @@ def tables_of(lines):
         if line.startswith("table "):
             name = line.split(" ", 1)[1]
             tables[name] = []
-        elif line.startswith("| "):  # a cell may hold two numbers
-            cells = [part for cell in line.strip("| ").split(" | ") for part in cell.split(", ")]
-            tables[name].append(dict(zip(COLUMNS[name], cells)))
+        elif line.startswith("| "):
+            tables[name].append(dict(zip(COLUMNS[name], line.strip("| ").split(" | "))))
     return {name: rows[1:] for name, rows in tables.items()}  # without the header
-
-
-def in_order(rows, key):
-    return list(dict.fromkeys(row[key] for row in rows))
 
 
 def picked(rows, columns):
     return ([row[column] for column in columns] for row in rows)
 
 
-def largest(rows, *columns):
-    return max((row[column] for row in rows for column in columns), key=float)
+def largest(rows, column):
+    return max((row[column] for row in rows), key=float)
 
 
-def smallest(rows, *columns):
-    return min((row[column] for row in rows for column in columns), key=float).replace("-0.0000", "+0.0000")
-
-
-def exchange(tables):
-    rows = [row for row in tables["exchange"] if row["n"] == "2000" and row["k"] in ("6", "20", "100")]
-    header = ["k", "`lazy_greedy`, mean, µs", "one sweep: additional, mean, µs", "one sweep: added log det, mean, nats"]
-    return table(header, picked(rows, ["k", "us", "more_us_1_sweep", "gain_1_sweep"]))
+def smallest(rows, column):
+    return min((row[column] for row in rows), key=float)
 
 
 def stopping(tables):
@@ -90,52 +67,21 @@ def deadline(tables):
     return table(header, picked(rows, ["n", "us", "us_without_time", "lost_nats", "max_lost_nats", "random_lost_nats"]))
 
 
-def backward(tables):
-    shares = ["0.5", "0.7", "0.9"]
-    rows = tables["backward"]
-    faster = {(row["n"], row["share"]): f"{1 / float(row['ratio']):.1f}" for row in rows}
-    header = ["n", *(f"k = {share} n (ratio)" for share in shares)]
-    many = [row for row in rows if float(row["share"]) >= 0.7]
-    lower = f"{max(-float(smallest(many, 'min_delta_nats')), 0):g}"
-    return [
-        *table(header, ([n, *(faster[n, share] for share in shares)] for n in ("200", "2000"))),
-        "",
-        *paragraph(
-            f"In every problem with k ≥ 0.7 n, `lazy_greedy` took at least {1 / float(largest(many, 'max_ratio')):.1f}",
-            f"times as long as `backward_greedy`. The largest loss of `backward_greedy` was {lower} nats.",
-        ),
-    ]
-
-
 def certificates(tables):
     gaps = next(row for row in tables["largest_gaps"] if row["n"] == "2000" and row["k"] == "100")
     added = [row for row in tables["certificates"] if "equal" not in row["family"]]
     return paragraph(
         f"In the 16 problems with n = 2000 and k = 100, computing the bound took {smallest(added, 'bound_us')} to",
-        f"{largest(added, 'bound_us')} µs, and each pass took {smallest(added, 'pass_us')} to",
-        f"{largest(added, 'pass_us')} µs. `upper_bound` exceeded the log det of `lazy_greedy` by at most",
-        f"{gaps['gap']} nats without passes, and by at most {gaps['gap_8_passes']} nats after 8 passes.",
+        f"{largest(added, 'bound_us')} µs, and `upper_bound` exceeded the log det of `lazy_greedy` by at most",
+        f"{gaps['gap']} nats.",
     )
-
-
-def relaxed(tables):
-    rows = [row for row in tables["relaxed"] if "equal" not in row["family"]]
-    of = lambda n: [row for row in rows if row["n"] == n]
-    cells = lambda found: [pick(found, *columns)
-                           for columns in (CELLS[::2], CELLS[1::2]) for pick in (smallest, largest)]  # fmt: skip
-    header = ["n", *(f"`lazy_greedy` ÷ `relaxed`, {which} (ratio)" for which in ("smallest", "largest")),
-              "log det minus that of `lazy_greedy`, lowest, nats", "the same, highest, nats"]  # fmt: skip
-    return table(header, ([n, *cells(of(n))] for n in in_order(rows, "n")))
 
 
 # The tables of each section of the page; the others are only recorded.
 SECTIONS = {
-    exchange: ["exchange"],
     stopping: ["stopping"],
     deadline: ["deadline"],
-    backward: ["backward"],
     certificates: ["certificates", "largest_gaps"],
-    relaxed: ["relaxed"],
 }
 
 

@@ -2,14 +2,20 @@
 #pragma once
 
 #include "bench/world/input_error.hpp"
+#include "bench/world/names.hpp"
+#include "bench/world/text.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <csignal>
 #include <cstdint>
+#include <exception>
+#include <iostream>
 #include <string>
 #include <system_error>
+#include <vector>
 
-// Checks that the programs make of every command line. Only programs need CLI11.
+// What the programs with subcommands share. Only programs need CLI11.
 
 namespace maxlogdet::sim {
 
@@ -37,6 +43,47 @@ inline void refuse_idle(const CLI::App& command, const std::string& option, bool
                         const std::string& needed) {
   if (has_needed || command.count(option) == 0) return;
   throw InputError(option + " does nothing here; expected with it " + needed);
+}
+
+/// The main function of a program, to which `add_commands(CLI::App&)` adds at least one subcommand. Returns 0; 2 after an
+/// error, of which standard error has one line; or, as a shell reports Ctrl-C, 130 after an Interrupted.
+template <class AddCommands>
+int run_program(const std::string& name, const std::string& description, int argc, char** argv,
+                const AddCommands& add_commands) {
+  constexpr int bad_input = 2, interrupted = 130;
+  const auto fail = [&name](const std::string& message) {
+    std::cerr << name << ": " << one_line(message) << '\n';
+    return bad_input;
+  };
+  const auto flush = [&fail] { return std::cout.flush() ? 0 : fail("standard output could not be written"); };
+  std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size, writing fails as on a full disk
+  try {
+    CLI::App program(description);
+    program.name(name);
+    program.require_subcommand(0, 1);
+    add_commands(program);
+    refuse_empty_values(program);
+    try {
+      program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) {  // --help, --version
+        program.exit(error);
+        return flush();
+      }
+      return fail(std::string(error.what()) + " (see " + name + " --help, and --help of each command)");
+    }
+    if (program.get_subcommands().empty()) {
+      std::vector<std::string> commands;
+      for (const CLI::App* const command : program.get_subcommands({})) commands.push_back(command->get_name());
+      return fail("a command is missing: " + joined(commands, ", ") + " (" + name + " --help)");
+    }
+    return flush();
+  } catch (const Interrupted& error) {
+    fail(error.what());
+    return interrupted;
+  } catch (const std::exception& error) {  // InputError among them
+    return fail(error.what());
+  }
 }
 
 }  // namespace maxlogdet::sim

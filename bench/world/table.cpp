@@ -65,25 +65,4 @@ std::string fixed(double value, int decimals) {
   return text;
 }
 
-std::string fixed(const Estimate& estimate, int decimals) {
-  if (std::isnan(estimate.ci95)) return fixed(estimate.value, decimals);
-  return fixed(estimate.value, decimals) + " ± " + fixed(estimate.ci95, decimals);
-}
-
-const char* verdict(const Estimate& difference) {
-  if (!(std::abs(difference.value) > difference.ci95)) return "·";
-  return difference.value < 0 ? "▲" : "▼";
-}
-
-std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs) {
-  std::vector<double> percents;
-  double sum = 0;
-  for (const double error : theirs) sum += error / static_cast<double>(theirs.size());
-  for (std::size_t i = 0; i < ours.size(); ++i) percents.push_back(100 * (ours[i] - theirs[i]) / sum);
-  if (percents.empty()) return "-";
-  const Estimate difference = mean_of(percents);
-  if (std::isnan(difference.ci95)) return fixed(difference, 1) + " %";  // one run has no interval
-  return fixed(difference, 1) + " % " + verdict(difference);
-}
-
 }  // namespace maxlogdet::sim

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/statistics.hpp"
-
 #include <string>
 #include <vector>
 
@@ -25,16 +23,5 @@ std::string exact(double value);
 
 /// Returns a number with that many decimals; "-" for NaN.
 std::string fixed(double value, int decimals);
-
-/// Returns a text like "0.123 ± 0.004".
-std::string fixed(const Estimate& estimate, int decimals);
-
-/// Returns the verdict on a difference of errors, ours less theirs, by its 95 % interval: "▲" ours are lower, "▼"
-/// higher, "·" not significant.
-const char* verdict(const Estimate& difference);
-
-/// Returns the difference of paired errors, ours less theirs in percent of the mean of theirs, with its 95 % interval
-/// and verdict; "-" without errors.
-std::string claim(const std::vector<double>& ours, const std::vector<double>& theirs);
 
 }  // namespace maxlogdet::sim

@@ -40,26 +40,6 @@ double TextFile::number(std::string_view field, const std::string& what) const {
   return *value;
 }
 
-void read_stamped_rows(
-    TextFile& file, std::size_t count, const std::string& columns,
-    const std::function<void(std::int64_t stamp, const std::vector<std::string_view>& fields)>& row) {
-  std::int64_t last = -1;
-  const auto seconds = [](std::int64_t stamp) { return static_cast<double>(stamp) * 1e-9; };
-  while (const auto text = file.next()) {
-    if (text->front() == '#') continue;
-    const auto fields = split_at_commas(*text);
-    if (fields.size() < count) {
-      file.fail("the fields " + columns + ", not " + std::to_string(fields.size()) + " of them");
-    }
-    const std::optional<std::int64_t> stamp = whole_number(fields[0]);
-    if (!stamp || *stamp <= last || !(seconds(*stamp) > seconds(last))) {
-      file.fail("a stamp in ns, later than the one before, not " + shown(fields[0]));
-    }
-    row(*stamp, fields);
-    last = *stamp;
-  }
-}
-
 std::vector<std::string> files_of(const std::string& folder, const std::string& prefix, const std::string& extension) {
   std::vector<std::string> files;
   std::error_code error;

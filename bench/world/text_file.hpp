@@ -38,13 +38,6 @@ class TextFile {
   std::size_t line_number_ = 0;
 };
 
-/// Calls row(stamp, fields) for each row of a file in the ASL layout (EuRoC): comma-separated fields, the first of them
-/// a stamp in ns, 0 or more and later than the one before by what float64 in s resolves (always 3 us);
-/// lines that begin with `#` are skipped. Throws InputError about other rows, and about those that have fewer than
-/// `count` fields; `columns` names these.
-void read_stamped_rows(TextFile& file, std::size_t count, const std::string& columns,
-                       const std::function<void(std::int64_t stamp, const std::vector<std::string_view>& fields)>& row);
-
 /// Returns the files of a folder whose names begin with `prefix` and have the given extension (".csv"), as paths in
 /// order of name. Throws InputError if the folder cannot be listed or has none.
 std::vector<std::string> files_of(const std::string& folder, const std::string& prefix, const std::string& extension);

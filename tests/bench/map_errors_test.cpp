@@ -3,7 +3,7 @@
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 
 #include "bench/world/angles.hpp"
-#include "bench/world/trajectory_error.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 #include "tests/bench/small_worlds.hpp"
 #include "tests/support/support.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/world/observability.hpp"
+#include "bench/does_the_paper_hold/observability.hpp"
 
 #include "tests/bench/selector_cases.hpp"
 #include "tests/support/decompositions.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/trajectory_error.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 #include "tests/support/support.hpp"
 
 #include <Eigen/Geometry>

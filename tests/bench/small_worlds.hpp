@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench/does_the_paper_hold/mapped_world.hpp"
-#include "bench/world/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory.hpp"
 
 #include <cstddef>
 #include <cstdint>

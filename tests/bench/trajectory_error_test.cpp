@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/world/trajectory_error.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 
 #include "bench/world/angles.hpp"
 #include "tests/bench/horn_alignment.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/world/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory.hpp"
 
 #include "tests/support/text_folder.hpp"
 #include "tests/support/traced_random.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory.hpp"
 #include "tests/support/program.hpp"
 
 #include <filesystem>

@@ -6,7 +6,7 @@ import tempfile
 import unittest
 
 from maxlogdet_tools import gnuplot
-from maxlogdet_tools.pictures import epsilon, metrics, robustness, selection, tracking, trajectories
+from maxlogdet_tools.pictures import epsilon, metrics, selection, tracking
 
 
 class PictureTest(unittest.TestCase):
@@ -54,24 +54,6 @@ class Tracking(PictureTest):
                 for selector, budget in (("md", 20.0), ("inl", 0.0), ("all_weighted", 0.0))]
         for picture in (*tracking.budget({}, rows).values(), *tracking.euroc({}, rows).values()):
             self.assertNotIn("RPE", picture.script)
-            self.draw(picture)
-
-
-class Robustness(PictureTest):
-    def test_errors_are_multiples_of_those_of_all(self):
-        settings = {"disturbances": ["none", "focal"], "budgets": [40, 20], "matches": 100}
-        rows = [{"disturbance": disturbance, "selector": selector, "budget": float(budget), "rms_translation_m": error,
-                 "rms_rotation_deg": error}
-                for disturbance in ("none", "focal")
-                for selector, budget, error in (("md", 40, 3.0), ("md", 20, 6.0), ("random", 40, None), ("random", 20, 8.0),
-                                                ("all", 100, 2.0))]
-        pictures = robustness.pictures(settings, rows)
-        self.assertEqual(list(pictures), ["robustness_translation", "robustness_rotation"])
-        for picture in pictures.values():
-            self.assertIn("$focal_random << EOD\n20 4\n40 NaN\nEOD\n", picture.script)
-            self.assertIn("$none_md << EOD\n20 3\n40 1.5\nEOD\n", picture.script)
-            self.assertIn("layout 1,3", picture.script, "one for the key")
-            self.assertIn("all 100 matches", picture.script)
             self.draw(picture)
 
 
@@ -126,19 +108,6 @@ class Selection(PictureTest):
     def test_an_empty_frame_has_a_picture(self):
         self.draw(selection.picture({"frame": "empty", "width_px": 640, "height_px": 480, "right_m": [], "forward_m": [],
                                      "u_px": [], "v_px": [], "selected": []}))
-
-
-class Trajectories(PictureTest):
-    def test_truth_is_drawn_where_it_is_known(self):
-        moving, standing = [[0.1 * i, 0.2 * i] for i in range(15)], [[1.0, 2.0]] * 15
-        for truth in ([], moving):
-            for points in (moving, standing):
-                data = {"dataset": "it's made", "axes": ["z (m)", "x (m)"], "truth": truth, "trajectories": [
-                    {"name": "md_60", "selector": "md", "points": points}]}
-                picture = trajectories.picture(data)
-                self.assertEqual("ground truth" in picture.script, bool(truth))
-                self.assertIn("title 'md_60'", picture.script)
-                self.draw(picture)
 
 
 if __name__ == "__main__":

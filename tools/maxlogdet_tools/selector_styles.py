@@ -17,16 +17,9 @@ STYLES = {
     "inl": ("#d62020", "dt 2 lw 2 pt 2"),
     "all": (Colour.BLACK, "dt 1 lw 2 pt 3"),
     "all_weighted": (Colour.SKY_BLUE, "dt 2 lw 2 pt 4"),
-    "leverage": ("#b0a000", "dt 3 lw 1.5 pt 8"),
-    "half_random": ("#a0522d", "dt 2 lw 1.5 pt 10"),
     "md_cells": ("#8e44ad", "dt 2 lw 1.5 pt 4"),
     "md_spread": (Colour.PURPLE, "dt 1 lw 2 pt 13"),
     "own": (Colour.BLACK, "dt 1 lw 2 pt 2"),
-    "md_keyframes": (Colour.BLUE, "dt 2 lw 1.5 pt 6"),
-    "shared_cells": ("#8e44ad", "dt 1 lw 2 pt 5"),
-    "shared_keyframes": (Colour.BLUE, "dt 1 lw 2 pt 7"),
-    "active": ("#8a2be2", "dt 1 lw 2 pt 12"),
-    "active_random": ("#8a2be2", "dt 3 lw 1.5 pt 1"),
 }
 OTHER = ("#404040", "dt 1 lw 1 pt 6")
 

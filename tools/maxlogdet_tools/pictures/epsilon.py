@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`simulate epsilon`: heat maps over k / n and epsilon, one for each size; a picture for each of three quantities."""
+"""`maxlogdet_simulate epsilon`: heat maps over k / n and epsilon, one for each size; a picture for each of three quantities."""
 
 from maxlogdet_tools.gnuplot import STYLE, Picture, data_block, number
 from maxlogdet_tools.pictures.quantiles import mean

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`simulate metrics`: RMS errors over the subset size, four panels as in the paper; a picture for each weighting."""
+"""`maxlogdet_simulate metrics`: RMS errors over the subset size, four panels as in the paper; a picture for each weighting."""
 
 from maxlogdet_tools.gnuplot import STYLE, Picture, data_block, number
 from maxlogdet_tools.selector_styles import line_style

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`simulate euroc`: bars of mean errors by sequence. `simulate budget`: box plots over budgets, with the median and
+"""`maxlogdet_simulate euroc`: bars of mean errors by sequence. `maxlogdet_simulate budget`: box plots over budgets, with the median and
 quartiles of all inliers."""
 
 from maxlogdet_tools.gnuplot import STYLE, Picture, data_block, number

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "bench/does_the_paper_hold/observability.hpp"
+
+#include "bench/does_the_paper_hold/eigenvalue_search.hpp"
+#include "bench/world/projection.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet::sim {
+namespace {
+
+double smallest_eigenvalue(const Matrix12& Q) {
+  return Eigen::SelfAdjointEigenSolver<Matrix12>(Q, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+}  // namespace
+
+void ObservabilitySelection::add_pose(const Pose& T_cw) {
+  poses_.push_back(T_cw);
+  if (poses_.size() > segments_) poses_.pop_front();
+}
+
+std::vector<Matrix12> ObservabilitySelection::information(const Frame& frame,
+                                                          const std::vector<std::uint32_t>& candidates) const {
+  std::vector<Matrix12> sums(candidates.size(), Matrix12::Zero());
+  Pose end = pose_of(frame.T_cw_prior);
+  for (std::size_t back = 0; back < std::max<std::size_t>(poses_.size(), 1); ++back) {
+    const Pose begin = poses_.empty() ? end : poses_[poses_.size() - 1 - back];
+    const Pose motion = end * begin.inverse();
+    Eigen::Matrix<double, 6, 12> powers;  // F's upper half
+    powers << adjoint(motion), left_jacobian(log_se3(motion));
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      LinearizedMatch at_end;
+      if (!linearize(frame.camera, end, frame.matches[candidates[c]], false, at_end)) continue;
+      const Eigen::Matrix<double, 2, 6> H_x = at_end.H_x.topRows<2>();
+      const Eigen::Matrix<double, 2, 12> H_F = H_x * powers;
+      sums[c].topLeftCorner<6, 6>().noalias() += H_x.transpose() * H_x;
+      sums[c].noalias() += H_F.transpose() * H_F;
+    }
+    end = begin;
+  }
+  return sums;
+}
+
+std::vector<std::uint32_t> ObservabilitySelection::select(const Frame& frame,
+                                                          const std::vector<std::uint32_t>& candidates, std::size_t k,
+                                                          double epsilon, Draws& draws) const {
+  const std::vector<Matrix12> information_of = information(frame, candidates);
+  std::vector<std::uint32_t> remaining(candidates.size());
+  for (std::uint32_t i = 0; i < remaining.size(); ++i) remaining[i] = i;
+
+  k = std::min(k, candidates.size());
+  const double share = static_cast<double>(candidates.size()) / static_cast<double>(std::max<std::size_t>(k, 1));
+  const auto sample = static_cast<std::size_t>(std::ceil(share * std::log(1 / epsilon)));
+  std::vector<std::uint32_t> selected;
+  Matrix12 Q = Matrix12::Zero();
+  while (selected.size() < k) {
+    const std::size_t looked_at = std::min(sample, remaining.size());
+    draws.shuffle_front(remaining, looked_at);
+    const std::size_t winner = best_by_eigenvalues(
+        looked_at, Q, [&](std::size_t r) -> const Matrix12& { return information_of[remaining[r]]; },
+        smallest_eigenvalue, [](const Matrix12& /*with_it*/, double best) { return best; },
+        [](double /*best*/, double slack) { return slack; });
+    selected.push_back(candidates[remaining[winner]]);
+    Q += information_of[remaining[winner]];
+    std::swap(remaining[winner], remaining.back());
+    remaining.pop_back();
+  }
+  return selected;
+}
+
+}  // namespace maxlogdet::sim
