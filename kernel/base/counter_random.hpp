@@ -19,6 +19,9 @@ class CounterRandom {
     return static_cast<std::uint32_t>(((bits() >> 32) * range) >> 32);
   }
 
+  /// A seed of other generators.
+  std::uint64_t key() const noexcept { return key_; }
+
  private:
   static constexpr std::uint64_t increment = 0x9E3779B97F4A7C15u;
 
