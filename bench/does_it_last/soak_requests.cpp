@@ -56,11 +56,7 @@ void copy(const BlockStore& source, std::size_t first, std::size_t n, BlockStore
 }  // namespace
 
 SoakRequests::SoakRequests(std::uint64_t seed)
-    : draws_(seed),
-      full_(capacity),
-      required_(capacity),
-      groups_(capacity),
-      wrong_groups_(capacity, group_count) {
+    : draws_(seed), full_(capacity), required_(capacity), groups_(capacity), wrong_groups_(capacity, group_count) {
   sources_.push_back(synthetic_store("euroc_like", capacity, Blocks::two_rows_measurement, 1));
   sources_.push_back(synthetic_store("kitti_like", capacity, Blocks::three_rows, 2));
   sources_.push_back(synthetic_store("clustered", capacity, Blocks::two_rows, 3));

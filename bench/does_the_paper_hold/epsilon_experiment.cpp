@@ -115,32 +115,4 @@ std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size
   return outcomes;
 }
 
-nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes) {
-  nlohmann::json result = nlohmann::json::array();
-  for (const EpsilonOutcome& o : outcomes) {
-    result.push_back({{"n", o.n},
-                      {"k", o.k},
-                      {"epsilon", o.epsilon},
-                      {"us", o.us},
-                      {"us_greedy", o.us_greedy},
-                      {"us_lazy", o.us_lazy},
-                      {"gap_nats", o.gap_nats},
-                      {"differing", o.differing},
-                      {"gains", o.gains},
-                      {"gains_greedy", o.gains_greedy},
-                      {"share_of_greedy", o.share_of_greedy}});
-  }
-  return result;
-}
-
-std::vector<EpsilonOutcome> epsilon_outcomes_of(const nlohmann::json& result) {
-  std::vector<EpsilonOutcome> outcomes;
-  for (const nlohmann::json& r : result) {
-    outcomes.push_back({r.at("n"), r.at("k"), r.at("epsilon"), r.at("us"), r.at("us_greedy"), r.at("us_lazy"),
-                        r.at("gap_nats"), r.at("differing"), r.at("gains"), r.at("gains_greedy"),
-                        r.at("share_of_greedy")});
-  }
-  return outcomes;
-}
-
 }  // namespace maxlogdet::sim

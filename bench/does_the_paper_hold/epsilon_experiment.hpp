@@ -45,7 +45,4 @@ struct EpsilonOutcome {
 /// times.
 std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size_t n, std::uint64_t run);
 
-nlohmann::json to_json(const std::vector<EpsilonOutcome>& outcomes);
-std::vector<EpsilonOutcome> epsilon_outcomes_of(const nlohmann::json& result);
-
 }  // namespace maxlogdet::sim

@@ -62,15 +62,16 @@ const std::vector<std::string> columns = {"ε",
 
 }  // namespace
 
-Table epsilon_table(const Runs& runs, const std::vector<std::string>& numbers) {
+Table epsilon_table(const EpsilonOptions& options, const Runs& runs) {
   Table table;
-  table.header = {"run",           "n",        "k",         "epsilon", "us",           "us_greedy",
-                  "us_lazy",       "gap_nats", "differing", "gains",   "gains_greedy", "share_of_greedy"};
+  table.header = {"run",     "n",        "k",         "epsilon", "us",           "us_greedy",
+                  "us_lazy", "gap_nats", "differing", "gains",   "gains_greedy", "share_of_greedy"};
   for (std::size_t run = 0; run < runs.size(); ++run) {
     for (const EpsilonOutcome& o : runs[run]) {
-      table.rows.push_back({numbers.at(run), std::to_string(o.n), std::to_string(o.k), exact(o.epsilon), exact(o.us),
-                            exact(o.us_greedy), exact(o.us_lazy), exact(o.gap_nats), std::to_string(o.differing),
-                            exact(o.gains), exact(o.gains_greedy), exact(o.share_of_greedy)});
+      table.rows.push_back({std::to_string(run / options.sizes.size()), std::to_string(o.n), std::to_string(o.k),
+                            exact(o.epsilon), exact(o.us), exact(o.us_greedy), exact(o.us_lazy), exact(o.gap_nats),
+                            std::to_string(o.differing), exact(o.gains), exact(o.gains_greedy),
+                            exact(o.share_of_greedy)});
     }
   }
   return table;

@@ -10,8 +10,8 @@
 
 namespace maxlogdet::sim {
 
-/// epsilon.csv: a row for each outcome, with the number of its run; each run has one size.
-Table epsilon_table(const std::vector<std::vector<EpsilonOutcome>>& runs, const std::vector<std::string>& numbers);
+/// epsilon.csv: a row for each outcome, with the number of its run: `runs` has one entry for each size of each run.
+Table epsilon_table(const EpsilonOptions& options, const std::vector<std::vector<EpsilonOutcome>>& runs);
 
 /// By epsilon, over the whole grid: the minimum of f / f(greedy) beside the guarantee 1 - 1/e - epsilon;
 /// mean gap, share of differing features, and savings of gains and time against greedy and lazy greedy.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Section IV: tables of `maxlogdet simulate epsilon`."""
+"""Section IV: tables of `maxlogdet_simulate epsilon`."""
 
 from maxlogdet_tools.pages import table
 from simulated import Experiment, record

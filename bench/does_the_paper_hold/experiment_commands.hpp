@@ -5,8 +5,7 @@
 
 namespace maxlogdet::sim {
 
-/// Each adds its subcommand. An experiment runs when the command line has been parsed; it throws InputError, and
-/// Interrupted after Ctrl-C.
+/// Each adds its subcommand. An experiment runs when the command line has been parsed; it throws InputError.
 void add_metrics_experiment(CLI::App& program);
 void add_budget_experiment(CLI::App& program);
 void add_euroc_experiment(CLI::App& program);

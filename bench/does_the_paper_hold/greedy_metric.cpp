@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/greedy_metric.hpp"
 
-#include "bench/does_the_paper_hold/eigenvalues.hpp"
 #include "bench/does_the_paper_hold/block_information.hpp"
 #include "bench/does_the_paper_hold/eigenvalue_search.hpp"
+#include "bench/does_the_paper_hold/eigenvalues.hpp"
 
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/selector.hpp>

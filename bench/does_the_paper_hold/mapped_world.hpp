@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bench/does_the_paper_hold/trajectory.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/frame.hpp"
-#include "bench/does_the_paper_hold/trajectory.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>

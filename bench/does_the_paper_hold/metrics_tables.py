@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Section III: tables of `maxlogdet simulate metrics`."""
+"""Section III: tables of `maxlogdet_simulate metrics`."""
 
 from maxlogdet_tools.pages import table
 from maxlogdet_tools.pictures.quantiles import mean

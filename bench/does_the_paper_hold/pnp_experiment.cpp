@@ -4,7 +4,6 @@
 #include "bench/does_the_paper_hold/greedy_metric.hpp"
 #include "bench/does_the_paper_hold/pose_error.hpp"
 #include "bench/does_the_paper_hold/pose_error_model.hpp"
-#include "bench/does_the_paper_hold/runs.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/pose_optimizer.hpp"
@@ -17,12 +16,6 @@
 
 namespace maxlogdet::sim {
 namespace {
-
-constexpr double PnpOutcome::*members[] = {
-    &PnpOutcome::translation_m,         &PnpOutcome::rotation_deg,       &PnpOutcome::aligned_translation_m,
-    &PnpOutcome::aligned_rotation_deg,  &PnpOutcome::bias_amplification, &PnpOutcome::expected_translation_m,
-    &PnpOutcome::expected_rotation_deg,
-};
 
 // The expected square by eq. 4: |bias|^2 + trace of both covariances. To first order the error of the centre is R^T
 // times the translation of the left perturbation.
@@ -126,9 +119,5 @@ Frame pnp_frame(const PnpOptions& options, std::uint64_t run) {
   frame.name = "run " + std::to_string(run);
   return frame;
 }
-
-nlohmann::json to_json(const std::vector<PnpOutcome>& outcomes) { return lists_of(outcomes, members); }
-
-std::vector<PnpOutcome> pnp_outcomes_of(const nlohmann::json& result) { return outcomes_of(result, members); }
 
 }  // namespace maxlogdet::sim

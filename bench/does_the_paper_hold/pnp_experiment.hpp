@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -42,9 +41,5 @@ std::vector<PnpOutcome> run_pnp(const PnpOptions& options, std::uint64_t run);
 
 /// Returns the frame of a run: map points, measurements with the first noise, and the guess as prior.
 Frame pnp_frame(const PnpOptions& options, std::uint64_t run);
-
-/// Convert a run to and from the JSON of a RunLog.
-nlohmann::json to_json(const std::vector<PnpOutcome>& outcomes);
-std::vector<PnpOutcome> pnp_outcomes_of(const nlohmann::json& result);
 
 }  // namespace maxlogdet::sim

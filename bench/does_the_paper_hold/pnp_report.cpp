@@ -198,35 +198,6 @@ Table metrics_table(const std::vector<PnpRow>& rows, bool aligned) {
   return table;
 }
 
-Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
-                         const std::vector<std::string>& numbers) {
-  Table table;
-  table.header = {"run",
-                  "noise_px",
-                  "size",
-                  "weighting",
-                  "selector",
-                  "translation_m",
-                  "rotation_deg",
-                  "aligned_translation_m",
-                  "aligned_rotation_deg",
-                  "bias_amplification",
-                  "expected_translation_m",
-                  "expected_rotation_deg"};
-  const std::vector<PnpCase> cases = pnp_cases(options);
-  for (std::size_t run = 0; run < runs.size(); ++run) {
-    for (std::size_t c = 0; c < cases.size(); ++c) {
-      const PnpCase& which = cases[c];
-      const PnpOutcome& o = runs[run].at(c);
-      table.rows.push_back({numbers.at(run), exact(which.noise_px), std::to_string(which.size), which.weighting,
-                            which.selector, exact(o.translation_m), exact(o.rotation_deg),
-                            exact(o.aligned_translation_m), exact(o.aligned_rotation_deg), exact(o.bias_amplification),
-                            exact(o.expected_translation_m), exact(o.expected_rotation_deg)});
-    }
-  }
-  return table;
-}
-
 Table expectation_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting,
                         std::size_t size) {
   const Rows found(rows, weighting);

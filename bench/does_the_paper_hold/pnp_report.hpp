@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/does_the_paper_hold/pnp_experiment.hpp"
 #include "bench/does_the_paper_hold/estimate.hpp"
+#include "bench/does_the_paper_hold/pnp_experiment.hpp"
 #include "bench/world/table.hpp"
 
 #include <cstddef>
@@ -27,10 +27,6 @@ std::vector<PnpRow> summarize(const PnpOptions& options, const std::vector<std::
 
 /// metrics.csv; with `aligned`, errors are against the pose by the map's best rigid alignment.
 Table metrics_table(const std::vector<PnpRow>& rows, bool aligned);
-
-/// metrics_runs.csv: every outcome of every run, under the run's number.
-Table metrics_runs_table(const PnpOptions& options, const std::vector<std::vector<PnpOutcome>>& runs,
-                         const std::vector<std::string>& numbers);
 
 /// Expected and measured errors at one size: bias amplification, and errors by eqs. 5 to 7.
 Table expectation_table(const PnpOptions& options, const std::vector<PnpRow>& rows, Weighting weighting,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/pnp_scene.hpp"
 
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/input_error.hpp"
 #include "bench/world/names.hpp"
-#include "bench/does_the_paper_hold/trajectory_error.hpp"
 
 #include <cmath>
 #include <numeric>

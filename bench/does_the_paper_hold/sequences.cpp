@@ -57,7 +57,8 @@ Sequences sequences_of(const SequenceOptions& options) {
   if (from.empty() && !data_folder().empty()) from = data_folder() + "/euroc_ground_truth";
   Sequences sequences;
   if (from.empty()) {
-    std::cerr << "maxlogdet_simulate: no recorded trajectories here (--trajectories names them): the built-in one is used\n";
+    std::cerr
+        << "maxlogdet_simulate: no recorded trajectories here (--trajectories names them): the built-in one is used\n";
     sequences.trajectories = {analytic_trajectory()};
     sequences.rig = forward_rig();
   } else {
@@ -69,8 +70,8 @@ Sequences sequences_of(const SequenceOptions& options) {
   for (const Trajectory& trajectory : sequences.trajectories) {
     const double length = trajectory.poses.back().time - trajectory.poses.front().time;
     if (length >= options.window) continue;
-    std::cerr << "maxlogdet_simulate: " << trajectory.name << " is " << exact(length) << " s long, shorter than a window of "
-              << exact(options.window) << " s: it has no relative errors\n";
+    std::cerr << "maxlogdet_simulate: " << trajectory.name << " is " << exact(length)
+              << " s long, shorter than a window of " << exact(options.window) << " s: it has no relative errors\n";
   }
   return sequences;
 }

@@ -15,17 +15,15 @@ struct Arguments : TrackingArguments {
 
 void run(const Arguments& arguments) {
   Simulation simulation("budget", arguments.common);
-  const TrackingRuns runs = simulate_tracking(simulation, "budget", arguments);
+  const TrackingRuns runs = simulate_tracking(simulation, arguments);
   const Table table = budget_table(runs, arguments.options.selectors);
   simulation.write_csv("budget", table);
-  if (!runs.runs.empty()) {
-    simulation.print("Errors by budget, " + joined(runs.sequences, ", ") +
-                         "; differences to inl in percent of its mean, with their 95 % interval over runs, ▲ better, ▼ "
-                         "worse, · not significant; " +
-                         described_weights(arguments) + ':',
-                     budget_summary(runs, arguments.options.selectors));
-  }
-  simulation.finish(table);
+  simulation.print("Errors by budget, " + joined(runs.sequences, ", ") +
+                       "; differences to inl in percent of its mean, with their 95 % interval over runs, ▲ better, ▼ "
+                       "worse, · not significant; " +
+                       described_weights(arguments) + ':',
+                   budget_summary(runs, arguments.options.selectors));
+  simulation.finish(settings_of(arguments), table);
 }
 
 }  // namespace

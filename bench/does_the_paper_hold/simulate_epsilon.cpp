@@ -26,15 +26,6 @@ void check(const EpsilonOptions& options) {
   }
 }
 
-// Keys are N/RUN.
-std::vector<std::string> keys_of(const Arguments& arguments) {
-  std::vector<std::string> keys;
-  for (const std::string& run : arguments.common.run_numbers()) {
-    for (const std::size_t n : arguments.options.sizes) keys.push_back(std::to_string(n) + "/" + run);
-  }
-  return keys;
-}
-
 void report(Simulation& simulation, const EpsilonOptions& options,
             const std::vector<std::vector<EpsilonOutcome>>& outcomes) {
   simulation.print("Over the whole grid of n and k:", guarantee_table(options, outcomes));
@@ -50,19 +41,14 @@ void run(const Arguments& arguments) {
   const EpsilonOptions& options = arguments.options;
   check(options);
   Simulation simulation("epsilon", arguments.common);
-  const auto run_key = [&](const std::string& key) {
-    const auto slash = key.find('/');
-    return run_epsilon(options, std::stoull(key.substr(0, slash)), std::stoull(key.substr(slash + 1)));
-  };
-  const FinishedRuns<EpsilonOutcome> runs =
-      simulation.run<EpsilonOutcome>({to_json(options), keys_of(arguments),
-                                      options.shares.size() * options.epsilons.size(), run_key, epsilon_outcomes_of});
-  std::vector<std::string> numbers;
-  for (const std::string& key : runs.keys) numbers.push_back(key.substr(key.find('/') + 1));
-  const Table table = epsilon_table(runs.outcomes, numbers);
+  const std::size_t sizes = options.sizes.size();
+  const auto outcomes = simulation.run_all<EpsilonOutcome>(arguments.common.runs * sizes, [&](std::size_t i) {
+    return run_epsilon(options, options.sizes[i % sizes], i / sizes);
+  });
+  const Table table = epsilon_table(options, outcomes);
   simulation.write_csv("epsilon", table);
-  if (!runs.keys.empty()) report(simulation, options, runs.outcomes);
-  simulation.finish(table);
+  report(simulation, options, outcomes);
+  simulation.finish(to_json(options), table);
 }
 
 }  // namespace

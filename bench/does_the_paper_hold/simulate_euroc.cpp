@@ -18,28 +18,26 @@ struct Arguments : TrackingArguments {
 
 void run(const Arguments& arguments) {
   Simulation simulation("euroc", arguments.common);
-  const TrackingRuns runs = simulate_tracking(simulation, "euroc", arguments);
+  const TrackingRuns runs = simulate_tracking(simulation, arguments);
   const Table table = euroc_table(runs);
   simulation.write_csv("euroc", table);
-  if (!runs.runs.empty()) {
-    simulation.print(
-        "Relative errors over windows of 3 s: RPE (m/s), ROE (deg/s); the lowest are bold, among the "
-        "selectors with a budget and among those without; " +
-            described_weights(arguments) + ':',
-        relative_error_table(runs));
-    simulation.print("Means over sequences, with their 95 % interval over runs:", average_table(runs));
-    simulation.print("Absolute trajectory error after Sim3 alignment (m):", absolute_error_table(runs));
-    simulation.print("Mean wall time of a frame:", time_table(runs));
-    for (const char* const name : {"md", "quality_md"}) {
-      const Table claims = claim_table(runs, name);
-      if (claims.rows.empty()) continue;
-      simulation.print("Difference of `" + std::string(name) +
-                           "` in percent of the other's error, with its 95 % interval over runs; ▲ it is better, ▼ "
-                           "worse, · not significant:",
-                       claims);
-    }
+  simulation.print(
+      "Relative errors over windows of 3 s: RPE (m/s), ROE (deg/s); the lowest are bold, among the "
+      "selectors with a budget and among those without; " +
+          described_weights(arguments) + ':',
+      relative_error_table(runs));
+  simulation.print("Means over sequences, with their 95 % interval over runs:", average_table(runs));
+  simulation.print("Absolute trajectory error after Sim3 alignment (m):", absolute_error_table(runs));
+  simulation.print("Mean wall time of a frame:", time_table(runs));
+  for (const char* const name : {"md", "quality_md"}) {
+    const Table claims = claim_table(runs, name);
+    if (claims.rows.empty()) continue;
+    simulation.print("Difference of `" + std::string(name) +
+                         "` in percent of the other's error, with its 95 % interval over runs; ▲ it is better, ▼ "
+                         "worse, · not significant:",
+                     claims);
   }
-  simulation.finish(table);
+  simulation.finish(settings_of(arguments), table);
 }
 
 bool has(const Arguments& arguments, SelectorKind kind) {

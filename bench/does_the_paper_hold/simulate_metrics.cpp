@@ -52,16 +52,14 @@ void run(const Arguments& arguments) {
   const PnpOptions& options = arguments.options;
   check(options);
   Simulation simulation("metrics", arguments.common);
-  const auto run_key = [&](const std::string& key) { return run_pnp(options, std::stoull(key)); };
-  const FinishedRuns<PnpOutcome> runs = simulation.run<PnpOutcome>(
-      {to_json(options), arguments.common.run_numbers(), pnp_cases(options).size(), run_key, pnp_outcomes_of});
-  const std::vector<PnpRow> rows = summarize(options, runs.outcomes);
+  const auto outcomes = simulation.run_all<PnpOutcome>(arguments.common.runs,
+                                                       [&](std::size_t number) { return run_pnp(options, number); });
+  const std::vector<PnpRow> rows = summarize(options, outcomes);
   const Table table = metrics_table(rows, false);
   simulation.write_csv("metrics", table);
   simulation.write_csv("metrics_aligned", metrics_table(rows, true));
-  simulation.write_csv("metrics_runs", metrics_runs_table(options, runs.outcomes, runs.keys));
-  if (!rows.empty()) report(simulation, options, runs.outcomes, rows);
-  simulation.finish(table);
+  report(simulation, options, outcomes, rows);
+  simulation.finish(to_json(options), table);
 }
 
 }  // namespace

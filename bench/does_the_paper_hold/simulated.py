@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads the results of `maxlogdet simulate`, and records full tables in bench/does_the_paper_hold/results."""
+"""Reads the results of `maxlogdet_simulate`, and records full tables in bench/does_the_paper_hold/results."""
 
 import pathlib
 import re

@@ -6,12 +6,10 @@
 #include "bench/world/output_file.hpp"
 
 #include <maxlogdet/isa.hpp>
-#include <maxlogdet/version.hpp>
 
 #include <charconv>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <utility>
 
 namespace maxlogdet::sim {
@@ -41,20 +39,13 @@ nlohmann::ordered_json json_of(const Table& table) {
 
 void SimulationArguments::add_to(CLI::App& command) {
   command.add_option("--runs", runs, "Repetitions with other random numbers")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000}))
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000}))
       ->capture_default_str();
   command.add_option("--threads", threads, "Runs at the same time; 0: as many as processors")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1024}))
       ->capture_default_str();
   command.add_option("--seed", seed, "Same seed, same errors, for any number of threads")->capture_default_str();
-  command.add_option("--output", output, "Folder for tables and finished runs; a rerun resumes where it stopped")
-      ->capture_default_str();
-}
-
-std::vector<std::string> SimulationArguments::run_numbers() const {
-  std::vector<std::string> numbers;
-  for (std::int64_t run = 0; run < runs; ++run) numbers.push_back(std::to_string(run));
-  return numbers;
+  command.add_option("--output", output, "Folder for the tables")->capture_default_str();
 }
 
 Simulation::Simulation(std::string name, const SimulationArguments& arguments)
@@ -65,16 +56,6 @@ Simulation::Simulation(std::string name, const SimulationArguments& arguments)
   if (error || !std::filesystem::is_directory(folder_)) {
     throw InputError("--output '" + folder_ + "': cannot be created; expected a folder that can be written to");
   }
-}
-
-void Simulation::complete(const nlohmann::ordered_json& settings, const std::vector<std::string>& keys,
-                          const std::function<nlohmann::json(const std::string&)>& work) {
-  settings_ = settings;
-  settings_["version"] = version();  // other versions share no runs
-  log_ = std::make_unique<RunLog>(path_of(name_ + "_runs.jsonl"), settings_);
-  const StopOnInterrupt stop;
-  asked_for_ = keys.size();
-  finished_ = run_missing("simulate " + name_, keys, threads_, *log_, work);
 }
 
 void Simulation::write_csv(const std::string& file, const Table& table) const {
@@ -91,16 +72,10 @@ void Simulation::print(const std::string& heading, const Table& table) {
   report_ += text;
 }
 
-void Simulation::finish(const Table& table) {
-  const nlohmann::ordered_json all = {
-      {"settings", settings_}, {"runs_finished", finished_}, {"runs_asked_for", asked_for_}, {"table", json_of(table)}};
-  write_json(name_, all);
+void Simulation::finish(const nlohmann::ordered_json& settings, const Table& table) const {
+  write_json(name_, {{"settings", settings}, {"table", json_of(table)}});
   write_file(path_of(name_ + ".md"), report_);
-  std::cout << "tables and every run: " << folder_ << "/" << name_ << "*\n";
-  if (finished_ < asked_for_) {
-    throw Interrupted("stopped: " + std::to_string(finished_) + " of " + std::to_string(asked_for_) +
-                      " runs are finished and in " + folder_ + "; the same command resumes there");
-  }
+  std::cout << "tables: " << folder_ << "/" << name_ << "*\n";
 }
 
 }  // namespace maxlogdet::sim

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/tracking_experiment.hpp"
 
-#include "bench/does_the_paper_hold/runs.hpp"
 #include "bench/world/hash.hpp"
 
 namespace maxlogdet::sim {
@@ -64,47 +63,10 @@ std::vector<TrackingOutcome> run_tracking(const TrackingOptions& options, const 
   }
   Frame frame;
   for (std::size_t i = 0; world.next(frame); ++i) {
-    if (StopOnInterrupt::is_asked_for()) return {};
     for (Contestant& one : contestants) one.track(frame, trajectory.poses[i].time, T_cb);
   }
   std::vector<TrackingOutcome> outcomes;
   for (Contestant& one : contestants) outcomes.push_back(one.finished(trajectory, options.window));
-  return outcomes;
-}
-
-nlohmann::json to_json(const std::vector<TrackingOutcome>& outcomes) {
-  if (outcomes.empty()) return nullptr;
-  nlohmann::json result = nlohmann::json::array();
-  for (const TrackingOutcome& o : outcomes) {
-    result.push_back({{"ate_m", o.errors.ate_m},
-                      {"rpe_m_per_s", o.errors.rpe_m_per_s},
-                      {"roe_deg_per_s", o.errors.roe_deg_per_s},
-                      {"scale", o.errors.scale},
-                      {"windows", o.errors.windows},
-                      {"ms_outliers", o.ms_outliers},
-                      {"ms_selection", o.ms_selection},
-                      {"ms_pose", o.ms_pose},
-                      {"matches", o.matches},
-                      {"used", o.used},
-                      {"lost", o.lost}});
-  }
-  return result;
-}
-
-std::vector<TrackingOutcome> tracking_outcomes_of(const nlohmann::json& result) {
-  std::vector<TrackingOutcome> outcomes;
-  for (const nlohmann::json& r : result) {
-    TrackingOutcome o;
-    o.errors = {number_of(r.at("ate_m")), number_of(r.at("rpe_m_per_s")), number_of(r.at("roe_deg_per_s")),
-                number_of(r.at("scale")), r.at("windows").get<std::size_t>()};
-    o.ms_outliers = r.at("ms_outliers");
-    o.ms_selection = r.at("ms_selection");
-    o.ms_pose = r.at("ms_pose");
-    o.matches = r.at("matches");
-    o.used = r.at("used");
-    o.lost = r.at("lost");
-    outcomes.push_back(o);
-  }
   return outcomes;
 }
 

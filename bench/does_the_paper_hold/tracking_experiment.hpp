@@ -37,12 +37,8 @@ struct TrackingOutcome {
 };
 
 /// Computes a run along a trajectory: deterministic in options, trajectory name and run, except times. Returns an
-/// outcome for each selector; none if interrupted (StopOnInterrupt).
+/// outcome for each selector.
 std::vector<TrackingOutcome> run_tracking(const TrackingOptions& options, const Trajectory& trajectory, const Rig& rig,
                                           std::uint64_t run);
-
-/// Convert a run to and from the JSON of a RunLog; null if interrupted.
-nlohmann::json to_json(const std::vector<TrackingOutcome>& outcomes);
-std::vector<TrackingOutcome> tracking_outcomes_of(const nlohmann::json& result);
 
 }  // namespace maxlogdet::sim

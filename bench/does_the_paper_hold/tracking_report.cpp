@@ -2,6 +2,7 @@
 #include "bench/does_the_paper_hold/tracking_report.hpp"
 
 #include "bench/does_the_paper_hold/estimate.hpp"
+#include "bench/world/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

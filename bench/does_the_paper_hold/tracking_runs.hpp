@@ -9,9 +9,11 @@
 
 namespace maxlogdet::sim {
 
-/// Tracks along every sequence, run by run, so that an interrupted experiment has complete runs.
-TrackingRuns simulate_tracking(Simulation& simulation, const std::string& experiment,
-                               const TrackingArguments& arguments);
+/// Tracks along every sequence, in every run.
+TrackingRuns simulate_tracking(const Simulation& simulation, const TrackingArguments& arguments);
+
+/// Returns what the runs were computed with.
+nlohmann::ordered_json settings_of(const TrackingArguments& arguments);
 
 /// Returns what whitens residuals, for the headings of tables.
 std::string described_weights(const TrackingArguments& arguments);

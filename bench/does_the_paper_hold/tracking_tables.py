@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Section V: tables of `maxlogdet simulate budget` and `maxlogdet simulate euroc`."""
+"""Section V: tables of `maxlogdet_simulate budget` and `maxlogdet_simulate euroc`."""
 
 import re
 

@@ -33,10 +33,10 @@ struct TrajectoryErrors {
 };
 
 /// Compares `estimate` with `truth`, pose by pose (same times, at least 3). The estimate is first aligned with
-/// the truth by the similarity of its positions: a monocular camera does not know the scale. A window begins at every pose i and ends at the
-/// first pose j at least `window` s (less half a microsecond) later; its drift is (Q_i^-1 Q_j)^-1 (P_i^-1 P_j), Q
-/// truth, P estimate (Sturm et al. 2012), divided by t_j - t_i. Windows over a gap (t_j - t_i > window + 0.5 s) are
-/// left out. Throws std::invalid_argument if the two do not correspond, or if a pose is not finite.
+/// the truth by the similarity of its positions: a monocular camera does not know the scale. A window begins at every
+/// pose i and ends at the first pose j at least `window` s (less half a microsecond) later; its drift is (Q_i^-1
+/// Q_j)^-1 (P_i^-1 P_j), Q truth, P estimate (Sturm et al. 2012), divided by t_j - t_i. Windows over a gap (t_j - t_i >
+/// window + 0.5 s) are left out. Throws std::invalid_argument if the two do not correspond, or if a pose is not finite.
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                                    double window = 3);
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of docs/experiments.md from the results of `maxlogdet simulate`, copies its pictures, and records
+"""Rewrites the tables of docs/experiments.md from the results of `maxlogdet_simulate`, copies its pictures, and records
 the full tables in bench/does_the_paper_hold/results.
 
 Usage: write_experiments.py RESULTS    RESULTS: the folder that bench/run does_the_paper_hold fills

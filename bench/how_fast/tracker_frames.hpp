@@ -24,8 +24,8 @@ constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, DepthCue::st
 constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, DepthCue::stereo};
 constexpr Kind kinds[] = {monocular, stereo, stereo_map};
 
-/// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out or not
-/// usable.
+/// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out or
+/// not usable.
 enum class Rest { absent, unusable };
 struct Which {
   Kind kind;

@@ -43,7 +43,8 @@ double log_det_of_random(const BlockStore& store, std::size_t k, sim::Draws& dra
     const int rows = store.block(order[i], block);
     drawn.push_back(block, rows);
   }
-  return Selector(k).select(drawn, options_of(Strategy::lazy_greedy, k)).log_det;
+  Selector selector(k);
+  return selector.select(drawn, options_of(Strategy::lazy_greedy, k)).log_det;
 }
 
 // Means over the frames, and the worst of them.

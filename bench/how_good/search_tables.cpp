@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Measures what bounds, deadlines, targets and denormal numbers cost and give away; writes two lines about the build,
-// then tables (about a minute). Usage: maxlogdet_search_tables [NAME]; bench/how_good/write_search_tables.py calls it. A name
-// asks for one table alone.
+// then tables (about a minute). Usage: maxlogdet_search_tables [NAME]; bench/how_good/write_search_tables.py calls it.
+// A name asks for one table alone.
 #include "bench/how_good/search_tables.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
@@ -17,11 +17,10 @@ int main(int argc, char** argv) {
     const char* name;
     void (*write)();
   };
-  static constexpr Part parts[] = {
-      {"denormals", bench::write_denormal_table},
-      {"targets", bench::write_target_table},
-      {"deadline", bench::write_deadline_table},
-      {"certificates", bench::write_certificate_tables}};
+  static constexpr Part parts[] = {{"denormals", bench::write_denormal_table},
+                                   {"targets", bench::write_target_table},
+                                   {"deadline", bench::write_deadline_table},
+                                   {"certificates", bench::write_certificate_tables}};
   const char* const only = argc == 2 ? argv[1] : nullptr;
   const auto is_asked_for = [only](const Part& part) { return only == nullptr || std::strcmp(only, part.name) == 0; };
   if (argc > 2 || std::none_of(std::begin(parts), std::end(parts), is_asked_for)) {

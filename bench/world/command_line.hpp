@@ -45,15 +45,14 @@ inline void refuse_idle(const CLI::App& command, const std::string& option, bool
   throw InputError(option + " does nothing here; expected with it " + needed);
 }
 
-/// The main function of a program, to which `add_commands(CLI::App&)` adds at least one subcommand. Returns 0; 2 after an
-/// error, of which standard error has one line; or, as a shell reports Ctrl-C, 130 after an Interrupted.
+/// The main function of a program, to which `add_commands(CLI::App&)` adds at least one subcommand. Returns 0, or 2
+/// after an error, of which standard error has one line.
 template <class AddCommands>
 int run_program(const std::string& name, const std::string& description, int argc, char** argv,
                 const AddCommands& add_commands) {
-  constexpr int bad_input = 2, interrupted = 130;
   const auto fail = [&name](const std::string& message) {
     std::cerr << name << ": " << one_line(message) << '\n';
-    return bad_input;
+    return 2;
   };
   const auto flush = [&fail] { return std::cout.flush() ? 0 : fail("standard output could not be written"); };
   std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size, writing fails as on a full disk
@@ -78,9 +77,6 @@ int run_program(const std::string& name, const std::string& description, int arg
       return fail("a command is missing: " + joined(commands, ", ") + " (" + name + " --help)");
     }
     return flush();
-  } catch (const Interrupted& error) {
-    fail(error.what());
-    return interrupted;
   } catch (const std::exception& error) {  // InputError among them
     return fail(error.what());
   }

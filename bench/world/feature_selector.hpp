@@ -18,7 +18,8 @@ namespace maxlogdet::sim {
 enum class SelectorKind {
   quality,        ///< lowest descriptor distance
   bucket,         ///< uniform over image cells (Geiger et al. 2011): one random match of each cell in turn
-  observability,  ///< largest smallest singular value of the observability matrix, which needs earlier poses: PoseTracker
+  observability,  ///< largest smallest singular value of the observability matrix, which needs earlier poses:
+                  ///< PoseTracker
   md,             ///< Max-logDet: this library
   quality_md,     ///< Max-logDet of a pool of the best by quality
   random,         ///< uniformly at random
@@ -30,10 +31,9 @@ enum class SelectorKind {
 };
 
 /// The selectors of section V, and those that they are compared with.
-constexpr SelectorKind selector_kinds[] = {
-    SelectorKind::quality, SelectorKind::bucket,     SelectorKind::observability,
-    SelectorKind::md,      SelectorKind::quality_md, SelectorKind::random,
-    SelectorKind::inl,     SelectorKind::all,        SelectorKind::all_weighted};
+constexpr SelectorKind selector_kinds[] = {SelectorKind::quality, SelectorKind::bucket,     SelectorKind::observability,
+                                           SelectorKind::md,      SelectorKind::quality_md, SelectorKind::random,
+                                           SelectorKind::inl,     SelectorKind::all,        SelectorKind::all_weighted};
 
 const char* to_string(SelectorKind kind);
 

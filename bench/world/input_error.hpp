@@ -12,12 +12,6 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Thrown after Ctrl-C, when finished work is written; the message says how much.
-class Interrupted : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// Throws an InputError with this message unless a condition holds.
 inline void require_input(bool holds, const std::string& message) {
   if (!holds) throw InputError(message);
