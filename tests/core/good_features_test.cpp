@@ -114,12 +114,15 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       {Error::invalid_target, [&] { options.target.efficiency = 2; }},
       {Error::invalid_prior, [&] { options.prior = no_prior; }},
       {Error::misplaced_required, [&] { options.required = nothing.data(); }},
-      {Error::infeasible, [&] { for (std::size_t i = 0; i < 60; ++i) it.frame.matches[i].is_required = true; }},
+      {Error::infeasible,
+       [&] {
+         for (std::size_t i = 0; i < 60; ++i) it.frame.matches[i].is_required = true;
+       }},
       {Error::invalid_camera, [&] { it.good.start(Camera(), T_cw); }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, nullptr); }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }},
       // A rig without cameras is an error, not the camera of the frame before.
-      {Error::invalid_camera_id, [&] { it.good.start(nullptr, 0, T_cw); }},
+      {Error::invalid_camera, [&] { it.good.start(nullptr, 0, T_cw); }},
       {Error::invalid_block_options, [&] { it.good.block_options.min_depth = -1; }},
       {Error::mixed_depth_cues, [&] {
          it.frame.matches[5].u_right = 100;
