@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The weight of a match against the inverse of its Sigma in long double, and against the blocks: J^T Omega J is their
-// H^T H.
-#include "bench/world/frame.hpp"
+// The weight of a match against the inverse of its Sigma in long double, and where there is none.
+// good_features_judging_test.cpp compares weights with the information of blocks.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
-#include "tests/support/pose_derivative.hpp"
 #include "tests/support/random_isometry.hpp"
 #include "tests/support/sweeps.hpp"
 #include "tests/support/traced_random.hpp"
@@ -14,7 +12,6 @@
 
 #include <cmath>
 #include <functional>
-#include <vector>
 
 namespace maxlogdet::test {
 namespace {
@@ -187,64 +184,6 @@ TEST(MatchInformation, does_not_exist_where_the_point_or_a_number_is_unusable) {
   expect(false, "an unknown model", [](Case& c) { c.camera.model = CameraModel(9); });
   expect(false, "an unknown third", [](Case& c) { c.noise.depth_cue = DepthCue(3); });
   static_assert(noexcept(match_information(Camera(), nullptr, nullptr, MatchNoise(), nullptr)), "it throws nothing");
-}
-
-// H_x^T Omega H_x, J by p_c as written down here.
-Matrix6 weighted_information(const PinholeCamera& camera, const Isometry& T_cw, const Eigen::Vector3d& p_w,
-                             DepthCue depth_cue, const Eigen::MatrixXd& omega) {
-  const Eigen::Vector3d p = T_cw * p_w;
-  const WideMatrix H = wide_product(jacobian_of(camera, p, depth_cue), pose_derivative(p.cast<long double>()));
-  return wide_product(wide_product(H.transpose(), omega.cast<long double>()), H).cast<double>();
-}
-
-// Compares the information of all matches together, for each weighting that models noise.
-void expect_information_of_blocks(const sim::Frame& frame, DepthCue depth_cue) {
-  const sim::MatchArrays arrays(frame);
-  const Matches matches = arrays.view();
-  Isometry T_cw;
-  T_cw.matrix() << Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(frame.T_cw_prior.data()), 0, 0, 0, 1;
-  for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-    BlockOptions options;
-    options.weighting = weighting;
-    options.depth_cue = depth_cue;
-    BlockStore blocks;
-    ASSERT_EQ(build_blocks(frame, arrays, options, blocks).error, Error::none);
-    Matrix6 expected = Matrix6::Zero(), actual = Matrix6::Zero();
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (!blocks.is_valid(i)) continue;
-      expected += gram(stored_block(blocks, i));
-      const MatchNoise noise = match_noise(matches, i, options);
-      double omega[9];
-      const Eigen::Vector3d p_w(frame.matches[i].point);
-      ASSERT_TRUE(
-          match_information(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), p_w.data(), noise, omega))
-          << i;
-      actual += weighted_information(frame.camera, T_cw, p_w, noise.depth_cue,
-                                     matrix_of(omega, residual_rows(noise.depth_cue)));
-    }
-    EXPECT_LT(relative_difference(actual, expected), 1e-6) << to_string(weighting);
-  }
-}
-
-TEST(MatchInformation, weighs_the_jacobians_to_the_information_of_the_blocks) {
-  for (const sim::Scene scene : sim::scenes) {
-    for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
-      TracedRandom random;
-      sim::Frame frame = make_scene(scene, 500, random.seed());
-      if (depth_cue == DepthCue::stereo && !(frame.camera.bf > 0)) frame.camera.bf = 47.9;
-      expect_information_of_blocks(frame, depth_cue);
-    }
-  }
-}
-
-TEST(RealFrames, weights_give_the_information_of_the_blocks) {
-  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  const std::vector<sim::Frame> frames = real_frames();
-  for (std::size_t i = 0; i < frames.size(); i += 10) {
-    SCOPED_TRACE(frames[i].name);
-    expect_information_of_blocks(frames[i], DepthCue::none);
-    if (frames[i].camera.bf > 0) expect_information_of_blocks(frames[i], DepthCue::stereo);
-  }
 }
 
 TEST(Project, has_no_jacobian_that_is_not_finite) {

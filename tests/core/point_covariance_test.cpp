@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Covariances of map points against the inverse of what observations tell, and against the scatter of points that are
-// triangulated with noise.
+// Covariances of map points against the inverse of what observations tell.
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/random_isometry.hpp"
@@ -191,61 +190,6 @@ TEST(PointCovariance, ignores_observations_by_unusable_numbers) {
   PointCovariance point(p_w);
   point.observe(monocular, identity, 1, false);
   EXPECT_EQ(point.observations(), 1) << "without a stereo row bf is not read";
-}
-
-// What the cameras at these poses measure of a point, one below the other: u and v, of a stereo camera u_right too.
-Eigen::VectorXd measured(const std::vector<Pose>& poses, const Eigen::Vector3d& p_w, bool is_stereo) {
-  const Eigen::Index rows = is_stereo ? 3 : 2;
-  Eigen::VectorXd z(rows * static_cast<Eigen::Index>(poses.size()));
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const WideMatrix all = seen(stereo_camera, poses[k], p_w.cast<long double>());
-    z.segment(rows * static_cast<Eigen::Index>(k), rows) = all.topRows(rows).cast<double>();
-  }
-  return z;
-}
-
-// By Gauss-Newton steps from p, with differences as derivatives.
-Eigen::Vector3d triangulated(const std::vector<Pose>& poses, const Eigen::VectorXd& z, Eigen::Vector3d p,
-                             bool is_stereo) {
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    Eigen::MatrixXd H(z.size(), 3);
-    for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d d = 1e-4 * Eigen::Vector3d::Unit(i);
-      H.col(i) = (measured(poses, p + d, is_stereo) - measured(poses, p - d, is_stereo)) / 2e-4;
-    }
-    p += inverse(gram(H)) * product(H.transpose(), z - measured(poses, p, is_stereo));
-  }
-  return p;
-}
-
-// Measured from a few places with noise of a known deviation, and triangulated by least squares, a point scatters as
-// its covariance says.
-TEST(PointCovariance, is_the_scatter_of_triangulated_points) {
-  TracedRandom random;
-  const Eigen::Vector3d p_w(0.7, -0.4, 8);
-  const double sigma = 0.1;  // small against the disparity: the covariance is one of first order
-  for (const bool is_stereo : {false, true}) {
-    std::vector<Pose> poses;
-    PointCovariance point(p_w.data());
-    for (int k = 0; k < (is_stereo ? 1 : 3); ++k) {  // one stereo observation, or three of one camera
-      poses.push_back(random_isometry(random, 0.6, 0.1));
-      point.observe(stereo_camera, RigidTransform(poses.back().matrix()), sigma, is_stereo);
-    }
-    Eigen::Matrix3d covariance;
-    ASSERT_TRUE(point.covariance(covariance.data()));
-    const Eigen::VectorXd exact = measured(poses, p_w, is_stereo);
-    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    const std::size_t draws = std::max<std::size_t>(1000, trials(3000));
-    for (std::size_t draw = 0; draw < draws; ++draw) {
-      Eigen::VectorXd z = exact;
-      for (double& value : z) value += std::sqrt(3.0) * sigma * random.uniform(-1, 1);
-      const Eigen::Vector3d error = triangulated(poses, z, p_w, is_stereo) - p_w;
-      scatter += error * error.transpose() / static_cast<double>(draws);
-    }
-    const Eigen::MatrixXd L = cholesky(inverse(covariance));
-    const Eigen::MatrixXd whitened = product(product(L.transpose(), scatter), L);
-    EXPECT_LT((whitened - Eigen::Matrix3d::Identity()).norm(), draws < 3000 ? 0.35 : 0.2) << "stereo " << is_stereo;
-  }
 }
 
 }  // namespace

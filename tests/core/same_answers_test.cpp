@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The same answer, bit for bit, on every instruction set, on any number of threads, and from a selector that has been
-// used before: for every strategy and whatever else is asked for.
+// The same answer, bit for bit, on every instruction set and from a selector that has been used before: for every
+// strategy and whatever else is asked for. threading_test.cpp has the same of threads.
 #include "tests/core/targets.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/flushed_denormals.hpp"
@@ -36,21 +36,16 @@ std::vector<Options> requests_for(std::size_t budget) {
   return requests;
 }
 
-TEST(SameAnswers, on_every_isa_and_number_of_threads) {
-  PoolExecutor pool(3);
+TEST(SameAnswers, on_every_isa) {
   for_every_family(3000, [&](const BlockStore& blocks) {
-    for (Options options : requests_for(100)) {
+    for (const Options& options : requests_for(100)) {
       SCOPED_TRACE(to_string(options.strategy));
-      options.threads = 1;
-      const Answer expected = same_on_every_isa([&] { return answer_to(blocks, options); });
-      const ForcedIsa forced(nullptr);
-      options.threads = 4;
-      EXPECT_EQ(answer_to(blocks, options, &pool), expected);
+      same_on_every_isa([&] { return answer_to(blocks, options); });
     }
   });
 }
 
-// So many that lazy rounds are split.
+// So many that lazy rounds are split between threads.
 TEST(SameAnswers, on_every_isa_and_number_of_threads_for_many_candidates) {
   PoolExecutor pool(3);
   for_every_family(6000, [&](const BlockStore& blocks) {

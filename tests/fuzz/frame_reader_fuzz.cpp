@@ -3,8 +3,8 @@
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/image_grid.hpp"
 #include "bench/world/names.hpp"
+#include "bench/world/input_error.hpp"
 #include "tests/fuzz/bytes.hpp"
-#include "tests/fuzz/input_folder.hpp"
 #include "tests/fuzz/require.hpp"
 
 #include <Eigen/Core>
@@ -12,7 +12,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <initializer_list>
+#include <string>
 
 namespace maxlogdet::fuzz {
 namespace {
@@ -100,11 +104,48 @@ void check_blocks(sim::Frame frame) {
   }
 }
 
+// A file of this process alone.
+class InputFile {
+ public:
+  InputFile() {
+    std::string folder = (std::filesystem::temp_directory_path() / "maxlogdet_fuzz_XXXXXX").string();
+    require(mkdtemp(folder.data()) != nullptr, "a folder can be made as", folder);
+    path_ = folder + "/frame_1.csv";
+  }
+  ~InputFile() {
+    std::error_code error;
+    std::filesystem::remove_all(std::filesystem::path(path_).parent_path(), error);
+  }
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  const std::string& path() const { return path_; }
+  void write(std::string_view bytes) const {
+    std::ofstream stream(path_, std::ios::binary | std::ios::trunc);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    require(!stream.fail(), "a file can be written:", path_);
+  }
+
+ private:
+  std::string path_;
+};
+
 void check_file(Bytes bytes) {
-  static const InputFolder folder;
-  folder.write("frame_1.csv", bytes.rest());
+  static const InputFile file;
+  file.write(bytes.rest());
   sim::Frame frame;
-  if (!reads([&] { frame = sim::read_frame(folder.path("frame_1.csv")); }, folder.path("frame_1.csv:"))) return;
+  try {
+    frame = sim::read_frame(file.path());
+  } catch (const sim::InputError& error) {
+    const std::string message = error.what();
+    require(message.rfind(file.path() + ":", 0) == 0, "an error begins with the file's name:", message);
+    require(message.find('\n') == std::string::npos, "an error is one line:", message);
+    require(message.find("expected") != std::string::npos, "an error tells what was expected:", message);
+    return;
+  } catch (const std::exception& error) {
+    fail("a reader throws nothing but InputError:", error.what());
+  }
   check(frame);
   check_blocks(frame);
 }

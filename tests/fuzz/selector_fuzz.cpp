@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Any candidates, any options: what a Selector promises of its answers, compared with a plain reading of the request,
 // an oracle in long double, and answers to the same request made in other ways.
-#include "tests/fuzz/answer.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/exact.hpp"
 #include "tests/fuzz/problem.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/fuzz/rules.hpp"
+#include "tests/support/answer.hpp"
 #include "tests/support/forced_isa.hpp"
 #include "tests/support/pool_executor.hpp"
 
@@ -15,9 +15,22 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <sstream>
 
 namespace maxlogdet::fuzz {
 namespace {
+
+using test::Answer;
+
+// Fails unless both are the same to the last bit.
+void require_same(const Answer& a, const Answer& b, const char* property, const char* details = "") {
+  if (a == b) return;
+  std::ostringstream both;
+  PrintTo(a, &both);
+  both << ", instead of ";
+  PrintTo(b, &both);
+  fail(property, details, both.str());
+}
 
 // Work for an oracle that one input may ask for: gains in long double take microseconds each.
 constexpr std::size_t max_oracle_gains = 300;

@@ -17,10 +17,15 @@ namespace maxlogdet::test {
 struct Answer {
   Answer(const Selection& selection)  // NOLINT(google-explicit-constructor): compared as if it were one
       : reason(selection.reason()),
+        status(selection.status),
+        error(selection.error),
         indices(indices_of(selection)),
         searched(selection.searched),
         evaluations(selection.evaluations),
-        float64_decisions(selection.float64_decisions) {
+        float64_decisions(selection.float64_decisions),
+        gains(selection.gains, selection.gains + selection.size),
+        log_det(selection.log_det),
+        upper_bound(selection.upper_bound) {
     for (std::size_t j = 0; j < selection.size; ++j) numbers.push_back(bits_of(selection.gains[j]));
     for (const double number : {selection.log_det, selection.upper_bound, selection.efficiency,
                                 selection.translation_sigma, selection.rotation_sigma}) {
@@ -29,8 +34,12 @@ struct Answer {
   }
 
   std::string reason;
+  Status status;
+  Error error;
   std::vector<std::uint32_t> indices;
   std::size_t searched, evaluations, float64_decisions;
+  std::vector<double> gains;
+  double log_det, upper_bound;
   std::vector<std::uint64_t> numbers;  ///< the bits of gains, log det, upper bound and of what targets are about
 };
 

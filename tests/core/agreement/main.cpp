@@ -82,60 +82,40 @@ BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& k
   return blocks;
 }
 
-// Ways to ask: 0 plainly, 1 with candidates required and excluded, 2 with groups, 3 with exchanges and a certificate, 4
-// and 5 with targets.
-constexpr int ways = 6;
-constexpr const char* way_names[ways] = {
-    "plain", "required_and_excluded", "groups", "exchange_and_certificate", "efficiency", "deviations"};
-
-struct Constraints {
-  explicit Constraints(std::size_t n) : required(n), excluded(n), groups(n) {
-    for (std::size_t i = 0; i < n; ++i) {
-      excluded[i] = i % 7 == 3 ? 1 : 0;
-      groups[i] = static_cast<std::uint32_t>(i % 30);
-    }
-  }
-  std::vector<unsigned char> required;
-  std::vector<unsigned char> excluded;
-  std::vector<std::uint32_t> groups;
-};
+constexpr const char* ways[] = {"plain", "required", "groups", "certificate", "efficiency", "deviations"};
 
 void select_every_way(const std::string& from, const BlockStore& blocks) {
-  Constraints constraints(blocks.size());
-  for (std::size_t i = 0; i < blocks.size(); i += 50) constraints.required[i] = blocks.is_valid(i) ? 1 : 0;
+  std::vector<unsigned char> required;
+  std::vector<std::uint32_t> groups;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    if (constraints.required[i] != 0) constraints.excluded[i] = 0;
+    required.push_back(i % 50 == 0 && blocks.is_valid(i) ? 1 : 0);
+    groups.push_back(static_cast<std::uint32_t>(i % 30));
   }
   Selector selector(blocks.size());
   for (const Strategy strategy : strategies) {
-    for (int way = 0; way < ways; ++way) {
+    for (const std::string way : ways) {
       Options options;
       options.strategy = strategy;
       options.budget = blocks.size() < 300 ? blocks.size() * 3 / 4 : 60;
       options.stochastic.seed = blocks.size();
-      if (way == 1) {
-        options.required = constraints.required.data();
-        options.excluded = constraints.excluded.data();
-      }
-      if (way == 2) {
-        options.groups.ids = constraints.groups.data();
+      if (way == "required") options.required = required.data();
+      if (way == "groups") {
+        options.groups.ids = groups.data();
         options.groups.count = 30;
         options.groups.maximum = 3;
       }
-      options.exchange.sweeps = way == 3 ? 1 : 0;
-      options.certificate.compute = way == 3;
-      options.certificate.passes = 2;
-      options.target.efficiency = way == 4 ? 0.15 : 0;
-      options.target.translation_sigma = options.target.rotation_sigma = way == 5 ? 0.01 : 0;
+      options.certificate = way == "certificate";
+      options.target.efficiency = way == "efficiency" ? 0.15 : 0;
+      options.target.translation_sigma = options.target.rotation_sigma = way == "deviations" ? 0.01 : 0;
       const Selection selection = selector.select(blocks, options);
       Hash indices;
       for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});
       Hash gains;
       for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
       gains.add(selection.has_answer() ? selection.log_det : 0);
-      gains.add(options.certificate.compute ? selection.upper_bound : 0);
+      gains.add(options.certificate ? selection.upper_bound : 0);
       std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
-                  way_names[way], to_string(selection.status), selection.size, indices.value(), gains.value());
+                  way.c_str(), to_string(selection.status), selection.size, indices.value(), gains.value());
     }
   }
 }
