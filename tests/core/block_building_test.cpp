@@ -55,8 +55,7 @@ void add_matches(Random& random, const WideIsometry& T_bw, std::size_t n, Batch&
     batch.ids.push_back(static_cast<unsigned char>(random.index(batch.cameras.size())));
     const double* const T = batch.cameras[batch.ids.back()].T_cb.data();
     WideIsometry T_cb = WideIsometry::Identity();
-    T_cb.matrix().topRows<3>() =
-        Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(T).cast<long double>();
+    T_cb.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(T).cast<long double>();
     const double z = random.uniform(0.5, 50);
     WideVector3 p(z * random.uniform(-1, 1), z * random.uniform(-1, 1), random.chance(broken) ? -z : z);
     if (random.chance(broken)) p *= 1e300L;  // what float32 cannot hold
@@ -122,9 +121,8 @@ TEST(BlockBuilding, gives_the_same_bits_on_every_instruction_set) {
         Random random(n);
         SCOPED_TRACE(std::to_string(n) + " matches, " + to_string(weighting) + ", " + name_of(depth_cue));
         const Batch batch = random_batch(random, n, weighting, depth_cue);
-        const BlockStore before = store_of(random.index(6), [&](std::size_t) {
-          return random_block(random, random.integer(0, 3));
-        });
+        const BlockStore before =
+            store_of(random.index(6), [&](std::size_t) { return random_block(random, random.integer(0, 3)); });
         std::optional<BlockReport> first;
         same_on_every_isa([&] {
           BlockStore blocks(before.size() + n);  // a plane may end with the last match

@@ -145,9 +145,8 @@ BlockStore FeatureFrame::blocks() const {
   BlockOptions block_options = options;
   if (given.map_covariances != nullptr) block_options.weighting = Weighting::measurement_and_map;
   BlockStore store(matches.size());
-  const BlockReport report = kind.has_rig
-                                 ? append_blocks(cameras, 2, rows_of(T_cw), given, block_options, store)
-                                 : append_blocks(cameras[0], rows_of(T_cw), given, block_options, store);
+  const BlockReport report = kind.has_rig ? append_blocks(cameras, 2, rows_of(T_cw), given, block_options, store)
+                                          : append_blocks(cameras[0], rows_of(T_cw), given, block_options, store);
   EXPECT_TRUE(report.error == Error::none);
   return store;
 }

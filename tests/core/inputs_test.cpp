@@ -369,23 +369,18 @@ TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {
   TwoMatches two;
   EXPECT_EQ(two.status_of_rig(2), Error::none);
   EXPECT_EQ(two.status_of_rig(256), Error::none);
-  EXPECT_EQ(two.status_of_rig(257), Error::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(0), Error::invalid_camera_id);
+  EXPECT_EQ(two.status_of_rig(257), Error::invalid_camera);
+  EXPECT_EQ(two.status_of_rig(0), Error::invalid_camera);
   BlockStore none;
-  EXPECT_EQ(append_blocks(nullptr, 1, identity_pose, two.matches, two.options, none).error,
-            Error::invalid_camera_id);
+  EXPECT_EQ(append_blocks(nullptr, 1, identity_pose, two.matches, two.options, none).error, Error::invalid_camera);
   two.matches.camera_ids = two.ids;
-  EXPECT_EQ(two.status_of(two.pinhole), Error::invalid_camera_id);
-  EXPECT_EQ(two.status_of_rig(2), Error::none);
-  EXPECT_EQ(two.status_of_rig(1), Error::invalid_camera_id);
-  two.usable[1] = 0;
-  two.matches.usable = two.usable;
-  EXPECT_EQ(two.status_of_rig(1), Error::none) << "an id of a match that is not usable is not read";
-  two.matches.usable = nullptr;
+  BlockStore blocks;
+  EXPECT_EQ(append_blocks(two.cameras.data(), 2, identity_pose, two.matches, two.options, blocks).unusable, 0U);
+  EXPECT_EQ(append_blocks(two.cameras.data(), 1, identity_pose, two.matches, two.options, blocks).unusable, 1U)
+      << "the match whose camera is not there";
+  two.matches.camera_ids = nullptr;
   two.cameras[1].T_cb = RigidTransform(nullptr);
   EXPECT_EQ(two.status_of_rig(2), Error::invalid_pose);
-  EXPECT_EQ(two.status_of(two.cameras[1]), Error::invalid_camera_id) << "a camera alone has number 0";
-  two.matches.camera_ids = nullptr;
   EXPECT_EQ(two.status_of(two.cameras[1]), Error::invalid_pose);
 }
 

@@ -96,8 +96,7 @@ WideMatrix upper_factor(const WideMatrix& s) {
 class TextbookMatch {
  public:
   TextbookMatch(const Far& far, std::size_t i)
-      : rows_(far.has_depth_cue_at(i) ? 3 : 2),
-        rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
+      : rows_(far.has_depth_cue_at(i) ? 3 : 2), rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
     const WideVector3 world = far.points[i].cast<long double>();
     p_ = rotation_ * world + far.T_cw.col(3).cast<long double>();
     const WideVector3 terms =
@@ -145,8 +144,7 @@ class TextbookMatch {
     relative = rounding * congruent(inverse, terms).rowwise().sum().maxCoeff();
     WideMatrix spread = pose_derivative(p_).cwiseAbs();
     spread.rightCols(3).array() += p_.z();
-    const WideMatrix h_terms =
-        wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
+    const WideMatrix h_terms = wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
     const WideMatrix entries = magnitudes(h.topRows(rows_));
     const WideMatrix of_entries =
         wide_product(entries.transpose(), (2.01L * simd::float_unit_roundoff) * entries + rounding * h_terms);

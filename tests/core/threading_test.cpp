@@ -39,10 +39,12 @@ void expect_each_chunk_once(Executor& executor, int workers) {
   threading::Team team;
   team.run(&executor, workers, [&] {
     for (std::uint32_t loop = 0; loop < 300; ++loop) {
-      const std::uint32_t count = 1 + loop % threading::Team::max_chunks;
+      const std::size_t count = 1 + loop % threading::Team::max_chunks;
       std::vector<int> calls(count);  // not atomic: a chunk is one worker's
-      team.for_chunks(count, [&](std::uint32_t chunk) { ++calls[chunk]; });
-      ASSERT_EQ(calls, std::vector<int>(count, 1)) << "loop " << loop;
+      const std::uint32_t chunks =
+          team.in_chunks(count, 1, [&](std::size_t, std::size_t, std::uint32_t chunk) { ++calls[chunk]; });
+      calls.resize(chunks);
+      ASSERT_EQ(calls, std::vector<int>(chunks, 1)) << "loop " << loop;
     }
   });
   EXPECT_EQ(team.workers(), 1) << "outside of a region";
@@ -61,16 +63,14 @@ TEST(Team, chunks_cover_everything_without_overlap) {
   team.run(&pool, 3, [&] {
     for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
       for (const std::size_t min_size : {1U, 7U, 64U, 5000U}) {
-        for (const std::size_t unit : {1U, 16U}) {
-          std::vector<int> seen(count);
-          const std::uint32_t chunks =
-              team.in_chunks(count, min_size, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
-                EXPECT_EQ(first % unit, 0U);
-                for (std::size_t i = first; i < first + size; ++i) ++seen[i];
-              });
-          EXPECT_EQ(seen, std::vector<int>(count, 1));
-          EXPECT_LE(chunks, threading::Team::max_chunks);
-        }
+        std::vector<int> seen(count);
+        const std::uint32_t chunks =
+            team.in_chunks(count, min_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+              EXPECT_GE(size, std::min(count, min_size));
+              for (std::size_t i = first; i < first + size; ++i) ++seen[i];
+            });
+        EXPECT_EQ(seen, std::vector<int>(count, 1));
+        EXPECT_LE(chunks, threading::Team::max_chunks);
       }
     }
   });
@@ -85,7 +85,7 @@ TEST(Team, helpers_do_help) {
   const auto start = std::chrono::steady_clock::now();
   const auto is_in_time = [start] { return std::chrono::steady_clock::now() - start < std::chrono::seconds(60); };
   team.run(&pool, 2, [&] {
-    team.for_chunks(8, [&](std::uint32_t) {
+    team.in_chunks(8, 1, [&](std::size_t, std::size_t, std::uint32_t) {
       if (std::this_thread::get_id() != caller) has_helped = true;
       while (!has_helped && is_in_time()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     });
@@ -112,9 +112,7 @@ TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
   const struct {
     Strategy strategy;
     std::size_t crossover;  // docs/threading.md
-  } cases[] = {{Strategy::greedy, 10000},
-               {Strategy::lazy_greedy, 100000},
-               {Strategy::stochastic_greedy, 100001}};
+  } cases[] = {{Strategy::greedy, 10000}, {Strategy::lazy_greedy, 100000}, {Strategy::stochastic_greedy, 100001}};
   for (const auto& of : cases) {
     Options options = with_budget(60, of.strategy);
     options.threads = 0;
