@@ -47,9 +47,9 @@ struct GoodFeatures::State {
   void clear_answer() noexcept;
   void take(std::size_t i, double gain) noexcept;
   Error settle(const Options& asked, double spread, Options& options) noexcept;
-  void spread_over_image(double cells_per_match, Options& options) noexcept;
+  void spread_over_image(double cell_count, Options& options) noexcept;
   void select_candidates(const Options& options) noexcept;
-  void fill_up(const Options& asked) noexcept;
+  void fill_up(const Options& asked, double spread) noexcept;
   void select_usable(Error why) noexcept;
 
   bool residual_of(std::size_t i, const RigidTransform& pose, double (&e)[3]) const noexcept;
@@ -227,18 +227,19 @@ Error GoodFeatures::State::settle(const Options& asked, double spread, Options& 
   }
   options.budget = asked.budget - summary.size;
   if (with_block > 0) options.required = is_required.data();
-  if (spread > 0 && asked.groups.ids == nullptr && size > 0) spread_over_image(spread, options);
+  if (spread > 0 && asked.groups.ids == nullptr && size > 0)
+    spread_over_image(spread * static_cast<double>(asked.budget), options);
   return Error::none;
 }
 
 // Required matches may be neighbours; the others share the cells.
-void GoodFeatures::State::spread_over_image(double cells_per_match, Options& options) noexcept {
+void GoodFeatures::State::spread_over_image(double cell_count, Options& options) noexcept {
   const unsigned char* const has_block = planes_of(blocks).validity();
   for (std::size_t i = 0; i < size; ++i) {
     is_spread[i] = has_block[i] != 0 && is_measured(matches[i]) && is_required[i] == 0 ? 1 : 0;
   }
-  const double wanted = std::round(cells_per_match * static_cast<double>(options.budget));
-  const auto count = static_cast<std::size_t>(std::fmin(std::fmax(wanted, 1), static_cast<double>(size)));
+  const double wanted = std::fmax(std::round(cell_count), 1);
+  const auto count = static_cast<std::size_t>(std::fmin(wanted, static_cast<double>(size)));
   cells.assign(matches[0].measured, sizeof(FeatureMatch) / sizeof(double), size, count, is_spread.data(),
                camera_count > 1 ? camera_ids.data() : nullptr);
   cells.limit(options);
@@ -255,10 +256,10 @@ void GoodFeatures::State::select_candidates(const Options& options) noexcept {
 }
 
 // Usable matches without a block fill what the candidates have left of the budget, but no group, nor beyond a target.
-void GoodFeatures::State::fill_up(const Options& asked) noexcept {
+void GoodFeatures::State::fill_up(const Options& asked, double spread) noexcept {
   const Status status = summary.status;
   if (status == Status::error || status == Status::target_reached) return;
-  const bool has_groups = asked.groups.ids != nullptr;
+  const bool has_groups = asked.groups.ids != nullptr || (spread > 0 && spread < 1);  // then cells are few
   const std::size_t candidates = summary.size;
   for (std::size_t i = 0; i < size && summary.size < asked.budget && !has_groups; ++i) {
     if (is_usable[i] != 0 && is_selected[i] == 0) take(i, not_a_number);
@@ -373,7 +374,7 @@ Selection GoodFeatures::select(const Options& asked) noexcept {
   if (error == Error::none) error = s.settle(asked, spread, options);
   options.time_limit = time.left();
   error == Error::none ? s.select_candidates(options) : s.select_usable(error);
-  s.fill_up(asked);
+  s.fill_up(asked, spread);
   if (s.is_record_due) s.record(block_options.depth_sigma);
   return selection();
 }

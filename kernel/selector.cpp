@@ -98,7 +98,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   Status status = Status::ok;
   memory.team.run(executor_, selection.threads, [&] { status = run(search, options); });
   selection.searched = search.answer().size();
-  if (status == Status::deadline_reached) search.fill();
+  if (status == Status::deadline_reached) fill(search);
   search.report(status, selection);
   if (options.certificate) selection.upper_bound = search.upper_bound();
   return selection;

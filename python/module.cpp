@@ -244,11 +244,11 @@ struct OwnGoodFeatures : GoodFeatures {
 void start_with(OwnGoodFeatures& self, const py::object& camera, const py::object& T_cw) {
   const RigidTransform pose = pose_of(T_cw, "T_cw");
   const bool is_rig = !py::isinstance<Camera>(camera);
-  const py::type_error wrong("camera: expected a Camera or a sequence of them");
-  if (is_rig && !py::isinstance<py::sequence>(camera)) throw wrong;
+  const char* const expected = "camera: expected a Camera or a sequence of them";
+  if (is_rig && !py::isinstance<py::sequence>(camera)) throw py::type_error(expected);
   std::vector<Camera> cameras;
   for (const py::handle& item : is_rig ? camera : py::make_tuple(camera)) {
-    if (!py::isinstance<Camera>(item)) throw wrong;
+    if (!py::isinstance<Camera>(item)) throw py::type_error(expected);
     cameras.push_back(item.cast<Camera>());
   }
   self.cameras.swap(cameras);  // the former ones stay until the frame has started

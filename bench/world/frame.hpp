@@ -39,7 +39,7 @@ struct FrameCamera : PinholeCamera {
       : PinholeCamera(fx_, fy_, cx_, cy_, bf_) {}
 
   std::vector<Camera> rig;  ///< instead of the pinhole, if not empty
-  double depth_sigma = 0;      ///< standard deviation of Match::depth, m; 0: depth is not measured
+  double depth_sigma = 0;   ///< standard deviation of Match::depth, m; 0: depth is not measured
 
   /// Returns whether matches have u, v and at most a right-image column, by the pinhole.
   bool is_pinhole() const noexcept { return rig.empty() && !(depth_sigma > 0); }

@@ -39,7 +39,8 @@ class GoodFeatures {
   /// frame where some match has a covariance: one without has map_sigma^2 I. May be changed at any time.
   BlockOptions block_options;
   /// Where neighbouring matches share errors, 1.5: at most one match of each of spread * budget cells of the image
-  /// (ImageCells). 0, the default: off. Needs measurements; ignored where the options have groups.
+  /// (ImageCells), and so fewer than the budget below 1. 0, the default: off. Needs measurements; ignored where the
+  /// options have groups.
   double spread = 0;
   /// Whether the optimiser weights residuals by match_information(); outliers() then does, too.
   bool is_weighted = false;

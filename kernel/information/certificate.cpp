@@ -57,8 +57,8 @@ double trace_root_error(const Candidates& candidates, const double* w) noexcept 
   return 8 * std::sqrt(std::max(candidates.rows, 1) * squares);
 }
 
-}  // namespace
-
+// Lists in `order` the candidates i < n with is_open[i] != 0, the `count` of largest trace first, of equal ones the
+// first. Returns how many are open.
 std::size_t list_by_trace(const unsigned char* is_open, std::size_t n, std::size_t count, const double* traces,
                           std::uint32_t* order) noexcept {
   std::size_t open = 0;
@@ -66,9 +66,15 @@ std::size_t list_by_trace(const unsigned char* is_open, std::size_t n, std::size
     order[open] = static_cast<std::uint32_t>(i);
     open += is_open[i] != 0 ? 1 : 0;
   }
-  if (count > 0 && count < open) std::nth_element(order, order + count - 1, order + open, LargerTrace{traces});
+  if (count > 0 && count < open) {
+    std::nth_element(order, order + count - 1, order + open, [traces](std::uint32_t a, std::uint32_t b) {
+      return traces[a] > traces[b] || (traces[a] == traces[b] && a < b);
+    });
+  }
   return open;
 }
+
+}  // namespace
 
 double upper_bound(const Problem& problem, const double* w, std::size_t budget, double* traces,
                    std::uint32_t* order) noexcept {

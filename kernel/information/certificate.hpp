@@ -8,19 +8,6 @@
 
 namespace maxlogdet {
 
-/// Orders candidates by descending trace, of equal ones by index.
-struct LargerTrace {
-  const double* traces;
-  bool operator()(std::uint32_t a, std::uint32_t b) const noexcept {
-    return traces[a] > traces[b] || (traces[a] == traces[b] && a < b);
-  }
-};
-
-/// Lists in `order` the candidates i < n with is_open[i] != 0, the `count` of largest trace first. Returns how many are
-/// open.
-std::size_t list_by_trace(const unsigned char* is_open, std::size_t n, std::size_t count, const double* traces,
-                          std::uint32_t* order) noexcept;
-
 /// An upper bound of log det(M0 + sum of H^T H), nats, over all selections of at most `budget` candidates that hold all
 /// required ones and otherwise only free ones; groups are ignored, which can only raise it. `w`: W of the information
 /// of a selection; the better that is, the lower is the bound. Proved, including rounding (docs/numerics.md); +infinity

@@ -7,14 +7,6 @@
 
 namespace maxlogdet {
 
-std::size_t list_flagged(const unsigned char* flags, std::size_t n, Candidate* list) noexcept {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (flags[i] != 0) list[count++] = static_cast<Candidate>(i);
-  }
-  return count;
-}
-
 double add_rows(const Problem& problem, Candidate candidate, InformationFactor& to) noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(problem.candidates, candidate, rows);

@@ -18,9 +18,6 @@ struct Problem {
   std::size_t required_count;
 };
 
-/// Lists the candidates i < n with flags[i] != 0, in ascending order; returns how many.
-std::size_t list_flagged(const unsigned char* flags, std::size_t n, Candidate* list) noexcept;
-
 /// Adds a candidate's rows to an information; returns the relative gain.
 double add_rows(const Problem& problem, Candidate candidate, InformationFactor& to) noexcept;
 

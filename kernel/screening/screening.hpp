@@ -56,6 +56,9 @@ class Screening {
   /// Ends a round. If the candidates are ordered, the maxima of the evaluated tiles become their stale bounds.
   void end_round() noexcept;
 
+  /// A lower bound of this round's maximum exact relative gain.
+  double assured() const noexcept { return round_.assured; }
+
   /// Removes a remaining candidate, between rounds.
   void remove(Lane lane) noexcept {
     tiles_.remove(lane);

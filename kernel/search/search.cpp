@@ -68,6 +68,18 @@ InformationFactor Search::factor_of_all() noexcept {
   return all;
 }
 
+std::size_t Search::list_remaining(Candidate* list) noexcept {
+  unsigned char* const flags = memory_.is_counted.data();
+  std::copy_n(problem_.is_free, candidates_.count, flags);
+  for (std::size_t j = 0; j < answer_.size(); ++j) flags[simd::number(answer_[j])] = 0;
+  remaining_ = 0;
+  for (std::size_t i = 0; i < candidates_.count; ++i) {
+    const auto candidate = static_cast<Candidate>(i);
+    if (flags[i] != 0 && constraints_.has_room(candidate)) list[remaining_++] = candidate;
+  }
+  return remaining_;
+}
+
 Lane Search::find_best() noexcept {
   const std::size_t count = screening_.survivors(memory_.survivors.data());
   assert(count > 0);

@@ -75,11 +75,10 @@ class Search {
   /// Adds the candidate of a lane to the answer and removes it from what remains, and the rest of its group if that is
   /// full now.
   void select(Lane lane) noexcept;
+  /// Lists the candidates that remain, for a search that goes on among these.
+  std::size_t list_remaining(Candidate* list) noexcept;
   /// Counts candidates that are out without being in a lane.
   void close(std::size_t count) noexcept { remaining_ -= count; }
-
-  /// Adds candidates until the search wants no more, in a few passes over all: what the deadline has left missing.
-  void fill() noexcept;
 
   /// A proved upper bound of the log det of any selection that the options allow, nats; infinite where log det may have
   /// no correct digits.
@@ -95,7 +94,6 @@ class Search {
   InformationFactor factor_of_all() noexcept;
   void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(answer_.factor()); }
   double log_det() const noexcept;
-  void mark_open(unsigned char* flags) noexcept;
 
   SearchMemory& memory_;
   Candidates candidates_;

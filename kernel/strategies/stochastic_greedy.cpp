@@ -16,21 +16,17 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
   return std::max(1.0, std::ceil(s - 1e-9));
 }
 
-}  // namespace
-
-Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept {
-  const Problem& problem = search.problem();
+// Selects the best of a sample of `size` candidates each, until the deadline if it `has_deadline`.
+Status select_from_samples(Search& search, double size, std::uint64_t seed, bool has_deadline) noexcept {
   Screening& screening = search.screening();
   Candidate* const pool = search.pool();  // all that remain; a round moves its sample to the front
-  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.count, pool);
-  const double full_sample = sample_size(filled, search.missing(), options.epsilon);
-  CounterRandom random(options.seed);
+  search.list_remaining(pool);
+  CounterRandom random(seed);
   screening.layout().make_records();
-
   while (search.wants_more()) {
-    if (search.is_late()) return Status::deadline_reached;
+    if (has_deadline && search.is_late()) return Status::deadline_reached;
     const std::size_t n = search.remaining();
-    const std::size_t s = full_sample < static_cast<double>(n) ? static_cast<std::size_t>(full_sample) : n;
+    const std::size_t s = size < static_cast<double>(n) ? static_cast<std::size_t>(size) : n;
     for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
       std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(n - j))]);
     }
@@ -49,5 +45,17 @@ Status stochastic_greedy(Search& search, const StochasticOptions& options) noexc
   }
   return Status::ok;
 }
+
+// A tile.
+constexpr double sample_to_fill = 16;
+
+}  // namespace
+
+Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept {
+  const double size = sample_size(search.remaining(), search.missing(), options.epsilon);
+  return select_from_samples(search, size, options.seed, true);
+}
+
+void fill(Search& search) noexcept { select_from_samples(search, sample_to_fill, 0, false); }
 
 }  // namespace maxlogdet

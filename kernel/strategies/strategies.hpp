@@ -21,4 +21,7 @@ Status lazy_greedy(Search& search) noexcept;
 /// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
 Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept;
 
+/// The same with small samples and without a deadline: adds what a time limit has left missing.
+void fill(Search& search) noexcept;
+
 }  // namespace maxlogdet

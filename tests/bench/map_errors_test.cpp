@@ -2,8 +2,8 @@
 // MappedWorld's errors of the map: those that a batch shares, and those of triangulation.
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/does_the_paper_hold/trajectory_error.hpp"
+#include "bench/world/angles.hpp"
 #include "tests/bench/small_worlds.hpp"
 #include "tests/support/support.hpp"
 

@@ -60,8 +60,8 @@ inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
     case FrameKind::depth: camera.depth_sigma = 0.05; break;
     case FrameKind::fisheye: camera.rig = {Camera::kannala_brandt(wide, 0.02, -0.01, 0.004, -0.001)}; break;
     case FrameKind::rig:
-      camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3),
-                    Camera::double_sphere(wide, -0.2, 0.6), Camera(pinhole)};
+      camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3), Camera::double_sphere(wide, -0.2, 0.6),
+                    Camera(pinhole)};
       camera.rig[1].T_cb = random_transform(random, 0.2, 0.3);
       camera.rig[2].T_cb = random_transform(random, 0.2, 1.5);
       break;
