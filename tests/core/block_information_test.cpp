@@ -157,8 +157,8 @@ void check_block(const Ray& ray, DepthCue depth_cue, Weighting weighting, bool i
   if (!has_digits) tally.largest_error = std::max(tally.largest_error, relative);
   tally.exact += has_digits ? 1 : 0;
   ASSERT_LT(relative, has_digits ? 1e-6L : 1e-3L) << depth << " m, known to " << deviation << " m\nerror\n"
-                             << error << "\nexpected\n"
-                             << expected;
+                                                  << error << "\nexpected\n"
+                                                  << expected;
   ++tally.kept;
 }
 

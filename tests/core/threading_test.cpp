@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any number of threads, helpers that come late or never: the same answer; and thousands of selections by several callers
-// at once, which ThreadSanitizer watches.
+// Any number of threads, helpers that come late or never: the same answer; and thousands of selections by several
+// callers at once, which ThreadSanitizer watches.
 #include "tests/support/answer.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/stores.hpp"

@@ -2,8 +2,8 @@
 // Any bytes as a frame file (docs/frame_format.md): a frame that blocks can be made of, or one InputError.
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/image_grid.hpp"
-#include "bench/world/names.hpp"
 #include "bench/world/input_error.hpp"
+#include "bench/world/names.hpp"
 #include "tests/fuzz/bytes.hpp"
 #include "tests/fuzz/require.hpp"
 
