@@ -3,7 +3,6 @@
 #include "bench/world/feature_selector.hpp"
 
 #include "tests/bench/selector_cases.hpp"
-#include "tests/support/allocation_counter.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>
@@ -44,9 +43,8 @@ TEST(FeatureSelector, draws_from_its_seed_alone) {
       EXPECT_EQ(same.select(frame, candidates), selected) << to_string(kind);
       differs = differs || other.select(frame, candidates) != selected;
     }
-    const bool draws = kind == SelectorKind::random || kind == SelectorKind::bucket ||
-                       kind == SelectorKind::observability || kind == SelectorKind::leverage ||
-                       kind == SelectorKind::half_random;
+    const bool draws =
+        kind == SelectorKind::random || kind == SelectorKind::bucket || kind == SelectorKind::observability;
     EXPECT_EQ(differs, draws) << to_string(kind);
   }
 }
@@ -125,24 +123,6 @@ TEST(FeatureSelector, random_and_bucket_select_uniformly) {
     for (const std::uint32_t i : candidates) {
       EXPECT_NEAR(counts[i], runs / 4, 5 * std::sqrt(runs * 3 / 16)) << to_string(kind);
     }
-  }
-}
-
-TEST(FeatureSelector, allocates_nothing_after_a_frame_as_large) {
-  const Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
-  const sim::MatchArrays arrays(frame);
-  Indices candidates(450), selected;
-  std::iota(candidates.begin(), candidates.end(), 20U);
-  for (const SelectorKind kind : sim::selector_kinds) {
-    if (kind == SelectorKind::observability) continue;
-    SelectorSettings settings = settings_of(kind, 60);
-    settings.search.threads = settings.blocks.threads = 1;
-    FeatureSelector selector(settings);
-    selector.select(frame, arrays.view(), candidates, selected);
-    const long before = allocations();
-    selector.select(frame, arrays.view(), candidates, selected);
-    EXPECT_EQ(allocations(), before) << to_string(kind);
-    EXPECT_EQ(selected.size(), has_budget(kind) ? 60 : candidates.size());
   }
 }
 

@@ -41,8 +41,7 @@ inline Answer answer_to(const BlockStore& blocks, const Options& options, Execut
 }
 
 inline bool operator==(const Answer& a, const Answer& b) {
-  return a.reason == b.reason && a.indices == b.indices && a.searched == b.searched &&
-         a.numbers == b.numbers;
+  return a.reason == b.reason && a.indices == b.indices && a.searched == b.searched && a.numbers == b.numbers;
 }
 
 inline void PrintTo(const Answer& answer, std::ostream* out) {
