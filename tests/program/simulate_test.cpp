@@ -86,7 +86,9 @@ TEST_F(Simulate, refuses_invalid_values) {
         "metrics --weightings heavy", "metrics --prior 1e-21", "metrics --map-bias inf", "epsilon --sizes 5",
         "epsilon --epsilons 2", "euroc --budget 1", "euroc --outliers 0.9", "euroc --trajectories nowhere",
         "euroc --selectors best"}) {
-    expect_refused(simulate(arguments), "");
+    const Outcome outcome = simulate(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(outcome.err.rfind("maxlogdet_simulate: ", 0), 0U) << outcome.err;
   }
 }
 
