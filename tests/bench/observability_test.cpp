@@ -150,7 +150,8 @@ TEST(Observability, improves_the_weakest_direction_over_random_selection) {
     const Frame frame = make_scene(sim::Scene::euroc_like, 200, random.seed() + trial);
     Indices candidates = some_of(random, frame);
     const std::vector<Pose> before = poses_before(random, frame, 2);
-    FeatureSelector by_observability(settings_of(SelectorKind::observability, 20, trial));
+    ObservabilitySelection by_observability;
+    sim::Draws draws(trial);
     FeatureSelector by_chance(settings_of(SelectorKind::random, 20, trial));
     by_observability.add_pose(before[1]);
     by_observability.add_pose(before[0]);
@@ -159,7 +160,8 @@ TEST(Observability, improves_the_weakest_direction_over_random_selection) {
       for (const Rows12& rows : observability_rows(frame, selected, before)) stack = stacked(stack, rows);
       return smallest_singular_value(stack);
     };
-    EXPECT_GT(value_of(by_observability.select(frame, candidates)), value_of(by_chance.select(frame, candidates)));
+    EXPECT_GT(value_of(by_observability.select(frame, candidates, 20, 0.1, draws)),
+              value_of(by_chance.select(frame, candidates)));
   }
 }
 

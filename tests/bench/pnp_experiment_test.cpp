@@ -212,12 +212,5 @@ TEST(Pnp, options_out_of_range_are_refused) {
   refuses([](PnpOptions& o) { o.noises.push_back(nan); });
 }
 
-TEST(Pnp, outcomes_come_back_from_json) {
-  auto outcomes = run_pnp(small_options(), 0);
-  EXPECT_EQ(numbers_of(sim::pnp_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()))), numbers_of(outcomes));
-  outcomes[0].rotation_deg = nan;
-  EXPECT_TRUE(std::isnan(sim::pnp_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()))[0].rotation_deg));
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

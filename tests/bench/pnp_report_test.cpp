@@ -87,21 +87,6 @@ TEST(Pnp, metrics_table_has_errors_in_the_world_or_aligned) {
   }
 }
 
-TEST(Pnp, runs_table_has_every_outcome_of_every_run) {
-  const PnpOptions options = small_options();
-  const Runs runs = hand_made(options, 3, distinct);
-  const Table table = metrics_runs_table(options, runs, {"0", "5", "9"});
-  const auto cases = pnp_cases(options);
-  ASSERT_EQ(table.rows.size(), 3 * cases.size());
-  const auto& row = table.rows[cases.size() + 2];
-  const double e = distinct(cases[2], 1);
-  const std::vector<std::string> expected = {"5", sim::exact(cases[2].noise_px), std::to_string(cases[2].size),
-                                             cases[2].weighting, cases[2].selector};
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), row.begin()));
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(row.at(5 + i), sim::exact(static_cast<double>(i + 1) * e));
-  EXPECT_EQ(table.header.size(), row.size());
-}
-
 std::string cell_of(const Table& table, const std::string& name, std::size_t column) {
   for (const auto& row : table.rows) {
     if (row.at(0) == name) return row.at(column);

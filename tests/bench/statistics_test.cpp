@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/statistics.hpp"
 
+#include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/table.hpp"
 #include "tests/support/numbers.hpp"
@@ -174,38 +175,6 @@ TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
     return sim::rms_of(errors);
   });
   EXPECT_NEAR(covered, 0.95, sampling_error(runs) + 0.01);
-}
-
-TEST(RmsChange, is_as_computed_by_hand) {
-  const Estimate same = sim::rms_change_percent({1, 2, 3}, {1, 2, 3});
-  EXPECT_EQ(same.value, 0);
-  EXPECT_EQ(same.ci95, 0);
-  const Estimate half = sim::rms_change_percent({1, -2}, {2, 4});
-  EXPECT_NEAR(half.value, -50, 1e-12);
-  EXPECT_NEAR(half.ci95, 0, 1e-9);
-  // sqrt(10 / 5), and sqrt(9 / 4), sqrt(1) without one of them.
-  const Estimate change = sim::rms_change_percent({1, 3}, {1, 2});
-  EXPECT_NEAR(change.value, 100 * std::sqrt(2.0) - 100, 1e-9);
-  EXPECT_NEAR(change.ci95, 1.959964 * 25, 1e-4) << "values 50 and 0: sqrt(1/2 (25^2 + 25^2))";
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1}, {2}).ci95));
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({}, {}).value));
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1, 1}, {0, 0}).value));
-}
-
-TEST(RmsChange, its_interval_covers_the_change_in_about_95_percent_of_samples) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t samples = trials(2000);
-  const double covered = coverage(samples, -20, [&] {
-    std::vector<double> ours, theirs;
-    for (int i = 0; i < 100; ++i) {
-      const double shared = draws.normal();
-      ours.push_back(0.8 * (shared + 0.3 * draws.normal()));
-      theirs.push_back(shared + 0.3 * draws.normal());
-    }
-    return sim::rms_change_percent(ours, theirs);
-  });
-  EXPECT_NEAR(covered, 0.945, 5 * std::sqrt(0.05 / static_cast<double>(samples)) + 0.01);
 }
 
 TEST(QuantileOf, is_linear_between_order_statistics) {

@@ -184,19 +184,5 @@ TEST(TrajectoryErrors, are_those_of_the_definition) {
   }
 }
 
-TEST(TrajectoryErrors, a_rigid_alignment_keeps_an_error_of_scale) {
-  const Poses truth = flight(10, on_a_curve);
-  Poses estimate = truth;
-  for (sim::StampedPose& pose : estimate) pose.T_wb.translation() *= 1.1;
-  EXPECT_NEAR(sim::trajectory_errors(estimate, truth, 1).rpe_m_per_s, 0, 1e-12);
-  const auto rigid = sim::trajectory_errors(estimate, truth, 1, sim::TrajectoryAlignment::rigid);
-  EXPECT_EQ(rigid.scale, 1);
-  double expected = 0;  // a tenth of the distance between the ends of windows of 20 poses
-  for (std::size_t i = 0; i + 20 < truth.size(); ++i) {
-    expected += 0.1 * (truth[i + 20].T_wb.translation() - truth[i].T_wb.translation()).norm() / 181;
-  }
-  EXPECT_NEAR(rigid.rpe_m_per_s, expected, 1e-12);
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

@@ -21,10 +21,6 @@ void expect(bool is_so, const char* what) {
   std::printf("%s is NOT as it should be\n", what);
 }
 
-bool are_same(const maxlogdet::Selection& a, const maxlogdet::Selection& b) {
-  return a.size == b.size && std::equal(a.begin(), a.end(), b.begin());
-}
-
 // Points in front of the camera, and where it sees them.
 struct Frame {
   Frame() {
@@ -64,15 +60,6 @@ void select(const Frame& frame, maxlogdet::BlockStore& blocks) {
   expect(selection.status == maxlogdet::Status::ok && selection.size == 100, "a selection");
 }
 
-// One by one, all accepted: lazy greedy.
-void propose(const maxlogdet::BlockStore& blocks) {
-  maxlogdet::Selector selector(n);
-  maxlogdet::ActiveSelection active(n);
-  expect(active.start(blocks, 100) == maxlogdet::Error::none, "a start");
-  while (active.next() != maxlogdet::ActiveSelection::none) active.accept();  // or reject(), or with a measured block
-  expect(are_same(active.selection(), selector.select(blocks, 100)), "active matching");
-}
-
 // The weight of a residual, as the blocks have it.
 void weigh(const Frame& frame) {
   maxlogdet::MatchNoise noise;
@@ -102,7 +89,6 @@ int main(int count, char** arguments) {
   const Frame frame;
   maxlogdet::BlockStore blocks(n);
   select(frame, blocks);
-  propose(blocks);
   weigh(frame);
   record(frame, count > 1 ? arguments[1] : nullptr);
   std::printf("instruction sets:");
