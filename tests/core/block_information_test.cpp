@@ -162,7 +162,7 @@ void check_block(const Ray& ray, DepthCue depth_cue, Weighting weighting, bool i
   ++tally.kept;
 }
 
-TEST(Camera, blocks_are_right_at_all_distances_or_none_whatever_their_covariance) {
+TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance) {
   const std::size_t variations = std::max<std::size_t>(100, trials(3000));
   Tally tally;
   for (const DepthCue depth_cue : thirds) {

@@ -59,18 +59,6 @@ TEST(Constraints, greedy_equals_the_oracle) {
   });
 }
 
-TEST(Constraints, lazy_greedy_equals_greedy_on_frames) {
-  for_every_family(1000, [&](const BlockStore& blocks) {
-    Random random(blocks.size());
-    Problem problem = problem_of(blocks, 0);
-    constrain(random, problem);
-    problem.plain.budget = std::max<std::size_t>(problem.plain.budget, 100);
-    Selector selector(problem.capacity());
-    const auto greedy = indices_of(selector.select(blocks, problem.options(Strategy::greedy)));
-    EXPECT_EQ(indices_of(selector.select(blocks, problem.options(Strategy::lazy_greedy))), greedy);
-  });
-}
-
 // Required candidates come first, in the order of their indices.
 TEST(Constraints, every_strategy_keeps_to_them) {
   for_each_trial(200, [](Random& random) {

@@ -35,15 +35,6 @@ TEST(StochasticGreedy, evaluates_s_candidates_a_round) {
   }
 }
 
-TEST(StochasticGreedy, counts_only_valid_candidates_for_the_sample_size) {
-  Random random;
-  BlockStore blocks = awkward_blocks(random, 300);
-  for (int i = 0; i < 200; ++i) blocks.push_back_invalid();
-  const auto s = static_cast<std::size_t>(std::ceil(300.0 / 10 * std::log(10.0)));
-  Selector selector(500);
-  EXPECT_EQ(selector.select(blocks, stochastic(10, 0.1, 1)).evaluations, 10 * s);
-}
-
 // The best of a sample of equal candidates is its lowest index: with s distinct ones out of n it is i with probability
 // C(n - 1 - i, s - 1) / C(n, s).
 TEST(StochasticGreedy, samples_are_distinct_and_all_subsets_equally_likely) {
@@ -141,22 +132,6 @@ TEST(StochasticGreedy, with_a_sample_of_everything_is_greedy) {
     EXPECT_EQ(select_indices(blocks, stochastic(20, 1e-300, random.seed())),
               select_indices(blocks, with_budget(20, Strategy::greedy)));
   });
-}
-
-TEST(StochasticGreedy, samples_all_candidates_alike_and_without_replacement) {
-  // A sample of one of equal candidates is a uniform draw: 20 of 40 are taken, each equally often.
-  const BlockStore blocks = copies_of(Block::Zero(2, 6), 40);
-  Selector selector(40);
-  std::vector<int> taken(40, 0);
-  constexpr int runs = 4000;
-  for (int run = 0; run < runs; ++run) {
-    const Selection selection = selector.select(blocks, stochastic(20, 0.61, static_cast<std::uint64_t>(run)));
-    EXPECT_EQ(selection.evaluations, 20U);
-    EXPECT_EQ((std::set<std::uint32_t>(selection.begin(), selection.end()).size()), 20U);
-    for (const std::uint32_t index : selection) ++taken[index];
-  }
-  const double deviation = std::sqrt(runs * 0.25);
-  for (const int count : taken) EXPECT_NEAR(count, runs / 2.0, 5 * deviation);
 }
 
 TEST(CounterRandom, is_uniform_and_stays_below_its_range) {
