@@ -212,38 +212,5 @@ TEST_P(FrameOf, matches_that_are_not_finite_or_have_no_image_are_left_out) {
   }
 }
 
-TEST(FrameCamera, a_right_column_that_is_not_known_does_not_count_without_stereo) {
-  TracedRandom random;
-  const Frame frame = simulated_frame(random, FrameKind::stereo, 1);
-  Match match = frame.matches[0];
-  match.u_right = nan;
-  LinearizedMatch at;
-  EXPECT_FALSE(linearize(frame.camera, pose_of(frame), match, true, at));
-  EXPECT_TRUE(linearize(frame.camera, pose_of(frame), match, false, at));
-}
-
-TEST(FrameCamera, a_point_in_the_plane_of_the_camera_has_no_residual) {
-  TracedRandom random;
-  const Frame frame = simulated_frame(random, FrameKind::stereo, 1);
-  Match match = frame.matches[0];
-  for (const double x : {0.0, 0.5}) {
-    match.point[0] = match.point[1] = x;
-    match.point[2] = 0;
-    EXPECT_EQ(chi2(frame.camera, Pose::Identity(), match, true), infinity);
-  }
-}
-
-TEST(FrameCamera, a_depth_far_more_precise_than_a_pixel_keeps_its_weight) {
-  TracedRandom random;
-  Frame frame = simulated_frame(random, FrameKind::depth, 20);
-  frame.camera.depth_sigma = 1e-3;
-  const Pose T_cw = sim::pose_of(frame.T_cw_prior);
-  for (Match& match : frame.matches) {
-    match.inv_sigma2 = 1e-14;  // of 10^7 px
-    const Whitening W = whitening_of(frame.camera, T_cw, match, true, Eigen::Matrix3d::Zero());
-    EXPECT_NEAR(W.w22, match.depth > 0 ? 1e3 : 0, 1e-6);
-  }
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

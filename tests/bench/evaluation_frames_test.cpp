@@ -142,17 +142,6 @@ TEST(EvaluationOfFrames, nested_selections_begin_with_the_smaller_ones) {
   }
 }
 
-TEST(EvaluationOfFrames, budgets_are_sorted_and_those_of_random_ones_contain_the_curve) {
-  EvaluationOptions options;
-  options.budgets = {100, 30, 100};
-  options.curve = {15, 30, 500};
-  const auto of = [&](SelectorKind kind, bool is_own) { return budgets_of({"", kind, is_own}, options); };
-  EXPECT_EQ(of(SelectorKind::md, false), (std::vector<std::size_t>{30, 100}));
-  EXPECT_EQ(of(SelectorKind::random, false), (std::vector<std::size_t>{15, 30, 100, 500}));
-  EXPECT_EQ(of(SelectorKind::bucket, false), (std::vector<std::size_t>{15, 30, 100, 500}));
-  EXPECT_EQ(of(SelectorKind::all, true), (std::vector<std::size_t>{0}));
-}
-
 double median_of(std::vector<double> values) {  // of an odd number
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -201,30 +190,6 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
   EXPECT_TRUE(contains(truth->of_translation_ratio, truth->translation_ratio));
   for (std::optional<Pose>& pose : true_poses) pose.reset();
   EXPECT_FALSE(summarize(evaluated, {6, 7}, true_poses, options).row("md", 40)->truth);
-}
-
-// A column without values may have zeros, and a camera alone has no right image.
-TEST(EvaluationOfFrames, right_columns_without_a_baseline_do_not_count) {
-  TracedRandom random;
-  std::vector<Frame> frames = recording(random, FrameKind::monocular, 4, 60);
-  const std::string expected = to_json(sim::evaluate({frames}, small_options(), 1)).dump();
-  for (Frame& frame : frames) {
-    for (Match& match : frame.matches) match.u_right = random.uniform(0, 700);
-  }
-  EXPECT_EQ(to_json(sim::evaluate({frames}, small_options(), 1)).dump(), expected);
-}
-
-TEST(EvaluationOfFrames, of_true_noise_free_matches_find_the_true_motion) {
-  TracedRandom random;
-  for (const FrameKind kind : frame_kinds) {
-    const auto frames = simulated_recording(random, kind, 4, 60, [](Frame&) {});
-    const Evaluation evaluation = sim::evaluate({frames}, small_options(), 1);
-    for (const EvaluationRow& row : evaluation.rows) {
-      EXPECT_LT(row.translation.median, 1e-6) << row.selector;
-      EXPECT_LT(row.truth->median_m, 1e-6) << row.selector;
-      EXPECT_GT(row.translation.predicted, 1e-4) << row.selector;
-    }
-  }
 }
 
 }  // namespace

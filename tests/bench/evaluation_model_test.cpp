@@ -72,23 +72,6 @@ TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_a
 INSTANTIATE_TEST_SUITE_P(EveryKindOfFrame, EvaluationOf, ::testing::ValuesIn(frame_kinds),
                          [](const auto& of) { return to_string(of.param); });
 
-TEST(EvaluationOfErrors, independent_ones_of_many_frames_deviate_as_predicted_within_few_percent) {
-  TracedRandom random;
-  EvaluationOptions options = short_options();
-  options.budgets = {30, 100};
-  const Evaluation evaluation = evaluation_of(independent_recording(random, FrameKind::stereo, trials(600)), options);
-  const double tolerance = 0.06 * std::sqrt(600 / static_cast<double>(trials(600)));
-  for (const EvaluationRow& row : evaluation.rows) {
-    SCOPED_TRACE(row.selector + " " + std::to_string(row.budget));
-    EXPECT_NEAR(row.translation.median / row.translation.predicted, 1, tolerance);
-    EXPECT_NEAR(row.rotation.median / row.rotation.predicted, 1, tolerance);
-    EXPECT_NEAR(row.translation.p90 / row.translation.predicted_p90, 1, tolerance);
-    EXPECT_NEAR(row.rotation.p90 / row.rotation.predicted_p90, 1, tolerance);
-  }
-  for (const double chi2 : evaluation.chi2_by_leverage) EXPECT_NEAR(chi2, 1, tolerance / 2);
-  EXPECT_NEAR(evaluation.cell_correlation.value, 0, tolerance / 6);
-}
-
 TEST(EvaluationOfErrors, twice_as_large_as_modelled_have_a_chi2_of_four_and_no_correlation) {
   TracedRandom random;
   // Small, so that neither the gate nor Huber's loss is in the way: half of 0.4 deviations is modelled.
@@ -169,53 +152,6 @@ TEST(EvaluationOfErrors, that_stay_at_a_place_of_the_image_are_told_from_those_t
   EXPECT_NEAR(redrawn.static_correlation, 0, 0.03);
   EXPECT_TRUE(std::isnan(evaluation_of(sharing_recording(random, 39, tau), short_options()).static_correlation))
       << "too short";
-}
-
-// Matches of a frame without errors by their leverage tr(H C H^T), lowest first.
-std::vector<std::uint32_t> by_leverage(const Frame& frame) {
-  std::vector<sim::LinearizedMatch> linearized(frame.matches.size());
-  Matrix6 information = Matrix6::Zero();
-  const auto whitened = [&](std::size_t i) {
-    const Eigen::MatrixXd H = linearized[i].H_x.topRows(linearized[i].rows);
-    return Eigen::MatrixXd(H * std::sqrt(frame.matches[i].inv_sigma2));
-  };
-  for (std::size_t i = 0; i < linearized.size(); ++i) {
-    EXPECT_TRUE(linearize(frame.camera, sim::pose_of(frame.T_cw_prior), frame.matches[i], true, linearized[i]));
-    information += gram(whitened(i));
-  }
-  const Matrix6 covariance = inverse(information);
-  std::vector<std::pair<double, std::uint32_t>> leverages;
-  for (std::uint32_t i = 0; i < linearized.size(); ++i) {
-    leverages.emplace_back(product(covariance, gram(whitened(i))).trace(), i);
-  }
-  std::sort(leverages.begin(), leverages.end());
-  std::vector<std::uint32_t> order;
-  for (const auto& [leverage, i] : leverages) order.push_back(i);
-  return order;
-}
-
-TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_deciles) {
-  TracedRandom random;
-  const auto variance = [](std::size_t decile) { return 0.2 + 0.12 * static_cast<double>(decile); };
-  const auto add = [&](Frame& frame) {
-    const std::vector<std::uint32_t> order = by_leverage(frame);
-    Frame alone;
-    alone.camera = frame.camera;
-    for (std::size_t place = 0; place < order.size(); ++place) {
-      alone.matches = {frame.matches[order[place]]};
-      add_errors(random, alone, std::sqrt(variance(10 * place / order.size())));
-      frame.matches[order[place]] = alone.matches[0];
-    }
-  };
-  const Evaluation evaluation =
-      evaluation_of(simulated_recording(random, FrameKind::stereo, 60, 300, add), short_options());
-  for (std::size_t d = 0; d < sim::leverage_classes; ++d) {
-    EXPECT_NEAR(evaluation.chi2_by_leverage[d], variance(d), 0.1) << d;
-    if (d >= 2) {
-      EXPECT_GT(evaluation.of_chi2[d].low, evaluation.of_chi2[d - 2].high) << d;
-    }
-  }
-  EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
 }
 
 // A random selection, drawn here and not by the contestant that it is compared with, is worth its own number.

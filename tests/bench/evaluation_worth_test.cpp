@@ -22,28 +22,6 @@ TEST(MatchesWorth, is_exact_where_deviations_follow_the_model) {
   }
 }
 
-TEST(MatchesWorth, falls_as_the_target_rises_whatever_the_values) {
-  TracedRandom random;
-  for (std::size_t trial = trials(500); trial > 0; --trial) {
-    std::vector<std::size_t> counts;
-    std::vector<double> values;
-    std::size_t count = 5;
-    for (int i = random.integer(1, 12); i > 0; --i) {
-      count += static_cast<std::size_t>(random.integer(1, 30));
-      counts.push_back(count);
-      values.push_back(random.chance(0.1) ? 1 : random.uniform(0, 3));  // noise and ties, not even monotonic
-    }
-    double last = infinity;
-    for (double target = -0.1; target < 3.1; target += 0.05) {
-      const double worth = matches_worth(counts, values, target);
-      EXPECT_GE(worth, static_cast<double>(counts.front()));
-      EXPECT_LE(worth, static_cast<double>(counts.back()));
-      EXPECT_LE(worth, last + 1e-9);
-      last = worth;
-    }
-  }
-}
-
 TEST(MatchesWorth, of_values_that_rise_again_the_first_count_that_reaches_the_target_decides) {
   EXPECT_NEAR(matches_worth({10, 20, 30, 40}, {4, 2, 3, 1}, 2), 20, 1e-9);
   EXPECT_GT(matches_worth({10, 20, 30, 40}, {4, 2, 3, 1}, 1.9), 30);

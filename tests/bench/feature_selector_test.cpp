@@ -1,53 +1,43 @@
 // SPDX-License-Identifier: MIT
-// Properties of all selectors, and selectors that use no blocks.
 #include "bench/world/feature_selector.hpp"
 
 #include "tests/bench/selector_cases.hpp"
-#include "tests/support/allocation_counter.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <stdexcept>
 
 namespace maxlogdet::test {
 namespace {
 
-TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
+constexpr SelectorKind kinds[] = {SelectorKind::quality,    SelectorKind::bucket,   SelectorKind::md,
+                                  SelectorKind::quality_md, SelectorKind::random,   SelectorKind::inl,
+                                  SelectorKind::all,        SelectorKind::md_cells, SelectorKind::md_spread};
+
+TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget_and_draws_from_its_seed_alone) {
   TracedRandom random;
-  for (const SelectorKind kind : sim::selector_kinds) {
+  for (const SelectorKind kind : kinds) {
     SCOPED_TRACE(to_string(kind));
+    bool differs = false;
     for (const std::size_t budget : {0U, 1U, 20U, 100U, 1000U}) {
       const Frame frame = make_scene(sim::Scene::euroc_like, 300, random.seed() + budget);
       const Indices candidates = some_of(random, frame);
-      FeatureSelector selector(settings_of(kind, budget));
-      const Indices selected = sorted(selector.select(frame, candidates));
+      FeatureSelector selector(settings_of(kind, budget, 5)), same(settings_of(kind, budget, 5));
+      const Indices selected = selector.select(frame, candidates);
       const bool all = !has_budget(kind);
       EXPECT_EQ(selected.size(), all ? candidates.size() : std::min(budget, candidates.size()));
-      EXPECT_EQ(std::adjacent_find(selected.begin(), selected.end()), selected.end());
-      EXPECT_TRUE(std::includes(candidates.begin(), candidates.end(), selected.begin(), selected.end()));
+      EXPECT_EQ(std::set<std::uint32_t>(selected.begin(), selected.end()).size(), selected.size());
+      EXPECT_TRUE(std::all_of(selected.begin(), selected.end(), [&](std::uint32_t i) {
+        return std::binary_search(candidates.begin(), candidates.end(), i);
+      }));
+      EXPECT_EQ(same.select(frame, candidates), selected);
+      differs = differs || FeatureSelector(settings_of(kind, budget, 6)).select(frame, candidates) != selected;
       EXPECT_TRUE(selector.select(frame, {}).empty());
     }
-  }
-}
-
-TEST(FeatureSelector, draws_from_its_seed_alone) {
-  TracedRandom random;
-  for (const SelectorKind kind : sim::selector_kinds) {
-    FeatureSelector one(settings_of(kind, 30, 5)), same(settings_of(kind, 30, 5)), other(settings_of(kind, 30, 6));
-    bool differs = false;
-    for (std::uint64_t i = 0; i < 3; ++i) {
-      const Frame frame = make_scene(sim::Scene::euroc_like, 200, random.seed() + i);
-      const Indices candidates = some_of(random, frame);
-      const Indices selected = one.select(frame, candidates);
-      EXPECT_EQ(same.select(frame, candidates), selected) << to_string(kind);
-      differs = differs || other.select(frame, candidates) != selected;
-    }
-    const bool draws = kind == SelectorKind::random || kind == SelectorKind::bucket ||
-                       kind == SelectorKind::observability || kind == SelectorKind::leverage ||
-                       kind == SelectorKind::half_random;
-    EXPECT_EQ(differs, draws) << to_string(kind);
+    EXPECT_EQ(differs, kind == SelectorKind::random || kind == SelectorKind::bucket);
   }
 }
 
@@ -87,27 +77,6 @@ TEST(FeatureSelector, bucket_spreads_over_cells) {
   }
 }
 
-TEST(FeatureSelector, bucket_prefers_no_cell) {
-  Frame frame = make_scene(sim::Scene::euroc_like, 24, 3);
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    frame.matches[i].u = i < 12 ? 10 : 700;
-    frame.matches[i].v = i % 2 == 0 ? 10 : 400;
-  }
-  Indices candidates(24);
-  std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings settings = settings_of(SelectorKind::bucket, 2);
-  settings.grid = {2, 2};
-  FeatureSelector selector(settings);
-  std::vector<int> counts(4, 0);
-  const auto runs = static_cast<double>(trials(4000));
-  for (std::size_t run = trials(4000); run > 0; --run) {
-    for (const std::uint32_t i : selector.select(frame, candidates)) {
-      ++counts[settings.grid.cell_of(frame, frame.matches[i])];
-    }
-  }
-  for (const int count : counts) EXPECT_NEAR(count, runs / 2, 5 * std::sqrt(runs) / 2);
-}
-
 // Bucket with a single cell is as uniform as random.
 TEST(FeatureSelector, random_and_bucket_select_uniformly) {
   const Frame frame = make_scene(sim::Scene::euroc_like, 40, 3);
@@ -128,22 +97,89 @@ TEST(FeatureSelector, random_and_bucket_select_uniformly) {
   }
 }
 
-TEST(FeatureSelector, allocates_nothing_after_a_frame_as_large) {
-  const Frame frame = make_scene(sim::Scene::euroc_like, 500, 1);
-  const sim::MatchArrays arrays(frame);
-  Indices candidates(450), selected;
-  std::iota(candidates.begin(), candidates.end(), 20U);
-  for (const SelectorKind kind : sim::selector_kinds) {
-    if (kind == SelectorKind::observability) continue;
-    SelectorSettings settings = settings_of(kind, 60);
-    settings.search.threads = settings.blocks.threads = 1;
-    FeatureSelector selector(settings);
-    selector.select(frame, arrays.view(), candidates, selected);
-    const long before = allocations();
-    selector.select(frame, arrays.view(), candidates, selected);
-    EXPECT_EQ(allocations(), before) << to_string(kind);
-    EXPECT_EQ(selected.size(), has_budget(kind) ? 60 : candidates.size());
+// Calls the library directly, on a frame of these matches alone; `groups`: of these matches, or none.
+Indices selected_by_library(const Frame& frame, const Indices& candidates, const SelectorSettings& settings,
+                            const Indices& groups = {}, std::size_t maximum = 0) {
+  Frame alone = frame;
+  alone.matches.clear();
+  for (const std::uint32_t i : candidates) alone.matches.push_back(frame.matches[i]);
+  BlockStore blocks;
+  build_blocks(alone, settings.blocks, blocks);
+  Options options = settings.search;
+  options.budget = settings.budget;
+  if (!groups.empty()) {
+    options.groups.ids = groups.data();
+    options.groups.count = 1000;
+    options.groups.maximum = maximum;
   }
+  Indices selected;
+  for (const std::uint32_t i : select_indices(blocks, options)) selected.push_back(candidates[i]);
+  return selected;
+}
+
+TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates_or_of_the_best_by_quality) {
+  TracedRandom random;
+  for (const BlockKind& kind : block_kinds) {
+    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+      SelectorSettings settings = settings_of(SelectorKind::md, 60);
+      settings.blocks.weighting = kind.weighting;
+      settings.blocks.depth_cue = kind.depth_cue;
+      settings.search.strategy = strategy;
+      settings.search.stochastic.seed = random.seed();
+      FeatureSelector selector(settings);
+      settings.kind = SelectorKind::quality_md;
+      settings.pool = 120;
+      for (const std::size_t n : {250U, 500U, 300U}) {
+        const Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);
+        const Indices candidates = some_of(random, frame);
+        EXPECT_EQ(selector.select(frame, candidates), selected_by_library(frame, candidates, settings)) << kind.name;
+        if (strategy == Strategy::stochastic_greedy) continue;  // it draws by places in the store
+        EXPECT_EQ(FeatureSelector(settings).select(frame, candidates),
+                  selected_by_library(frame, by_quality(frame, candidates, 120), settings));
+      }
+    }
+  }
+}
+
+TEST(FeatureSelector, md_cells_is_the_library_with_the_smallest_maximum_that_fills_the_budget) {
+  TracedRandom random;
+  for (std::size_t trial = trials(60); trial > 0; --trial) {
+    const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
+    const Frame frame = make_scene(scene, 300, random.seed() + trial);
+    const Indices candidates = some_of(random, frame);
+    SelectorSettings settings = settings_of(SelectorKind::md_cells, static_cast<std::size_t>(random.integer(1, 150)));
+    settings.grid = {random.integer(1, 10), random.integer(1, 8)};
+    settings.slack = random.uniform(0.1, 3);
+    Indices cells;
+    std::map<std::uint32_t, std::size_t> sizes;
+    for (const std::uint32_t i : candidates) {
+      cells.push_back(settings.grid.cell_of(frame, frame.matches[i]));
+      ++sizes[cells.back()];
+    }
+    const double share = static_cast<double>(settings.budget) / static_cast<double>(sizes.size());
+    auto maximum = static_cast<std::size_t>(std::ceil(settings.slack * share));
+    const auto places = [&] {
+      std::size_t sum = 0;
+      for (const auto& [cell, size] : sizes) sum += std::min(size, maximum);
+      return sum;
+    };
+    while (places() < settings.budget) ++maximum;
+    EXPECT_EQ(FeatureSelector(settings).select(frame, candidates),
+              selected_by_library(frame, candidates, settings, cells, maximum));
+  }
+}
+
+TEST(FeatureSelector, refuses_unusable_input) {
+  const Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
+  Indices candidates(100);
+  std::iota(candidates.begin(), candidates.end(), 0U);
+  SelectorSettings epsilon = settings_of(SelectorKind::md, 10);
+  epsilon.search.strategy = Strategy::stochastic_greedy;
+  epsilon.search.stochastic.epsilon = 2;
+  EXPECT_THROW(FeatureSelector(epsilon).select(frame, candidates), std::invalid_argument);
+  Frame broken = frame;
+  broken.camera.fx = 0;
+  EXPECT_THROW(FeatureSelector(settings_of(SelectorKind::md, 10)).select(broken, candidates), std::invalid_argument);
 }
 
 }  // namespace

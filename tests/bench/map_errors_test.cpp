@@ -2,8 +2,8 @@
 // MappedWorld's errors of the map: those that a batch shares, and those of triangulation.
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/does_the_paper_hold/trajectory_error.hpp"
+#include "bench/world/angles.hpp"
 #include "tests/bench/small_worlds.hpp"
 #include "tests/support/support.hpp"
 
@@ -110,33 +110,6 @@ TEST(MappedWorld, errors_of_successive_batches_are_correlated_as_configured) {
     for (const double of_entry : first) EXPECT_LT(of_entry / n, 1 + 5 * std::sqrt(2 / n) + 10 / n);
     EXPECT_NEAR(first.sum() / (7 * n), 1, 5 * std::sqrt(2 / (7 * n)));
   }
-}
-
-TEST(MappedWorld, triangulation_errors_grow_with_depth) {
-  WorldOptions options = perfect_world();
-  options.depth_sigma = 0.005;
-  options.lateral_sigma = 0.002;
-  double points = 0, along = 0, across = 0;
-  std::size_t keyframes = 0;
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const sim::Frame&) {
-    if (world.keyframes() == keyframes) return;
-    keyframes = world.keyframes();
-    for (const auto& landmark : world.landmarks()) {
-      if (landmark.batch != keyframes) continue;
-      const Eigen::Vector3d truth = world.true_T_cw() * landmark.position;
-      const Eigen::Vector3d error = world.true_T_cw() * landmark.mapped - truth;
-      const double depth = truth.z();
-      const double sigma_across = 0.002 * depth, sigma_along = std::min(0.005 * depth * depth, 0.2 * depth);
-      // The lateral error is isotropic, so both errors contribute to the depth.
-      ++points;
-      along += error.z() * error.z() / (sigma_along * sigma_along + sigma_across * sigma_across);
-      const Eigen::Vector3d ray = truth.normalized();
-      across += (error - ray.dot(error) * ray).squaredNorm() / (2 * sigma_across * sigma_across);
-    }
-  });
-  ASSERT_GT(points, 1000);
-  EXPECT_NEAR(along / points, 1, 5 * std::sqrt(2 / points));
-  EXPECT_NEAR(across / points, 1, 5 * std::sqrt(1 / points));
 }
 
 }  // namespace

@@ -63,15 +63,6 @@ TEST(MappedWorld, follows_the_trajectory_and_leaves_the_prior_alone) {
   EXPECT_FALSE(world.next(frame));
 }
 
-TEST(MappedWorld, has_rigs_whose_poses_are_rotations) {
-  for (const sim::Rig& rig : {sim::euroc_rig(), sim::forward_rig()}) {
-    EXPECT_LT((rig.T_bc.linear() * rig.T_bc.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
-    EXPECT_NEAR(rig.T_bc.linear().determinant(), 1, 1e-9);
-  }
-  EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(2).isApprox(Eigen::Vector3d::UnitX())) << "looks along x";
-  EXPECT_TRUE(sim::forward_rig().T_bc.linear().col(1).isApprox(-Eigen::Vector3d::UnitZ())) << "its y is down";
-}
-
 TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
   WorldOptions options = small_world();
   options.max_matches = 120;
@@ -86,16 +77,6 @@ TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
   EXPECT_GT(full, 0U);
 }
 
-TEST(MappedWorld, matches_know_the_keyframe_that_mapped_their_point) {
-  std::set<std::int64_t> keyframes;
-  for_every_match(5, small_world(), [&](const MappedWorld& world, const Frame&, const Match& match) {
-    ASSERT_EQ(match.keyframe, landmark_of(world, match).batch);
-    keyframes.insert(match.keyframe);
-  });
-  EXPECT_GT(keyframes.size(), 1U);
-  EXPECT_GT(*keyframes.begin(), 0);
-}
-
 TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   for_every_frame(sim::analytic_trajectory(10), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     EXPECT_GE(frame.matches.size(), 50U);
@@ -107,21 +88,6 @@ TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
       ASSERT_FALSE(match.is_stereo());
     }
   });
-}
-
-// Counts the mapped landmarks in view again.
-TEST(MappedWorld, detects_a_share_of_the_landmarks_in_view) {
-  WorldOptions options = perfect_world();
-  options.max_matches = 100000;
-  options.detection_rate = 0.7;
-  double mapped = 0, matched = 0;
-  for_every_frame(sim::analytic_trajectory(10), options, 1, [&](const MappedWorld& world, const Frame& frame) {
-    matched += static_cast<double>(frame.matches.size());
-    for (const auto& landmark : world.landmarks()) {
-      if (landmark.batch != 0 && is_in_view(sight_of(world, frame, landmark.position), frame)) ++mapped;
-    }
-  });
-  EXPECT_NEAR(matched, 0.7 * mapped, 5 * std::sqrt(mapped * 0.21));
 }
 
 TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
@@ -148,16 +114,6 @@ TEST(MappedWorld, pixel_noise_grows_with_the_octave_as_its_weight_says) {
   EXPECT_LT(sum.norm(), 6 * std::sqrt(2 * count));
 }
 
-// The nearer the landmark, the larger it is in the image.
-TEST(MappedWorld, octaves_fall_with_distance) {
-  for_every_match(2, perfect_world(), [&](const MappedWorld& world, const Frame& frame, const Match& match) {
-    const auto& landmark = landmark_of(world, match);
-    const double depth = sight_of(world, frame, landmark.position).depth;
-    const double octave = landmark.octave + std::log(landmark.reference_depth / depth) / std::log(1.2);
-    ASSERT_NEAR(match.octave, std::clamp(octave, 0.0, 7.0), 0.5 + 1e-9);
-  });
-}
-
 TEST(MappedWorld, outliers_have_the_configured_rate_and_errors_of_5_to_40_px) {
   WorldOptions options = perfect_world();
   options.outlier_rate = 0.2;
@@ -176,42 +132,6 @@ TEST(MappedWorld, outliers_have_the_configured_rate_and_errors_of_5_to_40_px) {
   EXPECT_NEAR(outliers, 0.2 * matches, 5 * std::sqrt(0.16 * matches));
   EXPECT_NEAR(distance / outliers, 22.5, 5 * 35 / std::sqrt(12 * outliers));
   EXPECT_LT(directions.norm(), 5 * std::sqrt(outliers));
-}
-
-double mean_distance(const std::vector<double>& distances) {
-  double sum = 0;
-  for (const double distance : distances) sum += distance / static_cast<double>(distances.size());
-  return sum;
-}
-
-TEST(MappedWorld, descriptor_distances_correlate_with_errors_and_more_with_outliers) {
-  WorldOptions options = small_world();
-  options.outlier_rate = 0;
-  std::vector<double> errors, distances;
-  for_every_match(10, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
-    errors.push_back(error_of(world, frame, match).norm() / std::pow(1.2, match.octave));
-    distances.push_back(match.desc_dist);
-    ASSERT_EQ(match.desc_dist, std::round(match.desc_dist));
-    ASSERT_GE(match.desc_dist, 0);
-  });
-  const double mean_error = mean_distance(errors), mean = mean_distance(distances);
-  double both = 0, of_errors = 0, of_distances = 0;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    both += (errors[i] - mean_error) * (distances[i] - mean);
-    of_errors += (errors[i] - mean_error) * (errors[i] - mean_error);
-    of_distances += (distances[i] - mean) * (distances[i] - mean);
-  }
-  const double correlation = both / std::sqrt(of_errors * of_distances);
-  EXPECT_GT(correlation, 0.1);
-  EXPECT_LT(correlation, 0.6);
-
-  options = perfect_world();
-  options.outlier_rate = 0.2;
-  std::vector<double> wrong, right;
-  for_every_match(5, options, [&](const MappedWorld& world, const Frame& frame, const Match& match) {
-    (error_of(world, frame, match).norm() > 1 ? wrong : right).push_back(match.desc_dist);
-  });
-  EXPECT_GT(mean_distance(wrong), mean_distance(right) + 10);
 }
 
 TEST(MappedWorld, keyframes_are_made_as_the_camera_moves_and_never_within_5_frames) {

@@ -13,21 +13,6 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(MatchNoise, without_errors_of_the_map_residuals_are_divided_by_their_deviation) {
-  TracedRandom random;
-  const Frame frame = simulated_frame(random, FrameKind::stereo, 50);
-  for (const bool stereo : {false, true}) {
-    const std::vector<Whitening> whitenings = whitenings_of(frame, pose_of(frame), stereo);
-    ASSERT_EQ(whitenings.size(), frame.matches.size());
-    for (std::size_t i = 0; i < whitenings.size(); ++i) {
-      const Match& match = frame.matches[i];
-      Eigen::Vector3d diagonal = Eigen::Vector3d::Constant(std::sqrt(match.inv_sigma2));
-      if (!stereo || !match.is_stereo()) diagonal.z() = 0;
-      EXPECT_LT(largest_difference(whitenings[i].matrix(), Eigen::Matrix3d(diagonal.asDiagonal())), 1e-15);
-    }
-  }
-}
-
 TEST(MatchNoise, a_map_without_covariances_has_one_deviation_for_all) {
   TracedRandom random;
   Frame frame = simulated_frame(random, FrameKind::stereo, 50);
@@ -76,33 +61,6 @@ TEST(MatchNoise, what_cannot_be_whitened_is_left_out) {
     const auto rejection = reject_outliers(frame.camera, frame.matches, all, T_cw, options, whitenings);
     EXPECT_EQ(rejection.inliers, expected.inliers);
     EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), sim::to_rows(expected.estimate.T_cw));
-  }
-}
-
-// A good match with a bad whitening.
-TEST(MatchNoise, a_whitening_that_is_not_finite_leaves_its_match_out) {
-  TracedRandom random;
-  Frame frame = simulated_frame(random, FrameKind::stereo, 40);
-  for (Match& match : frame.matches) {
-    match.u_right = match.u - frame.camera.bf / in_camera(frame, match)[2];  // all have three rows
-    match.v += 0.5 * normal(random);
-  }
-  const Pose T_cw = pose_of(frame);
-  const std::vector<Whitening> whitenings = whitenings_of(frame, T_cw, true, 0.05);
-  const Subset all = all_matches(frame);
-  const Subset others(all.begin() + 1, all.end());
-  for (const PoseMethod method : pose_methods) {
-    const PoseOptions options = precise(method);
-    const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, others, T_cw, options, whitenings);
-    for (double Whitening::*const entry :
-         {&Whitening::w00, &Whitening::w10, &Whitening::w11, &Whitening::w20, &Whitening::w21, &Whitening::w22}) {
-      for (const double bad : {nan, infinity, -infinity}) {
-        std::vector<Whitening> spoilt = whitenings;
-        spoilt[0].*entry = bad;
-        EXPECT_EQ(chi2(frame.camera, T_cw, frame.matches[0], true, spoilt.data()), infinity);
-        expect_same(optimize_pose(frame.camera, frame.matches, all, T_cw, options, spoilt), expected);
-      }
-    }
   }
 }
 

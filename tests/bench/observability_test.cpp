@@ -144,24 +144,5 @@ TEST(Observability, selects_the_best_of_every_sample) {
   }
 }
 
-TEST(Observability, improves_the_weakest_direction_over_random_selection) {
-  TracedRandom random;
-  for (std::size_t trial = trials(20); trial > 0; --trial) {
-    const Frame frame = make_scene(sim::Scene::euroc_like, 200, random.seed() + trial);
-    Indices candidates = some_of(random, frame);
-    const std::vector<Pose> before = poses_before(random, frame, 2);
-    FeatureSelector by_observability(settings_of(SelectorKind::observability, 20, trial));
-    FeatureSelector by_chance(settings_of(SelectorKind::random, 20, trial));
-    by_observability.add_pose(before[1]);
-    by_observability.add_pose(before[0]);
-    const auto value_of = [&](const Indices& selected) {
-      Rows12 stack(0, 12);
-      for (const Rows12& rows : observability_rows(frame, selected, before)) stack = stacked(stack, rows);
-      return smallest_singular_value(stack);
-    };
-    EXPECT_GT(value_of(by_observability.select(frame, candidates)), value_of(by_chance.select(frame, candidates)));
-  }
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

@@ -16,59 +16,6 @@
 namespace maxlogdet::test {
 namespace {
 
-TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
-  TracedRandom random;
-  for (std::size_t trial = trials(30); trial > 0; --trial) {
-    Frame frame = simulated_frame(random, random.chance(0.3) ? FrameKind::monocular : FrameKind::stereo, 200);
-    Subset expected, disordered = all_matches(frame);
-    for (const std::uint32_t i : disordered) {
-      Match& match = frame.matches[i];
-      const double sigma = 1 / std::sqrt(match.inv_sigma2);
-      match.u += random.uniform(-1, 1) * sigma;  // chi2 is at most 3: none of these may be rejected
-      match.v += random.uniform(-1, 1) * sigma;
-      if (match.is_stereo()) match.u_right += random.uniform(-1, 1) * sigma;
-      const bool is_outlier = random.chance(0.25);
-      if (is_outlier) match.v += (random.chance(0.5) ? 1 : -1) * random.uniform(10, 60) * sigma;
-      if (!is_outlier) expected.push_back(i);
-    }
-    std::reverse(disordered.begin(), disordered.end());
-    const Pose start = random_pose(random, 0.05, 0.01) * pose_of(frame);
-    const sim::Rejection rejection = reject_outliers(frame.camera, frame.matches, disordered, start, {});
-    EXPECT_EQ(rejection.estimate.status, PoseStatus::converged);
-    EXPECT_EQ(rejection.inliers, expected);
-    const PoseEstimate optimum = optimize_pose(frame.camera, frame.matches, expected, start, precise());
-    EXPECT_LT(largest(difference(rejection.estimate.T_cw, optimum.T_cw)), 1e-6);
-  }
-}
-
-TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
-  TracedRandom random;
-  Frame frame = simulated_frame(random, FrameKind::stereo, 200);
-  for (const std::uint32_t i : all_matches(frame)) {
-    set_covariance(frame, i, random_covariance(random, 0.1, 1e-5));
-    const Eigen::Vector3d draws(normal(random), normal(random), normal(random));
-    const Eigen::VectorXd error = product(cholesky(covariance_of(frame, i)), draws);
-    for (int axis = 0; axis < 3; ++axis) frame.matches[i].point[axis] += error(axis);
-  }
-  const Pose start = pose_of(frame);
-  const auto whitenings = whitenings_of(frame, start, true);
-  const auto by_pixels = reject_outliers(frame.camera, frame.matches, all_matches(frame), start, {});
-  const auto by_both = reject_outliers(frame.camera, frame.matches, all_matches(frame), start, {}, whitenings);
-  EXPECT_LT(by_pixels.inliers.size(), 120U);
-  EXPECT_GT(by_both.inliers.size(), 180U) << "95 % are expected";
-  const Pose& T_cw = by_both.estimate.T_cw;
-  for (const std::uint32_t i : all_matches(frame)) {
-    LinearizedMatch at;
-    const Match& match = frame.matches[i];
-    ASSERT_TRUE(linearize(frame.camera, T_cw, match, true, at));
-    const double expected = (whitenings[i].matrix() * at.residual).squaredNorm();
-    EXPECT_NEAR(chi2(frame.camera, T_cw, match, true, &whitenings[i]), expected, 1e-9 * expected);
-    const bool is_inlier = std::binary_search(by_both.inliers.begin(), by_both.inliers.end(), i);
-    EXPECT_EQ(is_inlier, expected <= (at.rows == 3 ? chi2_of_three : chi2_of_two));
-    EXPECT_EQ(is_inlier, agrees(frame.camera, match, T_cw, {}, &whitenings[i]));
-  }
-}
-
 TEST(OutlierRejection, a_round_that_fails_is_the_last) {
   TracedRandom random;
   const Frame frame = simulated_frame(random, FrameKind::stereo, 10);

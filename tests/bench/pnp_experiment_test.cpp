@@ -53,49 +53,6 @@ TEST(Pnp, a_run_is_deterministic_and_depends_on_number_and_seed) {
   EXPECT_NE(numbers_of(run_pnp(options, 3)), first);
 }
 
-TEST(Pnp, errors_vanish_with_those_of_map_and_measurements) {
-  for (const sim::DepthLaw law : sim::depth_laws) {
-    PnpOptions options = shifted_map(0);
-    options.depths = law;
-    for (std::uint64_t run = 0; run < 3; ++run) {
-      for (const PnpOutcome& outcome : run_pnp(options, run)) {
-        EXPECT_LT(outcome.translation_m + outcome.aligned_translation_m, 1e-8);
-        EXPECT_LT(outcome.rotation_deg + outcome.aligned_rotation_deg, 1e-7);
-      }
-    }
-  }
-}
-
-TEST(Pnp, a_shifted_map_shifts_the_camera_and_nothing_else) {
-  for (const double bias : {0.05, -0.3}) {
-    for (const PnpOutcome& outcome : run_pnp(shifted_map(bias), 1)) {
-      EXPECT_NEAR(outcome.translation_m, std::sqrt(3) * std::abs(bias), 1e-8);
-      EXPECT_LT(outcome.rotation_deg, 1e-7);
-      EXPECT_LT(outcome.aligned_translation_m, 1e-8);
-      EXPECT_LT(outcome.aligned_rotation_deg, 1e-7);
-      EXPECT_NEAR(outcome.expected_translation_m, std::sqrt(3) * std::abs(bias), 1e-8);
-      EXPECT_LT(outcome.expected_rotation_deg, 1e-7);
-      EXPECT_GE(outcome.bias_amplification, 0);
-    }
-  }
-}
-
-TEST(Pnp, a_selection_of_all_points_is_all) {
-  PnpOptions options = small_options();
-  options.sizes = {40};
-  const auto cases = pnp_cases(options);
-  const auto outcomes = run_pnp(options, 5);
-  for (std::size_t c = 0; c < cases.size(); ++c) {
-    if (cases[c].selector == "all_weighted") continue;
-    const auto all = std::find_if(cases.begin(), cases.end(), [&](const sim::PnpCase& other) {
-      return other.selector == "all" && other.noise_px == cases[c].noise_px;
-    });
-    const auto expected = numbers_of(outcomes[static_cast<std::size_t>(all - cases.begin())]);
-    const auto found = numbers_of(outcomes[c]);
-    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-7) << cases[c].selector;
-  }
-}
-
 // Eqs. 5 to 7 are of first order in the errors, and of ordinary least squares.
 TEST(Pnp, small_errors_are_as_theory_expects) {
   PnpOptions options;
@@ -118,19 +75,6 @@ TEST(Pnp, small_errors_are_as_theory_expects) {
       EXPECT_LT(row.translation_m.ci95, 0.15 * row.translation_m.value) << "the comparison is meaningful";
     }
   }
-}
-
-TEST(Pnp, the_pose_moves_by_at_most_the_configured_motion) {
-  PnpOptions options = shifted_map(0);
-  options.translation = 0;
-  options.rotation_deg = 0;
-  const sim::Frame frame = pnp_frame(options, 1);
-  for (const sim::Match& match : frame.matches) {
-    EXPECT_NEAR(match.u, frame.camera.fx * match.point[0] / match.point[2] + frame.camera.cx, 1e-6);
-    EXPECT_NEAR(match.v, frame.camera.fy * match.point[1] / match.point[2] + frame.camera.cy, 1e-6);
-  }
-  options.rotation_deg = 5;
-  EXPECT_GT(std::abs(pnp_frame(options, 1).matches[0].u - frame.matches[0].u), 1);
 }
 
 // The Kolmogorov-Smirnov distance between depths and their law exceeds 2.2 / sqrt(n) once in 10000 times.
@@ -210,13 +154,6 @@ TEST(Pnp, options_out_of_range_are_refused) {
     refuses([&](PnpOptions& o) { o.*member = std::numeric_limits<double>::infinity(); });
   }
   refuses([](PnpOptions& o) { o.noises.push_back(nan); });
-}
-
-TEST(Pnp, outcomes_come_back_from_json) {
-  auto outcomes = run_pnp(small_options(), 0);
-  EXPECT_EQ(numbers_of(sim::pnp_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()))), numbers_of(outcomes));
-  outcomes[0].rotation_deg = nan;
-  EXPECT_TRUE(std::isnan(sim::pnp_outcomes_of(nlohmann::json::parse(to_json(outcomes).dump()))[0].rotation_deg));
 }
 
 }  // namespace

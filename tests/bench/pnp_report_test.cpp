@@ -65,43 +65,6 @@ TEST(Pnp, rows_are_root_mean_squares_of_the_case_that_they_name) {
   }
 }
 
-TEST(Pnp, metrics_table_has_errors_in_the_world_or_aligned) {
-  const PnpOptions options = small_options();
-  const auto rows = summarize(options, hand_made(options, 2, distinct));
-  const Table table = metrics_table(rows, false), aligned = metrics_table(rows, true);
-  ASSERT_EQ(table.rows.size(), rows.size());
-  using Row = std::vector<std::string>;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const sim::PnpRow& row = rows[i];
-    const Row which = {sim::exact(row.which.noise_px), std::to_string(row.which.size), row.which.weighting,
-                       row.which.selector};
-    const auto expected = [&](const sim::Estimate& translation, const sim::Estimate& rotation) {
-      Row cells = which;
-      for (const double number : {translation.value, rotation.value, translation.ci95, rotation.ci95, 2.0}) {
-        cells.push_back(sim::exact(number));
-      }
-      return cells;
-    };
-    EXPECT_EQ(table.rows[i], expected(row.translation_m, row.rotation_deg));
-    EXPECT_EQ(aligned.rows[i], expected(row.aligned_translation_m, row.aligned_rotation_deg));
-  }
-}
-
-TEST(Pnp, runs_table_has_every_outcome_of_every_run) {
-  const PnpOptions options = small_options();
-  const Runs runs = hand_made(options, 3, distinct);
-  const Table table = metrics_runs_table(options, runs, {"0", "5", "9"});
-  const auto cases = pnp_cases(options);
-  ASSERT_EQ(table.rows.size(), 3 * cases.size());
-  const auto& row = table.rows[cases.size() + 2];
-  const double e = distinct(cases[2], 1);
-  const std::vector<std::string> expected = {"5", sim::exact(cases[2].noise_px), std::to_string(cases[2].size),
-                                             cases[2].weighting, cases[2].selector};
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), row.begin()));
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(row.at(5 + i), sim::exact(static_cast<double>(i + 1) * e));
-  EXPECT_EQ(table.header.size(), row.size());
-}
-
 std::string cell_of(const Table& table, const std::string& name, std::size_t column) {
   for (const auto& row : table.rows) {
     if (row.at(0) == name) return row.at(column);
@@ -173,16 +136,6 @@ TEST(Pnp, crossing_is_the_size_from_which_on_all_is_reached_for_good) {
     EXPECT_EQ(cell_of(table, "max_min_eigenvalue", column), "20 / -") << "equal is not below";
   }
   EXPECT_EQ(cell_of(table, "all", 1), "no row all");
-}
-
-TEST(Pnp, expectation_is_beside_the_measurement) {
-  const PnpOptions options = small_options();
-  const Runs runs =
-      hand_made(options, 2, [](const PnpCase& which, std::size_t) { return which.selector == "random" ? 0.2 : 0.1; });
-  const Table table = expectation_table(options, summarize(options, runs), Weighting::map_bias, 20);
-  const std::vector<std::string> expected = {"random", "1.000", "1.2000", "0.2000 ± 0.0000", "1.400", "0.400 ± 0.000"};
-  EXPECT_NE(std::find(table.rows.begin(), table.rows.end(), expected), table.rows.end()) << sim::to_csv(table);
-  EXPECT_EQ(table.rows.size(), 6U) << "not all_weighted";
 }
 
 }  // namespace

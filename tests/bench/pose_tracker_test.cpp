@@ -96,39 +96,6 @@ TEST(PoseTracker, follows_its_prediction_without_matches_and_recovers) {
   }
 }
 
-double squared_error(const MappedWorld& world, const Frame& frame, std::uint32_t i) {
-  const sim::Match& match = frame.matches[i];
-  const Eigen::Vector3d p_c = world.true_T_cw() * Eigen::Vector3d(match.point[0], match.point[1], match.point[2]);
-  const double u = match.u - frame.camera.fx * p_c.x() / p_c.z() - frame.camera.cx;
-  const double v = match.v - frame.camera.fy * p_c.y() / p_c.z() - frame.camera.cy;
-  return (u * u + v * v) * match.inv_sigma2;
-}
-
-// Outliers whose errors disagree with every pose near the truth.
-TEST(PoseTracker, selects_no_outlier_in_a_world_without_other_errors) {
-  sim::WorldOptions options = perfect_world(max_matches);
-  options.outlier_rate = 0.15;
-  for (const SelectorKind kind : sim::selector_kinds) {
-    SCOPED_TRACE(to_string(kind));
-    sim::SelectorSettings settings = settings_of(kind);
-    settings.blocks.map_sigma = 0;  // as in the map
-    PoseTracker tracker(settings, {});
-    std::size_t outliers = 0, inliers = 0;
-    track(sim::analytic_trajectory(2), options, tracker,
-          [&](const MappedWorld& world, const Frame& frame, const TrackedFrame& tracked) {
-            ASSERT_TRUE(tracked.is_tracked);
-            for (std::uint32_t i = 0; i < frame.matches.size(); ++i) {
-              if (squared_error(world, frame, i) > 8) ++outliers;
-            }
-            inliers += tracked.inliers.size();
-            const auto& used = rejects_outliers(kind) ? tracked.selected : tracked.inliers;
-            for (const std::uint32_t i : used) ASSERT_LT(squared_error(world, frame, i), 8);
-          });
-    EXPECT_GT(outliers, 500U);
-    EXPECT_GT(inliers, 4 * outliers);
-  }
-}
-
 // Residuals have the noise model of the selection: both are linearised at the start of the final optimisation. Errors
 // of the map count if so configured, and always with all_weighted.
 TEST(PoseTracker, residuals_are_whitened_as_configured_where_blocks_are_linearised) {

@@ -40,13 +40,6 @@ Eigen::Matrix4d hat(const Vector6& xi) {
 
 double largest_difference(const Pose& a, const Pose& b) { return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff(); }
 
-TEST(Se3, skew_is_the_cross_product) {
-  TracedRandom random;
-  const Eigen::Vector3d v = random_vector(random, 1);
-  const Eigen::Vector3d w = random_vector(random, 1);
-  EXPECT_LT((sim::skew(v) * w - v.cross(w)).norm(), 1e-15);
-}
-
 TEST(Se3, log_inverts_exp) {
   for_every_angle([](Random& random, double angle) {
     const Vector6 xi = random_xi(random, angle);

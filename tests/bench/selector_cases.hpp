@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bench/world/feature_selector.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/support/support.hpp"
 
 #include <algorithm>

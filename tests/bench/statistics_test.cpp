@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/statistics.hpp"
 
+#include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
+#include "bench/world/statistics.hpp"
 #include "bench/world/table.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/traced_random.hpp"
@@ -60,45 +62,6 @@ TEST(Draws, normal_ones_have_the_moments_of_a_standard_normal) {
   EXPECT_NEAR(squares_of_neighbours, 0, 5 * 2 * deviation);
 }
 
-TEST(Draws, normal3_has_three_independent_entries_of_the_deviation) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t n = trials(50000);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d x = draws.normal3(0.5);
-    covariance += x * x.transpose() / static_cast<double>(n);
-  }
-  const double bound = 5 * std::sqrt(2 / static_cast<double>(n)) * 0.25;
-  EXPECT_LT((covariance - 0.25 * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), bound);
-}
-
-TEST(Draws, streams_share_no_number) {
-  std::set<std::uint64_t> numbers;
-  const auto add = [&](Draws draws) {
-    for (int i = 0; i < 50; ++i) numbers.insert(draws.bits());
-  };
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    add(Draws(seed));
-    for (std::uint64_t stream = 0; stream < 20; ++stream) add(Draws(seed, stream));
-  }
-  EXPECT_EQ(numbers.size(), 50U * 20 * 21);
-  EXPECT_EQ(Draws(3, 4).bits(), Draws(3, 4).bits());
-}
-
-TEST(Draws, shuffle_front_keeps_all_values) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  for (std::size_t trial = trials(500); trial > 0; --trial) {
-    std::vector<std::uint32_t> values(static_cast<std::size_t>(random.integer(0, 20)));
-    std::iota(values.begin(), values.end(), 100U);
-    std::vector<std::uint32_t> shuffled = values;
-    draws.shuffle_front(shuffled, static_cast<std::size_t>(random.integer(0, 25)));
-    std::sort(shuffled.begin(), shuffled.end());
-    ASSERT_EQ(shuffled, values);
-  }
-}
-
 TEST(Draws, shuffle_front_is_uniform) {
   TracedRandom random;
   Draws draws(random.seed());
@@ -144,68 +107,10 @@ TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
   EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
 }
 
-// The share of intervals that cover the truth.
-template <class Interval>
-double coverage(std::size_t runs, double truth, const Interval& interval) {
-  double covered = 0;
-  for (std::size_t run = 0; run < runs; ++run) {
-    const Estimate estimate = interval();
-    covered += std::abs(estimate.value - truth) <= estimate.ci95 ? 1 : 0;
-  }
-  return covered / static_cast<double>(runs);
-}
-
-double sampling_error(std::size_t runs) { return 5 * std::sqrt(0.95 * 0.05 / static_cast<double>(runs)); }
-
 TEST(RmsOf, is_as_computed_by_hand) {
   const Estimate estimate = sim::rms_of({3, -4});
   EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
   EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
-}
-
-// The delta method is for large samples: with 300 errors the coverage is one per cent less.
-TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t runs = trials(4000);
-  const double covered = coverage(runs, 0.1, [&] {
-    std::vector<double> errors;
-    for (int i = 0; i < 300; ++i) errors.push_back(0.1 * draws.normal());
-    return sim::rms_of(errors);
-  });
-  EXPECT_NEAR(covered, 0.95, sampling_error(runs) + 0.01);
-}
-
-TEST(RmsChange, is_as_computed_by_hand) {
-  const Estimate same = sim::rms_change_percent({1, 2, 3}, {1, 2, 3});
-  EXPECT_EQ(same.value, 0);
-  EXPECT_EQ(same.ci95, 0);
-  const Estimate half = sim::rms_change_percent({1, -2}, {2, 4});
-  EXPECT_NEAR(half.value, -50, 1e-12);
-  EXPECT_NEAR(half.ci95, 0, 1e-9);
-  // sqrt(10 / 5), and sqrt(9 / 4), sqrt(1) without one of them.
-  const Estimate change = sim::rms_change_percent({1, 3}, {1, 2});
-  EXPECT_NEAR(change.value, 100 * std::sqrt(2.0) - 100, 1e-9);
-  EXPECT_NEAR(change.ci95, 1.959964 * 25, 1e-4) << "values 50 and 0: sqrt(1/2 (25^2 + 25^2))";
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1}, {2}).ci95));
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({}, {}).value));
-  EXPECT_TRUE(std::isnan(sim::rms_change_percent({1, 1}, {0, 0}).value));
-}
-
-TEST(RmsChange, its_interval_covers_the_change_in_about_95_percent_of_samples) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t samples = trials(2000);
-  const double covered = coverage(samples, -20, [&] {
-    std::vector<double> ours, theirs;
-    for (int i = 0; i < 100; ++i) {
-      const double shared = draws.normal();
-      ours.push_back(0.8 * (shared + 0.3 * draws.normal()));
-      theirs.push_back(shared + 0.3 * draws.normal());
-    }
-    return sim::rms_change_percent(ours, theirs);
-  });
-  EXPECT_NEAR(covered, 0.945, 5 * std::sqrt(0.05 / static_cast<double>(samples)) + 0.01);
 }
 
 TEST(QuantileOf, is_linear_between_order_statistics) {
@@ -237,13 +142,6 @@ TEST(Exact, reads_back_as_the_same_double) {
     const std::string text = sim::exact(value);
     ASSERT_EQ(std::strtod(text.c_str(), nullptr), value) << text;
   }
-}
-
-TEST(Exact, is_short_and_names_nan_and_infinity) {
-  EXPECT_EQ(sim::exact(0.1), "0.1");
-  EXPECT_EQ(sim::exact(-2), "-2");
-  EXPECT_EQ(sim::exact(nan), "nan");
-  EXPECT_EQ(sim::exact(-std::numeric_limits<double>::infinity()), "-inf");
 }
 
 TEST(Fixed, has_that_many_decimals) {

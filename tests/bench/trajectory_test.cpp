@@ -13,8 +13,6 @@
 namespace maxlogdet::test {
 namespace {
 
-constexpr double degrees = 180 / 3.14159265358979323846;
-
 const Lines good_lines = {
     "# timestamp tx ty tz qx qy qz qw",
     "1403636580.83856 4.688319 -1.786938 0.783338 0 0 0 1",
@@ -59,12 +57,6 @@ TEST_F(TrajectoryReader, accepts_comments_white_space_line_ends_and_empty_lines)
   }
 }
 
-TEST_F(TrajectoryReader, reads_a_last_line_without_its_end) {
-  const std::string file = folder_ + "/short.txt";
-  std::ofstream(file) << good_lines[1] << '\n' << good_lines[2];
-  EXPECT_EQ(sim::read_tum(file).poses.size(), 2U);
-}
-
 TEST_F(TrajectoryReader, normalises_quaternions) {
   const auto poses = read({"0 0 0 0 0 0 0 1.009", "1 0 0 0 0.5949 0 0 0.7932"}).poses;
   EXPECT_TRUE(poses[0].T_wb.linear().isIdentity(1e-15));
@@ -98,17 +90,6 @@ TEST_F(TrajectoryReader, names_the_line_and_what_it_expected) {
   expect_error({}, ":0: end of file", "not 0");
 }
 
-TEST_F(TrajectoryReader, names_what_cannot_be_read_or_written) {
-  const std::string nowhere = folder_ + "/nowhere.txt";
-  expect_input_error([&] { sim::read_tum(folder_); }, folder_, "is a folder; expected a trajectory file");
-  expect_input_error([&] { sim::read_tum(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_input_error([&] { sim::read_trajectories(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_input_error([&] { sim::read_trajectories(folder_); }, folder_, "expected files named *.txt");
-  expect_input_error([&] { sim::write_tum(sim::analytic_trajectory(), folder_); }, folder_, "cannot be written");
-  const std::string no_folder = folder_ + "/none/trajectory.txt";
-  expect_input_error([&] { sim::write_tum(sim::analytic_trajectory(), no_folder); }, no_folder, "cannot be written");
-}
-
 TEST_F(TrajectoryReader, reads_a_folder_in_order_and_nothing_else_in_it) {
   for (const char* const name : {"V2.txt", "MH.txt", "V1.txt"}) write(name, good_lines);
   write("A.csv", {"not a trajectory"});
@@ -118,80 +99,6 @@ TEST_F(TrajectoryReader, reads_a_folder_in_order_and_nothing_else_in_it) {
   EXPECT_EQ(trajectories[1].name, "V1");
   EXPECT_EQ(trajectories[2].name, "V2");
   EXPECT_EQ(sim::read_trajectories(folder_ + "/V1.txt").size(), 1U) << "one file is a file";
-}
-
-void expect_same(const sim::Trajectory& a, const sim::Trajectory& b) {
-  ASSERT_EQ(a.poses.size(), b.poses.size());
-  double largest = 0;
-  for (std::size_t i = 0; i < a.poses.size(); ++i) {
-    ASSERT_EQ(a.poses[i].time, b.poses[i].time);
-    ASSERT_EQ(a.poses[i].T_wb.translation(), b.poses[i].T_wb.translation()) << i;
-    largest = std::max(largest, (a.poses[i].T_wb.linear() - b.poses[i].T_wb.linear()).cwiseAbs().maxCoeff());
-  }
-  EXPECT_LT(largest, 3e-15);
-}
-
-TEST_F(TrajectoryReader, reads_what_was_written) {
-  TracedRandom random;
-  sim::Trajectory written;
-  double time = 1403636580.83856;
-  for (int i = 0; i < 500; ++i) {
-    double draws[7];
-    for (double& draw : draws) draw = random.uniform(-1, 1);
-    const double scale = std::pow(10.0, random.uniform(-12, 7));
-    const Eigen::Vector4d q(draws[3], draws[4], draws[5], draws[6]);
-    sim::StampedPose pose;
-    pose.time = time += random.uniform(1e-5, 1);
-    pose.T_wb = Eigen::Translation3d(scale * draws[0], draws[1], draws[2]) * Eigen::Quaterniond(q.normalized());
-    written.poses.push_back(pose);
-  }
-  const std::string file = folder_ + "/written.txt";
-  sim::write_tum(written, file);
-  const sim::Trajectory read = sim::read_tum(file);
-  EXPECT_EQ(read.name, "written");
-  expect_same(written, read);
-
-  sim::write_tum(sim::analytic_trajectory(), file);
-  expect_same(sim::analytic_trajectory(), sim::read_tum(file));
-}
-
-TEST_F(TrajectoryReader, reads_ground_truth_in_the_asl_layout) {
-  const Lines rows = {"#timestamp, p_RS_R_x [m], ... ,", "1403636580838555648,1, -2,0.5,0.8,0,0,0.6,9,9\r",
-                      "1403636580843555648,4,5,6,1,0,0,0"};
-  const sim::Trajectory trajectory = sim::read_asl(write("data.csv", rows));
-  ASSERT_EQ(trajectory.poses.size(), 2U);
-  EXPECT_NEAR(trajectory.poses[0].time, 1403636580.838555648, 1e-6);
-  EXPECT_EQ(trajectory.poses[0].T_wb.translation(), Eigen::Vector3d(1, -2, 0.5));
-  Eigen::Matrix3d turned;  // about z, by twice the angle whose cosine is 0.8
-  turned << 0.28, -0.96, 0, 0.96, 0.28, 0, 0, 0, 1;
-  EXPECT_TRUE(trajectory.poses[0].T_wb.linear().isApprox(turned, 1e-15));
-  expect_every_one_refused(
-      "data.csv", rows,
-      {{3, "1403636580843555648,4,5,6,1,0,0", "expected the fields stamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z, not 7"},
-       {3, "1403636580838555648,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before"},
-       {3, "1.5,4,5,6,1,0,0,0", "expected a stamp in ns, later than the one before, not '1.5'"},
-       {3, "1403636580843555648,4,5,x,1,0,0,0", "expected a finite number for a pose, not 'x'"},
-       {3, "1403636580843555648,4,5,6,1.02,0,0,0", "expected a quaternion q_w,q_x,q_y,q_z of norm 1"}},
-      [&] { sim::read_asl(path("data.csv")); });
-}
-
-TEST(PoseAt, is_exact_on_steady_turns_and_straight_lines_and_nothing_in_gaps) {
-  const auto at = [](double t) -> sim::Pose {
-    return Eigen::Translation3d(t, 2 - 3 * t, 0.5) *
-           Eigen::AngleAxisd(0.7 * t, Eigen::Vector3d(2, -1, 2).normalized()) *
-           Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX());
-  };
-  sim::Trajectory trajectory;
-  for (const double t : {1.0, 1.1, 1.2, 1.5, 1.6}) trajectory.poses.push_back({t, at(t)});
-  for (const double t : {1.0, 1.03, 1.1, 1.199, 1.2, 1.5, 1.55, 1.6}) {
-    const auto pose = sim::pose_at(trajectory, t, 0.11);
-    ASSERT_TRUE(pose.has_value()) << t;
-    EXPECT_TRUE(pose->isApprox(at(t), 1e-14)) << t;
-  }
-  for (const double t : {0.999, 1.21, 1.35, 1.499, 1.601}) {
-    EXPECT_FALSE(sim::pose_at(trajectory, t, 0.11).has_value()) << t;
-  }
-  EXPECT_FALSE(sim::pose_at(sim::Trajectory(), 1, 0.11).has_value());
 }
 
 TEST(AnalyticTrajectory, has_the_requested_poses) {
@@ -222,78 +129,6 @@ TEST(AnalyticTrajectory, stays_in_its_room_whatever_rate_and_duration) {
   const Eigen::AlignedBox3d room(Eigen::Vector3d(-4, -3, 0) + margin, Eigen::Vector3d(4, 3, 3) - margin);
   EXPECT_TRUE(room.contains(flown));
   EXPECT_TRUE((flown.sizes().array() > Eigen::Array3d(4, 3, 1)).all()) << "and uses it";
-}
-
-// Velocity and angular velocity in the body frame, m/s and deg/s, by differences.
-std::vector<sim::Vector6> body_velocities(const std::vector<sim::StampedPose>& poses) {
-  std::vector<sim::Vector6> velocities;
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const sim::Pose motion = poses[i - 1].T_wb.inverse() * poses[i].T_wb;
-    const Eigen::AngleAxisd turn(motion.linear());
-    sim::Vector6 velocity;
-    velocity << motion.translation(), degrees * turn.angle() * turn.axis();
-    velocities.emplace_back(velocity / (poses[i].time - poses[i - 1].time));
-  }
-  return velocities;
-}
-
-TEST(AnalyticTrajectory, moves_along_and_about_all_axes_as_fast_as_documented) {
-  sim::Vector6 largest = sim::Vector6::Zero();
-  double speed = 0;
-  double rate = 0;
-  for (const sim::Vector6& velocity : body_velocities(sim::analytic_trajectory(60, 200).poses)) {
-    largest = largest.cwiseMax(velocity.cwiseAbs());
-    speed = std::max(speed, velocity.head<3>().norm());
-    rate = std::max(rate, velocity.tail<3>().norm());
-  }
-  EXPECT_GT(speed, 0.9);
-  EXPECT_LT(speed, 1);
-  EXPECT_GT(rate, 35);
-  EXPECT_LT(rate, 40);
-  EXPECT_GT(largest.head<3>().minCoeff(), 0.2);
-  EXPECT_GT(largest.tail<3>().minCoeff(), 5);
-}
-
-TEST(AnalyticTrajectory, is_smooth) {
-  constexpr double rate = 100;
-  auto derivative = body_velocities(sim::analytic_trajectory(60, rate).poses);
-  // Frequencies are near 1 rad/s, so no derivative is much larger than the previous one.
-  for (int order = 2; order <= 4; ++order) {
-    double speed = 0;
-    double turn = 0;
-    for (std::size_t i = 0; i + 1 < derivative.size(); ++i) {
-      derivative[i] = rate * (derivative[i + 1] - derivative[i]);
-      speed = std::max(speed, derivative[i].head<3>().norm());
-      turn = std::max(turn, derivative[i].tail<3>().norm());
-    }
-    derivative.pop_back();
-    EXPECT_LT(speed, 2) << order;
-    EXPECT_LT(turn, 40) << order;
-  }
-}
-
-class RealTrajectories : public TrajectoryReader {};
-
-TEST_F(RealTrajectories, are_read_completely_and_as_they_were_written) {
-  const std::string euroc = data_folder() + "/euroc_ground_truth";
-  if (data_folder().empty() || !std::filesystem::is_directory(euroc)) GTEST_SKIP() << no_real_frames;
-  std::vector<std::string> names;
-  for (const auto& trajectory : sim::read_trajectories(euroc)) {
-    SCOPED_TRACE(trajectory.name);
-    names.push_back(trajectory.name);
-    std::ifstream stream(euroc + "/" + trajectory.name + ".txt");
-    std::size_t lines = 0;
-    for (std::string line; std::getline(stream, line);) lines += line.front() == '#' ? 0 : 1;
-    EXPECT_EQ(trajectory.poses.size(), lines);
-    EXPECT_GT(lines, 1000U);
-    for (const auto& pose : trajectory.poses) ASSERT_TRUE(pose.T_wb.linear().isUnitary(4e-15));
-    const std::string copy = folder_ + "/copy.txt";
-    sim::write_tum(trajectory, copy);
-    expect_same(trajectory, sim::read_tum(copy));
-  }
-  EXPECT_EQ(names, (std::vector<std::string>{"MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult",
-                                             "MH_05_difficult", "V1_01_easy", "V1_02_medium", "V1_03_difficult",
-                                             "V2_01_easy", "V2_02_medium", "V2_03_difficult"}));
 }
 
 }  // namespace

@@ -12,10 +12,12 @@
 namespace maxlogdet::test {
 
 // Small enough for an emulator.
-constexpr char small_metrics[] = "simulate metrics --points 40 --sizes 15,30 --runs 4 --output out";
+constexpr char small_metrics[] = "metrics --points 40 --sizes 15,30 --runs 4 --output out";
 
 class Simulate : public Program {
  protected:
+  Simulate() : Program("maxlogdet_simulate", MAXLOGDET_SIMULATE) {}
+
   std::string contents(const std::string& file) const { return text_of(path(file)); }
 
   // The cells of a CSV file, the header first.
@@ -44,11 +46,16 @@ class Simulate : public Program {
 
   void write_trajectory(const std::string& name) const {
     std::filesystem::create_directories(path("tum"));
-    sim::Trajectory trajectory = sim::analytic_trajectory(5, 10);
-    write_tum(trajectory, folder_ + "/tum/" + name + ".txt");
+    std::ofstream file(path("tum/" + name + ".txt"));
+    file.precision(17);
+    for (const sim::StampedPose& pose : sim::analytic_trajectory(5, 10).poses) {
+      const Eigen::Quaterniond q(pose.T_wb.linear());
+      const auto t = pose.T_wb.translation();
+      file << pose.time << ' ' << t.transpose() << ' ' << q.coeffs().transpose() << '\n';
+    }
   }
   std::string small_tracking(const std::string& experiment) const {
-    return "simulate " + experiment + " --trajectories tum --max-matches 150 --runs 2 ";
+    return experiment + " --trajectories tum --max-matches 150 --runs 2 ";
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `simulate euroc` and `simulate budget`.
+// The experiments `euroc` and `budget`.
 #include "tests/program/simulate.hpp"
 
 #include <map>
@@ -49,30 +49,9 @@ TEST_F(Simulate, euroc_takes_sequences_and_selectors_by_name) {
   expect_refused(run(small_tracking("euroc") + "--selectors best"), "best");
 }
 
-TEST_F(Simulate, residuals_are_whitened_as_configured) {
-  write_trajectory("first");
-  const std::string euroc = small_tracking("euroc") + "--seconds 3.5 --selectors md,all,all_weighted ";
-  ASSERT_EQ(run(euroc + "--output plain").exit_code, 0);
-  const Outcome outcome = run(euroc + "--weights measurement_and_map --output map");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto plain = csv("plain/euroc.csv"), map = csv("map/euroc.csv");
-  ASSERT_EQ(map.size(), 1 + 3 * 2U);
-  std::map<std::string, std::vector<std::string>> errors_of;
-  for (std::size_t i = 1; i < map.size(); ++i) {
-    const std::string& selector = map[i].at(1);
-    errors_of[selector].push_back(map[i].at(3));
-    EXPECT_EQ(map[i].at(3) == plain.at(i).at(3), selector == "all_weighted") << selector;
-  }
-  EXPECT_EQ(errors_of.at("all"), errors_of.at("all_weighted")) << "nothing distinguishes them";
-
-  EXPECT_NE(contents("plain/euroc.md").find("whitened by measurement noise (all_weighted: and"), std::string::npos);
-  EXPECT_NE(contents("map/euroc.md").find("whitened by measurement noise and errors of the map"), std::string::npos);
-  expect_refused(run(euroc + "--output map"), "map/euroc_runs.jsonl:1: holds runs of other settings");
-}
-
 TEST_F(Simulate, uses_the_built_in_trajectory_without_recorded_ones) {
   const Outcome outcome =
-      run("simulate budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
+      run("budget --budgets 20 --runs 1 --seconds 4 --max-matches 60 --output out", "MAXLOGDET_DATA=nowhere ");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("the built-in one is used"), std::string::npos);
   EXPECT_EQ(csv("out/budget.csv").size(), 4U);
@@ -100,19 +79,15 @@ TEST_F(Simulate, refuses_options_without_effect) {
       {"inl,all --budget 50", "--budget does nothing here; expected with it a selector"},
       {"md,inl --pool 150", "--pool does nothing here; expected with it --selectors quality_md"},
       {"random --strategy greedy", "--strategy does nothing here"},
-      {"leverage --strategy greedy", "--strategy does nothing here"},
       {"random --weighting measurement", "--weighting does nothing here"},
       {"md --map-sigma 0.1", "--map-sigma does nothing here"},
       {"inl --weights measurement --map-sigma 0.1", "--map-sigma does nothing here"},
       {"all_weighted --weights measurement_and_map", "--weights does nothing here"},
-      {"inl --weights map_bias", "--weights"},
-      {"md,shared_cells", "expected --weighting measurement or measurement_and_map"}};
+      {"inl --weights map_bias", "--weights"}};
   for (const auto& [arguments, message] : refusals) expect_refused(run(euroc + arguments), message);
   int number = 0;
-  for (const char* const used :
-       {"quality_md --pool 30 --strategy greedy --weighting measurement_and_map", "random,all_weighted",
-        "random --weights measurement_and_map",
-        "leverage,half_random,md_cells,md_keyframes,shared_cells,shared_keyframes --weighting measurement_and_map"}) {
+  for (const char* const used : {"quality_md --pool 30 --strategy greedy --weighting measurement_and_map",
+                                 "random,all_weighted", "random --weights measurement_and_map"}) {
     const std::string output = " --seconds 0.3 --map-sigma 0.1 --budget 20 --output out" + std::to_string(++number);
     EXPECT_EQ(run(euroc + used + output).exit_code, 0) << used;
   }
@@ -122,23 +97,14 @@ TEST_F(Simulate, trajectories_too_short_for_a_window_have_no_relative_error_but_
   write_trajectory("first");
   const Outcome outcome = run(small_tracking("euroc") + "--seconds 2 --output out");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::string warning = "maxlogdet: first is 2 s long, shorter than a window of 3 s: it has no relative errors\n";
+  const std::string warning =
+      "maxlogdet_simulate: first is 2 s long, shorter than a window of 3 s: it has no relative errors\n";
   EXPECT_EQ(outcome.err, warning);
   EXPECT_EQ(csv("out/euroc.csv").at(1).at(4), "nan");
   EXPECT_TRUE(nlohmann::json::parse(contents("out/euroc.json")).at("table")[0].at("rpe_m_per_s").is_null());
   EXPECT_EQ(run(small_tracking("budget") + "--seconds 2 --budgets 20 --output out").err, warning);
   EXPECT_EQ(draw("out").out, "drew out/budget.svg and .png\ndrew out/euroc.svg and .png\n");
   expect_refused(run(small_tracking("euroc") + "--seconds 0.1 --output short"), "at least 3 poses of first");
-}
-
-TEST_F(Simulate, trajectories_of_the_same_name_are_distinguished) {
-  write_trajectory("first");
-  ASSERT_EQ(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out").exit_code, 0);
-  std::string text = contents("tum/first.txt");
-  text[text.find_last_of("0123456789", text.rfind('\n', text.size() / 10)) - 6] ^= 1;  // some digit of a quaternion
-  std::ofstream(path("tum/first.txt")) << text;
-  expect_refused(run(small_tracking("euroc") + "--seconds 3.5 --selectors md --output out"),
-                 "holds runs of other settings");
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -29,11 +30,14 @@ struct Outcome {
 /// Runs the program in a folder of its own.
 class Program : public TextFolder {
  protected:
-  Program() { std::filesystem::create_directories(path("frames")); }
+  Program() : Program("maxlogdet", MAXLOGDET_PROGRAM) {}
+  Program(std::string name, std::string command) : name_(std::move(name)), command_(std::move(command)) {
+    std::filesystem::create_directories(path("frames"));
+  }
 
   // `environment` as in the shell: "NAME=value ".
   Outcome run(const std::string& arguments, const std::string& environment = "") const {
-    return run_script(environment + MAXLOGDET_PROGRAM " " + arguments + " >out.txt 2>err.txt </dev/null");
+    return run_script(environment + command_ + " " + arguments + " >out.txt 2>err.txt </dev/null");
   }
 
   // A script for the shell, in the folder; what the program says goes to out.txt and err.txt.
@@ -60,7 +64,7 @@ class Program : public TextFolder {
   void expect_refused(const Outcome& outcome, const std::string& message) const {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_EQ(outcome.out, "") << "no partial output";
-    EXPECT_EQ(outcome.err.rfind("maxlogdet: ", 0), 0U) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind(name_ + ": ", 0), 0U) << outcome.err;
     EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }
@@ -80,6 +84,10 @@ class Program : public TextFolder {
     }
     file << more;
   }
+
+ private:
+  std::string name_;
+  std::string command_;  // for the shell
 };
 
 }  // namespace maxlogdet::test

@@ -9,11 +9,9 @@ import sys
 import tempfile
 import unittest
 import zlib
-from unittest import mock
 
 import colmap_models
 from colmap_models import CAMERAS, Camera, Image, Model, Point
-from maxlogdet_tools.colmap import frames
 from maxlogdet_tools.colmap.model import read_model
 from maxlogdet_tools.colmap.model_file import InputError
 from maxlogdet_tools.project import ROOT
@@ -143,22 +141,6 @@ class ColmapToFrames(unittest.TestCase):
         self.assert_refused("{m}: expected an image with a point that at least 3 other images see "
                             "(--points-seen-elsewhere)", "--points-seen-elsewhere", "3")
 
-    def test_takes_binary_files_where_there_are_both_and_files_of_newer_versions(self):
-        colmap_models.write_binary(SMALL, self.model)
-        colmap_models.write_text(SMALL._replace(images={}), self.model)
-        for name in ("rigs.bin", "frames.bin", "rigs.txt"):
-            (self.model / name).write_text("of COLMAP 3.12 and later")
-        self.assertEqual(self.converted()["frame_000000.csv"], FRAME_OF_A_B)
-
-    def test_takes_windows_line_ends_and_images_without_keypoints(self):
-        images = {**SMALL.images, 100: Image([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1, "0.jpg", [])}
-        colmap_models.write_text(SMALL._replace(images=images), self.model)
-        for file in self.model.iterdir():
-            file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
-        contents = self.converted()
-        self.assertEqual(len(contents["frame_000000.csv"].splitlines()), 5)
-        self.assertEqual(contents["frame_000001.csv"], FRAME_OF_A_B)
-
     def test_refuses_camera_models_that_frames_lack_by_name(self):
         supported = ", ".join(("SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, OPENCV_FISHEYE, FULL_OPENCV",
                                "SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE, SIMPLE_FISHEYE, FISHEYE"))
@@ -231,32 +213,6 @@ class ColmapToFrames(unittest.TestCase):
                 read_model(self.model, lambda images: images)
             file.write_bytes(whole)
 
-    def test_refuses_malformed_binary_files(self):
-        nan, keypoint = b"\xff" * 8, 8 + 64 + len("b.jpg\0") + 8
-        for name, place, new, message in (
-            ("cameras", 12, b"\x63\0\0\0", "byte 8: expected a MODEL_ID of COLMAP, from 0 to 17, not 99"),
-            ("cameras", 16, b"\0\0", "byte 8: expected a WIDTH and HEIGHT from 1 to 2^20, not 0 and 480"),
-            ("cameras", 32, nan, "byte 8: expected a finite number for parameter 1, not nan"),
-            ("images", 8 + 4, nan, "byte 8: expected a finite number for QW, not nan"),
-            ("images", keypoint, nan,
-             f"byte {keypoint}: expected finite numbers for X and Y of keypoint 0, not nan and 2.5"),
-            ("images", keypoint + 16, b"\xfe",
-             f"byte {keypoint}: expected a POINT3D_ID from 0 to 2^63 - 1 for keypoint 0, not 18446744073709551614"),
-            ("images", keypoint - 1, b"\xff", f"byte {keypoint}: end of file; expected "),
-            ("points3D", 16, nan, "byte 8: expected a finite number for X, not nan"),
-        ):
-            with self.subTest(message):
-                colmap_models.write_binary(SMALL, self.model)
-                file = self.model / f"{name}.bin"
-                content = bytearray(file.read_bytes())
-                content[place:place + len(new)] = new
-                file.write_bytes(content)
-                done = self.run_tool()
-                self.assertEqual(done.returncode, 2)
-                self.assertTrue(done.stderr.startswith(f"{file}: {message}"), done.stderr)
-                self.assertEqual(done.stderr.count("\n"), 1)
-                self.assertFalse(self.output.exists())
-
     def test_says_which_files_are_missing(self):
         self.assert_refused("{m}: expected a folder with a COLMAP model")
         self.model.mkdir()
@@ -267,18 +223,6 @@ class ColmapToFrames(unittest.TestCase):
         self.assert_refused(expected + "cameras.txt, images.bin, points3D.txt")
         (self.model / "images.txt").mkdir()
         self.assert_refused("{m}/images.txt: cannot be opened (Is a directory); expected a file of a model")
-
-    def test_refuses_options_that_cannot_be_met(self):
-        colmap_models.write_text(SMALL, self.model)
-        names = self.folder / "names.txt"
-        missing = f"{names}: cannot be read (No such file or directory); expected names of images, one a line"
-        self.assert_refused(missing, "--images", names)
-        names.write_text("b.jpg\nd.jpg\n")
-        self.assert_refused(f"{names}:2: expected the name of an image of the model, not 'd.jpg'", "--images", names)
-        for option in ("--every", "--max-frames"):
-            done = self.run_tool(option, "0")
-            self.assertEqual(done.returncode, 2)
-            self.assertIn(f"argument {option}: expected an integer from 1, not '0'", done.stderr)
 
     def test_refuses_a_folder_with_frames_and_keeps_them(self):
         colmap_models.write_text(SMALL, self.model)
@@ -291,17 +235,6 @@ class ColmapToFrames(unittest.TestCase):
         done = self.run_tool(output=self.model / "cameras.txt")
         self.assertEqual((done.returncode, done.stderr),
                          (2, f"{self.model / 'cameras.txt'}: expected a folder to write frames into\n"))
-
-    def test_leaves_nothing_if_writing_fails(self):
-        full = OSError(28, "No space left on device")
-        with mock.patch.object(pathlib.Path, "write_bytes", side_effect=[1, full]) as write:
-            with self.assertRaisesRegex(InputError, r"frames: cannot be written \(No space left on device\); expected"):
-                frames.write_frames(self.folder / "new/frames", ["one", "two", "three"], 3)
-        self.assertEqual(write.call_count, 2)
-        self.assertEqual(list(self.folder.iterdir()), [])
-        (self.folder / "a_file").write_text("")
-        with self.assertRaisesRegex(InputError, r"a_file/frames: cannot be written \(Not a directory\); expected a "):
-            frames.write_frames(self.folder / "a_file/frames", ["one"], 1)
 
 
 def errors_of(frame):
