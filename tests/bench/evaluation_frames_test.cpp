@@ -118,30 +118,6 @@ TEST(EvaluationOfFrames, own_selections_deviate_as_poses_optimised_directly) {
   EXPECT_TRUE(own->worth_random);
 }
 
-// Of selectors whose selections are nested, one selection serves all budgets.
-TEST(EvaluationOfFrames, nested_selections_begin_with_the_smaller_ones) {
-  TracedRandom random;
-  for (const FrameKind kind : {FrameKind::stereo, FrameKind::fisheye, FrameKind::rig}) {
-    Frame frame = simulated_frame(random, kind, 90);
-    for (Match& match : frame.matches) match.desc_dist = random.integer(0, 20);
-    for (const SelectorKind selector : sim::selector_kinds) {
-      const sim::Contestant contestant{"", selector, false};
-      if (!contestant.is_nested()) continue;
-      sim::SelectorSettings settings;
-      settings.kind = selector;
-      settings.seed = 5;
-      settings.blocks.depth_cue = frame.camera.depth_cue();
-      settings.budget = 70;
-      const Subset most = sim::FeatureSelector(settings).select(frame, all_matches(frame));
-      for (settings.budget = 6; settings.budget < 70; settings.budget += 9) {
-        const Subset fewer = sim::FeatureSelector(settings).select(frame, all_matches(frame));
-        EXPECT_EQ(fewer, Subset(most.begin(), most.begin() + static_cast<std::ptrdiff_t>(settings.budget)))
-            << to_string(selector);
-      }
-    }
-  }
-}
-
 double median_of(std::vector<double> values) {  // of an odd number
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];

@@ -112,27 +112,5 @@ TEST(GreedyMetric, max_trace_sorts) {
   }
 }
 
-TEST(GreedyMetric, ignores_invalid_blocks_and_selects_at_most_all) {
-  TracedRandom random;
-  BlockStore with, without;
-  Indices index_of;
-  for (int i = 0; i < 60; ++i) {
-    if (random.chance(0.3)) {
-      with.push_back_invalid();
-      continue;
-    }
-    const Block block = random_block(random, 2);
-    index_of.push_back(static_cast<std::uint32_t>(push_back(with, block)));
-    push_back(without, block);
-  }
-  for (const GreedyMetric metric : sim::greedy_metrics) {
-    Indices expected = select_greedily(metric, without, 1000);
-    EXPECT_EQ(expected.size(), without.size()) << to_string(metric);
-    for (std::uint32_t& i : expected) i = index_of[i];
-    EXPECT_EQ(select_greedily(metric, with, 1000), expected) << to_string(metric);
-    EXPECT_TRUE(select_greedily(metric, BlockStore(), 5).empty()) << to_string(metric);
-  }
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

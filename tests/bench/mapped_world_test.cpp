@@ -63,20 +63,6 @@ TEST(MappedWorld, follows_the_trajectory_and_leaves_the_prior_alone) {
   EXPECT_FALSE(world.next(frame));
 }
 
-TEST(MappedWorld, matches_at_most_its_maximum_and_none_twice) {
-  WorldOptions options = small_world();
-  options.max_matches = 120;
-  std::size_t full = 0;
-  for_every_frame(sim::analytic_trajectory(5), options, 1, [&](const MappedWorld&, const Frame& frame) {
-    ASSERT_LE(frame.matches.size(), 120U);
-    if (frame.matches.size() == 120) ++full;
-    std::set<std::int64_t> ids;
-    for (const Match& match : frame.matches) ids.insert(match.map_point_id);
-    EXPECT_EQ(ids.size(), frame.matches.size());
-  });
-  EXPECT_GT(full, 0U);
-}
-
 TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel) {
   for_every_frame(sim::analytic_trajectory(10), perfect_world(), 1, [&](const MappedWorld& world, const Frame& frame) {
     EXPECT_GE(frame.matches.size(), 50U);

@@ -35,29 +35,6 @@ void track(const Trajectory& trajectory, const sim::WorldOptions& options, PoseT
   }
 }
 
-TEST(PoseTracker, is_exact_in_a_perfect_world_whatever_it_selects) {
-  const Trajectory trajectory = sim::analytic_trajectory(3);
-  for (const SelectorKind kind : sim::selector_kinds) {
-    SCOPED_TRACE(to_string(kind));
-    PoseTracker tracker(settings_of(kind), {});
-    track(trajectory, perfect_world(max_matches), tracker,
-          [&](const MappedWorld& world, const Frame& frame, const auto& tracked) {
-            ASSERT_TRUE(tracked.is_tracked);
-            ASSERT_LT(distance_between(tracked.T_cw, world.true_T_cw()), 1e-6);
-            EXPECT_EQ(tracked.inliers.size(), frame.matches.size());
-            EXPECT_EQ(tracked.selected.size(), has_budget(kind) ? 40U : frame.matches.size());
-            if (rejects_outliers(kind)) {
-              EXPECT_GT(tracked.ms_outliers, 0);
-              EXPECT_LT(distance_between(sim::pose_of(frame.T_cw_prior), world.true_T_cw()), 1e-6)
-                  << "linearised at the pose of all";
-            } else {
-              EXPECT_EQ(tracked.ms_outliers + tracked.ms_selection, 0);
-            }
-            EXPECT_GT(tracked.ms_pose, 0);
-          });
-  }
-}
-
 TEST(PoseTracker, predicts_by_constant_velocity) {
   const Trajectory trajectory = sim::analytic_trajectory(1);
   PoseTracker tracker(settings_of(SelectorKind::md), {});

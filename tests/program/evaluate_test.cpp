@@ -226,18 +226,6 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   }
 }
 
-TEST_F(Evaluate, refuses_options_that_it_does_not_understand) {
-  write_recording("frames", 2);
-  for (const char* const bad :
-       {"--budgets 5", "--budgets 0", "--budgets -30", "--budgets ten", "--budgets ''", "--repeats 0", "--repeats 1001",
-        "--weighting map_bias", "--weighting heavy", "--map-sigma -1", "--threads -1", "--threads 2000", "--seed -1",
-        "--seed x", "--seed 18446744073709551616", "--output ''", "--budget 30"}) {
-    const Outcome outcome = run("evaluate frames " + std::string(bad));
-    SCOPED_TRACE(bad);
-    expect_refused(outcome, "");
-  }
-}
-
 // Of ORB-SLAM2's recorded frames: independent errors of the modelled size, 100 selected are worth some 200 random.
 class RealFrames : public Evaluate {};
 

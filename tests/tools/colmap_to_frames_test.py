@@ -156,12 +156,6 @@ class ColmapToFrames(unittest.TestCase):
             for file in self.model.iterdir():
                 file.unlink()
 
-    def test_refuses_the_rational_distortion_of_full_opencv(self):
-        cameras = {**SMALL.cameras, 1: Camera("FULL_OPENCV", 640, 480, [*CAMERAS["FULL_OPENCV"][1][:-1], 1e-9])}
-        colmap_models.write_text(SMALL._replace(cameras=cameras), self.model)
-        self.assert_refused("{m}/cameras.txt:2: expected k4, k5, k6 of 0 for FULL_OPENCV, because frames have no such "
-                            "camera")
-
     def test_refuses_malformed_lines(self):
         keypoints = "1.5 2.5 -1 300.25 200.125 12 7.0 8.0 11"
         integer, number = "an integer from 0 to 2^63 - 1", "a finite number"
