@@ -58,7 +58,7 @@ setup(
     long_description_content_type="text/markdown",
     author="The maxlogdet authors",
     license="MIT",
-    license_files=["LICENSE", "cmake/debian_copyright"],  # the second one has that of xsimd, which is compiled in
+    license_files=["LICENSE", "LICENSE.xsimd"],  # xsimd is compiled in
     python_requires=">=3.8",
     install_requires=["numpy"],
     packages=["maxlogdet"],

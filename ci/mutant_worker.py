@@ -14,7 +14,7 @@ from maxlogdet_tools.project import ROOT
 from mutants import key
 
 WORK = ROOT / "build/mutate"
-TARGETS = ["maxlogdet_tests", "maxlogdet_threading_tests", "maxlogdet_real_time_tests", "maxlogdet_c_api_test"]
+TARGETS = ["maxlogdet_tests", "maxlogdet_threading_tests", "maxlogdet_real_time_tests"]
 # A quick stage kills most mutants within seconds; the others run all repetitions, and narrower instruction sets.
 QUICK = {"MAXLOGDET_TEST_SHARE": "0.05"}
 SECONDS_TO_COMPILE = 600
@@ -71,7 +71,6 @@ class Worker:
         core = [str(tests / "maxlogdet_tests"), "--gtest_fail_fast"]
         threads = [str(tests / "maxlogdet_threading_tests"), "--gtest_fail_fast"]
         yield "core, quick", core, QUICK
-        yield "C API", [str(tests / "maxlogdet_c_api_test")], {}
         yield "real time", [str(tests / "maxlogdet_real_time_tests"), "--gtest_fail_fast"], QUICK
         yield "threads, quick", threads, QUICK
         for isa in ("sse2", "avx2"):

@@ -52,7 +52,7 @@ void add_block_options(CLI::App& command, SelectArguments& arguments) {
 
 void add_target_options(CLI::App& command, SelectArguments& arguments) {
   Options& options = arguments.options;
-  command.add_flag("--certify", options.certificate.compute, "Prove how far from optimal the answer can be");
+  command.add_flag("--certify", options.certificate, "Prove how far from optimal the answer can be");
   command
       .add_option("--target-efficiency", options.target.efficiency,
                   "Stops at this D-efficiency against all candidates, at most 1; 0: none")

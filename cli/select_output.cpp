@@ -50,7 +50,7 @@ void add_answer(const sim::Frame& frame, const Options& options, const Selection
   for (const std::uint32_t index : selection) line["ids"].push_back(frame.matches[index].map_point_id);
   line["gains"] = std::vector<double>(selection.gains, selection.gains + selection.size);
   line["log_det"] = selection.log_det;
-  if (options.certificate.compute) {
+  if (options.certificate) {
     line["upper_bound"] = selection.upper_bound;
     line["certified_efficiency"] = selection.certified_efficiency();
   }

@@ -63,14 +63,6 @@ double weight_of(const FeatureMatch& match) noexcept { return 1 / (match.sigma *
 // -1, as in a file, for what is not measured.
 double measured_or_none(double cue) noexcept { return cue >= 0 && std::isfinite(cue) ? cue : -1; }
 
-bool are_recordable(const Cameras& cameras, DepthCue depth_cue) noexcept {
-  const RigCamera* const all = cameras.data();
-  if (all == nullptr || cameras.size() == 0 || cameras.size() > max_cameras) return false;
-  return std::all_of(all, all + cameras.size(), [=](const RigCamera& one) {
-    return check(one.camera, false, depth_cue) == Error::none && is_rigid(one.T_cb);
-  });
-}
-
 bool is_frame_file(std::string_view name) noexcept {
   constexpr std::string_view prefix = "frame_", suffix = ".csv";
   return name.size() >= prefix.size() + suffix.size() && name.substr(0, prefix.size()) == prefix &&
@@ -118,6 +110,7 @@ bool FrameRecorder::open(const char* folder) noexcept try {
   if (problem != nullptr) return fail(problem);
   refused_.clear();
   is_open_ = true;
+  has_skipped_ = false;
   return true;
 } catch (...) {
   return fail("out of memory");
@@ -135,26 +128,35 @@ bool FrameRecorder::fail(const char* why) noexcept {
   return false;
 }
 
-bool FrameRecorder::start(const Cameras& cameras, const RigidTransform& T_cw, const FrameDetails& details) noexcept
-    try {
+void FrameRecorder::skip(const char* why) noexcept {
+  is_started_ = false;
+  if (is_open_ && !has_skipped_) {
+    std::fprintf(stderr, "maxlogdet: %s: a frame is not recorded: %s\n", folder_.c_str(), why);
+  }
+  has_skipped_ = true;
+}
+
+bool FrameRecorder::start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw,
+                          const FrameDetails& details) noexcept try {
   is_started_ = false;
   details_ = details;
-  is_rig_ = cameras.is_rig;
-  camera_count_ = cameras.size();
-  if (is_open_ && is_rig_ && details.depth_cue == DepthCue::stereo) {
-    return fail("a rig with right columns cannot be written into frame files");
-  }
+  camera_count_ = count;
   BlockOptions options;
   options.depth_cue = details.depth_cue;
   options.depth_sigma = details.depth_sigma;
-  if (!is_open_ || !are_recordable(cameras, details.depth_cue)) return false;
-  if (!is_rigid(T_cw) || check(options) != Error::none) return false;
+  if (!is_open_ || check(cameras, count, details.depth_cue) != Error::none) return false;
+  if (!is_rigid(T_bw) || check(options) != Error::none) return false;
+  is_rig_ = count > 1 || !is_identity(cameras[0].T_cb);
+  if (is_rig_ && details.depth_cue == DepthCue::stereo) {
+    return fail("a rig with right columns cannot be written into frame files");
+  }
   text_.clear();
+  row_count_ = 0;
   put_cameras(cameras);
   const int size[2] = {details_.width, details_.height};
   if (size[0] > 0 && size[1] > 0) put_line(text_, "# image width,height: ", size, 2);
   const char* const frame = is_rig_ ? "body" : "camera";
-  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", T_cw.data(), 12);
+  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", T_bw.data(), 12);
   if (is_rigid(details_.T_cw_true)) put_line(text_, "# Tcw_true (3x4 row-major): ", details_.T_cw_true.data(), 12);
   put_names_of_columns();
   is_started_ = true;
@@ -163,9 +165,9 @@ bool FrameRecorder::start(const Cameras& cameras, const RigidTransform& T_cw, co
   return fail("out of memory");
 }
 
-void FrameRecorder::put_cameras(const Cameras& cameras) {
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const Camera& camera = cameras.data()[c].camera;
+void FrameRecorder::put_cameras(const Camera* cameras) {
+  for (std::size_t c = 0; c < camera_count_; ++c) {
+    const Camera& camera = cameras[c];
     const PinholeCamera& pinhole = camera.pinhole;
     const bool is_rectified = !is_rig_ && camera.model == CameraModel::pinhole;
     double numbers[9] = {pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy};
@@ -175,7 +177,7 @@ void FrameRecorder::put_cameras(const Cameras& cameras) {
     const std::string place = is_rig_ ? " " + std::to_string(c) : "";
     const std::string model = "# camera" + place + ": " + to_string(camera.model) + ",";
     put_line(text_, is_rectified ? "# fx,fy,cx,cy,bf: " : model, numbers, filled);
-    if (is_rig_) put_line(text_, "# T_cb" + place + ": ", cameras.data()[c].T_cb.data(), 12);
+    if (is_rig_) put_line(text_, "# T_cb" + place + ": ", camera.T_cb.data(), 12);
   }
   if (details_.depth_cue == DepthCue::depth) put_line(text_, "# depth_sigma: ", &details_.depth_sigma, 1);
 }
@@ -199,13 +201,12 @@ bool FrameRecorder::is_recordable(const FeatureMatch& match, double descriptor_d
                            std::isfinite(descriptor_distance);
   const double* const covariance = details_.has_covariances ? match.covariance : nullptr;
   const bool is_covariance = covariance == nullptr || (all_finite(covariance, 9) && covariance[0] >= 0);
-  return is_measured && is_covariance && (!is_rig_ || match.camera_id < camera_count_);
+  return is_measured && is_covariance && match.camera_id < camera_count_;
 }
 
 bool FrameRecorder::add(const FeatureMatch& match, bool is_selected, double descriptor_distance) noexcept try {
-  if (!is_started_) return false;
-  if (match.jacobian != nullptr) return fail("matches with Jacobians of the caller cannot be written into frame files");
-  if (!is_recordable(match, descriptor_distance)) return false;
+  if (!is_started_ || !is_recordable(match, descriptor_distance)) return false;
+  ++row_count_;
   put_match(match, is_selected, descriptor_distance);
   return true;
 } catch (...) {
@@ -233,6 +234,7 @@ void FrameRecorder::put_match(const FeatureMatch& match, bool is_selected, doubl
 
 bool FrameRecorder::finish() noexcept try {
   if (!is_started_) return false;
+  if (row_count_ == 0) return skip("no match of it is measured"), false;
   is_started_ = false;
   if (number_ == max_frames) return fail("a folder takes at most a million frames");
   char name[32];

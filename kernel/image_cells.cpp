@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/image_cells.hpp>
 
+#include "kernel/base/limits.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,7 +12,7 @@ namespace maxlogdet {
 struct ImageCells::State {
   using Iterator = std::vector<std::uint32_t>::iterator;
 
-  explicit State(std::size_t capacity) : max_matches(capacity) {
+  explicit State(std::size_t capacity) : max_matches(checked_capacity(capacity)) {
     groups.reserve(capacity);
     members.reserve(capacity);
   }
@@ -96,7 +98,7 @@ bool ImageCells::assign(const double* uv, std::size_t stride, std::size_t n, std
       s.groups[i] = s.count++;
     }
   }
-  s.divide_by_camera(s.members.begin(), s.members.end(), cells);
+  s.divide_by_camera(s.members.begin(), s.members.end(), std::min(cells, n));
   return true;
 }
 
@@ -107,7 +109,6 @@ void ImageCells::limit(Options& options) const noexcept {
   options.groups.ids = groups();
   options.groups.count = count();
   options.groups.maximum = 1;
-  options.groups.maxima = nullptr;
 }
 
 }  // namespace maxlogdet

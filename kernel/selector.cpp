@@ -2,55 +2,76 @@
 #include <maxlogdet/selector.hpp>
 
 #include "kernel/base/limits.hpp"
-#include "kernel/information/certificate.hpp"
-#include "kernel/search/fill.hpp"
+#include "kernel/empty_selection.hpp"
 #include "kernel/search/search.hpp"
-#include "kernel/selector_checks.hpp"
-#include "kernel/strategies/exchange.hpp"
-#include "kernel/strategies/method.hpp"
+#include "kernel/strategies/strategies.hpp"
 #include "threading/team.hpp"
 
-#include <algorithm>
+#include <limits>
 
 namespace maxlogdet {
 
 /// All the memory of a Selector; nothing is allocated later.
-struct Selector::Memory {
-  explicit Memory(std::size_t capacity) : search(capacity), strategies(capacity) {}
-  SearchMemory search;
-  StrategyMemory strategies;
+struct Selector::Memory : SearchMemory {
+  using SearchMemory::SearchMemory;
 };
 
 Selector::Selector(std::size_t capacity, Executor* executor) : memory_(new Memory(capacity)), executor_(executor) {}
 void Selector::Destroy::operator()(Memory* memory) const noexcept { delete memory; }
 
-std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->search.capacity : 0; }
+std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity : 0; }
+
+Selection empty_selection(Error error) noexcept {
+  Selection selection{};
+  selection.status = error == Error::none ? Status::ok : Status::error;
+  selection.error = error;
+  selection.log_det = not_a_number;
+  selection.upper_bound = not_a_number;
+  selection.threads = 1;
+  selection.efficiency = not_a_number;
+  selection.translation_sigma = not_a_number;
+  selection.rotation_sigma = not_a_number;
+  return selection;
+}
 
 namespace {
 
-// If no more candidates may be selected, no selection is longer than the answer, even with groups: all bases of a
-// matroid have the same size.
-std::size_t max_size(const Search& search, std::size_t budget) noexcept {
-  if (search.remaining() == 0) return search.answer().size();
-  return std::min(budget, search.problem().required_count + search.problem().free_count);
+// The first error of the caller's arguments, or none. The switch has no default, so that compilers report an enumerator
+// that it lacks.
+Error check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
+  if (memory.kernel == nullptr) return Error::unsupported_isa;
+  if (candidates.size() > memory.capacity) return Error::capacity_exceeded;
+  if (!(options.time_limit >= 0)) return Error::invalid_time_limit;
+  if (options.threads < 0) return Error::invalid_threads;
+  const Error of_target = Target::check(options);
+  if (of_target != Error::none) return of_target;
+  const double epsilon = options.stochastic.epsilon;
+  switch (options.strategy) {
+    case Strategy::greedy:
+    case Strategy::lazy_greedy: return Error::none;
+    case Strategy::stochastic_greedy: return epsilon > 0 && epsilon < 1 ? Error::none : Error::invalid_epsilon;
+  }
+  return Error::invalid_strategy;
 }
 
-double upper_bound(const Search& search, const Options& options, const Deadline& deadline,
-                   TraceMemory& memory) noexcept {
-  const Answer& answer = search.answer();
-  const Incumbent incumbent = {answer.candidates(), answer.size(), answer.factor().inverse(),
-                               max_size(search, options.budget)};
-  return upper_bound(search.problem(), incumbent, options.certificate.passes, deadline, memory);
+// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a
+// cache or not (docs/threading.md). A round of stochastic greedy is always too short.
+std::size_t crossover_of(Strategy strategy) noexcept {
+  switch (strategy) {
+    case Strategy::greedy: return 10000;
+    case Strategy::lazy_greedy: return 100000;
+    case Strategy::stochastic_greedy: break;
+  }
+  return std::numeric_limits<std::size_t>::max();
 }
 
-// The bound; infinite where log det may have no correct digits, or exceeds it by more than rounding explains
-// (docs/numerics.md). Rounding may put the computed log det of an optimal answer above it: the bound is then log det.
-double reconciled(const Selection& selection, double relative_error) noexcept {
-  if (!(relative_error < hopeless_error)) return infinity;
-  const double excess = selection.log_det - selection.upper_bound;
-  if (!(excess > 0)) return selection.upper_bound;
-  const double explained = 2 * state_dimension * relative_error + 1e-9;
-  return excess <= explained ? selection.log_det : infinity;
+Status run(Search& search, const Options& options) noexcept {
+  switch (options.strategy) {
+    case Strategy::greedy: return greedy(search);
+    case Strategy::lazy_greedy: return lazy_greedy(search);
+    case Strategy::stochastic_greedy: break;
+  }
+  return stochastic_greedy(search, options.stochastic);
 }
 
 }  // namespace
@@ -59,33 +80,27 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   const Deadline deadline(options.time_limit);
   Selection selection = empty_selection(Error::capacity_exceeded);
   selection.invalid_candidates = candidates.invalid_count();
-  selection.strategy = options.strategy;
   if (!memory_) return selection;  // moved from: a capacity of 0
-  Memory& memory = *memory_;
-  selection.error = check(candidates, options, memory.search);
-  if (selection.error != Error::none) return selection;
-  Search search(candidates, options, deadline, memory.search);
-  selection.error = search.start(candidates, options);
-  if (selection.error != Error::none) return selection;
+  SearchMemory& memory = *memory_;
+  const auto fail = [&selection](Error error) {
+    selection.error = error;
+    return selection;
+  };
+  Error error = check(candidates, options, memory);
+  if (error != Error::none) return fail(error);
+  Search search(candidates, options, deadline, memory);
+  error = search.start(candidates, options);
+  if (error != Error::none) return fail(error);
 
+  selection.error = Error::none;
+  selection.threads =
+      threading::workers_for(executor_, options.threads, search.remaining(), crossover_of(options.strategy));
   Status status = Status::ok;
-  std::size_t searched = 0;
-  if (options.strategy == Strategy::automatic) selection.strategy = chosen_for(search, options);
-  const Method& method = *method_of(selection.strategy);
-  selection.threads = threading::workers_for(executor_, options.threads, search.remaining(), method.crossover);
-  memory.search.team.run(executor_, selection.threads, [&] {
-    status = method.run(search, options, memory.strategies);
-    searched = search.answer().size();
-    if (status == Status::deadline_reached) fill(search, memory.strategies);
-    if (status == Status::ok && options.exchange.sweeps > 0)
-      status = exchange(search, options.exchange.sweeps, memory.strategies);
-    if (options.certificate.compute)
-      selection.upper_bound = upper_bound(search, options, deadline, memory.strategies.traces);
-  });
+  memory.team.run(executor_, selection.threads, [&] { status = run(search, options); });
+  selection.searched = search.answer().size();
+  if (status == Status::deadline_reached) fill(search);
   search.report(status, selection);
-  selection.searched = searched;
-  if (options.certificate.compute)
-    selection.upper_bound = reconciled(selection, search.answer().factor().relative_error());
+  if (options.certificate) selection.upper_bound = search.upper_bound();
   return selection;
 }
 

@@ -54,7 +54,7 @@ template <Weighting weighting, DepthCue third, bool by_jacobian>
   pack.has_third = has_third;
   if constexpr (BlockPack<weighting, third>::is_world) {
     const Point ray = load_point(batch, by_jacobian ? value::ray : value::point, i);
-    pack.valid = map_bias_world_block<third>(input.T_cw, ray, p, has_third, pack.h);
+    pack.valid = map_bias_world_block<third>(input.T_bw, ray, p, has_third, pack.h);
   } else {
     Factor<rows_with(third)> factor;
     if constexpr (by_jacobian) {
@@ -67,11 +67,6 @@ template <Weighting weighting, DepthCue third, bool by_jacobian>
       pack.valid = whitened_factor<third>(input, batch, i, p, has_third, factor);
     }
     multiply_by_point_jacobian(factor, p, pack.h);
-  }
-  if (input.weights == nullptr) return;
-  const Doubles root_weight = xsimd::sqrt(load(batch, value::weight, i));
-  for (auto& row : pack.h) {
-    for (Doubles& entry : row) entry *= root_weight;
   }
 }
 
@@ -148,9 +143,9 @@ template <Weighting weighting, DepthCue third, bool by_jacobian>
 void build_blocks_of(const BlockInput& given, BlockOutput& output) {
   using Pack = BlockPack<weighting, third>;
   double pose[12];  // copies, so that no store can change them
-  std::memcpy(pose, given.T_cw, sizeof pose);
+  std::memcpy(pose, given.T_bw, sizeof pose);
   BlockInput input = given;
-  input.T_cw = pose;
+  input.T_bw = pose;
   Batch batch;
   bool has_three_rows = Pack::is_world;
   output.stored = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Relative gains in float64, the same bits on every instruction set: additions, multiplications and divisions only,
-// none fused.
+// Relative gains and traces in float64, the same bits on every instruction set: additions, multiplications and
+// divisions only, none fused.
 
 namespace {
 
@@ -76,6 +76,21 @@ void decide(const Planes& planes, const double* w, const Candidate* indices, std
     whiten_exactly<Rows>(planes, w, load, y);
     return relative_gain_of_block<Rows>(y);
   });
+}
+
+// |H W^T|_F^2, a candidate's term of a linear bound of log det, for consecutive candidates.
+template <int Rows>
+void traces(const Planes& planes, const double* w, std::size_t count, double* values) {
+  for (std::size_t i = 0; i < count; i += double_lanes) {
+    Doubles y[Rows][dimension];
+    whiten_exactly<Rows>(
+        planes, w, [i](const float* plane) { return widened(plane + i); }, y);
+    Doubles sum(0.0);
+    for (int a = 0; a < Rows; ++a) {
+      for (int d = 0; d < dimension; ++d) sum += y[a][d] * y[a][d];
+    }
+    sum.store_unaligned(values + i);
+  }
 }
 
 }  // namespace

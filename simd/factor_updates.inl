@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rank-one updates and downdates of the inverse factor in float64, the same bits on every instruction set: nothing
+// Rank-one updates of the inverse factor in float64, the same bits on every instruction set: nothing
 // fused, and sums in one order.
 
 namespace {
@@ -14,8 +14,8 @@ inline void whiten_row(const double* w, const double* h, double (&y)[dimension])
   }
 }
 
-// W_i  <-  sqrt(s_{i-1} / s_i) (W_i - sign y_i / s_{i-1} c_{i-1}),  c_i = y_0 W_0 + ... + y_i W_i; s[i] is s_{i-1}.
-inline void update_factor_rows(double* w, const double (&y)[dimension], const double (&s)[dimension + 1], double sign) {
+// W_i  <-  sqrt(s_{i-1} / s_i) (W_i - y_i / s_{i-1} c_{i-1}),  c_i = y_0 W_0 + ... + y_i W_i; s[i] is s_{i-1}.
+inline void update_factor_rows(double* w, const double (&y)[dimension], const double (&s)[dimension + 1]) {
   constexpr int n = dimension;
   // By pairs: the latency of six divisions and roots one by one would dominate an update.
   alignas(TwoDoubles) double scale[n];
@@ -24,7 +24,7 @@ inline void update_factor_rows(double* w, const double (&y)[dimension], const do
   for (int i = 0; i < n; i += 2) {
     const TwoDoubles before = pair(s[i], s[i + 1]);
     xsimd::sqrt(before / pair(s[i + 1], s[i + 2])).store_aligned(scale + i);
-    (pair(sign * y[i], sign * y[i + 1]) / before).store_aligned(factor + i);
+    (pair(y[i], y[i + 1]) / before).store_aligned(factor + i);
   }
   // Whole rows, zeros above the diagonal included: the next vector load of a row would stall on stores of single
   // entries.
@@ -56,7 +56,7 @@ inline double add_row(double* w, const double* h) {
     relative_gain += y[i] * y[i];
     s[i + 1] = s[i] + y[i] * y[i];
   }
-  update_factor_rows(w, y, s, 1);
+  update_factor_rows(w, y, s);
   return relative_gain;
 }
 
@@ -70,19 +70,6 @@ double add_rows(double* w, const double* rows, int count, float* narrow) {
     store_narrow(Doubles::load_unaligned(w + i), narrow + i);
   }
   return relative_gain;
-}
-
-// A downdate: M - h^T h = L (I - y y^T) L^T as in add_row, with s_i = 1 - y_0^2 - ... - y_i^2, which decreases: it
-// breaks down only if the last one is not positive.
-double remove_row(double* w, const double* h, double min_share) {
-  double y[dimension];
-  whiten_row(w, h, y);
-  double s[dimension + 1] = {1};
-#pragma GCC unroll 6
-  for (int i = 0; i < dimension; ++i) s[i + 1] = s[i] - y[i] * y[i];
-  const double share = s[dimension];
-  if (share > min_share) update_factor_rows(w, y, s, -1);
-  return share;
 }
 
 }  // namespace

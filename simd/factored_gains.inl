@@ -14,9 +14,6 @@ inline FactoredBlock load_factored(const float* entries, const Offset& offset) {
   const auto at = [&](std::size_t e) { return Floats::load_unaligned(entries + offset(e)); };
   return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8)};
 }
-inline FactoredBlock load_factored(const float* entries) {
-  return load_factored(entries, [](std::size_t e) { return e * tile_size; });
-}
 
 // A column of Y, c in 0 .. 5, for a factored block: y = A (w_t - X x w_r), row c of W being (w_t, w_r). With a
 // constant c the zeros of W cost nothing.
@@ -103,7 +100,8 @@ bool factored_max(const Planes& planes, std::size_t count, double* column_max) {
         is_full ? load_factored(planes.data + i, [&](std::size_t e) { return plane_of(factored, e) * planes.stride; })
                 : load_factored(last, [](std::size_t e) { return e * float_lanes; });
     take_larger_columns(block, columns);
-    farthest = xsimd::max(farthest, xsimd::max(xsimd::abs(block.x), xsimd::max(xsimd::abs(block.y), block.z)));
+    farthest =
+        xsimd::max(farthest, xsimd::max(xsimd::abs(block.x), xsimd::max(xsimd::abs(block.y), xsimd::abs(block.z))));
   }
   double largest = static_cast<double>(largest_lane(farthest));
   for (int column = 0; column < dimension; ++column) {

@@ -36,7 +36,7 @@ template <Form form, int Rows = rows_of(form)>
 inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::size_t stride, const float* w,
                                   Floats (&products)[Rows * (Rows + 1) / 2]) {
   if constexpr (form == factored) {
-    const FactoredBlock block = load_factored(entries);
+    const FactoredBlock block = load_factored(entries, [](std::size_t e) { return e * tile_size; });
 #pragma GCC unroll 6
     for (int c = 0; c < dimension; ++c) {
       Floats y[3];
@@ -87,8 +87,8 @@ inline Floats relative_gain_by_minors(const Floats (&products)[Rows * (Rows + 1)
 // Evaluates the listed tiles: the gains of their lanes, and the maximum of each. Returns the largest of all, and how
 // many candidates these are.
 template <Form form>
-inline Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
-                                 const RoundArrays& arrays) {
+Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+                          const RoundArrays& arrays) {
   constexpr int rows = rows_of(form);
   Floats best(-1.0F);
   float* const gains = arrays.gains;

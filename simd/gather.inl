@@ -52,26 +52,4 @@ void gather(const float* records, const Candidate* listed, std::size_t count, fl
   }
 }
 
-template <Form form>
-void column_max(const float* tiles, std::size_t tile_count, double* largest) {
-  Floats columns[dimension];
-  for (Floats& pack : columns) pack = Floats(0.0F);
-  for (std::size_t tile = 0; tile < tile_count; ++tile, tiles += entries_of(form) * tile_size) {
-    for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
-      if constexpr (form == factored) {
-        take_larger_columns(load_factored(tiles + lane), columns);
-      } else {
-        for (std::size_t e = 0; e < entries_of(form); ++e) {
-          Floats& pack = columns[e % dimension];
-          pack = xsimd::max(pack, xsimd::abs(Floats::load_unaligned(tiles + e * tile_size + lane)));
-        }
-      }
-    }
-  }
-  constexpr double room = form == factored ? 1 + maxlogdet::simd::sum_room : 1;
-  for (int column = 0; column < dimension; ++column) {
-    largest[column] = room * static_cast<double>(largest_lane(columns[column]));
-  }
-}
-
 }  // namespace

@@ -3,7 +3,6 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage or is inlined: a weak symbol
 // would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
-#include "simd/counter_random.hpp"
 #include "simd/jacobian.hpp"
 #include "simd/kernel.hpp"
 #include "simd/triangle.hpp"
@@ -29,7 +28,6 @@ using maxlogdet::simd::Form;
 using maxlogdet::simd::number;
 using maxlogdet::simd::one_row;
 using maxlogdet::simd::padded_dimension;
-using maxlogdet::simd::Part;
 using maxlogdet::simd::plane_of;
 using maxlogdet::simd::Planes;
 using maxlogdet::simd::point_plane;
@@ -69,7 +67,6 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/products.inl"
 
 // These use the ones above.
-#include "simd/draws.inl"
 #include "simd/exact_gains.inl"
 #include "simd/factor_updates.inl"
 #include "simd/factors_along_ray.inl"
@@ -82,41 +79,36 @@ inline void store_narrow(const Doubles& values, float* to) {
 // These use those.
 #include "simd/blocks.inl"
 #include "simd/gains_in_float64.inl"
-#include "simd/losses.inl"
 #include "simd/rounds.inl"
-#include "simd/traces.inl"
 
 namespace maxlogdet::simd {
 namespace {
 
 template <Form form>
 constexpr LayoutFunctions layout_functions() {
-  return {make_records<form>, gather<form>, column_max<form>};
+  return {make_records<form>, gather<form>};
 }
 template <Form form>
 constexpr RoundFunctions round_functions() {
-  return {evaluate<form>, run_round<form>};
+  return {evaluate_listed<form>, run_round<form>};
 }
 template <int Rows>
 constexpr ExactFunctions exact_functions() {
-  return {decide<Rows>, evaluate_in_float64<Rows>, exact_traces<Rows>, traces<Rows>,
-          losses<Rows>, sum_information<Rows>};
+  return {decide<Rows>, evaluate_in_float64<Rows>, traces<Rows>, sum_information<Rows>};
 }
 
 }  // namespace
 
 extern const Kernel MAXLOGDET_KERNEL;
-const Kernel MAXLOGDET_KERNEL = {
-    MAXLOGDET_ISA_NAME,
-    {build_blocks, factored_max},
-    {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
-     layout_functions<factored>()},
-    {round_functions<one_row>(), round_functions<two_rows>(), round_functions<three_rows>(),
-     round_functions<factored>()},
-    {list_survivors, keep_bounds, highest_evaluated, highest_unevaluated},
-    {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
-    {add_rows, remove_row},
-    {count_at_least, list_between<Candidate>, list_between<Tile>, largest, largest_magnitude},
-    draw};
+const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
+                                 build_blocks,
+                                 {layout_functions<one_row>(), layout_functions<two_rows>(),
+                                  layout_functions<three_rows>(), layout_functions<factored>()},
+                                 {round_functions<one_row>(), round_functions<two_rows>(),
+                                  round_functions<three_rows>(), round_functions<factored>()},
+                                 {list_survivors, keep_bounds, highest_unevaluated},
+                                 {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
+                                 {add_rows},
+                                 {list_tiles, largest}};
 
 }  // namespace maxlogdet::simd

@@ -3,6 +3,7 @@
 
 #include "simd/indices.hpp"
 
+#include <cassert>
 #include <cstddef>
 
 // How kernels find the numbers of candidates.
@@ -26,7 +27,10 @@ enum Form { one_row, two_rows, three_rows, factored };
 constexpr std::size_t forms = 4;
 constexpr int rows_of(Form form) { return form == factored ? 3 : static_cast<int>(form) + 1; }
 /// Of blocks that are not factored, with 1, 2 or 3 rows.
-constexpr Form form_of_rows(int rows) { return rows == 1 ? one_row : rows == 2 ? two_rows : three_rows; }
+constexpr Form form_of_rows(int rows) {
+  assert(rows >= 1 && rows <= 3);
+  return static_cast<Form>(rows - 1);
+}
 constexpr std::size_t entries_of(Form form) {
   return form == factored ? 9 : static_cast<std::size_t>(dimension * rows_of(form));
 }

@@ -20,14 +20,13 @@ using Point = maxlogdet::simd::PointOf<Doubles>;
 namespace value {
 constexpr std::size_t point = 0;  // 3, in the world, then in the camera's or body's frame
 constexpr std::size_t sigma = 3;
-constexpr std::size_t weight = 4;
-constexpr std::size_t has_third = 5;
-constexpr std::size_t map_covariance = 6;  // 6, the upper triangle, by rows
-constexpr std::size_t camera = 12;         // its number
-constexpr std::size_t refusal = 13;        // why there is no J
-constexpr std::size_t jacobian = 14;       // 9; first the caller's by p_c, 2 x 3, then J by p_b, 3 x 3
-constexpr std::size_t ray = 23;            // 3, from the camera to the point, in the body's axes, for map_bias_world
-constexpr std::size_t count = 26;
+constexpr std::size_t has_third = 4;
+constexpr std::size_t map_covariance = 5;  // 6, the upper triangle, by rows
+constexpr std::size_t camera = 11;         // its number
+constexpr std::size_t refusal = 12;        // why there is no J
+constexpr std::size_t jacobian = 13;       // 9, J by p_b, 3 x 3
+constexpr std::size_t ray = 22;            // 3, from the camera to the point, in the body's axes, for map_bias_world
+constexpr std::size_t count = 25;
 }  // namespace value
 
 // Some matches, an array per value, so that packs load whole vectors, and filled well before: a vector load right after
@@ -62,7 +61,7 @@ inline void repeat_last(Batch& batch, std::size_t value) {
 inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch& batch, BlockOutput& output) {
   batch.count = 0;
   const std::size_t first = next;
-  if (input.usable == nullptr) {
+  if (input.usable == nullptr && input.camera_ids == nullptr) {
     for (; next < input.size && batch.count < batch_size; ++next) {
       batch.number[batch.count++] = static_cast<std::uint32_t>(next);
     }
@@ -70,7 +69,9 @@ inline std::size_t list_usable(const BlockInput& input, std::size_t next, Batch&
   }
   for (; next < input.size && batch.count < batch_size; ++next) {
     batch.number[batch.count] = static_cast<std::uint32_t>(next);
-    batch.count += input.usable[next] != 0 ? 1 : 0;
+    const bool is_usable = input.usable == nullptr || input.usable[next] != 0;
+    const bool has_camera = input.camera_ids == nullptr || input.camera_ids[next] < input.camera_count;
+    batch.count += is_usable && has_camera ? 1 : 0;
   }
   output.invalid[maxlogdet::simd::unusable] += next - first - batch.count;
   return next;
@@ -101,14 +102,11 @@ template <Weighting weighting, DepthCue third, bool by_jacobian>
 inline void fill(const BlockInput& input, Batch& batch) {
   input.are_points_float ? fill_points<float>(input, batch) : fill_points<double>(input, batch);
   fill<1>(batch, value::sigma, input.sigmas, {0});
-  fill<1>(batch, value::weight, input.weights, {0});
   if (third != DepthCue::none) fill<1>(batch, value::has_third, input.has_third, {0});
   if (weighting == Weighting::measurement_and_map) {
     fill<9>(batch, value::map_covariance, input.map_covariances, maxlogdet::simd::upper_triangle);
   }
-  if (!by_jacobian) return;
-  fill<1>(batch, value::camera, input.camera_ids, {0});
-  if (!is_by_map_bias(weighting)) fill<6>(batch, value::jacobian, input.jacobians, {0, 1, 2, 3, 4, 5});
+  if (by_jacobian) fill<1>(batch, value::camera, input.camera_ids, {0});
 }
 
 // Which matches of a pack have a third measurement.
@@ -126,18 +124,18 @@ inline Mask third_of(const BlockInput& input, const Batch& batch, std::size_t i)
   });
 }
 
-[[gnu::always_inline]] inline Point transform(const double* T_cw, const Point& world) {
+[[gnu::always_inline]] inline Point transform(const double* T, const Point& from) {
   Doubles p[3];
   for (int row = 0; row < 3; ++row) {
-    const double* const r = T_cw + 4 * row;
-    p[row] = Doubles(r[0]) * world.x + Doubles(r[1]) * world.y + Doubles(r[2]) * world.z + Doubles(r[3]);
+    const double* const r = T + 4 * row;
+    p[row] = Doubles(r[0]) * from.x + Doubles(r[1]) * from.y + Doubles(r[2]) * from.z + Doubles(r[3]);
   }
   return {p[0], p[1], p[2]};
 }
 
 // Transforms points of a pack from the world to the frame of the camera or body.
 [[gnu::always_inline]] inline Point transform(const BlockInput& input, Batch& batch, std::size_t i) {
-  const Point p = transform(input.T_cw, load_point(batch, value::point, i));
+  const Point p = transform(input.T_bw, load_point(batch, value::point, i));
   store(p.x, value::point, i, batch);
   store(p.y, value::point + 1, i, batch);
   store(p.z, value::point + 2, i, batch);
@@ -193,7 +191,6 @@ template <bool by_jacobian>
       valid = is_positive(p.z) & (p.z >= Doubles(input.min_depth)) & is_finite(p.x) & is_finite(p.y);
     }
     if (input.sigmas != nullptr) valid = valid & is_positive(load(batch, value::sigma, i));
-    if (input.weights != nullptr) valid = valid & (load(batch, value::weight, i) >= Doubles(0.0));
     if (xsimd::all(valid)) {
       for (std::size_t lane = 0; lane < used; ++lane) kept[count++] = static_cast<std::uint32_t>(i + lane);
       continue;

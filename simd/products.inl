@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The products of whitened rows, for gains and losses.
+// The products of whitened rows.
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <limits>
 
-// The round of every strategy that adds (docs/architecture.md): evaluate the tiles that may hold the best, and no
+// The round of every strategy (docs/architecture.md): evaluate the tiles that may hold the best, and no
 // others.
 
 namespace maxlogdet::simd {
@@ -30,10 +30,10 @@ struct Round {
   double drift = 0;  ///< (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile
 
   float evaluated_from = nothing_evaluated;  ///< just the tiles of at least this stale bound are evaluated
-  float best = -1;      ///< a lower bound of the (k-th) largest value found; below 0 if there are not as many
-  double assured = -1;  ///< a lower bound of the (k-th) largest exact relative gain
-  float share = 1;      ///< about speed alone: what share of the highest bound the best is expected to have
-  float guess = -1;     ///< the stale bound to begin at, while no best is known
+  float best = -1;                           ///< the largest value found; below 0 if there is none
+  double assured = -1;                       ///< a lower bound of the largest exact relative gain
+  float share = 1;   ///< about speed alone: what share of the highest bound the best is expected to have
+  float guess = -1;  ///< the stale bound to begin at, while no best is known
   std::size_t evaluations = 0;
 
   [[gnu::always_inline]] bool has_evaluated() const noexcept { return evaluated_from == evaluated_from; }
@@ -52,19 +52,18 @@ struct Round {
   [[gnu::always_inline]] float needed() const noexcept { return best < 0 ? guess : stale_threshold(assured, drift); }
 };
 
-/// Evaluates until no tile that is left out may hold one of the k best. `steps.best(round)` is at most the
-/// k-th largest value so far, below 0 if there are not as many. `steps.evaluate(round, from)` evaluates the tiles of at
-/// least this stale bound that are not evaluated yet, or a few more; it returns down to which bound.
-/// `steps.highest_left(round)` is the highest bound of the others. Called again, after candidates were withdrawn, it
-/// evaluates what is no longer excluded.
+/// Evaluates until no tile that is left out may hold the best. `steps.best()` is the largest value so far, below 0 if
+/// there is none. `steps.evaluate(round, from)` evaluates the tiles of at least this stale bound that are not evaluated
+/// yet. `steps.highest_left(round)` is the highest bound of the others.
 template <class Steps>
 [[gnu::always_inline]] inline void prove_best(Round& round, Steps& steps) noexcept {
   for (;;) {
-    round.learn(steps.best(round));
+    round.learn(steps.best());
     if (round.best < 0 && round.has_evaluated()) round.guess = round.share * steps.highest_left(round);
     const float needed = round.needed();
     if (needed >= round.evaluated_from) return;
-    round.evaluated_from = steps.evaluate(round, needed);
+    steps.evaluate(round, needed);
+    round.evaluated_from = needed;
   }
 }
 

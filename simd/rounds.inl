@@ -8,27 +8,6 @@ inline Floats::batch_bool_type are_evaluated(const RoundArrays& arrays, std::siz
   return Floats::load_unaligned(arrays.bounds + tile) >= Floats(evaluated_from);
 }
 
-// The tiles of a part that reach this stale bound, and are not evaluated. Up to a pack more than are listed is written.
-// Bounds beyond the last tile are -1.
-inline std::size_t list_unevaluated(const Tiles& tiles, const Round& round, float from, const Part& part, Tile* list) {
-  std::size_t found = 0;
-  for (std::size_t first = tile_size * part.index; first < tiles.count; first += tile_size * part.count) {
-    for (std::size_t tile = first; tile < first + tile_size; tile += float_lanes) {
-      const auto reach = are_evaluated(round.arrays, tile, from);
-      const auto were_before = are_evaluated(round.arrays, tile, round.evaluated_from);
-      found += list_lanes(reach & !were_before, static_cast<Tile>(tile), list + found);
-    }
-  }
-  return found;
-}
-
-template <Form form>
-Evaluated evaluate(const Tiles& tiles, const float* w, const Round& round, float from, const Part& part) {
-  Tile* const list = round.arrays.list + part.first_of_list;
-  const std::size_t count = list_unevaluated(tiles, round, from, part, list);
-  return evaluate_listed<form>(tiles, w, list, count, round.arrays);
-}
-
 std::size_t list_survivors(const Tiles& tiles, const Round& round, Lane* lanes) {
   const RoundArrays& arrays = round.arrays;
   const float threshold = round.filter.survivor_threshold(round.assured);
@@ -64,16 +43,6 @@ float keep_bounds(const Tiles& tiles, const Round& round) {
   return largest_lane(highest_bound);
 }
 
-float highest_evaluated(const Tiles& tiles, const Round& round) {
-  const Floats none(-1.0F);
-  Floats best = none;
-  for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
-    const auto is_evaluated = are_evaluated(round.arrays, tile, round.evaluated_from);
-    best = xsimd::max(best, xsimd::select(is_evaluated, Floats::load_unaligned(round.arrays.highest + tile), none));
-  }
-  return largest_lane(best);
-}
-
 float highest_unevaluated(const Tiles& tiles, const Round& round) {
   Floats highest_bound(any_candidate);
   for (std::size_t tile = 0; tile < tiles.count; tile += float_lanes) {
@@ -91,13 +60,14 @@ struct InlinedSteps {
   const float* w;
   float found;  // the largest gain
 
-  float best(const Round&) const { return found; }
+  float best() const { return found; }
   float highest_left(const Round& round) const { return highest_unevaluated(tiles, round); }
-  float evaluate(Round& round, float from) {
-    const Evaluated evaluated = ::evaluate<form>(tiles, w, round, from, {0, 1, 0});
+  void evaluate(Round& round, float from) {
+    const std::size_t count =
+        list_tiles(round.arrays.bounds, tiles.count, from, round.evaluated_from, round.arrays.list);
+    const Evaluated evaluated = evaluate_listed<form>(tiles, w, round.arrays.list, count, round.arrays);
     round.evaluations += evaluated.count;
     found = evaluated.best > found ? evaluated.best : found;
-    return from;
   }
 };
 

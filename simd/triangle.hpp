@@ -18,28 +18,28 @@ struct FactorOf {
 };
 
 /// Rotates rows a and b, so that b has a zero in `column`, and a what is not negative.
-template <class Number, int Rows>
-inline void rotate_rows(int a, int b, int column, Number (&rows)[Rows][3]) {
+template <class Number>
+inline void rotate_rows(int column, Number (&a)[3], Number (&b)[3]) {
   const Number zero(0.0);
-  const Number norm = sqrt(rows[a][column] * rows[a][column] + rows[b][column] * rows[b][column]);
+  const Number norm = sqrt(a[column] * a[column] + b[column] * b[column]);
   const ConditionOf<Number> is_nonzero = norm > zero;
-  const Number cosine = select(is_nonzero, rows[a][column] / norm, Number(1.0));
-  const Number sine = select(is_nonzero, rows[b][column] / norm, zero);
-  rows[a][column] = norm;
+  const Number cosine = select(is_nonzero, a[column] / norm, Number(1.0));
+  const Number sine = select(is_nonzero, b[column] / norm, zero);
+  a[column] = norm;
   for (int j = column + 1; j < 3; ++j) {
-    const Number kept = rows[a][j];
-    rows[a][j] = cosine * kept + sine * rows[b][j];
-    rows[b][j] = cosine * rows[b][j] - sine * kept;
+    const Number kept = a[j];
+    a[j] = cosine * kept + sine * b[j];
+    b[j] = cosine * b[j] - sine * kept;
   }
 }
 
 /// An upper triangular A = Q rows.
 template <class Number, int Rows>
 inline FactorOf<Number, Rows> triangle_of(Number (&rows)[Rows][3]) {
-  rotate_rows(0, 1, 0, rows);
+  rotate_rows(0, rows[0], rows[1]);
   if (Rows == 3) {
-    rotate_rows(0, Rows - 1, 0, rows);
-    rotate_rows(1, Rows - 1, 1, rows);
+    rotate_rows(0, rows[0], rows[Rows - 1]);
+    rotate_rows(1, rows[1], rows[Rows - 1]);
   }
   FactorOf<Number, Rows> factor;
   for (int a = 0; a < Rows; ++a) {

@@ -169,7 +169,7 @@ template <class Number>
 [[gnu::always_inline]] inline Symmetric<Number> mapped_along_ray(const BlockInput& input, const NoiseOf<Number>& noise,
                                                                  const PointOf<Number>& ray) {
   Symmetric<Number> s = noise.map;
-  if (!noise.is_sphere) s = in_camera_frame(input.T_cw, noise.map);
+  if (!noise.is_sphere) s = in_camera_frame(input.T_bw, noise.map);
   const Number xz = s.xz - ray.x * s.zz;
   const Number yz = s.yz - ray.y * s.zz;
   return {s.xx - ray.x * (s.xz + xz), s.xy - ray.y * s.xz - ray.x * yz, xz, s.yy - ray.y * (s.yz + yz), yz, s.zz};
@@ -215,7 +215,7 @@ inline CovarianceOf<Number, rows_with(third)> covariance_by_rows(const BlockInpu
   Number world[rows][3];  // J R
   for (int a = 0; a < rows; ++a) {
     for (int j = 0; j < 3; ++j) {
-      const double* const r = input.T_cw + j;
+      const double* const r = input.T_bw + j;
       world[a][j] =
           noise.is_sphere ? J[a][j] : J[a][0] * Number(r[0]) + J[a][1] * Number(r[4]) + J[a][2] * Number(r[8]);
     }

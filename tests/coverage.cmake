@@ -31,8 +31,7 @@ endif()
 list(TRANSFORM counted REPLACE "(.+)" "$<TARGET_OBJECTS:\\1_counted>" OUTPUT_VARIABLE counted_objects)
 
 add_custom_target(maxlogdet_coverage)
-foreach(test maxlogdet_tests maxlogdet_threading_tests maxlogdet_real_time_tests maxlogdet_c_api_test
-        maxlogdet_c_executor_test)
+foreach(test maxlogdet_tests maxlogdet_threading_tests maxlogdet_real_time_tests)
   add_executable(${test}_counted EXCLUDE_FROM_ALL $<TARGET_OBJECTS:${test}> ${counted_objects})
   set_target_properties(${test}_counted PROPERTIES LINKER_LANGUAGE CXX)
   get_target_property(libraries ${test} LINK_LIBRARIES)

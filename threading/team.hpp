@@ -46,50 +46,42 @@ class Team {
     if (!call.is_done) region();  // the executor has not called: without helpers
   }
 
-  /// The maximum number of threads of for_chunks; 1 outside of a region.
+  /// the maximum number of threads of a loop; 1 outside of a region.
   int workers() const noexcept { return workers_; }
 
   static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds work
   static constexpr std::size_t max_chunks = chunks_per_worker * max_workers;
 
-  /// The number of chunks, of at least `min_chunk`, for this much work; at least 1.
+  /// Calls body(first, size, chunk) for chunks of [0, count), of at least `min_chunk`, one after the other or in
+  /// parallel; returns how many chunks, at least 1 and at most max_chunks. Each worker begins with a range of its own,
+  /// the same in all loops of the same count, so that it finds its data in its cache.
+  template <class Body>
+  std::uint32_t in_chunks(std::size_t count, std::size_t min_chunk, const Body& body) noexcept {
+    const std::uint32_t limit = chunks_of(count, min_chunk);
+    if (limit == 1) {
+      body(std::size_t{0}, count, 0U);
+      return 1;
+    }
+    const std::size_t size = (count + limit - 1) / limit;
+    const auto chunks = static_cast<std::uint32_t>((count + size - 1) / size);
+    const auto call = [&](std::uint32_t chunk) {
+      const std::size_t first = size * chunk;
+      body(first, std::min(size, count - first), chunk);
+    };
+    using Call = decltype(call);
+    run_loop({[](const void* context, std::uint32_t chunk) { (*static_cast<const Call*>(context))(chunk); }, &call},
+             chunks);
+    return chunks;
+  }
+
+ private:
+  // The number of chunks for this much work; at least 1.
   std::uint32_t chunks_of(std::size_t work, std::size_t min_chunk) const noexcept {
     if (workers_ == 1) return 1;
     const std::size_t limit = chunks_per_worker * static_cast<std::size_t>(workers_);
     return static_cast<std::uint32_t>(std::max<std::size_t>(1, std::min(limit, work / min_chunk)));
   }
 
-  /// Calls body(chunk) for every chunk in [0, count), count <= max_chunks, in parallel. Each worker begins with
-  /// a range of its own, the same in all loops of the same count, so that it finds its data in its cache.
-  template <class Body>
-  void for_chunks(std::uint32_t count, const Body& body) noexcept {
-    if (count == 1) {
-      body(0U);
-    } else {
-      run_loop({[](const void* context, std::uint32_t chunk) { (*static_cast<const Body*>(context))(chunk); }, &body},
-               count);
-    }
-  }
-
-  /// Calls body(first, size, chunk) for chunks of [0, count) that begin at multiples of `unit`; returns how many.
-  template <class Body>
-  std::uint32_t in_chunks(std::size_t count, std::size_t min_chunk, std::size_t unit, const Body& body) noexcept {
-    const std::uint32_t limit = chunks_of(count, min_chunk);
-    if (limit == 1) {
-      body(std::size_t{0}, count, 0U);
-      return 1;
-    }
-    const auto quotient = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };  // rounded up
-    const std::size_t size = quotient(quotient(count, unit), limit) * unit;
-    const auto chunks = static_cast<std::uint32_t>(quotient(count, size));
-    for_chunks(chunks, [&](std::uint32_t chunk) {
-      const std::size_t first = size * chunk;
-      body(first, std::min(size, count - first), chunk);
-    });
-    return chunks;
-  }
-
- private:
   struct Loop {
     void (*call)(const void* body, std::uint32_t chunk);
     const void* body;

@@ -98,7 +98,7 @@ std::vector<SoakRequest> SoakRequests::warm_up() const {
       request.store = &full_;
       request.options.strategy = strategy;
       request.options.budget = budget;
-      request.options.certificate.compute = true;
+      request.options.certificate = true;
       request.options.threads = 2;
       requests.push_back(request);
       request.options.required = required_.data();
@@ -157,7 +157,7 @@ void SoakRequests::ask(Options& options, std::size_t n) {
   if (draws_.chance(0.2)) options.prior = good_priors[draws_.below(std::size(good_priors))].entry;
   if (draws_.chance(0.1)) options.time_limit = std::pow(10.0, draws_.uniform(-7, -3.5));
   options.threads = draws_.chance(0.05) ? 2 : static_cast<int>(draws_.below(2));
-  options.certificate.compute = draws_.chance(0.2);
+  options.certificate = draws_.chance(0.2);
 }
 
 void SoakRequests::constrain(Options& options, std::size_t n) {

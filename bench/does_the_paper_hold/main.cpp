@@ -5,8 +5,8 @@
 
 int main(int argc, char** argv) {
   return maxlogdet::sim::run_program("maxlogdet_simulate",
-                                     "The experiments of Zhao & Vela's paper: tables, and all figures as CSV.", argc, argv,
-                                     [](CLI::App& program) {
+                                     "The experiments of Zhao & Vela's paper: tables, and all figures as CSV.", argc,
+                                     argv, [](CLI::App& program) {
                                        maxlogdet::sim::add_metrics_experiment(program);
                                        maxlogdet::sim::add_budget_experiment(program);
                                        maxlogdet::sim::add_euroc_experiment(program);

@@ -38,7 +38,7 @@ Work append_work(const BlockOptions& options, Seen seen) {
   const auto tracker = std::make_shared<Tracker>();
   std::vector<unsigned char> ids;
   for (std::size_t i = 0; i < n; ++i) ids.push_back(i % 2);
-  const std::vector<RigCamera> rig(2, RigCamera{tracker->frame.camera, RigidTransform::identity()});
+  const std::vector<Camera> rig(2, Camera(tracker->frame.camera));
   const Camera fisheye = Camera::kannala_brandt(tracker->frame.camera, 3e-3, 7e-4, -2e-3, 2e-4);
   const auto run = [=](std::size_t) {
     tracker->blocks.clear();
@@ -48,7 +48,7 @@ Work append_work(const BlockOptions& options, Seen seen) {
       append_blocks(fisheye, T, matches, options, tracker->blocks);
     } else {
       matches.camera_ids = ids.data();
-      append_blocks(Rig{rig.data(), rig.size()}, T, matches, options, tracker->blocks);
+      append_blocks(rig.data(), rig.size(), T, matches, options, tracker->blocks);
     }
   };
   return {run, {}};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 
 #include <Eigen/Core>
 #include <cstddef>

@@ -68,12 +68,9 @@ Matches MatchArrays::view() const noexcept {
 
 BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
   const FrameCamera& camera = frame.camera;
-  if (camera.rig.empty()) {
-    return maxlogdet::append_blocks(Camera(camera), RigidTransform::row_major(frame.T_cw_prior.data()), matches,
-                                    options, blocks);
-  }
-  return maxlogdet::append_blocks(Rig(camera.rig.data(), camera.rig.size()),
-                                  RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
+  const RigidTransform T = RigidTransform::row_major(frame.T_cw_prior.data());
+  if (camera.rig.empty()) return maxlogdet::append_blocks(Camera(camera), T, matches, options, blocks);
+  return maxlogdet::append_blocks(camera.rig.data(), camera.rig.size(), T, matches, options, blocks);
 }
 
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,

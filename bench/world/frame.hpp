@@ -38,8 +38,8 @@ struct FrameCamera : PinholeCamera {
   FrameCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0)
       : PinholeCamera(fx_, fy_, cx_, cy_, bf_) {}
 
-  std::vector<RigCamera> rig;  ///< instead of the pinhole, if not empty
-  double depth_sigma = 0;      ///< standard deviation of Match::depth, m; 0: depth is not measured
+  std::vector<Camera> rig;  ///< instead of the pinhole, if not empty
+  double depth_sigma = 0;   ///< standard deviation of Match::depth, m; 0: depth is not measured
 
   /// Returns whether matches have u, v and at most a right-image column, by the pinhole.
   bool is_pinhole() const noexcept { return rig.empty() && !(depth_sigma > 0); }

@@ -147,13 +147,13 @@ void FrameComments::read_camera_of_rig(const std::string& name, std::string_view
     if (alone.model == CameraModel::pinhole) {
       static_cast<PinholeCamera&>(camera) = alone.pinhole;
     } else {
-      camera.rig = {RigCamera(alone)};
+      camera.rig = {alone};
     }
   } else if (const auto added = number_behind("camera", name)) {
     if (*added != camera.rig.size() || *added >= max_cameras) {
       file.fail("the cameras of a rig from 0 on, without gaps, and at most 256");
     }
-    camera.rig.emplace_back(camera_of(file, values));
+    camera.rig.push_back(camera_of(file, values));
   } else if (const auto of = number_behind("T_cb", name)) {
     if (has("camera") || *of >= camera.rig.size())
       file.fail("the comment 'camera " + std::to_string(*of) + "' before this");

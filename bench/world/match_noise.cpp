@@ -40,8 +40,8 @@ Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match&
   const MatchNoise noise = noise_of(camera, match, uses_depth_cue, is_exact ? nullptr : map_covariance.data());
   const RigidTransform T(T_cw.matrix());
   double W[9];
-  const bool is_there = camera.rig.empty() ? match_whitening(Camera(camera), T, match.point, noise, W)
-                                           : match_whitening(camera.rig[match.camera_id], T, match.point, noise, W);
+  const Camera seen_by = camera.rig.empty() ? Camera(camera) : camera.rig[match.camera_id];
+  const bool is_there = match_whitening(seen_by, T, match.point, noise, W);
   if (!is_there) return {nan, nan, nan, nan, nan, nan};
   if (noise.depth_cue == DepthCue::none) return {W[0], W[2], W[3], 0, 0, 0};
   return {W[0], W[3], W[4], W[6], W[7], W[8]};

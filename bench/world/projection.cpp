@@ -26,13 +26,13 @@ Eigen::Vector3d residual(const PinholeCamera& camera, const Eigen::Vector3d& p, 
 bool linearize_any(const FrameCamera& camera, const Pose& T_bw, const Match& match, bool uses_depth_cue,
                    LinearizedMatch& result) {
   using Map = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>;
-  const RigCamera& seen_by = camera.rig.empty() ? RigCamera(camera) : camera.rig[match.camera_id];
+  const Camera seen_by = camera.rig.empty() ? Camera(camera) : camera.rig[match.camera_id];
   const Map T_cb(seen_by.T_cb.data());
   const Eigen::Vector3d p_b = T_bw * Eigen::Map<const Eigen::Vector3d>(match.point);
   const Eigen::Vector3d p_c = T_cb.leftCols<3>() * p_b + T_cb.col(3);
   double uv[2];
   Eigen::Matrix<double, 2, 3, Eigen::RowMajor> J_uv;
-  if (!project(seen_by.camera, p_c.data(), uv, J_uv.data())) return false;
+  if (!project(seen_by, p_c.data(), uv, J_uv.data())) return false;
   const bool third = uses_depth_cue && match.depth > 0;
   Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
   J.topRows<2>() = J_uv;

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: MIT
-# Turns a guide in Markdown into what can be run. Three markers, each directly above its block, say what a block is:
-#   <!-- run -->            ```sh commands of the session that a reader has on a machine of their own
-#   <!-- run: checkout -->  ```sh commands in the project's checkout
-#   <!-- file: NAME -->     a file in the session's folder, there from here on
+# Turns a guide in Markdown into what can be run. Two markers, each directly above its block, say what a block is:
+#   <!-- run -->         ```sh commands of the session that a reader has on a machine of their own
+#   <!-- file: NAME -->  a file in the session's folder, there from here on
 # A block of commands without a marker is an error: whatever a guide tells its readers to type is run.
 #
 # Usage: awk -v out=FOLDER -f extract.awk PAGE...    (FOLDER/0/files must be there for the first one, and so on)
-# Writes FOLDER/0/session and FOLDER/0/checkout, shell code in which every command has the line number that it has in
-# the first page; FOLDER/0/files/LINE; and FOLDER/0/session.plan and FOLDER/0/checkout.plan, what will be done in words;
-# and so on for the others. None of them needs a command, as long as one has.
+# Writes FOLDER/0/session, shell code in which every command has the line number that it has in the first page;
+# FOLDER/0/files/LINE; and FOLDER/0/session.plan, what will be done in words; and so on for the others. None of them
+# needs a command, as long as one has.
 
 function fail(line, what) {
   print name ":" line ": " what >"/dev/stderr"
@@ -16,7 +15,7 @@ function fail(line, what) {
   exit 1
 }
 
-function plan(script, what, detail) { print name ":" FNR ": " what ": " detail >(folder "/" script ".plan") }
+function plan(what, detail) { print name ":" FNR ": " what ": " detail >(folder "/session.plan") }
 
 function end_page() {
   if (in_fence) fail(in_fence, "a block without an end")
@@ -25,7 +24,6 @@ function end_page() {
 
 function read_marker() {
   if ($0 == "<!-- run -->") kind = "session"
-  else if ($0 == "<!-- run: checkout -->") kind = "checkout"
   else if ($0 ~ /^<!-- file: [A-Za-z0-9_.\/-]+ -->$/) {
     kind = "file"
     file = $3
@@ -39,14 +37,14 @@ function open_fence(language) {
   language = substr($0, 4)
   sub(/[ \t].*/, "", language)
   if (kind == "" && language ~ /^(sh|bash|zsh|shell|console)$/)
-    fail(FNR, "commands without a marker: <!-- run -->, <!-- run: checkout --> or <!-- file: NAME -->")
-  if ((kind == "session" || kind == "checkout") && language != "sh") fail(FNR, "what is run is written as ```sh")
+    fail(FNR, "commands without a marker: <!-- run --> or <!-- file: NAME -->")
+  if (kind == "session" && language != "sh") fail(FNR, "what is run is written as ```sh")
   if (kind == "file") {
     target = "\"$guide_folder/" file "\""
     session = "mkdir -p \"$(dirname " target ")\"; cp \"$guide_files/" FNR "\" " target
     target = folder "/files/" FNR
     printf "" >target
-    plan("session", "file", file)
+    plan("file", file)
   }
   in_fence = FNR
 }
@@ -57,8 +55,8 @@ function close_fence() {
   kind = ""
 }
 
-function read_command(script) {
-  if (!continued && $0 !~ /^[ \t]*(#.*)?$/) plan(script, script == "session" ? "run" : "run in the checkout", $0)
+function read_command() {
+  if (!continued && $0 !~ /^[ \t]*(#.*)?$/) plan("run", $0)
   continued = $0 ~ /\\$/
 }
 
@@ -69,17 +67,15 @@ FNR == 1 {
 }
 
 {
-  session = checkout = ""
+  session = ""
   if (in_fence) {
     if ($0 == "```") close_fence()
     else if (kind == "file") print >target
-    else if (kind == "session") { session = $0; read_command("session"); commands++ }
-    else if (kind == "checkout") { checkout = $0; read_command("checkout"); commands++ }
+    else if (kind == "session") { session = $0; read_command(); commands++ }
   } else if ($0 ~ /^[ \t>]*(```|~~~)/) open_fence()
   else if (kind != "") fail(marker_line, "a marker stands directly above its block")
   else if (tolower($0) ~ /^[ \t]*<!--[ \t]*(run|file)[^a-z]/) read_marker()
   print session >(folder "/session")
-  print checkout >(folder "/checkout")
 }
 
 END {

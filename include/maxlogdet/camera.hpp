@@ -12,7 +12,7 @@
 //
 // A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
 // in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. Any other is refused
-// (Error::invalid_camera); with the caller's Jacobians only the bf of a stereo row is read.
+// (Error::invalid_camera).
 //
 // A point has no image
 //   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
@@ -38,11 +38,12 @@ struct PinholeCamera {
       : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
 };
 
-/// A camera of any model.
+/// A camera of any model, alone or on the body of a rig. Of a camera alone the body is the camera, T_cb = I.
 struct Camera {
-  CameraModel model = CameraModel::pinhole;  ///< model of the parameters
-  PinholeCamera pinhole;                     ///< fx, fy, cx, cy; bf of pinholes only
-  double parameters[5] = {};                 ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
+  CameraModel model = CameraModel::pinhole;          ///< model of the parameters
+  PinholeCamera pinhole;                             ///< fx, fy, cx, cy; bf of pinholes only
+  double parameters[5] = {};                         ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
+  RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
 
   Camera() = default;
   /// Makes a pinhole.
@@ -64,49 +65,6 @@ struct Camera {
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
 /// Also writes d (u, v) / d p_c, 2 x 3 row-major, px per m.
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;
-
-/// One camera of a rig; T_cb transforms points from the body frame to that of the camera.
-struct RigCamera {
-  Camera camera;                                     ///< its model
-  RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
-
-  RigCamera() = default;
-  /// By default the camera is at the body frame.
-  RigCamera(const Camera& camera_,  // NOLINT(google-explicit-constructor)
-            const RigidTransform& T_cb_ = RigidTransform::identity()) noexcept
-      : camera(camera_), T_cb(T_cb_) {}
-};
-
-/// Cameras on one body; the array belongs to the caller.
-struct Rig {
-  const RigCamera* cameras = nullptr;  ///< `size` of them
-  std::size_t size = 0;                ///< 1 to 256
-
-  constexpr Rig() noexcept = default;
-  /// Refers to `size_` cameras.
-  constexpr Rig(const RigCamera* cameras_, std::size_t size_) noexcept : cameras(cameras_), size(size_) {}
-};
-
-/// What sees matches: a camera alone, which is its own body, or a rig. Functions that take it are called with either;
-/// on a rig their pose T_cw is T_bw, world to body.
-struct Cameras {
-  RigCamera only;       ///< the camera alone, copied
-  Rig rig;              ///< instead of it, if is_rig
-  bool is_rig = false;  ///< whether matches have camera ids
-
-  /// A Camera, or what converts to it.
-  template <class One, class = typename std::enable_if<std::is_convertible<const One&, Camera>::value>::type>
-  Cameras(const One& camera) : only(Camera(camera)) {}  // NOLINT(google-explicit-constructor): taken for a camera
-  /// A pinhole, as Camera takes it.
-  Cameras(double fx, double fy, double cx, double cy, double bf = 0) noexcept : only(Camera(fx, fy, cx, cy, bf)) {}
-  /// A rig.
-  Cameras(const Rig& rig_) noexcept : rig(rig_), is_rig(true) {}  // NOLINT(google-explicit-constructor)
-
-  /// The first of size() cameras.
-  const RigCamera* data() const noexcept { return is_rig ? rig.cameras : &only; }
-  /// How many there are.
-  std::size_t size() const noexcept { return is_rig ? rig.size : 1; }
-};
 
 /// The number of Camera::parameters that the model has; 0 for any other value.
 std::size_t parameter_count(CameraModel model) noexcept;

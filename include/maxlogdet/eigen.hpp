@@ -117,12 +117,11 @@ std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& 
 
 /// As append_blocks in jacobian.hpp, with points as for points_of(), which replace matches.points and matches.size.
 template <class EigenPoints>
-BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const EigenPoints& points,
-                          Matches matches, const BlockOptions& options, BlockStore& blocks,
-                          Executor* executor = nullptr) {
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const EigenPoints& points, Matches matches,
+                          const BlockOptions& options, BlockStore& blocks) {
   matches.points = points_of(points);
   matches.size = count_of(points);
-  return append_blocks(cameras, T_cw, matches, options, blocks, executor);
+  return append_blocks(camera, T_cw, matches, options, blocks);
 }
 
 }  // namespace maxlogdet

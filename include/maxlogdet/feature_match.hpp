@@ -8,7 +8,7 @@
 
 namespace maxlogdet {
 
-/// The measurement of a match that has none, yet or at all.
+/// The measurement of a match that has none.
 constexpr double unmeasured = std::numeric_limits<double>::lowest();
 
 /// A match of a frame: a map point, and where the frame sees it.
@@ -22,15 +22,13 @@ struct FeatureMatch {
   double depth = unmeasured;                      ///< RGB-D: m; not positive or not finite: not measured
   double sigma = 1;                               ///< standard deviation of u, v and u_right, px
   const double* covariance = nullptr;             ///< of the point, 3 x 3, world frame, m^2; copied. nullptr: unknown
-  const double* jacobian = nullptr;  ///< 2 x 3 row-major, d (u, v) / d p_c; copied. nullptr: the camera's; in a frame
-                                     ///< where some matches have one, a match without one is no candidate
-  std::uint8_t camera_id = 0;        ///< which camera of a rig
-  bool is_required = false;          ///< selected in any case, and counts towards the budget
-  std::int64_t point_id = -1;        ///< of the map point, the same in every frame; only record() reads it
-  std::int64_t keyframe = -1;        ///< which one mapped the point; -1: unknown; only record() reads it
+  std::uint8_t camera_id = 0;                     ///< which camera of a rig
+  bool is_required = false;                       ///< selected in any case, and counts towards the budget
+  std::int64_t point_id = -1;                     ///< of the map point, the same in every frame; only record() reads it
+  std::int64_t keyframe = -1;                     ///< which one mapped the point; -1: unknown; only record() reads it
 
   FeatureMatch() = default;
-  /// A map point that is not measured, to be selected or matched.
+  /// A map point that is not measured.
   explicit FeatureMatch(const WorldPoint& p_w, double sigma_ = 1) noexcept
       : point{p_w.xyz[0], p_w.xyz[1], p_w.xyz[2]}, sigma(sigma_) {}
   /// A match of one camera; stereo, covariances and the rest are set by name.

@@ -47,17 +47,23 @@ class FrameRecorder {
   /// Starts a frame. T_cw: world to camera, on a rig T_bw, the pose that optimisation starts from. Returns false, and
   /// the frame is not recorded, if append_blocks would refuse cameras, pose or details. The file has no place for right
   /// columns of a rig: with DepthCue::stereo the recording ends.
-  bool start(const Cameras& cameras, const RigidTransform& T_cw, const FrameDetails& details = FrameDetails()) noexcept;
+  bool start(const Camera& camera, const RigidTransform& T_cw, const FrameDetails& details = FrameDetails()) noexcept {
+    return start(&camera, 1, T_cw, details);
+  }
+  /// The same on a rig; T_bw: world to body.
+  bool start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw,
+             const FrameDetails& details = FrameDetails()) noexcept;
   /// Adds a match, also one behind the camera. Returns false, and leaves it out, if a number of it is not finite
-  /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or the rig has no such camera_id. With the
-  /// caller's Jacobians, whose projection the file cannot say, the recording ends.
+  /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or there is no camera of its camera_id.
   bool add(const FeatureMatch& match, bool is_selected, double descriptor_distance = 0) noexcept;
-  /// Writes the file of the frame. Returns whether it was written. If that fails, for example because the disk is full,
-  /// no part of the file stays.
+  /// Writes the file of the frame, if it has a match. Returns whether it was written. If that fails, for example
+  /// because the disk is full, no part of the file stays.
   bool finish() noexcept;
+  /// Leaves a frame out, and says why in one line on stderr, for the first such frame of a recording.
+  void skip(const char* why) noexcept;
 
  private:
-  void put_cameras(const Cameras& cameras);
+  void put_cameras(const Camera* cameras);
   void put_names_of_columns();
   bool is_recordable(const FeatureMatch& match, double descriptor_distance) const noexcept;
   void put_match(const FeatureMatch& match, bool is_selected, double descriptor_distance);
@@ -68,9 +74,11 @@ class FrameRecorder {
   std::string text_;     // of the frame
   FrameDetails details_;
   std::size_t camera_count_ = 0;
+  std::size_t row_count_ = 0;  // of matches
   bool is_rig_ = false;
   bool is_open_ = false;
   bool is_started_ = false;
+  bool has_skipped_ = false;
   unsigned number_ = 0;  // of the frame
 };
 

@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <type_traits>
 
 namespace maxlogdet {
 
@@ -32,7 +31,7 @@ constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 /// destroyed.
 class GoodFeatures {
  public:
-  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this and the first match() allocate. Threads
+  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this allocates. Threads
   /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
 
@@ -40,18 +39,21 @@ class GoodFeatures {
   /// frame where some match has a covariance: one without has map_sigma^2 I. May be changed at any time.
   BlockOptions block_options;
   /// Where neighbouring matches share errors, 1.5: at most one match of each of spread * budget cells of the image
-  /// (ImageCells). 0, the default: off. Needs measurements; ignored where the options have groups.
+  /// (ImageCells), and so fewer than the budget below 1. 0, the default: off. Needs measurements; ignored where the
+  /// options have groups.
   double spread = 0;
   /// Whether the optimiser weights residuals by match_information(); outliers() then does, too.
   bool is_weighted = false;
 
-  /// Starts a frame without matches. T_cw: world to camera, on a rig T_bw, world to body, of any type with PoseTraits,
-  /// or RigidTransform::row_major. The cameras of a rig, the caller's array, must not change until the next start().
-  void start(const Cameras& cameras, const RigidTransform& T_cw) noexcept;
+  /// Starts a frame without matches. T_cw: world to camera, or world to body if Camera::T_cb is set, of any type with
+  /// PoseTraits, or RigidTransform::row_major. The camera is copied.
+  void start(const Camera& camera, const RigidTransform& T_cw) noexcept;
+  /// The same on a rig, 1 to 256 cameras on one body. T_bw: world to body. The array is the caller's, and must not
+  /// change until the next start().
+  void start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw) noexcept;
   /// Copies and adds a match, number size(). Matches beyond the capacity are counted, but neither kept nor selected.
   void add(const FeatureMatch& match) noexcept;
-  /// FeatureMatch(p_w, pixel, sigma = 1), or of a point whose measurement is unknown, or to be made by match(),
-  /// FeatureMatch(p_w, sigma = 1).
+  /// FeatureMatch(p_w, pixel, sigma = 1), or of a point whose measurement is unknown, FeatureMatch(p_w, sigma = 1).
   template <class... Measured>
   void add(const WorldPoint& p_w, const Measured&... measured) {
     add(FeatureMatch(p_w, measured...));
@@ -62,26 +64,11 @@ class GoodFeatures {
   std::uint32_t id(std::size_t i) const noexcept;
 
   /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
-  /// next select() or match(). Groups and a target may leave them fewer than the budget; after an error they are all
-  /// usable ones: finite, with a positive sigma, and not excluded.
+  /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all usable ones:
+  /// finite, with a positive sigma, and of a camera that is there.
   Selection select(const Options& options) noexcept;
 
-  /// Active matching: calls bool try_to_match(std::size_t i, FeatureMatch& match), which fills in what it measures and
-  /// returns whether it has found match i, for required points, then for those of maximum gain until enough are found
-  /// or the time limit has passed. Returns these, in that order; what was not found, or not tried, is then neither
-  /// selected nor an outlier.
-  template <class TryToMatch>
-  Selection match(const Options& options, TryToMatch&& try_to_match) {
-    using Function = typename std::remove_reference<TryToMatch>::type;
-    return match_by(
-        options,
-        [](void* context, std::size_t i, FeatureMatch& match) -> bool {
-          return (*static_cast<Function*>(context))(i, match);
-        },
-        const_cast<void*>(static_cast<const void*>(std::addressof(try_to_match))));  // NOLINT: given back as it came
-  }
-
-  /// The last answer of select() or match() in this frame.
+  /// The last answer of select() in this frame.
   Selection selection() const noexcept;
   /// For a log: the name of the error, or of the status; capacity_exceeded if some matches were not kept.
   const char* reason() const noexcept;
@@ -99,8 +86,8 @@ class GoodFeatures {
   /// three.
   bool is_outlier(std::size_t i) const noexcept;
   /// Squared error of match i in standard deviations, after outliers(): infinite where the point has no image or the
-  /// match is not usable; NaN for a selected match, one without measurement, and in a frame with the caller's
-  /// Jacobians, whose points only the caller can project. With is_weighted that of the residual W e.
+  /// match is not usable; NaN for a selected match and one without measurement. With is_weighted that of the residual
+  /// W e.
   double chi2(std::size_t i) const noexcept;
 
   /// From the next start() on, writes every frame that is selected from into the folder, for `maxlogdet evaluate
@@ -112,9 +99,6 @@ class GoodFeatures {
   friend double efficiency(GoodFeatures& good) noexcept;
   friend bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;
   friend bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept;
-
-  using MatchFunction = bool (*)(void* context, std::size_t i, FeatureMatch& match);
-  Selection match_by(const Options& options, MatchFunction function, void* context);
 
   struct State;
   struct Destroy {

@@ -20,7 +20,7 @@ namespace maxlogdet {
 /// only be assigned to or destroyed.
 class ImageCells {
  public:
-  /// Reserves memory for `capacity` matches, at most 2^32 - 1. Throws std::bad_alloc.
+  /// Reserves memory for `capacity` matches, at most 2^32 - 1. Throws std::bad_alloc, also above that.
   explicit ImageCells(std::size_t capacity);
 
   /// Divides n matches, with (u, v) at uv[stride * i], into at most `cells` cells, at least 1; returns false, without

@@ -3,7 +3,6 @@
 
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
-#include <maxlogdet/executor.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/status.hpp>
 #include <maxlogdet/weighting.hpp>
@@ -21,8 +20,8 @@
 //   H_x = d z / d xi  = J [ I | -[p_c]x ]      rows x 6,
 //   H_p = d z / d p_w = J R                    rows x 3,     with J = d z / d p_c.
 //
-// On a rig the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x = J R_cb [ I | -[p_b]x ]. There,
-// p_b replaces the p_c of a block's form, but map_bias uses the camera's own p_c.
+// Of a camera with a pose T_cb on a body, the pose is that of the body, T_bw, p_b = T_bw p_w, p_c = T_cb p_b, and H_x =
+// J R_cb [ I | -[p_b]x ]. There, p_b replaces the p_c of a block's form, but map_bias uses the camera's own p_c.
 //
 // With `measurement` and `measurement_and_map` the rows of a block are those of the whitened measurements up to a
 // rotation Q, which changes no information H^T H: H = A [ I | -[p_c]x ] with an upper triangular A. With a stereo row
@@ -54,14 +53,10 @@ struct Matches {
   const unsigned char* has_depth_cue = nullptr;  ///< n: nonzero where a depth cue is measured; default: all have it
   const unsigned char* usable = nullptr;         ///< n: zero keeps a match as an invalid candidate (an empty slot, an
                                                  ///< outlier); default: all are usable
-  const double* weights = nullptr;          ///< n: w >= 0 multiplies H^T H (Huber, quality; rows by sqrt(w)); default 1
-  const double* map_covariances = nullptr;  ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
-                                            ///< (the upper triangle is read, row-major); default
-                                            ///< BlockOptions::map_sigma^2 I (measurement_and_map only)
-  const double* jacobians = nullptr;  ///< n x 2 x 3 row-major: d (u, v) / d p_c, px per m, of a camera model of the
-                                      ///< caller's own; default: the camera's. map_bias does not use them, and assumes
-                                      ///< that its rays meet in one point
-  const unsigned char* camera_ids = nullptr;  ///< n: index of the match's camera in the rig; default 0
+  const double* map_covariances = nullptr;    ///< n x 3 x 3: Sigma_p, world frame, m^2, symmetric positive semidefinite
+                                              ///< (the upper triangle is read, row-major); default
+                                              ///< BlockOptions::map_sigma^2 I (measurement_and_map only)
+  const unsigned char* camera_ids = nullptr;  ///< n: index of the camera that has seen the match; default 0
 };
 
 /// How blocks are made of matches.
@@ -71,8 +66,7 @@ struct BlockOptions {
   double map_sigma = 0.05;                       ///< m, standard deviation of a map point (measurement_and_map)
   double depth_sigma = 0.05;                     ///< m, standard deviation of a depth measurement
   double min_depth = 0.01;  ///< m: a nearer match is no candidate. Z for models that end in front of the camera
-                            ///< (pinhole, radial_tangential, the caller's Jacobians), else |p_c|; at least 0
-  int threads = 0;          ///< as Options::threads; the blocks do not depend on it
+                            ///< (pinhole, radial_tangential), else |p_c|; at least 0
 };
 
 /// The result of append_blocks.
@@ -86,17 +80,20 @@ struct BlockReport {
   std::size_t singular_rays = 0;        ///< |cos(ray, world z)| < 1e-6 (map_bias_world, monocular)
   std::size_t invalid_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
                                         ///< keeps no digits across it (docs/numerics.md)
-  std::size_t invalid_jacobians = 0;    ///< the caller's Jacobians that are not finite
 };
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Weighting weighting) noexcept;
 
 /// Appends one block per match, in their order; a match without one (BlockReport tells why) becomes an invalid
-/// candidate. Allocates only when the capacity of the blocks does not suffice. `executor` provides helper threads;
-/// nullptr: the calling thread alone. On a rig the blocks are about the pose of its body, Matches::camera_ids says
-/// which camera has seen each match, and Options::groups.ids can give each camera its share.
-BlockReport append_blocks(const Cameras& cameras, const RigidTransform& T_cw, const Matches& matches,
-                          const BlockOptions& options, BlockStore& blocks, Executor* executor = nullptr);
+/// candidate. Allocates only when the capacity of the blocks does not suffice. T_cw: world to camera; of a camera whose
+/// T_cb is not I, world to body.
+BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks);
+
+/// The same on a rig, 1 to 256 cameras on one body: the blocks are about the pose T_bw, world to body, and
+/// Matches::camera_ids says which camera has seen each match. Options::groups can give each camera its share.
+BlockReport append_blocks(const Camera* cameras, std::size_t count, const RigidTransform& T_bw, const Matches& matches,
+                          const BlockOptions& options, BlockStore& blocks);
 
 }  // namespace maxlogdet

@@ -37,8 +37,6 @@ struct MatchNoise {
   double map_sigma = 0;                 ///< m: without a covariance Sigma_p is map_sigma^2 I; 0: none
   DepthCue depth_cue = DepthCue::none;  ///< what this match has measured besides u and v
   double depth_sigma = 0.05;            ///< standard deviation of a depth, m
-  const double* jacobian = nullptr;     ///< d (u, v) / d p_c, 2 x 3 row-major, px per m; nullptr: the
-                                        ///< camera's
 };
 
 /// The number of rows of a residual: 2, or 3 with a depth cue.
@@ -53,15 +51,9 @@ MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions
 /// would refuse the camera or make no block for a reason of this noise; an optimiser then uses I / sigma^2.
 bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
                        double* omega) noexcept;
-/// The same for a camera of a rig, as by append_blocks of a rig; T_bw: world to body.
-bool match_information(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
-                       double* omega) noexcept;
 
 /// Writes W, r x r row-major, lower triangular with zeros above; otherwise as match_information.
 bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
-                     double* W) noexcept;
-/// The same for a camera of a rig; T_bw: world to body.
-bool match_whitening(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
                      double* W) noexcept;
 
 }  // namespace maxlogdet

@@ -8,7 +8,6 @@
 /// where H_i are the rows that match i adds to the pose Jacobian and M0 is a prior information.
 /// Y. Zhao, P. A. Vela: Good Feature Selection for Least Squares Pose Optimization in VO/VSLAM, IROS 2018.
 
-#include <maxlogdet/active_selection.hpp>
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
@@ -21,7 +20,6 @@
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/point_covariance.hpp>
-#include <maxlogdet/select.hpp>
 #include <maxlogdet/selection.hpp>
 #include <maxlogdet/selector.hpp>
 #include <maxlogdet/version.hpp>

@@ -12,17 +12,11 @@ enum class Strategy {
   greedy,             ///< evaluates all remaining candidates in every round; at least 1 - 1/e of the optimal gain
   lazy_greedy,        ///< greedy's answer, index for index, evaluating only candidates that could still win
   stochastic_greedy,  ///< evaluates a random sample per round (Algorithm 1); at least 1 - 1/e - epsilon in expectation
-  relaxed,  ///< convex relaxation (D-optimal design), rounded and polished; as good as greedy (measured, no guarantee),
-            ///< and faster from tens of thousands of candidates on (docs/performance.md)
-  backward_greedy,  ///< removes n - k candidates one by one, always that of minimum loss: pays from k of about 2 n / 3
-                    ///< on
-  automatic,  ///< depends on the n candidates that may be selected: backward_greedy if 3 k >= 2 n, relaxed if n >=
-              ///< 50000 and k >= 60, else, and with groups or targets, lazy_greedy; Selection::strategy tells which
 };
 
 /// X(name) for each strategy, in their order. The selector, the names, the program, the Python module and the tests all
 /// use this list (CONTRIBUTING.md).
-#define MAXLOGDET_STRATEGIES(X) X(greedy) X(lazy_greedy) X(stochastic_greedy) X(relaxed) X(backward_greedy) X(automatic)
+#define MAXLOGDET_STRATEGIES(X) X(greedy) X(lazy_greedy) X(stochastic_greedy)
 
 #define MAXLOGDET_ENUMERATOR(name) Strategy::name,
 /// All strategies, to loop over.
@@ -30,11 +24,10 @@ constexpr Strategy strategies[] = {MAXLOGDET_STRATEGIES(MAXLOGDET_ENUMERATOR)};
 #undef MAXLOGDET_ENUMERATOR
 
 /// An accuracy at which the selection ends before the budget is reached; 0: none. If several are given, all must be
-/// met. Required candidates come first, then as many as the targets need: a prefix of the answer without targets. For
-/// strategies that support them, without exchanges; automatic then means lazy_greedy.
+/// met. Required candidates come first, then as many as the targets need: a prefix of the answer without targets.
 struct TargetOptions {
   double efficiency = 0;         ///< in (0, 1]: the D-efficiency of the selected against all candidates, (det M / det
-                                 ///< M_all)^(1/6), where M_all has the prior and all that are valid and not excluded
+                                 ///< M_all)^(1/6), where M_all has the prior and all that are valid
   double translation_sigma = 0;  ///< m: the expected standard deviation of the translation, the root of the trace of
                                  ///< its 3 x 3 block of M^-1
   double rotation_sigma = 0;     ///< rad: the same for the rotation
@@ -42,29 +35,16 @@ struct TargetOptions {
 
 /// At most so many of a group. Arrays belong to the caller. ImageCells makes groups of parts of the image.
 struct GroupOptions {
-  const std::uint32_t* ids = nullptr;     ///< n: the group of each candidate, < count, also of invalid and excluded
-                                          ///< ones; nullptr: no groups
-  std::size_t count = 0;                  ///< any number: groups without a candidate cost nothing
-  std::size_t maximum = 1;                ///< how many to select of a group at most
-  const std::uint32_t* maxima = nullptr;  ///< count: how many of each instead; nullptr: `maximum`
-};
-
-/// A proved upper bound on what any selection could reach: Selection::upper_bound.
-struct CertificateOptions {
-  bool compute = false;    ///< whether to compute it
-  std::size_t passes = 0;  ///< maximum number of Frank-Wolfe passes that tighten it, some microseconds each
-                           ///< (docs/performance.md), while they gain anything and the time limit allows
+  const std::uint32_t* ids = nullptr;  ///< n: the group of each candidate, < count, also of invalid ones; nullptr: no
+                                       ///< groups
+  std::size_t count = 0;               ///< any number: groups without a candidate cost nothing
+  std::size_t maximum = 1;             ///< how many to select of a group at most
 };
 
 /// stochastic_greedy only.
 struct StochasticOptions {
   double epsilon = 0.1;    ///< in (0, 1): a round evaluates ceil(n / k ln(1 / epsilon)) candidates
   std::uint64_t seed = 0;  ///< same seed, same answer, on every machine
-};
-
-/// After the search: swapping a selected candidate for a better one. Pays for budgets of 20 or less.
-struct ExchangeOptions {
-  std::size_t sweeps = 0;  ///< maximum number of sweeps over the selected (docs/performance.md)
 };
 
 /// What to select and how: a budget alone suffices, as in select(blocks, 100). Arrays belong to the caller.
@@ -79,14 +59,12 @@ struct Options {
                     ///< most 16; always 1 without an executor. The answer does not depend on it
 
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts towards the
-                                            ///< budget; must be valid (BlockStore::is_valid)
-  const unsigned char* excluded = nullptr;  ///< n: nonzero is not selected
-
-  TargetOptions target;            ///< an accuracy that ends the selection earlier
-  GroupOptions groups;             ///< at most so many of a group
-  CertificateOptions certificate;  ///< a proved bound on the maximum
-  StochasticOptions stochastic;    ///< of stochastic_greedy
-  ExchangeOptions exchange;        ///< swaps after the search
+                                            ///< budget; must be valid (BlockStore::is_valid). Of a Selector alone:
+                                            ///< GoodFeatures takes FeatureMatch::is_required instead
+  TargetOptions target;                     ///< an accuracy that ends the selection earlier
+  GroupOptions groups;                      ///< at most so many of a group
+  StochasticOptions stochastic;             ///< of stochastic_greedy
+  bool certificate = false;                 ///< whether to prove an upper bound of the maximum: Selection::upper_bound
 
   Options() = default;
   /// A budget; a negative one is 0.
@@ -97,9 +75,5 @@ struct Options {
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Strategy strategy) noexcept;
-
-/// Whether the strategy takes Options::groups.ids, and targets: it then selects one candidate after the other. False
-/// for any other value.
-bool supports_groups_and_targets(Strategy strategy) noexcept;
 
 }  // namespace maxlogdet

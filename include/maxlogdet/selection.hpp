@@ -30,22 +30,19 @@ struct IndexRange {
 struct Selection {
   Status status;                  ///< how the selection ended
   Error error;                    ///< what is wrong; none if status is not error
-  const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection;
-                                  ///< backward_greedy's by index, but at a deadline as they fill the budget; an
-                                  ///< exchange puts a candidate where it takes one out
+  const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection
   std::size_t size;               ///< number selected
   std::size_t searched;           ///< how many of these the search itself selected, the first ones; fewer than `size`
                                   ///< only at a deadline, where the rest fill the budget
   const double* gains;            ///< `size` gains: the increase in log det when each is added to those before it, nats
   double log_det;                 ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;        ///< gains evaluated to exclude candidates, and losses; may differ between machines
+  std::size_t evaluations;        ///< gains evaluated to exclude candidates; may differ between machines
   std::size_t float64_decisions;  ///< of these, computed again in float64 to decide between what was left; may differ
                                   ///< between machines
   std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
   double upper_bound;              ///< proved bound, nats: no selection that the options allow has a greater log det
                                    ///< (docs/numerics.md). Infinite where float64 may have no digits left; NaN if
                                    ///< not asked for (Options::certificate)
-  Strategy strategy;               ///< the requested one, or what `automatic` chose
   int threads;  ///< how many threads the work was offered to, including the calling one, at most 16; helpers may have
                 ///< come late or not at all
   double efficiency;         ///< (det M / det M_all)^(1/6), see Options::target.efficiency; NaN without that target.

@@ -27,7 +27,7 @@ class Selector {
   /// allocates, locks, throws or prints; reads the clock only for a time limit, and with helpers. Indices are the same
   /// on every processor, compiler and number of threads; ties go to the lowest index.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;
-  /// The selection would point into a destroyed selector: name the selector, or see maxlogdet/select.hpp.
+  /// The selection would point into a destroyed selector: name the selector.
   Selection select(const BlockStore& candidates, const Options& options) && = delete;
 
  private:

@@ -14,31 +14,27 @@ enum class Status {
   error,             ///< Error says why
 };
 
-/// X(name, what is wrong) for each error. The names, the C API, the Python module and the tests use this list.
-#define MAXLOGDET_ERRORS(X)                                                                                           \
-  X(none, "nothing is wrong")                                                                                         \
-  X(capacity_exceeded, "more candidates than the selector's capacity")                                                \
-  X(invalid_strategy, "the strategy is not one of the enumerators, or not one that active matching has")              \
-  X(invalid_epsilon, "stochastic.epsilon is not in (0, 1)")                                                           \
-  X(invalid_prior, "the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)")      \
-  X(invalid_time_limit, "time_limit is negative or NaN")                                                              \
-  X(invalid_threads, "threads is negative")                                                                           \
-  X(invalid_groups, "a group is not below groups.count, or the spread is negative or not finite")                     \
-  X(unsupported_groups, "the strategy does not support groups")                                                       \
-  X(invalid_target, "a target is negative, NaN or infinite, or target.efficiency is above 1")                         \
-  X(unsupported_target, "relaxed, backward_greedy and exchanges have no order in which a target could end them")      \
-  X(infeasible, "a required candidate is excluded or has no block, or more are required than may be selected")        \
-  X(unsupported_isa, "MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine") \
-  X(invalid_camera, "fx or fy is not positive, a parameter is out of its range, or a right column needs bf > 0")      \
-  X(unknown_camera_model, "Camera::model is not an enumerator")                                                       \
-  X(invalid_camera_id, "a camera_id is not below the size of the rig, which has 1 to 256 cameras")                    \
-  X(invalid_pose, "a pose is missing, not finite, or not a rotation and a translation")                               \
-  X(invalid_block_options, "a deviation, min_depth or threads is out of its range, or an enumerator is unknown")      \
-  X(missing_points, "there are matches, but no points")                                                               \
-  X(invalid_stride, "the stride is not a whole number of coordinates, three at least, side by side")                  \
-  X(mixed_depth_cues, "some matches of the frame have a right column, and some a depth")                              \
-  X(nothing_proposed, "this candidate is not proposed")                                                               \
-  X(invalid_block, "the measured block is missing, has not 1 to 3 rows, or is not finite")
+/// X(name, what is wrong) for each error. The names, the Python module and the tests use this list.
+#define MAXLOGDET_ERRORS(X)                                                                                            \
+  X(none, "nothing is wrong")                                                                                          \
+  X(capacity_exceeded, "more candidates than the selector's capacity")                                                 \
+  X(invalid_strategy, "the strategy is not one of the enumerators")                                                    \
+  X(invalid_epsilon, "stochastic.epsilon is not in (0, 1)")                                                            \
+  X(invalid_prior, "the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)")       \
+  X(invalid_time_limit, "time_limit is negative or NaN")                                                               \
+  X(invalid_threads, "threads is negative")                                                                            \
+  X(invalid_groups, "a group is not below groups.count, or the spread is negative or not finite")                      \
+  X(invalid_target, "a target is negative, NaN or infinite, or target.efficiency is above 1")                          \
+  X(infeasible, "a required candidate has no block, or more are required than the budget or a group allows")           \
+  X(misplaced_required, "GoodFeatures takes FeatureMatch::is_required, not Options::required")                         \
+  X(unsupported_isa, "MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine")  \
+  X(invalid_camera, "there are not 1 to 256 cameras, a parameter is out of its range, or a right column needs bf > 0") \
+  X(unknown_camera_model, "Camera::model is not an enumerator")                                                        \
+  X(invalid_pose, "a pose is missing, not finite, or not a rotation and a translation")                                \
+  X(invalid_block_options, "a deviation or min_depth is out of its range, or an enumerator is unknown")                \
+  X(missing_points, "there are matches, but no points")                                                                \
+  X(invalid_stride, "the stride is not a whole number of coordinates, three at least, side by side")                   \
+  X(mixed_depth_cues, "some matches of the frame have a right column, and some a depth")
 
 /// What is wrong; explain() says it in words.
 enum class Error {

@@ -3,6 +3,7 @@
 
 #include "kernel/blocks/camera_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet {
@@ -31,6 +32,10 @@ bool is_rigid(const RigidTransform& transform) noexcept {
   return determinant > 0;
 }
 
+bool is_identity(const RigidTransform& transform) noexcept {
+  return std::equal(transform.data(), transform.data() + 12, RigidTransform::identity().data());
+}
+
 Error check(const Points& points, std::size_t size) noexcept {
   if (size == 0) return Error::none;
   if (points.data() == nullptr) return Error::missing_points;
@@ -40,7 +45,7 @@ Error check(const Points& points, std::size_t size) noexcept {
 }
 
 Error check(const BlockOptions& options) noexcept {
-  const bool are_in_range = options.threads >= 0 && is_positive(options.depth_sigma) && options.map_sigma >= 0 &&
+  const bool are_in_range = is_positive(options.depth_sigma) && options.map_sigma >= 0 &&
                             std::isfinite(options.map_sigma) && options.min_depth >= 0 &&
                             std::isfinite(options.min_depth);
   const bool are_known = options.weighting >= Weighting::map_bias &&
@@ -49,11 +54,21 @@ Error check(const BlockOptions& options) noexcept {
   return are_in_range && are_known ? Error::none : Error::invalid_block_options;
 }
 
-Error check(const Camera& camera, bool has_jacobians, DepthCue third) noexcept {
+Error check(const Camera& camera, DepthCue third) noexcept {
   if (!is_known(camera.model)) return Error::unknown_camera_model;
   const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
   if (third == DepthCue::stereo && !has_stereo) return Error::invalid_camera;
-  return has_jacobians || has_valid_parameters(camera) ? Error::none : Error::invalid_camera;
+  if (!has_valid_parameters(camera)) return Error::invalid_camera;
+  return is_rigid(camera.T_cb) ? Error::none : Error::invalid_pose;
+}
+
+Error check(const Camera* cameras, std::size_t count, DepthCue third) noexcept {
+  if (cameras == nullptr || count == 0 || count > max_cameras) return Error::invalid_camera;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Error error = check(cameras[i], third);
+    if (error != Error::none) return error;
+  }
+  return Error::none;
 }
 
 }  // namespace maxlogdet

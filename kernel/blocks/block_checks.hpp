@@ -22,11 +22,14 @@ using simd::is_positive;  // and finite
 
 /// Whether all entries are finite, R R^T = I within 1e-3, and det R > 0.
 bool is_rigid(const RigidTransform& transform) noexcept;
+bool is_identity(const RigidTransform& transform) noexcept;
 
 /// Returns the first error, or ok.
 Error check(const Points& points, std::size_t size) noexcept;
 Error check(const BlockOptions& options) noexcept;
-/// With the caller's Jacobians, only the parameters of a stereo row are checked.
-Error check(const Camera& camera, bool has_jacobians, DepthCue third) noexcept;
+/// Also of its T_cb.
+Error check(const Camera& camera, DepthCue third) noexcept;
+/// All of 1 to 256 cameras.
+Error check(const Camera* cameras, std::size_t count, DepthCue third) noexcept;
 
 }  // namespace maxlogdet

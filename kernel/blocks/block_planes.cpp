@@ -3,7 +3,6 @@
 
 #include "kernel/base/aligned_array.hpp"
 #include "kernel/base/limits.hpp"
-#include "kernel/blocks/block_writer.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 
 #include <algorithm>
@@ -24,16 +23,6 @@ std::size_t next_capacity(std::size_t needed, std::size_t capacity) noexcept {
 
 void raise(double (&maxima)[state_dimension], const double (&others)[state_dimension]) noexcept {
   for (int column = 0; column < state_dimension; ++column) maxima[column] = std::max(maxima[column], others[column]);
-}
-
-// Adds the counts and maxima of a part to those of all.
-void add_report(const simd::BlockOutput& part, simd::BlockOutput& all) noexcept {
-  all.rows = std::max(all.rows, part.rows);
-  all.stored += part.stored;
-  for (int reason = 0; reason < simd::invalid_match_count; ++reason) all.invalid[reason] += part.invalid[reason];
-  raise(all.column_max, part.column_max);
-  raise(all.factored_max, part.factored_max);
-  all.is_factored = all.is_factored && part.is_factored;
 }
 
 }  // namespace
@@ -140,79 +129,29 @@ std::size_t BlockPlanes::push_back_invalid() {
   return size_++;
 }
 
-BlockWriter::BlockWriter(BlockStore& blocks, std::size_t count) : planes_(planes_to_fill(blocks)) {
-  if (count > SIZE_MAX - planes_.size_) throw std::bad_alloc();
-  const std::size_t needed = planes_.size_ + count;
-  if (needed > planes_.capacity_) planes_.reserve(next_capacity(needed, planes_.capacity_));
-}
-
-// Builds the blocks of matches [first, first + size) at places from stored() + first on, which no other chunk uses.
-simd::BlockOutput BlockWriter::build(const simd::BlockInput& input, std::size_t first,
-                                     std::size_t size) const noexcept {
-  const auto advanced = [first](auto* array, std::size_t entries) {
-    return array == nullptr ? nullptr : array + entries * first;
-  };
-  simd::BlockInput part = input;
-  part.size = size;
-  part.points = advanced(input.points, input.point_stride);
-  part.sigmas = advanced(input.sigmas, 1);
-  part.weights = advanced(input.weights, 1);
-  part.has_third = advanced(input.has_third, 1);
-  part.usable = advanced(input.usable, 1);
-  part.map_covariances = advanced(input.map_covariances, 9);
-  part.jacobians = advanced(input.jacobians, 6);
-  part.camera_ids = advanced(input.camera_ids, 1);
-  const std::size_t place = planes_.stored() + first;
-  simd::BlockOutput output{};
-  output.planes = planes_.planes_ + place;
-  output.stride = planes_.stride_;
-  output.validity = planes_.valid_.get() + planes_.size_ + first;
-  output.indices = planes_.indices_.get() + place;
-  output.first_index = static_cast<std::uint32_t>(planes_.size_ + first);
-  planes_.kernel_->blocks.build(part, output);
-  return output;
-}
-
-// Moves the blocks of a part to `place`, where those before it end.
-void BlockWriter::close_up(const simd::BlockOutput& part, std::size_t place) const noexcept {
-  std::uint32_t* const indices = planes_.indices_.get() + place;
-  if (part.indices == indices) return;
-  std::copy_n(part.indices, part.stored, indices);
-  const std::ptrdiff_t distance = part.indices - indices;
-  for (std::size_t p = 0; p < simd::planes_of_store; ++p) {
-    const bool is_written = p < planes_per_row * static_cast<std::size_t>(part.rows_written) ||
-                            (p >= simd::point_plane && part.is_factored);
-    float* const plane = planes_.planes_ + p * planes_.stride_ + place;
-    if (is_written) std::copy_n(plane + distance, part.stored, plane);
-  }
-}
-
-simd::BlockOutput BlockWriter::append(const simd::BlockInput& input, threading::Team& team) noexcept {
+simd::BlockOutput BlockPlanes::append(const simd::BlockInput& input) {
+  if (input.size > SIZE_MAX - size_) throw std::bad_alloc();
+  if (size_ + input.size > capacity_) reserve(next_capacity(size_ + input.size, capacity_));
   simd::BlockOutput output{};
   if (input.size == 0) return output;
-  constexpr std::size_t min_matches = 1024;  // per chunk: a few microseconds of work
-  simd::BlockOutput parts[threading::Team::max_chunks];
-  // Runs on helpers: writes the planes, indices and flags of its own matches, and its own report.
-  const std::uint32_t chunks = team.in_chunks(
-      input.size, min_matches, simd::tile_size,
-      [&](std::size_t first, std::size_t size, std::uint32_t chunk) { parts[chunk] = build(input, first, size); });
-  output = parts[0];
-  for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
-    close_up(parts[chunk], planes_.stored() + output.stored);
-    add_report(parts[chunk], output);
-  }
+  output.planes = planes_ + stored();
+  output.stride = stride_;
+  output.validity = valid_.get() + size_;
+  output.indices = indices_.get() + stored();
+  output.first_index = static_cast<std::uint32_t>(size_);
+  kernel_->build_blocks(input, output);
 
-  planes_.grow_to_rows(output.rows);
-  for (int row = output.rows_written; row < planes_.rows_; ++row) {
+  grow_to_rows(output.rows);
+  for (int row = output.rows_written; row < rows_; ++row) {
     for (int column = 0; column < state_dimension; ++column) {
-      std::fill_n(planes_.entry(row, column) + planes_.stored(), output.stored, 0.0F);
+      std::fill_n(entry(row, column) + stored(), output.stored, 0.0F);
     }
   }
-  planes_.size_ += input.size;
-  planes_.invalid_count_ += input.size - output.stored;
-  raise(planes_.column_max_, output.column_max);
-  raise(planes_.factored_max_, output.factored_max);
-  planes_.are_factored_ = planes_.are_factored_ && (output.is_factored || output.stored == 0);
+  size_ += input.size;
+  invalid_count_ += input.size - output.stored;
+  raise(column_max_, output.column_max);
+  raise(factored_max_, output.factored_max);
+  are_factored_ = are_factored_ && (output.is_factored || output.stored == 0);
   return output;
 }
 

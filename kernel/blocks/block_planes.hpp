@@ -30,6 +30,8 @@ class BlockPlanes {
   std::size_t capacity() const noexcept { return capacity_; }
   std::size_t push_back(const double* block, int rows);
   std::size_t push_back_invalid();
+  /// Builds and appends the blocks of `input.size` matches; returns their counts. Throws std::bad_alloc.
+  simd::BlockOutput append(const simd::BlockInput& input);
   int rows() const noexcept { return rows_; }
   std::size_t stored() const noexcept { return size_ - invalid_count_; }
   std::size_t invalid_count() const noexcept { return invalid_count_; }
@@ -52,7 +54,6 @@ class BlockPlanes {
   const double* factored_max() const noexcept { return factored_max_; }
 
  private:
-  friend class BlockWriter;
   std::size_t offset(int row, int column) const noexcept {
     return static_cast<std::size_t>(state_dimension * row + column) * stride_;
   }

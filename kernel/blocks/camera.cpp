@@ -68,15 +68,14 @@ bool has_valid_parameters(const Camera& camera) noexcept {
   return simd::with_model(camera.model, [k](auto model) { return decltype(model)::are_valid(k); });
 }
 
-simd::CameraInput camera_input(const RigCamera& rig_camera) noexcept {
-  const Camera& camera = rig_camera.camera;
+simd::CameraInput camera_input(const Camera& camera) noexcept {
   const double* const k = camera.parameters;
   return simd::with_model(camera.model, [&](auto model) {
     using Model = decltype(model);
     const PinholeCamera& pinhole = camera.pinhole;
     const simd::Lens lens{k, Model::prepare(k)};
-    return simd::CameraInput{camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.bf,
-                             lens,         rig_camera.T_cb.data()};
+    const double* const T_cb = is_identity(camera.T_cb) ? nullptr : camera.T_cb.data();
+    return simd::CameraInput{camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.bf, lens, T_cb};
   });
 }
 
@@ -87,8 +86,7 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
 
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
   if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
-  const RigCamera alone(camera);
-  const simd::CameraInput input = camera_input(alone);
+  const simd::CameraInput input = camera_input(camera);
   const simd::PointOf<double> p = {p_c[0], p_c[1], p_c[2]};
   double rows[2][3];
   if (!simd::image_jacobian(input, p, rows)) return false;

@@ -9,7 +9,7 @@
 
 namespace maxlogdet {
 
-/// The maximum number of cameras of a rig: as many as an id of one byte distinguishes.
+/// The maximum number of cameras: as many as an id of one byte distinguishes.
 constexpr std::size_t max_cameras = 256;
 
 /// Whether it is one of the enumerators.
@@ -20,6 +20,6 @@ bool is_known(CameraModel model) noexcept;
 bool has_valid_parameters(const Camera& camera) noexcept;
 
 /// The camera as kernels read it, a view. The model is known.
-simd::CameraInput camera_input(const RigCamera& camera) noexcept;
+simd::CameraInput camera_input(const Camera& camera) noexcept;
 
 }  // namespace maxlogdet

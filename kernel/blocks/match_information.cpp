@@ -28,21 +28,12 @@ simd::BlockInput block_input(const simd::CameraInput& camera, const RigidTransfo
   simd::BlockInput input{};
   input.weighting = Weighting::measurement_and_map;
   input.camera = camera;
-  input.T_cw = T_bw.data();
+  input.camera_count = 1;
+  input.T_bw = T_bw.data();
   input.map_sigma = noise.map_sigma;
   input.depth_sigma = noise.depth_sigma;
   input.map_covariances = noise.covariance;
-  input.jacobians = noise.jacobian;
   return input;
-}
-
-// d (u, v) / d p_c; false if the point has no image.
-template <int Rows>
-bool linearise(const Seen& seen, double (&rows)[Rows][3]) noexcept {
-  const double* const given = seen.input.jacobians;
-  if (given == nullptr) return simd::image_jacobian(seen.input.camera, seen.p_c, rows);
-  for (std::size_t e = 0; e < 6; ++e) rows[e / 3][e % 3] = given[e];
-  return seen.p_c.z > 0 && all_finite(given, 6);
 }
 
 // A with A S A^T = I, S the covariance of coordinates that are G times those of the residual: along the ray of a
@@ -56,9 +47,9 @@ bool whiten_coordinates(const Seen& seen, Square<Rows>& A, Square<Rows>& G) noex
       simd::noise_of(seen.input, seen.sigma, true, [&](int e) { return covariance[simd::upper_triangle[e]]; });
   if (simd::is_by_jacobian(seen.input)) {
     double rows[Rows][3];
-    if (!linearise(seen, rows)) return false;
+    if (!simd::image_jacobian(seen.input.camera, seen.p_c, rows)) return false;
     simd::add_third_row<third>(seen.input.camera.bf, seen.p_c.z, true, rows);
-    if (seen.input.rig != nullptr) simd::rotate_to_body(seen.input.camera.T_cb, rows);
+    if (seen.input.camera.T_cb != nullptr) simd::rotate_to_body(seen.input.camera.T_cb, rows);
     for (int a = 0; a < Rows; ++a) G[a][a] = 1;
     if (third == DepthCue::stereo) {
       G[0][0] = G[0][last] = G[last][last] = simd::root_half;
@@ -108,7 +99,7 @@ bool whiten_by_measurement(const Seen& seen, double* W) noexcept {
     W[(rows + 1) * a] = 1 / deviations[a];
   }
   double J[2][3];
-  return simd::is_by_jacobian(seen.input) ? linearise(seen, J) : seen.p_c.z > 0;
+  return simd::is_by_jacobian(seen.input) ? simd::image_jacobian(seen.input.camera, seen.p_c, J) : seen.p_c.z > 0;
 }
 
 bool whiten(const Seen& seen, double* W) noexcept {
@@ -126,37 +117,45 @@ bool are_known(const MatchNoise& noise) noexcept {
          noise.depth_cue <= DepthCue::depth;
 }
 
-// `is_rig` as in append_blocks: a camera alone is its own body. W: r x r, written in any case.
-bool whiten(const RigCamera& camera, bool is_rig, const RigidTransform& T_bw, const double* p_w,
-            const MatchNoise& noise, double* W) noexcept {
-  const bool has_jacobian = noise.jacobian != nullptr;
-  if (!are_known(noise) || check(camera.camera, has_jacobian, noise.depth_cue) != Error::none) return false;
-  if (!is_rigid(T_bw) || (is_rig && !is_rigid(camera.T_cb))) return false;
+// W: r x r, written in any case.
+bool whiten(const Camera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
+            double* W) noexcept {
+  if (!are_known(noise) || check(camera, noise.depth_cue) != Error::none || !is_rigid(T_bw)) return false;
   double p_b[3], p_c[3];
   T_bw.transform(p_w, p_b);
   if (!all_finite(p_b, 3)) return false;
-  Seen seen{block_input(camera_input(camera), T_bw, noise), noise.depth_cue, noise.sigma, {p_b[0], p_b[1], p_b[2]}};
-  if (is_rig) {
-    camera.T_cb.transform(p_b, p_c);
-    seen.input.rig = &seen.input.camera;
-    seen.p_c = {p_c[0], p_c[1], p_c[2]};
-  }
+  camera.T_cb.transform(p_b, p_c);
+  const Seen seen{
+      block_input(camera_input(camera), T_bw, noise), noise.depth_cue, noise.sigma, {p_c[0], p_c[1], p_c[2]}};
   const std::size_t rows = residual_rows(noise.depth_cue);
   return whiten(seen, W) && all_finite(W, rows * rows);
 }
 
-bool write_whitening(const RigCamera& camera, bool is_rig, const RigidTransform& T_bw, const double* p_w,
-                     const MatchNoise& noise, double* to) noexcept {
+}  // namespace
+
+MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept {
+  MatchNoise noise;
+  if (matches.sigmas != nullptr) noise.sigma = matches.sigmas[i];
+  if (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0) noise.depth_cue = options.depth_cue;
+  noise.depth_sigma = options.depth_sigma;
+  if (options.weighting != Weighting::measurement_and_map) return noise;
+  noise.map_sigma = options.map_sigma;
+  if (matches.map_covariances != nullptr) noise.covariance = matches.map_covariances + 9 * i;
+  return noise;
+}
+
+bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
+                     double* to) noexcept {
   double W[9];
-  if (!whiten(camera, is_rig, T_bw, p_w, noise, W)) return false;
+  if (!whiten(camera, T_cw, p_w, noise, W)) return false;
   std::copy_n(W, residual_rows(noise.depth_cue) * residual_rows(noise.depth_cue), to);
   return true;
 }
 
-bool write_information(const RigCamera& camera, bool is_rig, const RigidTransform& T_bw, const double* p_w,
-                       const MatchNoise& noise, double* omega) noexcept {
+bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
+                       double* omega) noexcept {
   double W[9], entries[9];
-  if (!whiten(camera, is_rig, T_bw, p_w, noise, W)) return false;
+  if (!whiten(camera, T_cw, p_w, noise, W)) return false;
   const std::size_t count = residual_rows(noise.depth_cue);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) {
@@ -168,40 +167,6 @@ bool write_information(const RigCamera& camera, bool is_rig, const RigidTransfor
   if (!all_finite(entries, count * count)) return false;
   std::copy_n(entries, count * count, omega);
   return true;
-}
-
-}  // namespace
-
-MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions& options) noexcept {
-  MatchNoise noise;
-  if (matches.sigmas != nullptr) noise.sigma = matches.sigmas[i];
-  if (matches.jacobians != nullptr) noise.jacobian = matches.jacobians + 6 * i;
-  if (matches.has_depth_cue == nullptr || matches.has_depth_cue[i] != 0) noise.depth_cue = options.depth_cue;
-  noise.depth_sigma = options.depth_sigma;
-  if (options.weighting != Weighting::measurement_and_map) return noise;
-  noise.map_sigma = options.map_sigma;
-  if (matches.map_covariances != nullptr) noise.covariance = matches.map_covariances + 9 * i;
-  return noise;
-}
-
-bool match_information(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
-                       double* omega) noexcept {
-  return write_information(camera, false, T_cw, p_w, noise, omega);
-}
-
-bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
-                     double* W) noexcept {
-  return write_whitening(camera, false, T_cw, p_w, noise, W);
-}
-
-bool match_information(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
-                       double* omega) noexcept {
-  return write_information(camera, true, T_bw, p_w, noise, omega);
-}
-
-bool match_whitening(const RigCamera& camera, const RigidTransform& T_bw, const double* p_w, const MatchNoise& noise,
-                     double* W) noexcept {
-  return write_whitening(camera, true, T_bw, p_w, noise, W);
 }
 
 }  // namespace maxlogdet

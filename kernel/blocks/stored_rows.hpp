@@ -35,9 +35,9 @@ inline void read_rows(const Candidates& candidates, Candidate candidate,
 }
 
 /// Whether two candidates have the same rows, entry for entry.
-inline bool are_identical(const simd::Planes& planes, int rows, Candidate a, Candidate b) noexcept {
-  for (int e = 0; e < rows * state_dimension; ++e) {
-    const float* const plane = planes.data + static_cast<std::size_t>(e) * planes.stride;
+inline bool are_identical(const Candidates& candidates, Candidate a, Candidate b) noexcept {
+  for (int e = 0; e < candidates.rows * state_dimension; ++e) {
+    const float* const plane = candidates.plane(0, e);
     if (plane[simd::number(a)] < plane[simd::number(b)] || plane[simd::number(a)] > plane[simd::number(b)])
       return false;
   }

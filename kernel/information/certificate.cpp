@@ -2,12 +2,11 @@
 #include "kernel/information/certificate.hpp"
 
 #include "kernel/base/limits.hpp"
-#include "kernel/information/information_mixture.hpp"
+#include "kernel/information/whitened_rows.hpp"
 #include "simd/rounding.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -16,12 +15,6 @@ using simd::double_unit_roundoff;
 
 // Rounding error of the sums in units of 2^-53, relative to the magnitudes of their terms (docs/numerics.md).
 constexpr double sum_errors = 128;
-
-// The minimum improvement that a pass must promise, nats: less is rounding.
-constexpr double min_promise = 1e-9;
-// Guarantees termination: stops when `patience` passes improve the bound by less than `min_progress`, nats.
-constexpr std::size_t patience = 32;
-constexpr double min_progress = 1e-6;
 
 // A sum, and that of its terms' magnitudes, to which its rounding error is proportional.
 struct Sum {
@@ -33,8 +26,15 @@ struct Sum {
   }
 };
 
+// Entry (i, j) of M0: of the symmetric part of Options::prior, or of 1e-5 I.
+double prior_entry(const double* prior, int i, int j) noexcept {
+  constexpr int n = state_dimension;
+  if (prior == nullptr) return i == j ? default_prior_information : 0;
+  return prior[n * i + j] / 2 + prior[n * j + i] / 2;
+}
+
 // -2 sum log W_cc + tr(W M0 W^T) - 6, the bound without candidates.
-Sum bound_of_prior(const double* w, const Information& prior) noexcept {
+Sum bound_of_prior(const double* w, const double* prior) noexcept {
   Sum sum;
   sum.add(-state_dimension, state_dimension);
   for (int c = 0; c < state_dimension; ++c) {
@@ -43,7 +43,7 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
     sum.add(-2 * log, 2 * std::abs(log));
     for (int i = 0; i <= c; ++i) {
       for (int j = 0; j <= c; ++j) {
-        const double term = row[i] * prior.entry[i][j] * row[j];
+        const double term = row[i] * prior_entry(prior, i, j) * row[j];
         sum.add(term, std::abs(term));
       }
     }
@@ -51,48 +51,51 @@ Sum bound_of_prior(const double* w, const Information& prior) noexcept {
   return sum;
 }
 
-// The bound that W proves; `top` becomes the candidates of maximum trace.
-double bound_at(const Problem& problem, const double* w, const Information& prior, std::size_t budget, TopTraces& top,
-                TraceMemory& memory) noexcept {
-  const std::size_t required = problem.required_count;
-  problem.evaluator.traces(w, problem.required, required, memory.exact.data());
-  double traces = std::accumulate(memory.exact.data(), memory.exact.data() + required, 0.0);
-  top = find_top_traces(problem, w, budget - required, top.threshold, memory);
-  traces += top.sum;
+// An upper bound of the rounding error of the root of a trace in float64, in units of 2^-53, 8 |W| |h| for all rows.
+double trace_root_error(const Candidates& candidates, const double* w) noexcept {
+  const double squares = bound_whitened_rows(w, candidates.column_max).squares;
+  return 8 * std::sqrt(std::max(candidates.rows, 1) * squares);
+}
 
-  const auto count = static_cast<double>(required + top.count);
-  const double error = double_unit_roundoff * trace_root_error(problem.candidates, w);  // of the root of a trace
-  const Sum rest = bound_of_prior(w, prior);
-  const double rounding = (sum_errors + count) * double_unit_roundoff * (traces + rest.magnitude) +
-                          error * (3 * std::sqrt(count * traces) + 2 * count * error);
-  const double bound = rest.value + traces + rounding;
-  return bound < infinity ? bound : infinity;  // also if it is NaN
+// Lists in `order` the candidates i < n with is_open[i] != 0, the `count` of largest trace first, of equal ones the
+// first. Returns how many are open.
+std::size_t list_by_trace(const unsigned char* is_open, std::size_t n, std::size_t count, const double* traces,
+                          std::uint32_t* order) noexcept {
+  std::size_t open = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    order[open] = static_cast<std::uint32_t>(i);
+    open += is_open[i] != 0 ? 1 : 0;
+  }
+  if (count > 0 && count < open) {
+    std::nth_element(order, order + count - 1, order + open, [traces](std::uint32_t a, std::uint32_t b) {
+      return traces[a] > traces[b] || (traces[a] == traces[b] && a < b);
+    });
+  }
+  return open;
 }
 
 }  // namespace
 
-double upper_bound(const Problem& problem, const Incumbent& incumbent, std::size_t passes, const Deadline& deadline,
-                   TraceMemory& memory) noexcept {
-  const Information prior = prior_information(problem.prior);
-  const std::size_t budget = incumbent.budget;
-  TopTraces top{nullptr, 0, 0, first_guess(budget)};
-  double lowest = bound_at(problem, incumbent.inverse, prior, budget, top, memory);
-  if (passes == 0) return lowest;
+double upper_bound(const Problem& problem, const double* w, std::size_t budget, double* traces,
+                   std::uint32_t* order) noexcept {
+  const Candidates& candidates = problem.candidates;
+  candidates.exact().traces(candidates.planes, w, candidates.count, traces);
+  double sum = 0;
+  for (std::size_t j = 0; j < problem.required_count; ++j) sum += traces[simd::number(problem.required[j])];
+  const std::size_t wanted = budget - problem.required_count;
+  const std::size_t taken = std::min(wanted, list_by_trace(problem.is_free, candidates.count, wanted, traces, order));
+  std::sort(order, order + taken);  // one order of additions everywhere
+  double top = 0;
+  for (std::size_t j = 0; j < taken; ++j) top += traces[order[j]];
+  sum += top;
 
-  const Information required = plus_blocks(problem.candidates, problem.required, problem.required_count, prior);
-  InformationMixture mixture;
-  if (!mixture.reset(plus_blocks(problem.candidates, incumbent.selected, incumbent.count, prior))) return lowest;
-  double at_last_check = infinity;
-  for (std::size_t pass = 0; pass < passes && !deadline.has_passed(); ++pass) {
-    if (pass % patience == patience - 1) {
-      if (at_last_check - lowest < min_progress) break;
-      at_last_check = lowest;
-    }
-    const Information best = plus_blocks(problem.candidates, top.candidates, top.count, required);
-    if (!mixture.add(best, min_promise)) break;
-    lowest = std::min(lowest, bound_at(problem, mixture.inverse(), prior, budget, top, memory));
-  }
-  return lowest;
+  const auto count = static_cast<double>(problem.required_count + taken);
+  const double error = double_unit_roundoff * trace_root_error(candidates, w);
+  const Sum rest = bound_of_prior(w, problem.prior);
+  const double rounding = (sum_errors + count) * double_unit_roundoff * (sum + rest.magnitude) +
+                          error * (3 * std::sqrt(count * sum) + 2 * count * error);
+  const double bound = rest.value + sum + rounding;
+  return bound < infinity ? bound : infinity;  // also if it is NaN
 }
 
 }  // namespace maxlogdet

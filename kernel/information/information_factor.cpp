@@ -4,7 +4,6 @@
 #include "kernel/base/limits.hpp"
 #include "simd/rounding.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet {
@@ -25,8 +24,6 @@ constexpr double largest_inverse_entry = 1e10;
 constexpr double update_error = 192 * double_unit_roundoff;
 // The norm of W is recomputed after each of the first blocks, which change it most, and then at this interval.
 constexpr std::uint32_t norm_interval = 8;
-// Downdates that keep more than this share of det M are accepted even where the error bound proves nothing.
-constexpr double max_required_share = 0.5;
 
 // The lower Cholesky factor of the symmetric part of a prior; false if it is not safely positive definite.
 bool cholesky(const double* prior, double (&l)[n][n]) noexcept {
@@ -118,25 +115,6 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
   ++added_;
   if (added_ < norm_interval || added_ % norm_interval == 0) norm_ = inverse_norm();
   return relative_gain;
-}
-
-// The effect of a downdate on f is derived in docs/numerics.md.
-bool InformationFactor::remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
-  double norm = inverse_norm();
-  added_ = 0;
-  for (int row = 0; row < count; ++row) {
-    const double uncertainty = relative_error_ + update_error * norm * std::sqrt(trace_);  // of the share below
-    const double min_share = std::min(4 * uncertainty, max_required_share);
-    const double share = kernel.factor.remove_row(&w_[0][0], rows[row], min_share);
-    if (!(share > min_share)) return false;
-    norm /= std::sqrt(share);  // an upper bound: M - h^T h >= share M
-    const double rounding = update_error * norm * std::sqrt(trace_) / (share * share);
-    const bool is_known = 4 * uncertainty < max_required_share;
-    relative_error_ = is_known ? relative_error_ / (share - 2 * uncertainty) + rounding : infinity;
-  }
-  norm_ = inverse_norm();
-  narrow();
-  return true;
 }
 
 void InformationFactor::narrow() noexcept {

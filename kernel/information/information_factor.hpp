@@ -12,7 +12,7 @@ namespace maxlogdet {
 /// M0 = 1e-5 I if no prior is given.
 constexpr double default_prior_information = 1e-5;
 
-/// The error f (InformationFactor::relative_error()) above which a downdated factor is refactorised, if that helps.
+/// The error above which the determinant of a sum is not used.
 constexpr double large_error = 1e-6;
 /// The error f from which on it no longer bounds gains.
 constexpr double hopeless_error = 0.125;
@@ -41,11 +41,6 @@ class InformationFactor {
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative gain of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 
-  /// M <- M - H^T H, for rows that were added. Returns false if the result would have too few correct digits or is not
-  /// positive definite: the factor is then undefined, and the caller refactorises, from a reset or a copy and the
-  /// remaining rows. That also reduces a relative_error() that downdates have increased.
-  bool remove_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
-
   /// W, n x 8 row-major, lower triangular.
   const double* inverse() const noexcept { return &w_[0][0]; }
 
@@ -68,8 +63,8 @@ class InformationFactor {
   double w_[n][simd::padded_dimension];
   float narrow_[n][simd::padded_dimension];
   double norm_;            // of W, or an upper bound of it
-  std::uint32_t added_;    // blocks since the last reset or downdate
-  double trace_;           // of M, or an upper bound of it: downdates do not lower it
+  std::uint32_t added_;    // blocks since the last reset
+  double trace_;           // of M
   double relative_error_;  // f
   double prior_log_det_;
 };

@@ -7,24 +7,10 @@
 
 namespace maxlogdet {
 
-std::size_t list_flagged(const unsigned char* flags, std::size_t n, Candidate* list) noexcept {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (flags[i] != 0) list[count++] = static_cast<Candidate>(i);
-  }
-  return count;
-}
-
 double add_rows(const Problem& problem, Candidate candidate, InformationFactor& to) noexcept {
   double rows[max_block_rows][state_dimension];
   read_rows(problem.candidates, candidate, rows);
-  return to.add_block(problem.evaluator.kernel(), rows, problem.candidates.rows);
-}
-
-bool remove_rows(const Problem& problem, Candidate candidate, InformationFactor& from) noexcept {
-  double rows[max_block_rows][state_dimension];
-  read_rows(problem.candidates, candidate, rows);
-  return from.remove_block(problem.evaluator.kernel(), rows, problem.candidates.rows);
+  return to.add_block(*problem.candidates.kernel, rows, problem.candidates.rows);
 }
 
 double sum_up(const Problem& problem, const unsigned char* counted, double* sum) noexcept {
@@ -33,7 +19,7 @@ double sum_up(const Problem& problem, const unsigned char* counted, double* sum)
     std::fill_n(sum, state_dimension * state_dimension, 0.0);
     return 0;
   }
-  problem.evaluator.exact().sum_information(problem.candidates.planes, counted, count, sum);
+  problem.candidates.exact().sum_information(problem.candidates.planes, counted, count, sum);
   return simd::sum_roundings(count, problem.candidates.rows);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "kernel/blocks/candidates.hpp"
-#include "kernel/information/evaluator.hpp"
 #include "kernel/information/information_factor.hpp"
 
 #include <cstddef>
@@ -12,7 +11,6 @@ namespace maxlogdet {
 /// The candidates and the prior of a selection, without its groups.
 struct Problem {
   const Candidates& candidates;
-  const Evaluator& evaluator;
   const double* prior;           ///< as Options::prior
   const unsigned char* is_free;  ///< per candidate: nonzero if it may be selected and is not required
   std::size_t free_count;        ///< number of free candidates
@@ -20,14 +18,8 @@ struct Problem {
   std::size_t required_count;
 };
 
-/// Lists the candidates i < n with flags[i] != 0, in ascending order; returns how many.
-std::size_t list_flagged(const unsigned char* flags, std::size_t n, Candidate* list) noexcept;
-
 /// Adds a candidate's rows to an information; returns the relative gain.
 double add_rows(const Problem& problem, Candidate candidate, InformationFactor& to) noexcept;
-
-/// Downdates an information by a candidate's rows; as InformationFactor::remove_block.
-bool remove_rows(const Problem& problem, Candidate candidate, InformationFactor& from) noexcept;
 
 /// sum, 6 x 6: H^T H over the candidates i with counted[i] != 0, in a tenth of the time of adding their rows; but this
 /// squares the condition number. Returns its roundings for InformationFactor::reset.

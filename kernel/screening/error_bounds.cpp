@@ -5,6 +5,7 @@
 #include "kernel/information/whitened_rows.hpp"
 #include "simd/rounding.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet {
@@ -47,6 +48,7 @@ double volume_error(double squares, double delta, int rows) noexcept {
 
 }  // namespace
 
+// Whether the error bound of float32 is so small that nothing is gained by lowering it.
 bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volume_error; }
 
 bool ErrorBounds::still_hold(bool may_last, float highest) const noexcept {

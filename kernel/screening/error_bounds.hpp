@@ -4,8 +4,6 @@
 #include "kernel/information/information_factor.hpp"
 #include "simd/kernel.hpp"
 
-#include <algorithm>
-
 namespace maxlogdet {
 
 /// What an evaluated relative gain may be off by at an information, for any candidate (docs/numerics.md proves it), as
@@ -13,20 +11,12 @@ namespace maxlogdet {
 /// candidates, else in float64.
 class ErrorBounds {
  public:
-  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
-  /// form.
-  ErrorBounds(simd::Form form, const double* column_max) noexcept : form_(form), rows_(simd::rows_of(form)) {
-    set_column_max(column_max);
-  }
+  /// `column_max`: the maximum |entry| of each column over all rows, as Candidates::largest_of_form for this form.
+  ErrorBounds(simd::Form form, const double* column_max) noexcept
+      : form_(form), rows_(simd::rows_of(form)), column_max_(column_max) {}
 
   /// Discards bounds of earlier rounds, which hold only while candidates are removed and information increases.
   void forget() noexcept { in_float64_ = is_lasting_ = false; }
-  /// Other candidates.
-  void set_column_max(const double* column_max) noexcept { std::copy_n(column_max, simd::dimension, column_max_); }
-
-  /// The maxima, to be lowered after large candidates were removed.
-  double* column_max() noexcept { return column_max_; }
-
   /// Sets the filter and the drift of a round with this information. `may_last`: from here on candidates are only
   /// removed, so that bounds may serve later rounds; `highest`: an upper bound of every exact relative gain, +infinity
   /// if none is known; `expected`: about the best relative gain.
@@ -39,10 +29,8 @@ class ErrorBounds {
   /// From this round on, until the error bound of float32 is small.
   void use_float64(simd::Round& round) noexcept;
 
-  /// Whether the error bound of float32 is so small that nothing is gained by lowering it.
-  bool is_small() const noexcept;
-
  private:
+  bool is_small() const noexcept;
   bool still_hold(bool may_last, float highest) const noexcept;
   void bound_rows(const double* w) noexcept;
   double row_error() const noexcept;
@@ -53,7 +41,7 @@ class ErrorBounds {
 
   simd::Form form_;
   int rows_;
-  double column_max_[simd::dimension];  // of at least the remaining candidates
+  const double* column_max_;
 
   bool is_lasting_ = false;  // the bound of |Y| also holds in later rounds
   bool in_float64_ = false;

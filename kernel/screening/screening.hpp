@@ -3,11 +3,11 @@
 
 #include "kernel/base/aligned_array.hpp"
 #include "kernel/base/limits.hpp"
-#include "kernel/information/evaluator.hpp"
 #include "kernel/information/information_factor.hpp"
 #include "kernel/screening/error_bounds.hpp"
 #include "kernel/screening/tiles.hpp"
 #include "simd/kernel.hpp"
+#include "threading/team.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -23,28 +23,21 @@ struct ScreeningMemory {
   ArrayOf<Tile, float> highest;
   ArrayOf<Lane, float> gains;
   AlignedArray<Tile> list;
-  AlignedArray<float> ranked;  ///< scratch: values to find the k-th largest of
 };
 
 /// Finds the candidates whose float64 gain may be the maximum, usually a single one. Three parts do it: a
 /// TileLayout knows where each candidate is, stale bounds tell which tiles need not be evaluated, ErrorBounds what
 /// float32 proves. A simd::Round is made of them (docs/architecture.md).
 ///
-/// A round is begin_round(), survivors(), any number of remove() and survivors() again, and end_round(). Without
-/// order_by_gain() every round evaluates all; from then on bounds are kept from round to round, which is right only
-/// while the information of the rounds increases, or until forget().
+/// A round is begin_round(), survivors() and end_round(). Without order_by_gain() every round evaluates all; from then
+/// on bounds are kept from round to round, which is right because the information of the rounds only increases.
 class Screening {
  public:
-  /// `column_max`: the maximum |entry| of each column over all rows, as simd::LayoutFunctions::column_max for this
-  /// form.
-  Screening(const Evaluator& evaluator, simd::Form form, const double* column_max, ScreeningMemory& memory) noexcept;
+  Screening(const Candidates& candidates, threading::Team& team, ScreeningMemory& memory) noexcept;
 
   /// Starts with other candidates, as TileLayout::use_store and use_listed. All that is known is forgotten.
-  void use_store(const unsigned char* free, std::size_t n) noexcept;
-  void use_listed(const Candidate* candidates, std::size_t count) noexcept;
-
-  /// Forgets all bounds. To be called when the information is replaced by less.
-  void forget() noexcept;
+  void use_store(const unsigned char* free) noexcept;
+  void use_listed(const Candidate* listed, std::size_t count) noexcept;
 
   /// Where the candidates are.
   TileLayout& layout() noexcept { return tiles_; }
@@ -57,50 +50,39 @@ class Screening {
   /// Starts a round with this information; nothing is evaluated yet.
   void begin_round(const InformationFactor& factor) noexcept;
 
-  /// Lists the lanes whose float64 gain may be among the k largest, all if fewer remain, and returns how many. For a k
-  /// of 1 at most one of several identical candidates is listed.
-  std::size_t survivors(std::size_t k, Lane* lanes) noexcept;
+  /// Lists the lanes whose float64 gain may be the largest, and returns how many; of identical candidates at most one.
+  std::size_t survivors(Lane* lanes) noexcept;
 
   /// Ends a round. If the candidates are ordered, the maxima of the evaluated tiles become their stale bounds.
   void end_round() noexcept;
 
-  /// A round of its own, after use_store(): bounds of all candidates at this information. Returns the highest; below 0
-  /// if there is no candidate.
-  float bound_all(const InformationFactor& factor) noexcept;
-
-  /// A round of its own: lists the survivors of the tiles whose bound is at least `min_bound`, at an information that
-  /// need not be that of the other rounds. Bounds stay as they are.
-  std::size_t try_at(const InformationFactor& factor, float min_bound, Lane* lanes) noexcept;
-
-  /// Other candidates of the store, of which bounds are known already.
-  void restrict_to(const unsigned char* free) noexcept { tiles_.restrict_to(free); }
-
-  /// A lower bound of this round's (k-th) maximum exact relative gain.
+  /// A lower bound of this round's maximum exact relative gain.
   double assured() const noexcept { return round_.assured; }
 
-  /// Removes a remaining candidate, within a round or between rounds.
-  void remove(Lane lane) noexcept;
-
-  /// Between rounds, for Losses, which forgets what is known.
-  ScreeningMemory& memory() noexcept { return memory_; }
+  /// Removes a remaining candidate, between rounds.
+  void remove(Lane lane) noexcept {
+    tiles_.remove(lane);
+    memory_.gains[lane] = -1;
+  }
 
   /// Gains evaluated so far.
   std::size_t evaluations() const noexcept { return round_.evaluations; }
 
  private:
-  void begin(const InformationFactor& factor, float highest, float guess) noexcept;
+  struct Steps;
+
+  void forget() noexcept;
   void keep_bounds() noexcept;
   void reset_round() noexcept;
-  std::size_t find(std::size_t k, Lane* lanes) noexcept;
-  bool is_inlined(std::size_t k) const noexcept;
+  std::size_t find(Lane* lanes) noexcept;
+  simd::Evaluated evaluate(const Tile* list, std::size_t count) noexcept;
   float first_guess() const noexcept;
-  std::size_t try_guess(Lane* lanes) noexcept;
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void use_float64() noexcept;
 
-  const Evaluator& evaluator_;
+  const Candidates& candidates_;
   const simd::Kernel& kernel_;
-  const double* column_max_;
+  threading::Team& team_;
   ScreeningMemory& memory_;
   TileLayout tiles_;
   ErrorBounds errors_;

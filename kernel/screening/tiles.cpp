@@ -4,11 +4,18 @@
 #include <maxlogdet/block_store.hpp>
 
 #include <algorithm>
+#include <cassert>
 
 namespace maxlogdet {
 
 using simd::number;
 using simd::tile_size;
+
+namespace {
+
+constexpr std::int32_t buckets = 512;
+
+}  // namespace
 
 TileMemory::TileMemory(std::size_t capacity)
     : records(padded(capacity) * simd::record_size(simd::three_rows)),
@@ -17,30 +24,42 @@ TileMemory::TileMemory(std::size_t capacity)
       remaining(padded(capacity)),
       in_each(tiles_of(capacity)),
       lane(padded(capacity)),
-      order(capacity) {}
+      bucket(padded(capacity)),
+      ordered(padded(capacity)),
+      bucket_of_tile(padded(capacity) / tile_size),
+      first_in_bucket(buckets + 1) {}
 
 void TileLayout::use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride,
                            std::size_t count) noexcept {
   tiles_ = {data, tile_stride, entry_stride, tiles_of(count), memory_.remaining.data(), memory_.in_each.data()};
 }
 
-void TileLayout::use_store(const unsigned char* free, std::size_t n) noexcept {
-  is_store_order_ = true;
-  is_ordered_ = false;
-  const bool is_packed = form_ == simd::factored;
-  if (is_packed) evaluator_.pack(form_, n, memory_.packed);
-  is_packed ? use_tiles(memory_.packed, tile_size * simd::entries_of(form_), tile_size, n)
-            : use_tiles(evaluator_.planes().data, tile_size, evaluator_.planes().stride, n);
-  for (std::size_t i = 0; i < lanes(); ++i) memory_.candidate.data()[i] = static_cast<Candidate>(i);
-  size_ = n;
-  restrict_to(free);
+// Copies the candidates in their order to tiles, in the layout of gather(); reads up to the next multiple of 16.
+void TileLayout::pack() noexcept {
+  const std::size_t entries = simd::entries_of(candidates_.form);
+  for (std::size_t lane = 0; lane < candidates_.count; lane += tile_size) {
+    for (std::size_t e = 0; e < entries; ++e) {
+      const float* const plane =
+          candidates_.planes.data + simd::plane_of(candidates_.form, e) * candidates_.planes.stride + lane;
+      std::copy_n(plane, tile_size, memory_.packed + lane * entries + e * tile_size);
+    }
+  }
 }
 
-// NOLINTNEXTLINE(readability-make-member-function-const): changes the layout
-void TileLayout::restrict_to(const unsigned char* free) noexcept {
+void TileLayout::use_store(const unsigned char* free) noexcept {
+  const std::size_t n = candidates_.count;
+  is_store_order_ = true;
+  is_ordered_ = are_lanes_known_ = false;
+  if (candidates_.form == simd::factored) {
+    pack();
+    use_tiles(memory_.packed, tile_size * simd::entries_of(candidates_.form), tile_size, n);
+  } else {
+    use_tiles(candidates_.planes.data, tile_size, candidates_.planes.stride, n);
+  }
+  for (std::size_t i = 0; i < lanes(); ++i) memory_.candidate.data()[i] = static_cast<Candidate>(i);
   float* const remaining = memory_.remaining.data();
-  for (std::size_t i = 0; i < size_; ++i) remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
-  std::fill(remaining + size_, remaining + lanes(), 0.0F);
+  for (std::size_t i = 0; i < n; ++i) remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
+  std::fill(remaining + n, remaining + lanes(), 0.0F);
   for (std::size_t tile = 0; tile < tiles_.count; ++tile) {
     unsigned count = 0;  // converted, not compared: GCC 12 on AArch64 sums comparisons of floats as -1 each
     for (std::size_t lane = 0; lane < tile_size; ++lane)
@@ -49,33 +68,23 @@ void TileLayout::restrict_to(const unsigned char* free) noexcept {
   }
 }
 
-void TileLayout::make_records(std::size_t n) noexcept { evaluator_.make_records(form_, n, memory_.records); }
-
-void TileLayout::make_records_of(const Candidate* candidates, std::size_t count) noexcept {
-  std::size_t done = 0;  // candidates below this one have records
-  for (std::size_t j = 0; j < count; ++j) {
-    if (number(candidates[j]) < done) continue;
-    const std::size_t first = number(candidates[j]) / tile_size * tile_size;
-    const simd::Planes planes{evaluator_.planes().data + first, evaluator_.planes().stride};
-    evaluator_.kernel().layouts[form_].make_records(planes, tile_size,
-                                                    memory_.records + first * simd::record_size(form_));
-    done = first + tile_size;
-  }
+void TileLayout::make_records() noexcept {
+  functions().make_records(candidates_.planes, candidates_.count, memory_.records);
 }
 
-void TileLayout::use_listed(const Candidate* candidates, std::size_t count) noexcept {
-  std::copy_n(candidates, count, memory_.candidate.data());
-  is_ordered_ = false;
+void TileLayout::use_listed(const Candidate* listed, std::size_t count) noexcept {
+  std::copy_n(listed, count, memory_.candidate.data());
+  is_ordered_ = are_lanes_known_ = false;
   pack_listed(count);
 }
 
 // The tiles of the first `count` lanes' candidates, all of which remain; the last tile is filled with copies.
 void TileLayout::pack_listed(std::size_t count) noexcept {
   is_store_order_ = false;
-  use_tiles(memory_.packed, tile_size * simd::entries_of(form_), tile_size, count);
+  use_tiles(memory_.packed, tile_size * simd::entries_of(candidates_.form), tile_size, count);
   Candidate* const candidate = memory_.candidate.data();
   if (count < lanes()) std::fill(candidate + count, candidate + lanes(), candidate[count - 1]);
-  evaluator_.gather(form_, memory_.records, candidate, lanes(), memory_.packed);
+  functions().gather(memory_.records, candidate, lanes(), memory_.packed);
   float* const remaining = memory_.remaining.data();
   std::fill_n(remaining, count, 1.0F);
   std::fill(remaining + count, remaining + lanes(), 0.0F);
@@ -84,33 +93,49 @@ void TileLayout::pack_listed(std::size_t count) noexcept {
   if (filling > 0) memory_.in_each.data()[tiles_.count - 1] = static_cast<unsigned char>(tile_size - filling);
 }
 
-void TileLayout::use_ordered(std::size_t count) noexcept {
-  if (is_store_order_) make_records(lanes());
-  memory_.candidate.swap(memory_.order.candidate);
+// A counting sort.
+void TileLayout::order_by(const float* values, float top) noexcept {
+  std::uint32_t* const first = memory_.first_in_bucket;
+  std::uint32_t* const bucket = memory_.bucket.data();
+  std::fill_n(first, buckets + 1, 0U);  // the last bucket holds the lanes that do not remain
+  for (std::size_t lane = 0; lane < lanes(); ++lane) {
+    const std::int32_t below = (bits_of(top) - std::max(0, bits_of(values[lane]))) >> bucket_shift;
+    const bool remains = memory_.remaining.data()[lane] > 0;
+    bucket[lane] = static_cast<std::uint32_t>(remains ? std::min(below, buckets - 1) : buckets);
+  }
+  for (std::size_t lane = 0; lane < lanes(); ++lane) ++first[bucket[lane]];
+  std::uint32_t before = 0;
+  for (std::size_t b = 0; b <= buckets; ++b) {
+    const std::uint32_t in_bucket = first[b];
+    first[b] = before;
+    before += in_bucket;
+  }
+  const std::size_t count = first[buckets];
+  for (std::size_t lane = 0; lane < lanes(); ++lane) {
+    const std::uint32_t position = first[bucket[lane]]++;
+    memory_.ordered.data()[position] = memory_.candidate.data()[lane];
+    if (position % tile_size == 0) memory_.bucket_of_tile.data()[position / tile_size] = bucket[lane];
+  }
+  if (is_store_order_) make_records();
+  memory_.candidate.swap(memory_.ordered);
   is_ordered_ = true;
+  are_lanes_known_ = false;
   pack_listed(count);
 }
 
-void TileLayout::find_lanes() const noexcept {
+void TileLayout::find_lanes() noexcept {
   for (std::size_t i = 0; i < lanes(); ++i) {
     const auto lane = static_cast<Lane>(i);
     if (remains(lane)) memory_.lane[candidate(lane)] = lane;
   }
+  are_lanes_known_ = true;
 }
 
 Lane TileLayout::lane_of(Candidate candidate) const noexcept {
+  assert(has_lane_of());
   const Lane lane = is_store_order_ ? static_cast<Lane>(candidate) : memory_.lane[candidate];
   const bool is_there = number(lane) < lanes() && this->candidate(lane) == candidate && remains(lane);
   return is_there ? lane : no_lane;
-}
-
-void TileLayout::clear_entries(Lane lane) noexcept {
-  float* entry = memory_.packed + number(lane) / tile_size * tiles_.tile_stride + number(lane) % tile_size;
-  for (std::size_t e = 0; e < simd::entries_of(form_); ++e, entry += tile_size) *entry = 0;
-}
-
-void TileLayout::find_column_max(double* column_max) const noexcept {
-  evaluator_.kernel().layouts[form_].column_max(memory_.packed, tiles_.count, column_max);
 }
 
 }  // namespace maxlogdet

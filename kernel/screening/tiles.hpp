@@ -2,75 +2,81 @@
 #pragma once
 
 #include "kernel/base/aligned_array.hpp"
-#include "kernel/information/evaluator.hpp"
-#include "kernel/screening/lane_order.hpp"
+#include "kernel/blocks/candidates.hpp"
 #include "simd/kernel.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace maxlogdet {
+
+/// The bits of floats >= 0 are ordered as the floats; those of negative floats are negative.
+inline std::int32_t bits_of(float value) noexcept {
+  std::int32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+inline float float_of(std::int32_t bits) noexcept {
+  float value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
 
 /// Memory of a TileLayout for up to `capacity` candidates, allocated once.
 struct TileMemory {
   explicit TileMemory(std::size_t capacity);
 
-  AlignedArray<float> records;           ///< the entries of each candidate together, to gather from
-  AlignedArray<float> packed;            ///< tiles of rearranged candidates
-  ArrayOf<Lane, Candidate> candidate;    ///< the candidate in each lane
-  ArrayOf<Lane, float> remaining;        ///< 1 where a candidate remains, else 0
-  ArrayOf<Tile, unsigned char> in_each;  ///< the number of candidates that remain
-  ArrayOf<Candidate, Lane> lane;         ///< where each candidate is, if find_lanes() was called
-  LaneOrderMemory order;
+  AlignedArray<float> records;                  ///< the entries of each candidate together, to gather from
+  AlignedArray<float> packed;                   ///< tiles of rearranged candidates
+  ArrayOf<Lane, Candidate> candidate;           ///< the candidate in each lane
+  ArrayOf<Lane, float> remaining;               ///< 1 where a candidate remains, else 0
+  ArrayOf<Tile, unsigned char> in_each;         ///< the number of candidates that remain
+  ArrayOf<Candidate, Lane> lane;                ///< where each candidate is, if find_lanes() was called
+  ArrayOf<Lane, std::uint32_t> bucket;          ///< of order_by(): of each lane, before
+  ArrayOf<Lane, Candidate> ordered;             ///< in the new order; those that do not remain come last
+  ArrayOf<Tile, std::uint32_t> bucket_of_tile;  ///< of its first lane, in the new order
+  AlignedArray<std::uint32_t> first_in_bucket;  ///< too much for a real-time thread's stack
 };
 
 /// Where each candidate is: the order of evaluation, by tiles. It is that of the store, a list's, or by descending
 /// value.
 class TileLayout {
  public:
-  TileLayout(const Evaluator& evaluator, simd::Form form, TileMemory& memory) noexcept
-      : evaluator_(evaluator), form_(form), memory_(memory) {}
+  TileLayout(const Candidates& candidates, TileMemory& memory) noexcept : candidates_(candidates), memory_(memory) {}
 
-  /// The first n candidates in the order of the store, not copied unless factored; free[i] == 0 excludes i.
-  void use_store(const unsigned char* free, std::size_t n) noexcept;
+  /// All candidates in the order of the store, not copied unless factored; free[i] == 0 excludes i.
+  void use_store(const unsigned char* free) noexcept;
 
-  /// Other candidates of the same store; the layout is that of the store.
-  void restrict_to(const unsigned char* free) noexcept;
-
-  /// Prepares use_listed() for the first `n` candidates.
-  void make_records(std::size_t n) noexcept;
-
-  /// Prepares use_listed() for these candidates alone, in ascending order.
-  void make_records_of(const Candidate* candidates, std::size_t count) noexcept;
+  /// Prepares use_listed().
+  void make_records() noexcept;
 
   /// Copies these candidates to consecutive lanes, in this order; all of them remain.
-  void use_listed(const Candidate* candidates, std::size_t count) noexcept;
+  void use_listed(const Candidate* listed, std::size_t count) noexcept;
 
-  /// Copies the remaining candidates to lanes in descending order of values[lane] >= 0, `top` the maximum, by the
-  /// buckets of order_lanes, so that the candidates of a tile have similar values. `first_of_tile(tile, bucket)` is
-  /// called for each new tile with the bucket of its first lane.
-  template <class FirstOfTile>
-  void order_by(const float* values, float top, const FirstOfTile& first_of_tile) noexcept {
-    const std::size_t count = order_lanes({values, memory_.remaining.data(), memory_.candidate.data(), lanes(), top},
-                                          evaluator_.team(), memory_.order);
-    for (std::size_t i = 0; i < tiles_of(count); ++i) {
-      const auto tile = static_cast<Tile>(i);
-      first_of_tile(tile, memory_.order.bucket_of_tile[tile]);
-    }
-    use_ordered(count);
+  /// Copies the remaining candidates to lanes in descending order of values[lane] >= 0, `top` the maximum: by buckets,
+  /// 32 per octave, so that the candidates of a tile have similar values, and within a bucket by lane. Values more than
+  /// 16 octaves below `top` share the last bucket.
+  void order_by(const float* values, float top) noexcept;
+  /// After order_by(): an upper bound of the values in that tile.
+  float upper_end(Tile tile, float top) const noexcept {
+    return float_of(bits_of(top) - static_cast<std::int32_t>(memory_.bucket_of_tile[tile]) * (1 << bucket_shift));
   }
 
   /// Prepares lane_of() for an ordered layout.
-  void find_lanes() const noexcept;
+  void find_lanes() noexcept;
 
-  /// Whether lane_of() may be asked: in the order of the store, or once ordered.
-  bool has_lane_of() const noexcept { return is_store_order_ || is_ordered_; }
+  /// Whether lane_of() may be asked: in the order of the store, or after find_lanes().
+  bool has_lane_of() const noexcept { return is_store_order_ || are_lanes_known_; }
   bool is_ordered() const noexcept { return is_ordered_; }
-  bool is_store_order() const noexcept { return is_store_order_; }
 
   const simd::Tiles& tiles() const noexcept { return tiles_; }
-  simd::Form form() const noexcept { return form_; }
   std::size_t lanes() const noexcept { return simd::tile_size * tiles_.count; }
+  /// The blocks in the lanes, as they are stored.
+  simd::BlocksOfLanes blocks() const noexcept {
+    return {candidates_.planes, is_store_order_ ? nullptr : memory_.candidate.data()};
+  }
 
   Candidate candidate(Lane lane) const noexcept { return memory_.candidate[lane]; }
   bool remains(Lane lane) const noexcept { return memory_.remaining[lane] > 0; }
@@ -84,24 +90,20 @@ class TileLayout {
     --memory_.in_each[simd::tile_of(lane)];
   }
 
-  /// Sets the entries of a removed candidate's lane to 0, for find_column_max(). The layout is ordered.
-  void clear_entries(Lane lane) noexcept;
-
-  /// The maximum |entry| of each column of the tiles, as simd::LayoutFunctions::column_max. The layout is ordered.
-  void find_column_max(double* column_max) const noexcept;
-
  private:
+  static constexpr int bucket_shift = 18;  // the bits of a float that a bucket ignores
+
+  const simd::LayoutFunctions& functions() const noexcept { return candidates_.kernel->layouts[candidates_.form]; }
+  void pack() noexcept;
   void use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride, std::size_t count) noexcept;
-  void use_ordered(std::size_t count) noexcept;
   void pack_listed(std::size_t count) noexcept;
 
-  const Evaluator& evaluator_;
-  simd::Form form_;
+  const Candidates& candidates_;
   TileMemory& memory_;
   simd::Tiles tiles_{};
-  std::size_t size_ = 0;  // candidates of the store
   bool is_store_order_ = true;
   bool is_ordered_ = false;
+  bool are_lanes_known_ = false;
 };
 
 }  // namespace maxlogdet

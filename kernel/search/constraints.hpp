@@ -14,8 +14,8 @@
 
 namespace maxlogdet {
 
-/// Which candidates a search may select: the valid ones that Options neither exclude nor require, while their group has
-/// room left (a partition matroid).
+/// Which candidates a search may select: the valid ones that Options do not require, while their group has room left (a
+/// partition matroid).
 class Constraints {
  public:
   /// For at most `capacity` candidates and any number of groups: at most `capacity` of them have a candidate.
@@ -27,8 +27,8 @@ class Constraints {
         first_member_(capacity + 1),
         room_(capacity) {}
 
-  /// Reads the constraints of Options, and sets the free and the required candidates of a problem. Its candidates are
-  /// those of the store, at least all that are not excluded. Returns none, invalid_groups or infeasible.
+  /// Reads the constraints of Options, and sets the free and the required candidates of a problem, whose candidates are
+  /// those of the store. Returns none, invalid_groups or infeasible.
   Error reset(const BlockStore& blocks, const Options& options, Problem& problem) noexcept;
 
   bool has_groups() const noexcept { return has_groups_; }
@@ -36,12 +36,9 @@ class Constraints {
   /// Whether the group of this candidate has room left.
   bool has_room(Candidate candidate) const noexcept { return !has_groups_ || room_[group_[candidate]] > 0; }
 
-  /// Takes room in the candidate's group when it is selected, and gives it back when it no longer is.
+  /// Takes room in the candidate's group when it is selected.
   void take_room(Candidate candidate) noexcept {
     if (has_groups_) --room_[group_[candidate]];
-  }
-  void give_room(Candidate candidate) noexcept {
-    if (has_groups_) ++room_[group_[candidate]];
   }
 
   /// Calls body(i) for every candidate i of this candidate's group, itself included.
@@ -52,8 +49,9 @@ class Constraints {
   }
 
  private:
-  std::size_t number_groups(const Candidates& candidates, const Options& options) noexcept;
-  bool list_members(const Candidates& candidates, const Options& options, std::size_t n) noexcept;
+  std::size_t number_groups(const Candidates& candidates, const GroupOptions& groups) noexcept;
+  bool list_members(const Candidates& candidates, const GroupOptions& groups, std::size_t n) noexcept;
+  Error require(const BlockStore& blocks, const Options& options, Problem& problem) noexcept;
 
   bool has_groups_ = false;
   ArrayOf<Candidate, unsigned char> free_;   // whether a search may select it

@@ -47,9 +47,9 @@ Target::Target(const Options& options) noexcept
 Error Target::check(const Options& options) noexcept {
   if (!is_asked(options)) return Error::none;
   const bool is_share = options.target.efficiency >= 0 && options.target.efficiency <= 1;
-  if (!is_share || !is_deviation(options.target.translation_sigma) || !is_deviation(options.target.rotation_sigma))
-    return Error::invalid_target;
-  return options.exchange.sweeps > 0 ? Error::unsupported_target : Error::none;
+  const bool are_deviations =
+      is_deviation(options.target.translation_sigma) && is_deviation(options.target.rotation_sigma);
+  return is_share && are_deviations ? Error::none : Error::invalid_target;
 }
 
 void Target::compare_with(const InformationFactor& all) noexcept {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/strategies/method.hpp"
+#include "kernel/strategies/strategies.hpp"
 
 namespace maxlogdet {
-namespace {
 
-// k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
-Status greedy(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
-  search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
+Status greedy(Search& search) noexcept {
+  search.screening().use_store(search.problem().is_free);
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;
     search.screening().begin_round(search.answer().factor());
@@ -16,9 +14,5 @@ Status greedy(Search& search, const Options& /*options*/, StrategyMemory& /*memo
   }
   return Status::ok;
 }
-
-}  // namespace
-
-constexpr Method greedy_method = {greedy, any_options, 10000};
 
 }  // namespace maxlogdet

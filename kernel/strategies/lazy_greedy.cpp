@@ -1,65 +1,32 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/strategies/lazy_greedy.hpp"
-
-#include "kernel/strategies/method.hpp"
+#include "kernel/strategies/strategies.hpp"
 
 #include <algorithm>
 
 namespace maxlogdet {
 
-LazyRounds::LazyRounds(Search& search) noexcept
-    : search_(search),
-      min_selected_(
-          search.answer().size() +
-          std::max<std::size_t>(3, state_dimension / static_cast<std::size_t>(search.problem().evaluator.rows()))) {}
-
-void LazyRounds::order() noexcept {
-  search_.screening().order_by_gain();
-  if (search_.constraints().has_groups()) search_.screening().layout().find_lanes();
-  order_is_due_ = false;
-}
-
-void LazyRounds::open() noexcept {
-  if (is_open_) return;
-  search_.screening().begin_round(search_.answer().factor());
-  order_is_due_ = !search_.screening().layout().is_ordered() && search_.answer().size() >= min_selected_;
-  is_open_ = true;
-}
-
-void LazyRounds::close() noexcept {
-  if (is_open_) search_.screening().end_round();
-  is_open_ = false;
-}
-
-Status search_lazily(Search& search) noexcept {
-  LazyRounds rounds(search);
+// Until the selected rows span the state, gains are those against the prior and predict later ones poorly; so at least
+// three rounds evaluate every candidate. The round after them does so once more, and the candidates are ordered by its
+// gains.
+Status lazy_greedy(Search& search) noexcept {
+  Screening& screening = search.screening();
+  const int rows = std::max(search.problem().candidates.rows, 1);
+  const std::size_t min_selected =
+      search.answer().size() + static_cast<std::size_t>(std::max(3, state_dimension / rows));
+  screening.use_store(search.problem().is_free);
   while (search.wants_more()) {
     if (search.is_late()) return Status::deadline_reached;
-    if (rounds.order_is_due()) {
-      rounds.order();  // about as long as a round
-      continue;
-    }
-    rounds.open();
+    const bool is_order_due = !screening.layout().is_ordered() && search.answer().size() >= min_selected;
+    screening.begin_round(search.answer().factor());
     const Lane best = search.find_best();
-    rounds.close();
+    screening.end_round();
     search.select(best);
+    if (!is_order_due || !search.wants_more()) continue;
+    if (search.is_late()) return Status::deadline_reached;
+    screening.order_by_gain();  // about as long as a round
+    if (search.constraints().has_groups()) screening.layout().find_lanes();
   }
   return Status::ok;
 }
-
-Status lazy_greedy(Search& search) noexcept {
-  search.screening().use_store(search.problem().is_free, search.problem().candidates.count);
-  return search_lazily(search);
-}
-
-namespace {
-
-Status run(Search& search, const Options& /*options*/, StrategyMemory& /*memory*/) noexcept {
-  return lazy_greedy(search);
-}
-
-}  // namespace
-
-constexpr Method lazy_greedy_method = {run, any_options, 100000};
 
 }  // namespace maxlogdet

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/strategies/method.hpp"
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
+#include "kernel/strategies/strategies.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 namespace maxlogdet {
 namespace {
@@ -15,26 +16,20 @@ double sample_size(std::size_t n, std::size_t k, double epsilon) noexcept {
   return std::max(1.0, std::ceil(s - 1e-9));
 }
 
-// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
-Status stochastic_greedy(Search& search, const Options& options, StrategyMemory& memory) noexcept {
-  const Problem& problem = search.problem();
+// Selects the best of a sample of `size` candidates each, until the deadline if it `has_deadline`.
+Status select_from_samples(Search& search, double size, std::uint64_t seed, bool has_deadline) noexcept {
   Screening& screening = search.screening();
-  Candidate* const pool = memory.shortlist;          // all that remain; a round moves its sample to the front
-  std::uint32_t* const draws = memory.traces.order;  // offsets of a round's Fisher-Yates shuffle
-  const std::size_t filled = list_flagged(problem.is_free, problem.candidates.count, pool);
-  const double full_sample = sample_size(filled, search.missing(), options.stochastic.epsilon);
-  const std::uint64_t key = CounterRandom(options.stochastic.seed).key();
-  std::uint64_t drawn = 0;
-  screening.layout().make_records(problem.candidates.count);
-
+  Candidate* const pool = search.pool();  // all that remain; a round moves its sample to the front
+  search.list_remaining(pool);
+  CounterRandom random(seed);
+  screening.layout().make_records();
   while (search.wants_more()) {
-    if (search.is_late()) return Status::deadline_reached;
-    const std::size_t s = full_sample < static_cast<double>(search.remaining()) ? static_cast<std::size_t>(full_sample)
-                                                                                : search.remaining();
-    // Without replacement: the first s steps of a Fisher-Yates shuffle.
-    problem.evaluator.kernel().draw(key, drawn + 1, static_cast<std::uint32_t>(search.remaining()), s, draws);
-    for (std::size_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws[j]]);
-    drawn += s;
+    if (has_deadline && search.is_late()) return Status::deadline_reached;
+    const std::size_t n = search.remaining();
+    const std::size_t s = size < static_cast<double>(n) ? static_cast<std::size_t>(size) : n;
+    for (std::size_t j = 0; j < s; ++j) {  // without replacement: the first s steps of a Fisher-Yates shuffle
+      std::swap(pool[j], pool[j + random.below(static_cast<std::uint32_t>(n - j))]);
+    }
     screening.use_listed(pool, s);
     screening.begin_round(search.answer().factor());
     const Lane chosen = search.find_best();
@@ -51,12 +46,16 @@ Status stochastic_greedy(Search& search, const Options& options, StrategyMemory&
   return Status::ok;
 }
 
-Error check_epsilon(const Options& options) noexcept {
-  return options.stochastic.epsilon > 0 && options.stochastic.epsilon < 1 ? Error::none : Error::invalid_epsilon;
-}
+// A tile.
+constexpr double sample_to_fill = 16;
 
 }  // namespace
 
-constexpr Method stochastic_greedy_method = {stochastic_greedy, check_epsilon, one_thread_only};
+Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept {
+  const double size = sample_size(search.remaining(), search.missing(), options.epsilon);
+  return select_from_samples(search, size, options.seed, true);
+}
+
+void fill(Search& search) noexcept { select_from_samples(search, sample_to_fill, 0, false); }
 
 }  // namespace maxlogdet

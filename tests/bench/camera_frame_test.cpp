@@ -28,9 +28,9 @@ INSTANTIATE_TEST_SUITE_P(EveryKind, FrameOf, ::testing::ValuesIn(frame_kinds),
 
 // u, v, and u_right or depth, by the models' papers in long double.
 Eigen::Vector3d measurement_of(const Frame& frame, const Pose& T_cw, const Match& match) {
-  const RigCamera by = seen_by(frame.camera, match);
+  const Camera by = seen_by(frame.camera, match);
   const Eigen::Vector3d p = to_pose(by.T_cb) * (T_cw * Eigen::Map<const Eigen::Vector3d>(match.point));
-  const WideVector2 uv = image_of(by.camera, p.cast<long double>());
+  const WideVector2 uv = image_of(by, p.cast<long double>());
   const auto u = static_cast<double>(uv.x()), v = static_cast<double>(uv.y());
   if (match.is_stereo()) return {u, v, u - frame.camera.bf / p.z()};
   return {u, v, match.depth > 0 ? p.z() : 0};
@@ -187,7 +187,7 @@ TEST_P(FrameOf, matches_that_are_not_finite_or_have_no_image_are_left_out) {
     frame_.matches.push_back(match);
   };
   // On the axis behind the camera no model has an image.
-  const RigCamera by = seen_by(frame_.camera, frame_.matches[0]);
+  const Camera by = seen_by(frame_.camera, frame_.matches[0]);
   const Eigen::Vector3d behind = T_cw_.inverse() * (to_pose(by.T_cb).inverse() * Eigen::Vector3d(0, 0, -3));
   add([&](Match& match) { std::copy_n(behind.data(), 3, match.point); });
   for (const double bad : {nan, infinity}) {

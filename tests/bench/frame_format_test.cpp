@@ -35,7 +35,7 @@ TEST_F(FrameFormat, any_model_may_be_the_camera) {
     const bool is_pinhole = model == CameraModel::pinhole;
     EXPECT_EQ(frame.camera.is_pinhole(), is_pinhole);
     EXPECT_EQ(frame.camera.rig.size(), is_pinhole ? 0U : 1U);
-    const Camera camera = is_pinhole ? Camera(frame.camera) : frame.camera.rig[0].camera;
+    const Camera camera = is_pinhole ? Camera(frame.camera) : frame.camera.rig[0];
     EXPECT_EQ(camera.model, model);
     EXPECT_EQ(camera.pinhole.fx, 190);
     EXPECT_EQ(camera.pinhole.fy, 191);
@@ -85,10 +85,10 @@ TEST_F(FrameFormat, a_rig_has_cameras_with_transforms) {
                                  "mp_id,X,Y,Z,u,v,camera", "7,0.5,0.25,5,100,200,1", "8,0.5,0.25,5,100,200,0"});
   ASSERT_EQ(frame.camera.rig.size(), 2U);
   EXPECT_FALSE(frame.camera.is_pinhole());
-  EXPECT_EQ(frame.camera.rig[0].camera.model, CameraModel::pinhole);
-  EXPECT_EQ(frame.camera.rig[0].camera.pinhole.fy, 460);
-  EXPECT_EQ(frame.camera.rig[1].camera.model, CameraModel::double_sphere);
-  EXPECT_EQ(frame.camera.rig[1].camera.parameters[1], 0.6);
+  EXPECT_EQ(frame.camera.rig[0].model, CameraModel::pinhole);
+  EXPECT_EQ(frame.camera.rig[0].pinhole.fy, 460);
+  EXPECT_EQ(frame.camera.rig[1].model, CameraModel::double_sphere);
+  EXPECT_EQ(frame.camera.rig[1].parameters[1], 0.6);
   EXPECT_EQ(frame.camera.rig[0].T_cb.data()[1], -1);
   EXPECT_EQ(frame.camera.rig[0].T_cb.data()[11], 0.3);
   for (int i = 0; i < 12; ++i) EXPECT_EQ(frame.camera.rig[1].T_cb.data()[i], i % 5 == 0 ? 1 : 0) << "the identity";

@@ -60,17 +60,18 @@ inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
     case FrameKind::depth: camera.depth_sigma = 0.05; break;
     case FrameKind::fisheye: camera.rig = {Camera::kannala_brandt(wide, 0.02, -0.01, 0.004, -0.001)}; break;
     case FrameKind::rig:
-      camera.rig = {RigCamera(Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3)),
-                    RigCamera(Camera::double_sphere(wide, -0.2, 0.6), random_transform(random, 0.2, 0.3)),
-                    RigCamera(Camera(pinhole), random_transform(random, 0.2, 1.5))};
+      camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3), Camera::double_sphere(wide, -0.2, 0.6),
+                    Camera(pinhole)};
+      camera.rig[1].T_cb = random_transform(random, 0.2, 0.3);
+      camera.rig[2].T_cb = random_transform(random, 0.2, 1.5);
       break;
   }
   return camera;
 }
 
 /// The camera that has seen the match, as one of a rig.
-inline RigCamera seen_by(const sim::FrameCamera& camera, const Match& match) {
-  return camera.rig.empty() ? RigCamera(Camera(camera)) : camera.rig[match.camera_id];
+inline Camera seen_by(const sim::FrameCamera& camera, const Match& match) {
+  return camera.rig.empty() ? Camera(camera) : camera.rig[match.camera_id];
 }
 
 /// A match without error, of a point in a random direction that the image shows, 2 to 20 m away.
@@ -79,11 +80,11 @@ inline Match simulated_match(Random& random, const Frame& frame, const Pose& T_c
   for (;;) {
     Match match;
     if (!camera.rig.empty()) match.camera_id = static_cast<std::uint8_t>(random.index(camera.rig.size()));
-    const RigCamera by = seen_by(camera, match);
+    const Camera by = seen_by(camera, match);
     const double Z = random.uniform(2, 20);
     const Eigen::Vector3d p_c(Z * random.uniform(-1.5, 1.5), Z * random.uniform(-1, 1), Z);
     double uv[2];
-    if (!project(by.camera, p_c.data(), uv)) continue;
+    if (!project(by, p_c.data(), uv)) continue;
     if (!(uv[0] > 0 && uv[0] < frame.width && uv[1] > 0 && uv[1] < frame.height)) continue;
     const Eigen::Vector3d p_w = T_cw.inverse() * (to_pose(by.T_cb).inverse() * p_c);
     std::copy_n(p_w.data(), 3, match.point);

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
+// A store of candidates by hand, against a model that is a list of blocks after any change, and its empty slots: an
+// answer is that of a store without them.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/slots.hpp"
+#include "tests/support/sweeps.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <new>
+#include <utility>
 
 namespace maxlogdet::test {
 namespace {
@@ -181,6 +186,168 @@ TEST(BlockStore, takes_any_call_once_moved_from) {
         0U);
     EXPECT_EQ(blocks.stored(), 1U);
   });
+}
+
+// Appends a slot, with a block or without.
+void push_back_random(Random& random, BlockStore& blocks, Slots& slots) {
+  slots.emplace_back();
+  if (random.chance(0.5)) slots.back() = random_block(random, random.integer(1, 3));
+  push_back_slot(random, slots.back(), blocks);
+}
+
+// Compares a store with what was put into it.
+void expect_holds(const BlockStore& blocks, const Slots& slots) {
+  const std::vector<std::uint32_t> valid = present(slots);
+  ASSERT_EQ(blocks.size(), slots.size());
+  ASSERT_EQ(blocks.stored(), valid.size());
+  ASSERT_EQ(blocks.invalid_count(), slots.size() - valid.size());
+  ASSERT_LE(blocks.size(), blocks.capacity());
+  ASSERT_EQ(std::vector<std::uint32_t>(planes_of(blocks).indices(), planes_of(blocks).indices() + blocks.stored()),
+            valid);
+  int rows = 0;
+  Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
+  for (std::size_t j = 0; j < valid.size(); ++j) {
+    ASSERT_EQ(planes_of(blocks).place(valid[j]), j);
+    rows = std::max(rows, static_cast<int>(slots[valid[j]]->rows()));
+  }
+  ASSERT_EQ(blocks.rows(), rows);
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    ASSERT_EQ(blocks.is_valid(i), slots[i].has_value()) << i;
+    ASSERT_EQ(planes_of(blocks).validity()[i], slots[i] ? 1 : 0);
+    if (!slots[i]) continue;
+    Block padded = Block::Zero(rows, 6);
+    padded.topRows(slots[i]->rows()) = rounded(*slots[i]);
+    ASSERT_EQ(stored_block(blocks, i), padded) << i;
+    largest = largest.cwiseMax(padded.cwiseAbs().colwise().maxCoeff());
+  }
+  for (int column = 0; column < 6; ++column) ASSERT_EQ(planes_of(blocks).column_max()[column], largest(column));
+}
+
+// Appends the blocks of a random frame of any kind to both; some matches have none.
+void append_matches(Random& random, BlockStore& blocks, Slots& slots) {
+  const std::size_t n = random.index(41);
+  sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + blocks.size());
+  const std::vector<unsigned char> usable = spoil(random, random.uniform(0, 1), frame);
+  const BlockKind& kind = block_kinds[random.index(std::size(block_kinds))];
+  BlockStore alone;
+  append(frame, usable, kind, alone);
+  EXPECT_EQ(append(frame, usable, kind, blocks).invalid, alone.invalid_count());
+  for (std::uint32_t i = 0; i < n; ++i) {
+    slots.emplace_back();
+    if (alone.is_valid(i)) slots.back() = stored_block(alone, i);
+  }
+}
+
+// Changes a store, and the model in the same way.
+void change(Random& random, BlockStore& blocks, Slots& slots) {
+  switch (random.integer(0, 9)) {
+    case 0: {
+      const BlockStore copy = blocks;
+      expect_holds(copy, slots);
+      EXPECT_EQ(copy.capacity(), blocks.size());
+      blocks = copy;
+      break;
+    }
+    case 1: {
+      BlockStore moved = std::move(blocks);
+      expect_holds(moved, slots);
+      expect_holds(blocks, {});  // NOLINT(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+      EXPECT_EQ(blocks.capacity(), 0U);
+      blocks = std::move(moved);
+      break;
+    }
+    case 2: blocks.reserve(blocks.size() + static_cast<std::size_t>(random.integer(0, 200))); break;
+    case 3:
+      if (!random.chance(0.2)) break;
+      blocks.clear();
+      slots.clear();
+      break;
+    case 4:
+    case 5: append_matches(random, blocks, slots); break;
+    default:
+      for (int i = random.integer(1, 30); i > 0; --i) push_back_random(random, blocks, slots);
+  }
+}
+
+TEST(EmptySlots, indices_and_places_are_right_after_any_change) {
+  for_each_trial(100, [](Random& random) {
+    BlockStore blocks;
+    Slots slots;
+    for (int step = 0; step < 40; ++step) {
+      change(random, blocks, slots);
+      expect_holds(blocks, slots);
+    }
+  });
+}
+
+TEST(EmptySlots, more_candidates_than_indices_are_refused) {
+  constexpr std::size_t max_index = std::numeric_limits<std::uint32_t>::max();
+  Random random;
+  BlockStore blocks;
+  const Block block = random_block(random, 2);
+  push_back(blocks, block);
+  for (const std::size_t capacity : {max_index + 1, 2 * max_index, std::numeric_limits<std::size_t>::max()}) {
+    EXPECT_THROW(blocks.reserve(capacity), std::bad_alloc) << capacity;
+    EXPECT_THROW(BlockStore{capacity}, std::bad_alloc) << capacity;
+  }
+  expect_holds(blocks, {block});
+  EXPECT_EQ(blocks.capacity(), 64U);
+}
+
+// Empty slots are as if they were not there.
+TEST(EmptySlots, answers_are_those_of_a_store_without_them) {
+  for_each_trial(600, [](Random& random) {
+    const std::vector<Block> blocks = random_blocks(random, 1 + random.index(150));
+    const Slots slots = with_empty_slots(random, blocks, random.uniform(0.02, 0.9));
+    const BlockStore whole = store_of(random, slots);
+    expect_same_answers(whole, random_request(random, whole), store_of(blocks), present(slots));
+  });
+}
+
+TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      Random random(static_cast<std::uint64_t>(scene));
+      SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
+      sim::Frame frame = make_scene(scene, 1500, random.seed());
+      const std::vector<unsigned char> usable = spoil(random, random.uniform(0.05, 0.8), frame);
+      BlockStore holed;
+      append(frame, usable, kind, holed);
+      const std::vector<std::uint32_t> kept(planes_of(holed).indices(), planes_of(holed).indices() + holed.stored());
+      ASSERT_GT(kept.size(), 200U);
+      ASSERT_LT(kept.size(), 1500U);
+      BlockOptions options;
+      options.weighting = kind.weighting;
+      options.depth_cue = kind.depth_cue;
+      BlockStore dense;
+      sim::build_blocks(frame, sim::MatchArrays(frame, kept), options, dense);
+      ASSERT_EQ(dense.stored(), kept.size());
+      Request request;
+      request.plain.certificate = true;
+      for (const std::size_t budget : {std::size_t{20}, kept.size() - 10}) {
+        request.plain.budget = budget;
+        expect_same_answers(holed, request, dense, kept);
+      }
+    }
+  }
+}
+
+TEST(EmptySlots, alone_they_leave_nothing) {
+  for (const std::size_t n : {std::size_t{1}, std::size_t{16}, std::size_t{1000}}) {
+    TracedRandom random(n);
+    BlockStore blocks;
+    for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(push_back_empty(random, blocks), i);
+    EXPECT_EQ(blocks.stored(), 0U);
+    EXPECT_EQ(blocks.rows(), 0);
+    Request request;
+    request.plain.budget = 5;
+    request.plain.certificate = true;
+    expect_same_answers(blocks, request, BlockStore(), {});
+    request.required.resize(n);
+    request.required[n / 2] = 1;
+    Selector selector(n + 5);
+    EXPECT_EQ(selector.select(blocks, request.options()).error, Error::infeasible);
+  }
 }
 
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {

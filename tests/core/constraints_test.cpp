@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Required and excluded candidates, and groups with a maximum each.
+// Required candidates, and groups with a maximum.
 #include "tests/core/optimum.hpp"
 #include "tests/core/targets.hpp"
 #include "tests/support/answer.hpp"
@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string>
 
 namespace maxlogdet::test {
 namespace {
@@ -34,11 +35,10 @@ std::vector<std::uint32_t> oracle_of(const Problem& problem) {
   };
   for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
     if (problem.is_required(i)) take(i);
-    if (problem.is_excluded(i)) oracle.exclude(i);
   }
   while (answer.size() < problem.plain.budget) {
     for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
-      if (taken[problem.group_of(i)] >= problem.room_of(problem.group_of(i))) oracle.exclude(i);
+      if (taken[problem.group_of(i)] >= problem.room()) oracle.exclude(i);
     }
     const std::size_t best = oracle.best();
     if (best == oracle.size()) break;
@@ -72,12 +72,11 @@ TEST(Constraints, lazy_greedy_equals_greedy_on_frames) {
 }
 
 // Required candidates come first, in the order of their indices.
-TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
+TEST(Constraints, every_strategy_keeps_to_them) {
   for_each_trial(200, [](Random& random) {
     Problem problem = random_problem(random, 100);
     problem.plain.stochastic.seed = random.seed();
-    problem.plain.certificate.compute = random.chance(0.5);
-    problem.plain.exchange.sweeps = random.chance(0.5) ? 2 : 0;
+    problem.plain.certificate = random.chance(0.5);
     problem.plain.time_limit = random.chance(0.5) ? 1e-9 : 0;
     std::vector<std::uint32_t> required;
     for (std::uint32_t i = 0; i < problem.blocks.size(); ++i) {
@@ -87,10 +86,6 @@ TEST(Constraints, every_strategy_keeps_to_them_or_says_that_it_cannot) {
     for (const Strategy strategy : strategies) {
       SCOPED_TRACE(to_string(strategy));
       const Selection selection = selector.select(problem.blocks, problem.options(strategy));
-      if (!problem.groups.empty() && !supports_groups_and_targets(strategy)) {
-        EXPECT_EQ(selection.error, Error::unsupported_groups);
-        continue;
-      }
       expect_sound(problem, selection);
       EXPECT_TRUE(std::equal(required.begin(), required.end(), selection.begin()));
     }
@@ -101,11 +96,12 @@ Problem small_problem_of_groups(Random& random) {
   const auto n = static_cast<std::size_t>(random.integer(2, 11));
   Problem problem = problem_of(awkward_blocks(random, n), 1 + random.index(n));
   const int count = random.integer(1, 4);
-  for (int g = 0; g < count; ++g) problem.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 2)));
+  problem.plain.groups.count = static_cast<std::size_t>(count);
+  problem.plain.groups.maximum = 1 + random.index(2);
   for (std::size_t i = 0; i < n; ++i) {
     problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
-  problem.plain.certificate.compute = true;
+  problem.plain.certificate = true;
   problem.set_prior(Matrix6::Identity());
   return problem;
 }
@@ -128,7 +124,7 @@ TEST(Constraints, greedy_reaches_at_least_half_of_the_optimum) {
   std::printf("worst greedy / optimum over groups: %.3f (guaranteed 0.5)\n", worst);
 }
 
-TEST(Constraints, one_maximum_for_all_groups) {
+TEST(Constraints, groups_have_up_to_their_maximum) {
   Random random;
   Problem problem = problem_of(scaled(random, random_store(random, 60), 1, 0.03), 60);
   for (std::uint32_t i = 0; i < 60; ++i) problem.groups.push_back(i % 6);
@@ -148,29 +144,66 @@ TEST(Constraints, groups_may_have_any_numbers) {
   for_each_trial(300, [](Random& random) {
     Problem problem = random_problem(random, 60);
     if (problem.groups.empty()) return;
-    problem.plain.exchange.sweeps = 2;
-    problem.plain.certificate.compute = true;
-    if (random.chance(0.5)) {
-      problem.plain.groups.count = problem.maxima.size();
-      problem.plain.groups.maximum = 3;
-      problem.maxima.clear();
-      problem.required.clear();  // more of them may be in a group
-    }
+    problem.plain.certificate = true;
     Problem renamed = problem;
-    if (problem.maxima.empty()) {
-      for (std::uint32_t& group : renamed.groups) group = std::numeric_limits<std::uint32_t>::max() - 1000 * group;
-      renamed.plain.groups.count = std::size_t{1} << 32U;
-    } else {
-      constexpr std::uint32_t step = 7919;
-      renamed.maxima.assign(problem.maxima.size() * step, 77);
-      for (std::size_t g = 0; g < problem.maxima.size(); ++g) renamed.maxima[(g + 1) * step - 1] = problem.maxima[g];
-      for (std::uint32_t& group : renamed.groups) group = (group + 1) * step - 1;
-    }
-    for (const Strategy strategy : greedy_strategies) {
+    for (std::uint32_t& group : renamed.groups) group = std::numeric_limits<std::uint32_t>::max() - 1000 * group;
+    renamed.plain.groups.count = std::size_t{1} << 32U;
+    for (const Strategy strategy : strategies) {
       const Answer expected = answer_to(problem.blocks, problem.options(strategy));
       EXPECT_EQ(answer_to(problem.blocks, renamed.options(strategy)), expected);
     }
   });
+}
+
+// Ten candidates, an invalid one, and what is asked for. Four are required where constraints can be met.
+struct Asked : Problem {
+  Asked() {
+    Random random;
+    blocks = random_store(random, 10, 1, 2);
+    blocks.push_back_invalid();
+    plain.budget = 4;
+    required = {0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0};
+  }
+};
+
+std::string reason_of(const Problem& problem) {
+  Selector selector(20);
+  const Selection selection = selector.select(problem.blocks, problem.options());
+  EXPECT_EQ(selection.has_answer(), selection.status == Status::ok || selection.status == Status::all_selected);
+  EXPECT_TRUE(selection.has_answer() || selection.size == 0);
+  return selection.reason();
+}
+
+TEST(Constraints, on_required_candidates_that_cannot_be_met_are_named) {
+  Asked asked;
+  EXPECT_EQ(reason_of(asked), "ok");
+  asked.plain.budget = 3;
+  EXPECT_EQ(reason_of(asked), "infeasible") << "more required than the budget";
+  asked.plain.budget = 5;
+  asked.required[10] = 1;
+  EXPECT_EQ(reason_of(asked), "infeasible") << "required and invalid";
+  asked.required.assign(11, 0);
+  EXPECT_EQ(reason_of(asked), "ok") << "nothing is required";
+}
+
+TEST(Constraints, on_groups_that_cannot_be_met_are_named) {
+  Asked asked;
+  asked.groups.resize(11);
+  GroupOptions& options = asked.plain.groups;
+  EXPECT_EQ(reason_of(asked), "invalid_groups") << "group 0 of 0";
+  options.count = 1;
+  options.maximum = 3;
+  EXPECT_EQ(reason_of(asked), "infeasible") << "more required than a group allows";
+  options.maximum = 4;
+  EXPECT_EQ(reason_of(asked), "all_selected") << "no more may be selected";
+  asked.groups[9] = 1;
+  EXPECT_EQ(reason_of(asked), "invalid_groups") << "group 1 of 1";
+  for (const std::size_t many : {std::size_t{20}, std::size_t{21}, std::size_t{1} << 40U}) {
+    options.count = many;
+    EXPECT_EQ(reason_of(asked), "ok") << many << ", also more groups than the capacity";
+  }
+  asked.plain.budget = 6;
+  EXPECT_EQ(reason_of(asked), "all_selected") << "four required, as many as group 0 may have, and one of group 1";
 }
 
 }  // namespace

@@ -27,10 +27,6 @@ inline void add(InformationFactor& factor, const Block& block) {
   factor.add_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
 }
 
-inline bool remove(InformationFactor& factor, const Block& block) {
-  return factor.remove_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
-}
-
 /// Expects of(kernel), numbers, to have the same bits on every instruction set, and returns it.
 template <class Function>
 std::vector<double> same_on_every_kernel(const Function& of) {

@@ -31,7 +31,6 @@ FeatureKind random_kind(Random& random) {
   kind.model = random_model(random);
   kind.depth_cue = kind.model == CameraModel::pinhole ? DepthCue(random.integer(0, 2)) : DepthCue::none;
   kind.has_rig = random.chance(0.3);
-  kind.has_jacobians = !kind.has_rig && kind.depth_cue == DepthCue::none && random.chance(0.3);
   kind.covariances = FeatureKind::Covariances(random.integer(0, 2));
   return kind;
 }
@@ -42,10 +41,10 @@ FeatureFrame::FeatureFrame(Random& random, std::size_t n, const FeatureKind& wha
   options.map_sigma = 0.11;
   options.depth_sigma = 0.07;
   const bool is_stereo = kind.depth_cue == DepthCue::stereo;
-  rig_cameras[0].camera = typical_camera(kind.model);
-  rig_cameras[1].camera = typical_camera(is_stereo ? kind.model : CameraModel::double_sphere);
+  cameras[0] = typical_camera(kind.model);
+  cameras[1] = typical_camera(is_stereo ? kind.model : CameraModel::double_sphere);
   for (Isometry& T : T_cb) T = random_isometry(random, 0.2, 0.2);
-  for (std::size_t c = 0; c < 2; ++c) rig_cameras[c].T_cb = rows_of(T_cb[c]);
+  for (std::size_t c = 0; c < 2 && kind.has_rig; ++c) cameras[c].T_cb = rows_of(T_cb[c]);
   for (std::size_t i = 0; i < n; ++i) add(random, i);
 }
 
@@ -60,7 +59,6 @@ void FeatureFrame::add(Random& random, std::size_t i) {
   camera_ids.push_back(static_cast<unsigned char>(c));
   has_depth_cue.push_back(kind.depth_cue != DepthCue::none && random.chance(0.6) ? 1 : 0);
   add_covariance(random);
-  for (int e = 0; e < 6; ++e) jacobians.push_back(random.uniform(-300, 300));
 
   FeatureMatch match;
   match.id = static_cast<std::uint32_t>(1000 + i);
@@ -85,7 +83,7 @@ void FeatureFrame::add_covariance(Random& random) {
 }
 
 void FeatureFrame::measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const {
-  const WideVector2 uv = image_of(rig_cameras[match.camera_id].camera, p_c.cast<long double>());
+  const WideVector2 uv = image_of(cameras[match.camera_id], p_c.cast<long double>());
   for (int axis = 0; axis < 2; ++axis) {
     match.measured[axis] = static_cast<double>(uv(axis)) + random.uniform(-5, 5) * match.sigma;
   }
@@ -112,9 +110,9 @@ void FeatureFrame::start(GoodFeatures& good) const {
   good.block_options = options;
   good.block_options.depth_cue = DepthCue::none;  // the matches say which
   if (kind.has_rig) {
-    good.start(Rig{rig_cameras, 2}, rows_of(T_cw));
+    good.start(cameras, 2, rows_of(T_cw));
   } else {
-    good.start(rig_cameras[0].camera, rows_of(T_cw));
+    good.start(cameras[0], rows_of(T_cw));
   }
 }
 
@@ -122,14 +120,11 @@ void FeatureFrame::gather(GoodFeatures& good) const {
   start(good);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     FeatureMatch match = matches[i];
-    double covariance[9], jacobian[6];  // copied by add()
+    double covariance[9];  // copied by add()
     std::copy_n(&covariances[9 * i], 9, covariance);
-    std::copy_n(&jacobians[6 * i], 6, jacobian);
     if (knows_covariance[i] != 0) match.covariance = covariance;
-    if (kind.has_jacobians) match.jacobian = jacobian;
     good.add(match);
     std::fill_n(covariance, 9, nan);
-    std::fill_n(jacobian, 6, nan);
   }
 }
 
@@ -146,21 +141,19 @@ Matches FeatureFrame::arrays() const {
 }
 
 BlockStore FeatureFrame::blocks() const {
-  Matches given = arrays();
-  if (kind.has_jacobians) given.jacobians = jacobians.data();
+  const Matches given = arrays();
   BlockOptions block_options = options;
   if (given.map_covariances != nullptr) block_options.weighting = Weighting::measurement_and_map;
   BlockStore store(matches.size());
-  const BlockReport report = kind.has_rig
-                                 ? append_blocks(Rig{rig_cameras, 2}, rows_of(T_cw), given, block_options, store)
-                                 : append_blocks(rig_cameras[0].camera, rows_of(T_cw), given, block_options, store);
+  const BlockReport report = kind.has_rig ? append_blocks(cameras, 2, rows_of(T_cw), given, block_options, store)
+                                          : append_blocks(cameras[0], rows_of(T_cw), given, block_options, store);
   EXPECT_TRUE(report.error == Error::none);
   return store;
 }
 
 WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
   const WideVector3 p = in_camera(i, pose);
-  const WideVector2 uv = image_of(rig_cameras[camera_of_match(i)].camera, p);
+  const WideVector2 uv = image_of(cameras[camera_of_match(i)], p);
   const long double depth_cue = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
   const FeatureMatch& match = matches[i];
   const long double measured = kind.depth_cue == DepthCue::depth ? match.depth : match.u_right;

@@ -26,7 +26,6 @@ struct FeatureKind {
   CameraModel model = CameraModel::pinhole;
   DepthCue depth_cue = DepthCue::none;
   bool has_rig = false;
-  bool has_jacobians = false;
   enum class Covariances { none, some, all } covariances = Covariances::none;
 };
 
@@ -45,7 +44,7 @@ struct FeatureFrame {
   void start(GoodFeatures& good) const;
   void gather(GoodFeatures& good) const;
 
-  /// The matches as arrays, but for jacobians, and the blocks that append_blocks makes of them.
+  /// The matches as arrays, and the blocks that append_blocks makes of them.
   Matches arrays() const;
   BlockStore blocks() const;
 
@@ -57,10 +56,10 @@ struct FeatureFrame {
   FeatureKind kind;
   Isometry T_cw;
   Isometry T_cb[2];
-  RigCamera rig_cameras[2];
+  Camera cameras[2];
   BlockOptions options;
   std::vector<FeatureMatch> matches;
-  std::vector<double> points, sigmas, covariances, jacobians;
+  std::vector<double> points, sigmas, covariances;
   std::vector<unsigned char> camera_ids, has_depth_cue, knows_covariance;
 
  private:
@@ -81,13 +80,12 @@ struct Gathered {
   GoodFeatures good;
 };
 
-/// Calls test(random, frame) with `count` frames of n matches, of all kinds, or all without the caller's Jacobians.
+/// Calls test(random, frame) with `count` frames of n matches, of all kinds.
 template <class Test>
-void for_frames_of_all_kinds(std::size_t count, std::size_t n, const Test& test, bool may_have_jacobians = true) {
+void for_frames_of_all_kinds(std::size_t count, std::size_t n, const Test& test) {
   for (std::uint64_t variation = 0; variation < count && !::testing::Test::HasFatalFailure(); ++variation) {
     TracedRandom random(variation);
-    FeatureKind kind = random_kind(random);
-    kind.has_jacobians = kind.has_jacobians && may_have_jacobians;
+    const FeatureKind kind = random_kind(random);
     test(random, FeatureFrame(random, n, kind));
   }
 }

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
@@ -42,30 +43,18 @@ TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_qu
     EXPECT_GT(outliers, 20);
     EXPECT_LT(outliers, 145);
   };
-  for_frames_of_all_kinds(trials(60), 200, judge, false);
+  for_frames_of_all_kinds(trials(60), 200, judge);
 }
 
-TEST(GoodFeatures, with_jacobians_of_the_caller_nothing_is_judged) {
-  FeatureKind kind;
-  kind.has_jacobians = true;
-  Gathered it(100, kind);
-  ASSERT_EQ(it.good.select(with_budget(50)).status, Status::ok);
-  EXPECT_EQ(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
-  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(std::isnan(it.good.chi2(i)) && !it.good.is_outlier(i)) << i;
-}
-
-// d h / d p_c by differences of image_of, or the caller's.
+// d h / d p_c by differences of image_of.
 WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVector3& p) {
-  const Camera& camera = frame.rig_cameras[frame.camera_of_match(i)].camera;
+  const Camera& camera = frame.cameras[frame.camera_of_match(i)];
   const bool is_depth = frame.kind.depth_cue == DepthCue::depth;
   const long double step = 1e-7L * p.norm();
   WideMatrix J(3, 3);
   for (int d = 0; d < 3; ++d) {
     const WideVector3 by = step * WideVector3::Unit(d);
     J.col(d).head<2>() = (image_of(camera, p + by) - image_of(camera, p - by)) / (2 * step);
-    for (int a = 0; frame.kind.has_jacobians && a < 2; ++a) {
-      J(a, d) = frame.jacobians[6 * i + static_cast<std::size_t>(3 * a + d)];
-    }
     const long double of_depth = d == 2 ? 1 : 0;
     J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
   }
@@ -134,7 +123,7 @@ TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_
     EXPECT_EQ(match_whitening(good, i, omega), !is_behind && i < 100) << i;
   }
   EXPECT_GT(behind, 0U);
-  good.start(Rig(), rows_of(frame.T_cw));
+  good.start(nullptr, 0, rows_of(frame.T_cw));
   good.add(frame.matches[0]);
   double omega[4];
   EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
@@ -159,7 +148,92 @@ TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
       EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
     }
   };
-  for_frames_of_all_kinds(trials(60), 200, judge, false);
+  for_frames_of_all_kinds(trials(60), 200, judge);
+}
+
+// A frame of one depth and one right column, both exact or off by `off` deviations.
+void gather_mixed(bool is_depth_last, double off, GoodFeatures& good) {
+  good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
+  for (const bool is_last : {false, true}) {
+    FeatureMatch match(Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248), 2);
+    if (is_depth_last == is_last) {
+      match.depth = 3 + off * BlockOptions().depth_sigma;
+    } else {
+      match.u_right = 367 - 40 / 3.0 + off * match.sigma;
+    }
+    good.add(match);
+  }
+}
+
+// A frame that mixes both cues is an error, but each match keeps its own.
+TEST(GoodFeatures, of_mixed_cues_selects_all_and_weighs_and_judges_each_match_by_its_own) {
+  GoodFeatures good(2);
+  for (const bool is_depth_last : {false, true}) {
+    gather_mixed(is_depth_last, 0, good);
+    EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
+    EXPECT_EQ(good.selection().size, 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+      double omega[9] = {};
+      ASSERT_TRUE(match_information(good, i, omega)) << i;
+      const bool is_depth = is_depth_last == (i == 1);
+      EXPECT_NEAR(omega[0], 0.25, 1e-12);
+      EXPECT_NEAR(omega[8], is_depth ? 1 / (0.05 * 0.05) : 0.25, 1e-9) << i;
+    }
+    for (const bool is_weighted : {false, true}) {
+      for (const double off : {0.0, 1.0, 5.0}) {  // before select() nothing is selected, and all are judged
+        good.is_weighted = is_weighted;
+        gather_mixed(is_depth_last, off, good);
+        EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), off > 3 ? 2U : 0U);
+        for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
+      }
+    }
+  }
+}
+
+// A deviation whose square is zero in float64: nothing is NaN.
+TEST(GoodFeatures, judges_a_tiny_sigma) {
+  GoodFeatures good(3);
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  const Eigen::Vector3d p(0, 0, 3);
+  good.add(p, Eigen::Vector2d(367, 248), 1e-170);
+  good.add(p, Eigen::Vector2d(367.5, 248), 1e-170);
+  good.add(p, Eigen::Vector2d(367, 200), 1e-170);
+  good.select(0);
+  good.outliers(RigidTransform::identity());
+  EXPECT_EQ(good.chi2(0), 0);
+  EXPECT_FALSE(good.is_outlier(0));
+  for (const std::size_t i : {1U, 2U}) {
+    EXPECT_GT(good.chi2(i), 1e100);
+    EXPECT_TRUE(good.is_outlier(i));
+  }
+}
+
+TEST(GoodFeatures, a_match_that_is_selected_after_all_is_no_outlier_any_more) {
+  Gathered it(200);
+  ASSERT_EQ(it.good.select(50).status, Status::ok);
+  it.good.outliers(rows_of(it.frame.T_cw));
+  std::vector<std::size_t> outliers;
+  for (std::size_t i = 0; i < 200; ++i) {
+    if (it.good.is_outlier(i)) outliers.push_back(i);
+  }
+  ASSERT_GT(outliers.size(), 20U);
+  ASSERT_EQ(it.good.select(150).status, Status::ok);
+  std::size_t selected = 0;
+  for (const std::size_t i : outliers) {
+    if (!it.good.is_selected(i)) continue;
+    ++selected;
+    EXPECT_FALSE(it.good.is_outlier(i)) << i;
+    EXPECT_TRUE(std::isnan(it.good.chi2(i))) << i;
+  }
+  EXPECT_GT(selected, 0U);
+}
+
+TEST(GoodFeatures, without_a_pose_judges_nobody) {
+  Gathered it(200);
+  ASSERT_EQ(it.good.select(50).status, Status::ok);
+  EXPECT_GT(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
+  EXPECT_EQ(it.good.outliers(nullptr).size(), 0U);
+  for (std::size_t i = 0; i < 200; ++i) EXPECT_FALSE(it.good.is_outlier(i)) << i;
 }
 
 }  // namespace

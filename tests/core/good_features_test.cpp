@@ -2,15 +2,16 @@
 // GoodFeatures against append_blocks and a Selector on the same matches, every way in which nothing is selected, and
 // one object over many frames of all kinds.
 #include "tests/core/feature_frame.hpp"
+#include "tests/support/answer.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 
+#include <maxlogdet/match_information.hpp>
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <string>
-#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -66,23 +67,7 @@ TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
   expect_equal_blocks(it.good.blocks(), it.frame.blocks());
 }
 
-TEST(GoodFeatures, a_match_without_a_jacobian_beside_others_with_one_is_no_candidate) {
-  Gathered it(50);
-  const double jacobian[6] = {300, 0, 10, 0, 300, 20};
-  for (const std::size_t without : {std::size_t{0}, std::size_t{20}}) {
-    it.frame.start(it.good);
-    for (std::size_t i = 0; i < 50; ++i) {
-      FeatureMatch match(it.frame.point(i));
-      match.jacobian = i == without ? nullptr : jacobian;
-      it.good.add(match);
-    }
-    EXPECT_EQ(it.good.select(10).status, Status::ok);
-    EXPECT_FALSE(it.good.blocks().is_valid(without));
-    EXPECT_EQ(it.good.block_report().invalid_jacobians, 1U);
-  }
-}
-
-// What an error leaves: every usable match that is not excluded, in order, and no number that is not known.
+// What an error leaves: every usable match, in order, and no number that is not known.
 void expect_usable(const Selection& selection, const GoodFeatures& good, const std::vector<std::uint32_t>& usable,
                    Error error) {
   EXPECT_EQ(selection.status, Status::error);
@@ -95,31 +80,22 @@ void expect_usable(const Selection& selection, const GoodFeatures& good, const s
   EXPECT_TRUE(std::isnan(selection.log_det) && std::isnan(selection.upper_bound));
 }
 
-// A frame of 200 matches, of which some are excluded, and some cannot be optimised with.
+// A frame of 200 matches, of which some cannot be optimised with.
 struct Troubled {
-  Troubled() : frame(random, 200), excluded(200, 0) {
+  Troubled() : frame(random, 200) {
     for (std::uint32_t i = 0; i < 200; ++i) {
-      excluded[i] = i % 9 == 0 ? 1 : 0;
       FeatureMatch& match = frame.matches[i];
       if (i % 20 == 1) match.point[i % 3] = nan;
       if (i % 20 == 2) match.measured[i % 2] = i % 3 == 0 ? infinity : nan;
       if (i % 20 == 3) match.sigma = i % 3 == 0 ? 0 : nan;
       const bool is_broken = i % 20 >= 1 && i % 20 <= 3;
-      if (!is_broken && excluded[i] == 0) usable.push_back(i);
-      if (is_broken) broken.push_back(i);
+      (is_broken ? broken : usable).push_back(i);
     }
-  }
-
-  Options options(std::size_t budget) const {
-    Options options(budget);
-    options.excluded = excluded.data();
-    return options;
   }
 
   Random random;
   ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
   FeatureFrame frame;
-  std::vector<unsigned char> excluded;
   std::vector<std::uint32_t> usable, broken;
   GoodFeatures good = GoodFeatures(300);
 };
@@ -129,7 +105,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
   const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
   const double no_prior[36] = {};
-  const std::vector<unsigned char> everything(200, 1);
+  const std::vector<unsigned char> nothing(200, 0);
   Options options;
   const std::pair<Error, std::function<void()>> mistakes[] = {
       {Error::invalid_time_limit, [&] { options.time_limit = -1; }},
@@ -137,23 +113,29 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       {Error::invalid_threads, [&] { options.threads = -1; }},
       {Error::invalid_target, [&] { options.target.efficiency = 2; }},
       {Error::invalid_prior, [&] { options.prior = no_prior; }},
-      {Error::infeasible, [&] { options.required = everything.data(); }},
+      {Error::misplaced_required, [&] { options.required = nothing.data(); }},
+      {Error::infeasible,
+       [&] {
+         for (std::size_t i = 0; i < 60; ++i) it.frame.matches[i].is_required = true;
+       }},
       {Error::invalid_camera, [&] { it.good.start(Camera(), T_cw); }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, nullptr); }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }},
       // A rig without cameras is an error, not the camera of the frame before.
-      {Error::invalid_camera_id, [&] { it.good.start(Rig(), T_cw); }},
+      {Error::invalid_camera, [&] { it.good.start(nullptr, 0, T_cw); }},
       {Error::invalid_block_options, [&] { it.good.block_options.min_depth = -1; }},
       {Error::mixed_depth_cues, [&] {
          it.frame.matches[5].u_right = 100;
          it.frame.matches[6].depth = 3;
        }}};
+  const std::vector<FeatureMatch> matches = it.frame.matches;
   for (const auto& [error, make] : mistakes) {
     SCOPED_TRACE(to_string(error));
+    it.frame.matches = matches;
     it.frame.gather(it.good);
     EXPECT_EQ(it.good.select(50).size, 50U) << "after the error before";
     it.frame.start(it.good);
-    options = it.options(50);
+    options = Options(50);
     make();
     for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
     expect_usable(it.good.select(options), it.good, it.usable, error);
@@ -174,7 +156,7 @@ TEST(GoodFeatures, selects_a_full_budget_of_usable_matches_and_never_a_broken_on
           it.good.start(typical_camera(CameraModel::pinhole), away * it.frame.T_cw);
           for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
         }
-        Options options = it.options(budget);
+        Options options(budget);
         options.time_limit = limit;
         const Selection selection = it.good.select(options);
         SCOPED_TRACE(std::to_string(budget) + " in " + std::to_string(limit) + " s: " + selection.reason());
@@ -198,7 +180,7 @@ TEST(GoodFeatures, selects_a_full_budget_of_usable_matches_and_never_a_broken_on
 TEST(GoodFeatures, what_is_broken_is_an_outlier_and_what_is_not_measured_is_none) {
   Troubled it;
   it.frame.gather(it.good);
-  it.good.select(it.options(50));
+  it.good.select(50);
   const IndexRange outliers = it.good.outliers(rows_of(it.frame.T_cw));
   const std::vector<std::uint32_t> flagged(outliers.begin(), outliers.end());
   EXPECT_TRUE(std::includes(flagged.begin(), flagged.end(), it.broken.begin(), it.broken.end()));
@@ -272,44 +254,139 @@ TEST(GoodFeatures, matches_beyond_the_capacity_are_counted_and_not_selected) {
   EXPECT_EQ(none.select(0).size, 0U);
 }
 
-// Required by the match, by the options, or by both; several times for one frame. What the options required is not
-// required of the next selection.
-TEST(GoodFeatures, what_is_required_is_selected_also_where_it_can_be_no_candidate) {
+// A match that is required without a block takes a place of the budget as any other does.
+TEST(GoodFeatures, what_is_required_is_selected_also_without_a_block_and_counts_towards_the_budget) {
   Gathered it(200);
   const BlockStore blocks = it.frame.blocks();
   const auto next = [&](bool is_valid, std::uint32_t i) {
     while (blocks.is_valid(i) != is_valid) ++i;
     return i;
   };
-  const std::uint32_t invalid = next(false, 0), one = next(true, 0), other = next(true, one + 1);
+  const std::uint32_t invalid = next(false, 0), one = next(true, 0);
   it.frame.matches[one].is_required = it.frame.matches[invalid].is_required = true;
-  std::vector<unsigned char> by_options(200, 0);
-  by_options[other] = 1;
   it.frame.gather(it.good);
-  for (const bool is_by_options : {true, true, false}) {
-    std::vector<unsigned char> required = is_by_options ? by_options : std::vector<unsigned char>(200, 0);
-    required[one] = 1;
-    Options options = with_budget(20);
-    options.required = required.data();
-    std::vector<std::uint32_t> expected = select_indices(blocks, options);
-    expected.push_back(invalid);
-    options.required = is_by_options ? by_options.data() : nullptr;
-    ASSERT_EQ(it.good.select(options).status, Status::ok);
+  std::vector<unsigned char> required(200, 0);
+  required[one] = 1;
+  Options with_a_block(19);
+  with_a_block.required = required.data();
+  std::vector<std::uint32_t> expected = select_indices(blocks, with_a_block);
+  expected.push_back(invalid);
+  for (int again = 0; again < 2; ++again) {
+    ASSERT_EQ(it.good.select(20).status, Status::ok);
     EXPECT_EQ(selected_of(it.good), sorted(expected));
-    EXPECT_EQ(it.good.selection().size, 21U);
+    EXPECT_EQ(it.good.selection().size, 20U);
   }
 }
 
-TEST(GoodFeatures, excluded_matches_and_groups_go_by_the_numbers_of_matches) {
-  Gathered it(200);
-  std::vector<unsigned char> excluded(200, 0);
-  std::vector<std::uint32_t> groups(200);
-  for (std::uint32_t i = 0; i < 200; ++i) {
-    excluded[i] = i % 5 == 0 ? 1 : 0;
-    groups[i] = i % 30;
+// 50 matches in front of the camera, and five that are required, of which four are behind it.
+void gather_required_behind(GoodFeatures& good) {
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  for (int i = 0; i < 55; ++i) {
+    const double x = 0.1 * (i % 7 - 3), y = 0.1 * (i % 5 - 2), z = i >= 50 && i < 54 ? -3 : 2 + i % 17;
+    FeatureMatch match(Eigen::Vector3d(x * z, y * z, z), Eigen::Vector2d(367 + 458 * x, 248 + 457 * y));
+    match.is_required = i >= 50;
+    good.add(match);
   }
+}
+
+TEST(GoodFeatures, more_required_than_the_budget_are_infeasible_whatever_has_a_block) {
+  GoodFeatures good(100);
+  gather_required_behind(good);
+  for (const std::size_t budget : {0U, 3U, 4U}) {
+    const Selection selection = good.select(budget);
+    EXPECT_EQ(selection.error, Error::infeasible) << budget;
+    EXPECT_EQ(selection.size, 55U) << "all that are usable";
+  }
+  for (const std::size_t budget : {5U, 6U, 10U, 54U}) {
+    EXPECT_EQ(good.select(budget).status, Status::ok) << good.reason();
+    EXPECT_EQ(good.selection().size, budget);
+    for (std::size_t i = 50; i < 55; ++i) EXPECT_TRUE(good.is_selected(i)) << i << " of " << budget;
+  }
+  EXPECT_EQ(good.select(55).status, Status::all_selected);
+}
+
+// A frame of 50 matches, of stereo where bf is given.
+std::vector<FeatureMatch> plain_matches(double bf) {
+  std::vector<FeatureMatch> matches;
+  for (int i = 0; i < 50; ++i) {
+    const double x = 0.1 * (i % 7 - 3), y = 0.1 * (i % 5 - 2), z = 2 + i % 17;
+    matches.emplace_back(Eigen::Vector3d(x * z, y * z, z), Eigen::Vector2d(367 + 458 * x, 248 + 457 * y));
+    if (bf > 0) matches.back().u_right = matches.back().measured[0] - bf / z;
+  }
+  return matches;
+}
+
+// Only usable matches set what a frame has: a third measurement, covariances, cameras.
+TEST(GoodFeatures, a_match_that_is_never_usable_changes_nothing_for_the_others) {
+  const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  FeatureMatch with_depth(Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(nan, 248));
+  FeatureMatch with_column = with_depth, with_covariance = with_depth;
+  with_depth.depth = 3;
+  with_column.u_right = 3;
+  with_covariance.covariance = covariance;
+  const std::pair<double, FeatureMatch> cases[] = {
+      {40, with_depth}, {0, with_depth}, {0, with_column}, {40, with_covariance}, {0, with_covariance}};
+  GoodFeatures good(51);
+  for (const auto& [bf, broken] : cases) {
+    SCOPED_TRACE("bf " + std::to_string(bf) + ", depth " + std::to_string(broken.depth > 0));
+    good.start(Camera(458, 457, 367, 248, bf), RigidTransform::identity());
+    for (const FeatureMatch& match : plain_matches(bf)) good.add(match);
+    const Answer expected(good.select(10));
+    EXPECT_EQ(expected.reason, "ok");
+    good.add(broken);
+    EXPECT_EQ(Answer(good.select(10)), expected);
+    EXPECT_FALSE(good.is_selected(50));
+  }
+}
+
+// A usable match with a right column shows that the camera is wrong.
+TEST(GoodFeatures, a_right_column_needs_a_camera_with_bf) {
+  GoodFeatures good(50);
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  for (FeatureMatch match : plain_matches(0)) {
+    if (good.size() == 7) match.u_right = 100;
+    good.add(match);
+  }
+  EXPECT_EQ(good.select(10).size, 50U);
+  EXPECT_STREQ(good.reason(), "invalid_camera");
+}
+
+// An unknown camera_id is a fault of that match, not of the frame; alone, a camera has number 0.
+TEST(GoodFeatures, a_match_of_a_camera_that_is_not_there_is_unusable_alone) {
+  for (const bool is_rig : {false, true}) {
+    Gathered it(200, {CameraModel::pinhole, DepthCue::none, is_rig, FeatureKind::Covariances::none});
+    const auto gather_with = [&](std::uint8_t camera_id, bool is_error) {
+      it.frame.start(it.good);
+      for (std::size_t i = 0; i < 200; ++i) {
+        FeatureMatch match = it.frame.matches[i];
+        if (i % 10 == 1) match.camera_id = camera_id;
+        it.good.add(match);
+      }
+      Options options(50);
+      options.time_limit = is_error ? -1 : 0;
+      return it.good.select(options);
+    };
+    for (const int camera_id : {is_rig ? 2 : 1, 255}) {
+      const Selection selection = gather_with(static_cast<std::uint8_t>(camera_id), false);
+      EXPECT_EQ(selection.status, Status::ok) << it.good.reason();
+      EXPECT_EQ(selection.size, 50U);
+      EXPECT_EQ(gather_with(static_cast<std::uint8_t>(camera_id), true).size, 180U) << "all usable ones";
+      it.good.outliers(rows_of(it.frame.T_cw));
+      for (std::size_t i = 1; i < 200; i += 10) {
+        EXPECT_FALSE(it.good.is_selected(i)) << i;
+        EXPECT_EQ(it.good.chi2(i), infinity);
+        double omega[9];
+        EXPECT_FALSE(match_information(it.good, i, omega));
+      }
+    }
+  }
+}
+
+TEST(GoodFeatures, groups_go_by_the_numbers_of_matches) {
+  Gathered it(200);
+  std::vector<std::uint32_t> groups(200);
+  for (std::uint32_t i = 0; i < 200; ++i) groups[i] = i % 30;
   Options options = with_budget(20);
-  options.excluded = excluded.data();
   options.groups.ids = groups.data();
   options.groups.count = 30;
   ASSERT_EQ(it.good.select(options).status, Status::ok);
@@ -340,51 +417,6 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
     good.select(1000);
     EXPECT_NEAR(efficiency(good), 1, 1e-12);
   });
-}
-
-// The clock starts with the call: required points are searched for in any case, and take their time.
-TEST(GoodFeatures, matching_ends_with_what_is_found_in_time) {
-  for (const double limit : {0.0, 60.0, 1e-3}) {
-    Gathered it(200);
-    it.frame.start(it.good);
-    for (std::size_t i = 0; i < 200; ++i) {
-      FeatureMatch match(it.frame.point(i));
-      match.is_required = i < 3;
-      it.good.add(match);
-    }
-    Options options(50);
-    options.time_limit = limit;
-    const auto find = [&](std::size_t i, FeatureMatch&) {
-      if (i < 3) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      return true;
-    };
-    const Selection found = it.good.match(options, find);
-    const bool is_late = limit == 1e-3;
-    EXPECT_EQ(found.status, is_late ? Status::deadline_reached : Status::ok) << limit;
-    EXPECT_EQ(found.size, is_late ? 3U : 50U) << limit;
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(it.good.is_selected(i)) << i;
-  }
-}
-
-TEST(GoodFeatures, what_is_matched_counts_with_what_was_measured_and_stays_usable) {
-  Gathered it(100);
-  it.frame.start(it.good);
-  for (std::size_t i = 0; i < 100; ++i) it.good.add(FeatureMatch(it.frame.point(i)));
-  const auto find = [](std::size_t i, FeatureMatch& match) {
-    match.sigma = 0.25;
-    return i % 3 != 0;
-  };
-  const Selection found = it.good.match(Options(30), find);
-  ASSERT_EQ(found.size, 30U);
-  GoodFeatures measured(30);
-  it.frame.start(measured);
-  for (const std::uint32_t i : found) {
-    FeatureMatch match(it.frame.point(i));
-    match.sigma = 0.25;
-    measured.add(match);
-  }
-  EXPECT_NEAR(measured.select(Options(30)).log_det, found.log_det, 1e-9);
-  EXPECT_EQ(it.good.select(Options(100)).size, 30U) << "of those that were matched";
 }
 
 TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {

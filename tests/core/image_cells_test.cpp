@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <new>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -122,6 +124,28 @@ TEST(ImageCells, more_matches_than_the_capacity_are_refused_and_change_nothing) 
   EXPECT_EQ(cells_of(cells, 3), before);
 }
 
+// Any number of cells may be asked for: no cell holds two matches, so that each is in one of its own.
+TEST(ImageCells, more_cells_than_matches_hold_one_match_each) {
+  constexpr std::size_t n = 1000;
+  std::vector<double> uv;
+  for (std::size_t i = 0; i < n; ++i) {
+    uv.push_back(static_cast<double>(i % 37));
+    uv.push_back(static_cast<double>(i % 29));
+  }
+  ImageCells cells(n);
+  for (const std::size_t wanted : {n, n + 1, std::size_t{1} << 32U, std::size_t{1} << 62U, std::size_t{1} << 63U,
+                                   std::numeric_limits<std::size_t>::max()}) {
+    ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted));
+    EXPECT_EQ(cells.count(), n) << wanted;
+    for (const Cell& cell : cells_of(cells, n)) EXPECT_EQ(cell.size(), 1U) << wanted;
+  }
+}
+
+TEST(ImageCells, a_capacity_beyond_what_an_index_can_count_is_refused) {
+  EXPECT_THROW(ImageCells{std::size_t{1} << 32U}, std::bad_alloc);
+  EXPECT_THROW(ImageCells{std::numeric_limits<std::size_t>::max()}, std::bad_alloc);
+}
+
 // On frames of all kinds: the budget is filled, required matches are in, and of the others no two share a cell.
 TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_required_ones) {
   GoodFeatures good(300);
@@ -134,22 +158,39 @@ TEST(GoodFeatures, spread_fills_the_budget_with_one_match_of_a_cell_besides_requ
     std::vector<unsigned char> is_spread(300);
     std::vector<double> uv;
     std::vector<std::uint8_t> camera_ids;
-    std::size_t required_without_block = 0;
     for (std::size_t i = 0; i < 300; ++i) {
       const FeatureMatch& match = frame.matches[i];
       EXPECT_TRUE(good.is_selected(i) || !match.is_required);
-      required_without_block += match.is_required && !good.blocks().is_valid(i) ? 1 : 0;
       is_spread[i] = good.blocks().is_valid(i) && !match.is_required ? 1 : 0;
       uv.insert(uv.end(), match.measured, match.measured + 2);
       camera_ids.push_back(frame.kind.has_rig ? match.camera_id : std::uint8_t{0});
     }
-    EXPECT_EQ(good.selection().size, 60 + required_without_block);
+    EXPECT_EQ(good.selection().size, 60U);
     ImageCells cells(300);
     ASSERT_TRUE(cells.assign(uv.data(), 2, 300, 90, is_spread.data(), camera_ids.data()));
     std::vector<int> selected_of_cell(cells.count());
     for (const std::uint32_t i : selected_of(good)) ++selected_of_cell[cells.groups()[i]];
     EXPECT_LE(*std::max_element(selected_of_cell.begin(), selected_of_cell.end()), 1);
   });
+}
+
+// Fewer cells than the budget: one match of each.
+TEST(GoodFeatures, spread_below_one_selects_one_match_of_a_cell) {
+  constexpr std::size_t n = 1000;
+  GoodFeatures good(n);
+  good.spread = 0.1;
+  good.start(typical_camera(CameraModel::pinhole), RigidTransform::identity());
+  for (std::size_t i = 0; i < n; ++i) {
+    const double u = static_cast<double>(7 * i % 752), v = static_cast<double>(11 * i % 480);
+    const double z = 2 + static_cast<double>(i % 17);
+    good.add(Eigen::Vector3d((u - 367) / 458 * z, (v - 248) / 457 * z, z), Eigen::Vector2d(u, v));
+  }
+  EXPECT_EQ(good.select(900).status, Status::all_selected);
+  EXPECT_EQ(good.selection().size, 90U);
+  good.spread = 1e-9;
+  EXPECT_EQ(good.select(900).size, 1U) << "at least one cell";
+  good.spread = 1e300;
+  EXPECT_EQ(good.select(900).size, 900U) << "as many cells as matches";
 }
 
 TEST(GoodFeatures, spread_that_is_no_number_selects_all_and_says_so) {

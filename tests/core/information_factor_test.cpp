@@ -88,90 +88,19 @@ BlockStore nearly_parallel_blocks(Random& random) {
   return blocks;
 }
 
-// An oracle of the blocks from `first` to `end`.
-GreedyOracle<long double> oracle_from(const BlockStore& blocks, std::size_t first, std::size_t end,
-                                      const Matrix6& prior = default_information()) {
-  GreedyOracle<long double> oracle(blocks, prior);
-  for (std::size_t i = first; i < end; ++i) oracle.take(i);
-  return oracle;
-}
-
-// A far outlier may be the only candidate that observes a direction: its removal is refused.
-TEST(InformationFactor, stays_within_its_relative_error_through_downdates_on_every_family) {
-  long double tightest = 0;
-  int refused = 0;
-  int removed = 0;
-  for_every_family(60, [&](const BlockStore& blocks) {
-    InformationFactor factor;
-    const auto add_from = [&](std::size_t first) {
-      ASSERT_TRUE(factor.reset(nullptr));
-      for (std::size_t i = first; i < 60; ++i) add(factor, stored_block(blocks, i));
-    };
-    add_from(0);
-    for (std::size_t i = 0; i < 45; ++i) {
-      SCOPED_TRACE("after " + std::to_string(i));
-      if (remove(factor, stored_block(blocks, i))) {
-        ++removed;
-      } else {
-        ++refused;
-        add_from(i + 1);
-      }
-      tightest = std::max(tightest, expect_within_relative_error(factor, oracle_from(blocks, i + 1, 60)));
-    }
-  });
-  std::printf("%d removed, %d refused; largest deviation seen: %.2Le of its bound\n", removed, refused, tightest);
-  EXPECT_GT(tightest, 0);
-  EXPECT_LT(100 * refused, removed);
-}
-
-// On a prior near the identity. Rows as long as 1e6 that are nearly parallel: now and then the prior is all that is
-// left of a direction when others are removed.
-TEST(InformationFactor, stays_within_its_relative_error_or_refuses_on_nearly_parallel_rows) {
-  std::size_t refused = 0;
-  std::size_t removed = 0;
+// On a prior near the identity: rows as long as 1e6 that are nearly parallel.
+TEST(InformationFactor, stays_within_its_relative_error_on_nearly_parallel_rows) {
   for_each_trial(1000, [&](Random& random) {
     const BlockStore blocks = nearly_parallel_blocks(random);
     const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
+    GreedyOracle<long double> oracle(blocks, information);
     InformationFactor factor = factor_of(information);
     for (std::size_t i = 0; i < 8; ++i) {
-      expect_within_relative_error(factor, oracle_from(blocks, 0, i, information));
       add(factor, stored_block(blocks, i));
-    }
-    for (std::size_t i = 0; i < 8; ++i) {
-      if (!remove(factor, stored_block(blocks, i))) {
-        ++refused;
-        return;
-      }
-      ++removed;
-      expect_within_relative_error(factor, oracle_from(blocks, i + 1, 8, information));
+      oracle.take(i);
+      expect_within_relative_error(factor, oracle);
     }
   });
-  std::printf("%zu removed, %zu refused\n", removed, refused);
-  EXPECT_GT(removed, trials(1000));
-  EXPECT_GT(refused, trials(100));
-}
-
-TEST(InformationFactor, refuses_to_take_away_what_leaves_no_digits_or_was_never_there) {
-  for (int column = 0; column < 6; ++column) {
-    Block row = Block::Zero(1, 6);
-    row(0, column) = 1e3;  // 1e11 times the prior
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(nullptr));
-    EXPECT_FALSE(remove(factor, row)) << "never added";
-    ASSERT_TRUE(factor.reset(nullptr));
-    add(factor, row);
-    EXPECT_FALSE(remove(factor, row)) << "the only one";
-    ASSERT_TRUE(factor.reset(nullptr));
-    add(factor, row);
-    add(factor, row);
-    EXPECT_TRUE(remove(factor, row)) << "one of two";
-    EXPECT_NEAR(1 / (factor.inverse()[simd::padded_dimension * column + column]), 1e3, 1e-4);
-  }
-  InformationFactor factor;
-  ASSERT_TRUE(factor.reset(nullptr));
-  EXPECT_FALSE(remove(factor, Block::Constant(3, 6, 1e38)));
-  ASSERT_TRUE(factor.reset(nullptr));
-  EXPECT_TRUE(remove(factor, Block::Zero(3, 6))) << "nothing";
 }
 
 // The sum of all candidates has the same bits on every instruction set, whatever lies beyond the last candidate.

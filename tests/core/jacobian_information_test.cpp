@@ -19,7 +19,7 @@ struct Far {
   Eigen::Matrix<double, 3, 4> T_cw;
   BlockOptions options;
   std::vector<Eigen::Vector3d> points;
-  std::vector<double> sigmas, weights, covariances;  // the last 3 x 3 each
+  std::vector<double> sigmas, covariances;  // the last 3 x 3 each
   std::vector<unsigned char> has_depth_cue;
   Matches matches;
 
@@ -56,7 +56,6 @@ void add_random_match(Random& random, const WideIsometry& T_wc, Far& far) {
   const WideVector3 p(z * random.uniform(-1, 1), z * random.uniform(-1, 1), z);
   far.points.emplace_back((T_wc * p).cast<double>());
   far.sigmas.push_back(std::pow(10, random.uniform(-1, 1)));
-  far.weights.push_back(random.chance(0.1) ? 0 : random.uniform(0, 2));
   far.has_depth_cue.push_back(static_cast<unsigned char>(random.integer(0, 1)));
   const Eigen::Matrix3d covariance = random_covariance(random, (T_wc.linear() * p).normalized().cast<double>());
   far.covariances.insert(far.covariances.end(), covariance.data(), covariance.data() + 9);
@@ -73,7 +72,6 @@ Far random_far(Random& random, Weighting weighting, DepthCue depth_cue) {
   far.options.depth_sigma = std::pow(10, random.uniform(-3, 0));
   for (int i = random.integer(1, 40); i > 0; --i) add_random_match(random, T_cw.inverse(), far);
   if (random.chance(0.7)) far.matches.sigmas = far.sigmas.data();
-  if (random.chance(0.5)) far.matches.weights = far.weights.data();
   if (random.chance(0.5)) far.matches.has_depth_cue = far.has_depth_cue.data();
   if (random.chance(0.8)) far.matches.map_covariances = far.covariances.data();
   return far;
@@ -98,9 +96,7 @@ WideMatrix upper_factor(const WideMatrix& s) {
 class TextbookMatch {
  public:
   TextbookMatch(const Far& far, std::size_t i)
-      : rows_(far.has_depth_cue_at(i) ? 3 : 2),
-        weight_(far.matches.weights == nullptr ? 1 : far.weights[i]),
-        rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
+      : rows_(far.has_depth_cue_at(i) ? 3 : 2), rotation_(far.T_cw.leftCols<3>().cast<long double>()) {
     const WideVector3 world = far.points[i].cast<long double>();
     p_ = rotation_ * world + far.T_cw.col(3).cast<long double>();
     const WideVector3 terms =
@@ -119,14 +115,14 @@ class TextbookMatch {
     map_ = is_mapped ? far.covariance(i) : WideMatrix(WideMatrix::Zero(3, 3));
   }
 
-  // w J_x^T Sigma^-1 J_x with Sigma = Sigma_z + J_p Sigma_p J_p^T.
+  // J_x^T Sigma^-1 J_x with Sigma = Sigma_z + J_p Sigma_p J_p^T.
   WideMatrix information() const {
     const WideMatrix j_x = wide_product(projection_, pose_derivative(p_)).topRows(rows_);
     const WideMatrix j_p = wide_product(projection_, rotation_).topRows(rows_);
     const WideMatrix sigma =
         noise_.topLeftCorner(rows_, rows_) + wide_product(wide_product(j_p, map_), j_p.transpose());
     const WideMatrix whitened = wide_product(wide_inverse(upper_factor(sigma)), j_x);
-    return weight_ * wide_gram(whitened);
+    return wide_gram(whitened);
   }
 
   // How far H^T H may be from that, by rounding entries to float32 and everything before to float64: the error of S,
@@ -148,8 +144,7 @@ class TextbookMatch {
     relative = rounding * congruent(inverse, terms).rowwise().sum().maxCoeff();
     WideMatrix spread = pose_derivative(p_).cwiseAbs();
     spread.rightCols(3).array() += p_.z();
-    const WideMatrix h_terms =
-        std::sqrt(weight_) * wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
+    const WideMatrix h_terms = wide_product(wide_product(inverse, magnitudes(to_ray).topRows(rows_)), spread);
     const WideMatrix entries = magnitudes(h.topRows(rows_));
     const WideMatrix of_entries =
         wide_product(entries.transpose(), (2.01L * simd::float_unit_roundoff) * entries + rounding * h_terms);
@@ -167,7 +162,6 @@ class TextbookMatch {
   }
 
   int rows_;
-  long double weight_;
   WideMatrix rotation_;
   WideVector3 p_;          // in the camera frame
   long double growth_;     // largest term of a coordinate over the depth

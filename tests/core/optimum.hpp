@@ -31,7 +31,7 @@ class Optimum {
     long double best = information.log_det();
     for (std::size_t i = first; i < problem_.blocks.size() && left > 0; ++i) {
       const std::uint32_t group = problem_.group_of(i);
-      if (!problem_.is_free(i) || taken_[group] >= problem_.room_of(group)) continue;
+      if (!problem_.is_free(i) || taken_[group] >= problem_.room()) continue;
       Triangle with_i = information;
       with_i.add(stored_block(problem_.blocks, i));
       taken_[group] += keeps_to_groups_ ? 1 : 0;

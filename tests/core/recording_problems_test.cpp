@@ -135,44 +135,66 @@ TEST(Recording, of_a_file_that_does_not_fit_nothing_stays) {
   EXPECT_EQ(watched.folder.files().size(), 0U) << "the recording has ended";
 }
 
-TEST(Recording, frames_without_blocks_are_not_recorded) {
-  Watched watched;
-  EXPECT_EQ(watched.record(watched.folder.path(), true), "");
-  GoodFeatures& good = watched.good;
-  good.start(Camera(458, 457, 367, 248), nullptr);
-  good.add(FeatureMatch());
-  EXPECT_EQ(good.select(Options()).error, Error::invalid_pose);
-  good.start(Camera(0, 457, 367, 248), RigidTransform::identity());
-  EXPECT_EQ(good.select(Options()).error, Error::invalid_camera);
-  good.start(Camera(458, 457, nan, 248), RigidTransform::identity());
-  EXPECT_EQ(good.select(30).error, Error::invalid_camera);
-  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
-  for (int i = 0; i < 101; ++i) good.add(FeatureMatch());
-  good.select(Options());
-  EXPECT_STREQ(good.reason(), "capacity_exceeded");
-  EXPECT_EQ(watched.folder.files().size(), 0U);
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files(), std::vector<std::string>{first_frame});
+// The folder gets no file, not even one with a header only; one line a recording says why, the first time.
+TEST(Recording, a_frame_that_is_not_recorded_is_said_once) {
+  const PinholeCamera pinhole(458, 457, 367, 248);
+  const auto add = [](GoodFeatures& good, std::size_t n, bool is_measured) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto x = static_cast<double>(i % 7);
+      FeatureMatch match(Eigen::Vector3d(0.1 * x, 0, 3 + x));
+      if (is_measured) match.measured[0] = match.measured[1] = 100 + x;
+      good.add(match);
+    }
+  };
+  const struct {
+    const char* why;
+    Camera camera;
+    RigidTransform T_cw;
+    std::size_t matches;
+    bool is_measured;
+  } cases[] = {{"no pose", pinhole, nullptr, 40, true},
+               {"not a rotation", pinhole, Eigen::Matrix4d(2 * Eigen::Matrix4d::Identity()), 40, true},
+               {"no camera", Camera(0, 457, 367, 248), RigidTransform::identity(), 40, true},
+               {"no principal point", Camera(458, 457, nan, 248), RigidTransform::identity(), 40, true},
+               {"above the capacity", pinhole, RigidTransform::identity(), 101, true},
+               {"nothing measured", pinhole, RigidTransform::identity(), 40, false},
+               {"no matches", pinhole, RigidTransform::identity(), 0, true}};
+  for (const auto& of : cases) {
+    SCOPED_TRACE(of.why);
+    Watched watched;
+    EXPECT_EQ(watched.record(watched.folder.path(), true), "");
+    ::testing::internal::CaptureStderr();
+    for (int frame = 0; frame < 3; ++frame) {
+      watched.good.start(of.camera, of.T_cw);
+      add(watched.good, of.matches, of.is_measured);
+      watched.good.select(30);
+    }
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    const std::string start = "maxlogdet: " + watched.folder.path() + ": a frame is not recorded: ";
+    EXPECT_EQ(said.rfind(start, 0), 0U) << said;
+    EXPECT_GT(said.size(), start.size() + 1) << "a reason";
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    EXPECT_EQ(watched.folder.files().size(), 0U);
+    EXPECT_EQ(watched.select(), "") << "the recording goes on";
+    EXPECT_EQ(watched.folder.files(), std::vector<std::string>{first_frame});
+  }
 }
 
 TEST(Recording, what_a_file_has_no_place_for_ends_the_recording) {
-  for (const bool has_rig : {false, true}) {
-    FeatureKind kind;
-    kind.has_rig = has_rig;
-    kind.has_jacobians = !has_rig;
-    kind.depth_cue = has_rig ? DepthCue::stereo : DepthCue::none;
-    Watched watched;
-    EXPECT_EQ(watched.record(watched.folder.path(), true), "");
-    const FeatureFrame plain = watched.frame;
-    watched.frame = FeatureFrame(watched.random, 100, kind);
-    const std::string said = watched.select();
-    EXPECT_NE(said.find(has_rig ? "a rig with right columns" : "Jacobians of the caller"), std::string::npos) << said;
-    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
-    EXPECT_EQ(watched.select(), "");
-    watched.frame = plain;
-    EXPECT_EQ(watched.select(), "");
-    EXPECT_EQ(watched.folder.files().size(), 0U);
-  }
+  FeatureKind kind;
+  kind.has_rig = true;
+  kind.depth_cue = DepthCue::stereo;
+  Watched watched;
+  EXPECT_EQ(watched.record(watched.folder.path(), true), "");
+  const FeatureFrame plain = watched.frame;
+  watched.frame = FeatureFrame(watched.random, 100, kind);
+  const std::string said = watched.select();
+  EXPECT_NE(said.find("a rig with right columns"), std::string::npos) << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
+  EXPECT_EQ(watched.select(), "");
+  watched.frame = plain;
+  EXPECT_EQ(watched.select(), "");
+  EXPECT_EQ(watched.folder.files().size(), 0U);
 }
 
 }  // namespace

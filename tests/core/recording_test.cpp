@@ -35,7 +35,7 @@ std::vector<FeatureKind> recordable_kinds() {
       for (const bool has_rig : {false, true}) {
         if (depth_cue == DepthCue::stereo && (has_rig || model != CameraModel::pinhole)) continue;
         for (const auto covariances : {Covariances::none, Covariances::some, Covariances::all}) {
-          kinds.push_back({model, depth_cue, has_rig, false, covariances});
+          kinds.push_back({model, depth_cue, has_rig, covariances});
         }
       }
     }
@@ -51,14 +51,14 @@ void expect_comments(const RecordedFrame& recorded, const FeatureFrame& frame) {
       {"Tcw_prior", entries_of(rows_of(frame.T_cw))}, {"fx,fy,cx,cy,bf", {}}, {"camera", {}}, {"depth_sigma", {}}};
   if (frame.kind.depth_cue == DepthCue::depth) expected["depth_sigma"] = {0.07};
   for (std::size_t c = 0; c < (has_rig ? 2 : 1); ++c) {
-    const Camera& camera = frame.rig_cameras[c].camera;
+    const Camera& camera = frame.cameras[c];
     const std::string place = has_rig ? " " + std::to_string(c) : "";
     const std::string name = is_rectified ? "fx,fy,cx,cy,bf" : "camera" + place;
     const PinholeCamera& p = camera.pinhole;
     std::vector<double>& numbers = expected[name] = {p.fx, p.fy, p.cx, p.cy};
     if (is_rectified) numbers.push_back(p.bf);
     numbers.insert(numbers.end(), camera.parameters, camera.parameters + parameter_count(camera.model));
-    expected["T_cb" + place] = has_rig ? entries_of(frame.rig_cameras[c].T_cb) : std::vector<double>();
+    expected["T_cb" + place] = has_rig ? entries_of(frame.cameras[c].T_cb) : std::vector<double>();
     if (!is_rectified) {
       EXPECT_EQ(recorded.comments.at(name)[0], to_string(camera.model));
     }
@@ -232,9 +232,9 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
   EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = negative; }));
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 0; }));
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 1e200; })) << "1 / sigma^2 is 0";
-  EXPECT_TRUE(is_added([](FeatureMatch& match) { match.camera_id = 3; })) << "not a rig";
+  EXPECT_FALSE(is_added([](FeatureMatch& match) { match.camera_id = 3; })) << "there is one camera";
   EXPECT_TRUE(recorder.finish());
-  EXPECT_EQ(RecordedFrame(folder / first_frame).rows.size(), 5U);
+  EXPECT_EQ(RecordedFrame(folder / first_frame).rows.size(), 4U);
 }
 
 TEST(Recording, a_frame_recorder_writes_true_pose_image_size_and_descriptor_distances) {

@@ -52,13 +52,12 @@ class Screened {
   Screened(const simd::Kernel& kernel, const BlockStore& blocks)
       : kernel_(kernel),
         blocks_(blocks),
-        candidates_(all_of(blocks)),
-        evaluator_(kernel, candidates_.planes, blocks.rows(), team_),
+        candidates_(all_of(blocks, kernel)),
         memory_(candidates_.count),
-        screening_(evaluator_, candidates_.form, candidates_.largest_of_form, memory_),
+        screening_(candidates_, team_, memory_),
         remains_(candidates_.count, 1),
         lanes_(padded(candidates_.count)) {
-    screening_.use_store(remains_.data(), candidates_.count);
+    screening_.use_store(remains_.data());
   }
 
   // Starts from this prior; returns false if it is refused.
@@ -67,7 +66,7 @@ class Screened {
   // One round. Returns the number of survivors.
   std::size_t round() {
     screening_.begin_round(factor_);
-    const std::size_t count = screening_.survivors(1, lanes_.data());
+    const std::size_t count = screening_.survivors(lanes_.data());
     const double assured = screening_.assured();
     screening_.end_round();
     expect_bounds_hold();
@@ -107,13 +106,10 @@ class Screened {
   // Evaluates all with the information as it is, and orders them by what it finds.
   void evaluate_and_order() {
     screening_.begin_round(factor_);
-    screening_.survivors(1, lanes_.data());
+    screening_.survivors(lanes_.data());
     screening_.end_round();
     screening_.order_by_gain();
   }
-
-  // Bounds of all, in the order of the store.
-  void bound_all() { screening_.bound_all(factor_); }
 
  private:
   Block block_of(Candidate candidate) const { return stored_block(blocks_, candidates_.index_of(candidate)); }
@@ -135,7 +131,6 @@ class Screened {
   const BlockStore& blocks_;
   Candidates candidates_;
   threading::Team team_;
-  Evaluator evaluator_;
   ScreeningMemory memory_;
   Screening screening_;
   InformationFactor factor_;
@@ -210,7 +205,7 @@ void expect_gains_in_float64_exact(const simd::Kernel& kernel, const BlockStore&
                                    const InformationFactor& factor, Random& random, long double (&tightest)[2]) {
   constexpr long double by_pivots[] = {18, 92, 207};
   constexpr long double by_rows[] = {12, 28, 48};
-  const Candidates candidates = all_of(blocks);
+  const Candidates candidates = all_of(blocks, kernel);
   const bool by_elimination = random.chance(0.5);
   std::vector<Candidate> in_lane(padded(blocks.size()));
   for (std::size_t i = 0; i < in_lane.size(); ++i) in_lane[i] = static_cast<Candidate>(std::min(i, blocks.size() - 1));
@@ -300,8 +295,6 @@ TEST(Screening, bounds_of_a_new_order_hold) {
       SCOPED_TRACE(kernel->isa);
       Screened screened(*kernel, blocks);
       ASSERT_TRUE(screened.start(prior.data()));
-      screened.bound_all();
-      screened.expect_bounds_hold();
       screened.evaluate_and_order();
       screened.expect_bounds_hold();
     }
@@ -351,20 +344,20 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   const double far = std::pow(10.0, random.uniform(-2, random.chance(0.2) ? 14 : 3));
   const double weight = std::pow(10.0, random.chance(0.5) ? 0 : random.uniform(-44, 32));
   const double spread = random.chance(0.5) ? 0 : random.uniform(0, 6);
-  std::vector<double> points, weights;
-  while (weights.size() < n) {
+  std::vector<double> points, sigmas;
+  while (sigmas.size() < n) {
     const double z = far * random.uniform(0.1, 10);
     const double p[3] = {z * random.uniform(-2, 2), z * random.uniform(-2, 2), z};
     const double own = weight * std::pow(10.0, random.uniform(-spread, spread));
-    for (int copies = random.chance(0.2) ? 8 : 1; copies > 0 && weights.size() < n; --copies) {
+    for (int copies = random.chance(0.2) ? 8 : 1; copies > 0 && sigmas.size() < n; --copies) {
       for (const double coordinate : p) points.push_back(coordinate * (1 + random.uniform(-3e-7, 3e-7)));
-      weights.push_back(own);
+      sigmas.push_back(1 / std::sqrt(own));
     }
   }
   Matches matches;
   matches.size = n;
   matches.points = points.data();
-  matches.weights = weights.data();
+  matches.sigmas = sigmas.data();
   BlockOptions options;
   options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::depth;
   options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::measurement;
@@ -377,7 +370,7 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
 TEST(Screening, column_maxima_of_factored_blocks_are_those_of_their_factors) {
   for_each_trial(200, [](Random& random) {
     const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
-    const Candidates candidates = all_of(blocks);
+    const Candidates candidates = all_of(blocks, *simd::active());
     if (candidates.form != simd::factored) return;
     double expected[6] = {};
     for (std::size_t i = 0; i < candidates.count; ++i) {
@@ -410,7 +403,7 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
     TracedRandom random(variation);
     const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
     if (blocks.stored() == 0) continue;
-    factored += all_of(blocks).form == simd::factored ? 1 : 0;
+    factored += all_of(blocks, *simd::active()).form == simd::factored ? 1 : 0;
     const EigenPrior some_prior(std::pow(10.0, random.uniform(-12, 20)) * random_prior(random));
     const double* const prior = random.chance(0.5) ? some_prior.data() : nullptr;
     const int rounds = std::min(10, static_cast<int>(blocks.stored()));
@@ -423,28 +416,6 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
     if (::testing::Test::HasFailure()) return;
   }
   EXPECT_GT(2 * factored, stores);
-}
-
-TEST(Screening, records_of_a_list_are_those_of_all) {
-  TracedRandom random;
-  const BlockStore blocks = awkward_blocks(random, 300);
-  const Candidate listed[] = {Candidate{5}, Candidate{130}, Candidate{131}, Candidate{299}};
-  const simd::Planes planes = all_of(blocks).planes;
-  for (const simd::Kernel* const kernel : supported_kernels()) {
-    SCOPED_TRACE(kernel->isa);
-    threading::Team team;
-    const simd::Form form = simd::form_of_rows(blocks.rows());
-    const Evaluator evaluator(*kernel, planes, blocks.rows(), team);
-    TileMemory of_all(blocks.size());
-    TileMemory of_list(blocks.size());
-    TileLayout(evaluator, form, of_all).make_records(blocks.size());
-    TileLayout(evaluator, form, of_list).make_records_of(listed, std::size(listed));
-    const std::size_t size = simd::record_size(form);
-    for (const Candidate i : listed) {
-      const float* const record = &of_all.records[simd::number(i) * size];
-      EXPECT_TRUE(std::equal(record, record + size, &of_list.records[simd::number(i) * size]));
-    }
-  }
 }
 
 // Too wide a margin would hold as well, and be useless.

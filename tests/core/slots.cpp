@@ -11,7 +11,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// How a selection ended: an empty store gives ok, one whose candidates are all invalid or excluded all_selected.
+// How a selection ended: an empty store gives ok, one whose candidates are all invalid all_selected.
 void expect_same_end(const Selection& actual, const Selection& expected, bool has_candidates, std::size_t budget) {
   const bool differ = !has_candidates && budget > 0 && expected.status == Status::ok;
   EXPECT_EQ(actual.status, differ ? Status::all_selected : expected.status);
@@ -21,37 +21,7 @@ void expect_same_end(const Selection& actual, const Selection& expected, bool ha
 void expect_same_answer(const Selection& actual, const Selection& expected, const std::vector<std::uint32_t>& kept) {
   EXPECT_EQ(indices_of(actual), gathered(kept, indices_of(expected)));
   EXPECT_EQ(Answer(actual).numbers, Answer(expected).numbers);
-  EXPECT_EQ(actual.strategy, expected.strategy);
   EXPECT_EQ(actual.threads, expected.threads);
-}
-
-// Both propose the same, whatever the answers are.
-void expect_same_proposals(Random& random, ActiveSelection& active, ActiveSelection& dense,
-                           const std::vector<std::uint32_t>& kept) {
-  constexpr std::size_t max_batch = 8;
-  for (;;) {
-    std::uint32_t proposed[max_batch];
-    std::uint32_t expected[max_batch];
-    const auto wanted = static_cast<std::size_t>(random.integer(1, max_batch));
-    const std::size_t count = dense.next(expected, wanted);
-    ASSERT_EQ(active.next(proposed, wanted), count);
-    if (count == 0) break;
-    for (std::size_t j = 0; j < count; ++j) ASSERT_EQ(proposed[j], kept[expected[j]]);
-    ASSERT_EQ(active.next(), proposed[0]);
-    const Block measured = random_block(random, random.integer(1, 3));
-    const auto rows = static_cast<int>(measured.rows());
-    switch (random.integer(0, 2)) {
-      case 0:
-        ASSERT_EQ(active.accept(proposed[count - 1]), Error::none);
-        ASSERT_EQ(dense.accept(expected[count - 1]), Error::none);
-        break;
-      case 1:
-        ASSERT_EQ(active.accept(measured.data(), rows), Error::none);
-        ASSERT_EQ(dense.accept(measured.data(), rows), Error::none);
-        break;
-      default: ASSERT_EQ(active.reject(proposed[0]), Error::none); ASSERT_EQ(dense.reject(expected[0]), Error::none);
-    }
-  }
 }
 
 // To the other side of the camera.
@@ -123,7 +93,6 @@ std::vector<std::uint32_t> present(const Slots& slots) {
 Request request_of(const Request& request, const std::vector<std::uint32_t>& indices) {
   Request result = request;
   result.required = gathered(request.required, indices);
-  result.excluded = gathered(request.excluded, indices);
   result.groups = gathered(request.groups, indices);
   return result;
 }
@@ -131,64 +100,30 @@ Request request_of(const Request& request, const std::vector<std::uint32_t>& ind
 Request random_request(Random& random, const BlockStore& blocks) {
   Problem problem = problem_of(blocks, 0);
   constrain(random, problem, random.chance(0.3));
-  problem.excluded.clear();
   if (random.chance(0.5)) problem.set_prior(random_prior(random));
   const std::size_t required = problem.required_count();
   problem.plain.budget = required + random.index(blocks.stored() - required + 3);
   problem.plain.stochastic.seed = random.seed();
   problem.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
-  problem.plain.certificate.compute = random.chance(0.5);
-  problem.plain.certificate.passes = random.index(5);
-  problem.plain.exchange.sweeps = random.index(3);
+  problem.plain.certificate = random.chance(0.5);
   return static_cast<const Request&>(problem);
 }
 
-Request certified_request(std::size_t budget) {
-  Request request;
-  request.plain.budget = budget;
-  request.plain.certificate.compute = true;
-  request.plain.certificate.passes = 3;
-  request.plain.exchange.sweeps = 1;
-  return request;
-}
-
-Selector selector_for(const BlockStore& blocks, const Request& request) {
-  return Selector(std::max({blocks.size(), request.plain.budget, request.maxima.size()}));
-}
-
 void expect_same_answers(const BlockStore& whole, const Request& request, const BlockStore& dense,
-                         const std::vector<std::uint32_t>& kept, bool is_alike) {
+                         const std::vector<std::uint32_t>& kept) {
   const Request of_dense = request_of(request, kept);
-  Selector selector = selector_for(whole, request);
-  Selector dense_selector = selector_for(dense, of_dense);
+  Selector selector(std::max(whole.size(), request.plain.budget));
+  Selector dense_selector(std::max(dense.size(), request.plain.budget));
   for (const Strategy strategy : strategies) {
     SCOPED_TRACE(to_string(strategy));
     const Selection expected = dense_selector.select(dense, of_dense.options(strategy));
     const Selection actual = selector.select(whole, request.options(strategy));
-    // Without candidates there are no groups to refuse.
-    if (dense.size() == 0 && actual.error == Error::unsupported_groups) continue;
     expect_same_end(actual, expected, dense.size() > 0, request.plain.budget);
     expect_same_answer(actual, expected, kept);
-    if (is_alike) {
-      EXPECT_EQ(actual.evaluations, expected.evaluations);
-      EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
-    }
+    EXPECT_EQ(actual.evaluations, expected.evaluations);
+    EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
     EXPECT_EQ(actual.invalid_candidates, whole.invalid_count());
   }
-}
-
-void expect_same_active(Random& random, const BlockStore& whole, const Request& request, const BlockStore& dense,
-                        const std::vector<std::uint32_t>& kept) {
-  const Request of_dense = request_of(request, kept);
-  ActiveSelection active(std::max({whole.size(), request.plain.budget, request.maxima.size()}));
-  ActiveSelection expected(std::max({dense.size(), request.plain.budget, request.maxima.size()}));
-  const Error error = expected.start(dense, of_dense.options(Strategy::lazy_greedy));
-  ASSERT_EQ(active.start(whole, request.options(Strategy::lazy_greedy)), error);
-  if (error != Error::none) return;
-  expect_same_proposals(random, active, expected, kept);
-  expect_same_end(active.selection(), expected.selection(), dense.size() > 0, request.plain.budget);
-  expect_same_answer(active.selection(), expected.selection(), kept);
-  EXPECT_EQ(active.selection().invalid_candidates, whole.invalid_count());
 }
 
 std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame) {
@@ -207,16 +142,15 @@ std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame
 }
 
 BlockReport append(const sim::Frame& frame, const std::vector<unsigned char>& usable, const BlockKind& kind,
-                   BlockStore& blocks, int threads, Executor* executor) {
+                   BlockStore& blocks) {
   const sim::MatchArrays arrays(frame);
   Matches matches = arrays.view();
   matches.usable = usable.data();
   BlockOptions options;
   options.weighting = kind.weighting;
   options.depth_cue = kind.depth_cue;
-  options.threads = threads;
   const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
-  return append_blocks(frame.camera, T_cw, matches, options, blocks, executor);
+  return append_blocks(frame.camera, T_cw, matches, options, blocks);
 }
 
 }  // namespace maxlogdet::test

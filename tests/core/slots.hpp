@@ -42,28 +42,18 @@ std::vector<T> gathered(const std::vector<T>& values, const std::vector<std::uin
 /// The same request for a store that holds these candidates alone.
 Request request_of(const Request& request, const std::vector<std::uint32_t>& indices);
 
-/// Any subset of the constraints, but for excluded candidates, of certificate and exchange, for some of the blocks.
+/// Any subset of the constraints, perhaps with a certificate, for some of the blocks.
 Request random_request(Random& random, const BlockStore& blocks);
 
-/// A request for `budget` candidates with a certificate and an exchange.
-Request certified_request(std::size_t budget);
-
 /// Every strategy's answer for `whole` against that for `dense`, which holds the candidates `kept` of it alone.
-/// `is_alike`: blocks of both are screened in the same form (simd/kernel.hpp), at the same cost.
 void expect_same_answers(const BlockStore& whole, const Request& request, const BlockStore& dense,
-                         const std::vector<std::uint32_t>& kept, bool is_alike = true);
-
-/// Likewise for an active selection, whose proposals are answered at random.
-void expect_same_active(Random& random, const BlockStore& whole, const Request& request, const BlockStore& dense,
-                        const std::vector<std::uint32_t>& kept);
-
-Selector selector_for(const BlockStore& blocks, const Request& request);
+                         const std::vector<std::uint32_t>& kept);
 
 /// Leaves some matches without a block, for every reason that there is; returns which are usable.
 std::vector<unsigned char> spoil(Random& random, double share, sim::Frame& frame);
 
 /// Appends the blocks of a frame's usable matches.
 BlockReport append(const sim::Frame& frame, const std::vector<unsigned char>& usable, const BlockKind& kind,
-                   BlockStore& blocks, int threads = 1, Executor* executor = nullptr);
+                   BlockStore& blocks);
 
 }  // namespace maxlogdet::test

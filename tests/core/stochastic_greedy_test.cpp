@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Samples: how many, which, and what is taken of each.
+#include "kernel/base/counter_random.hpp"
 #include "kernel/blocks/candidates.hpp"
-#include "simd/counter_random.hpp"
 #include "tests/core/factors.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/stores.hpp"
@@ -112,7 +112,8 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
       const auto remaining = static_cast<std::uint32_t>(n - round);
       for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);
       std::vector<double> relative_gains(s);
-      kernel.exact[rows - 1].decide(all_of(blocks).planes, factor.inverse(), pool.data(), s, relative_gains.data());
+      kernel.exact[rows - 1].decide(all_of(blocks, kernel).planes, factor.inverse(), pool.data(), s,
+                                    relative_gains.data());
       const std::uint32_t best = place_of_best(relative_gains, pool);
       ASSERT_EQ(selected[round], simd::number(pool[best])) << "round " << round;
       add(factor, stored_block(blocks, simd::number(pool[best])));

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Thousands of selections with changing numbers of threads, by several callers at once: what ThreadSanitizer watches.
-#include "tests/core/slots.hpp"
-#include "tests/support/block_oracle.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/traced_random.hpp"
 
@@ -16,8 +14,7 @@ namespace {
 class Stressed {
  public:
   Stressed(std::size_t n, const BlockKind& kind, std::size_t budget)
-      : frame_(make_scene(sim::Scene::euroc_like, n, n)), usable_(n, 1), kind_(kind), budget_(budget) {
-    append(frame_, usable_, kind_, blocks_);
+      : budget_(budget), blocks_(blocks_of(make_scene(sim::Scene::euroc_like, n, n), kind)) {
     for (const Strategy strategy : strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
   }
 
@@ -28,22 +25,12 @@ class Stressed {
     const auto which = random.index(expected_.size());
     Options wanted = options(strategies[which]);
     wanted.threads = random.integer(0, 5);
-    wanted.certificate.compute = random.chance(0.3);
+    wanted.certificate = random.chance(0.3);
     const Selection selection = selector.select(blocks_, wanted);
     return std::equal(selection.begin(), selection.end(), expected_[which].begin(), expected_[which].end());
   }
 
-  // Blocks built on several threads; false if they are not those built on one.
-  bool builds(BlockStore& blocks, Executor& executor) const {
-    blocks.clear();
-    append(frame_, usable_, kind_, blocks, 3, &executor);
-    return bytes_of(blocks) == bytes_of(blocks_);
-  }
-
  private:
-  sim::Frame frame_;
-  std::vector<unsigned char> usable_;
-  const BlockKind& kind_;
   std::size_t budget_;
   BlockStore blocks_;
   std::vector<std::vector<std::uint32_t>> expected_;
@@ -60,11 +47,9 @@ void stress(int callers, int helpers, bool shared, std::size_t selections) {
     PoolExecutor own_pool(shared ? 0 : helpers);
     Executor& executor = shared ? pool : own_pool;
     Selector selector(2600, &executor);
-    BlockStore blocks(2600);
     for (std::size_t i = 0; i < trials(selections); ++i) {
       const Stressed& problem = problems[own.index(3)];
       if (!problem.holds(selector, own)) ++wrong;
-      if (i % 10 == 0 && !problem.builds(blocks, executor)) ++wrong;
     }
   };
   std::vector<std::thread> threads;

@@ -24,7 +24,8 @@ long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32
   // The sum of all at once, where its bound is small.
   const std::vector<unsigned char> counted(blocks.stored(), 1);
   double sum[state_dimension * state_dimension];
-  simd::active()->exact[blocks.rows() - 1].sum_information(all_of(blocks).planes, counted.data(), blocks.stored(), sum);
+  const Candidates candidates = all_of(blocks, *simd::active());
+  candidates.exact().sum_information(candidates.planes, counted.data(), blocks.stored(), sum);
   const double roundings = simd::sum_roundings(blocks.stored(), blocks.rows());
   InformationFactor all;
   double error = all.reset(nullptr, sum, roundings) ? all.determinant_error(nullptr, sum, roundings) : infinity;

@@ -46,7 +46,7 @@ long double slack(const Reached& reached, const Options& options) {
 long double log_det_of_all(const Problem& problem) {
   GreedyOracle<long double> oracle(problem.blocks, problem.information());
   for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
-    if (problem.blocks.is_valid(i) && !problem.is_excluded(i)) oracle.take(i);
+    if (problem.blocks.is_valid(i)) oracle.take(i);
   }
   return oracle.log_det();
 }

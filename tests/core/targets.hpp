@@ -12,8 +12,6 @@
 
 namespace maxlogdet::test {
 
-constexpr Strategy greedy_strategies[] = {Strategy::greedy, Strategy::lazy_greedy, Strategy::stochastic_greedy};
-
 /// The same request without targets.
 Options full_of(const Request& request);
 
@@ -52,7 +50,7 @@ void expect_shortest(const Problem& problem, const std::vector<std::uint32_t>& f
 /// One to three targets near what some prefix reaches, or far from all of them.
 void draw_targets(Random& random, const std::vector<Reached>& reached, Options& options);
 
-/// Duplicates, multiples, zeros and near copies, with required and excluded candidates, and groups.
+/// Duplicates, multiples, zeros and near copies, with required candidates and groups.
 Problem constrained_problem(Random& random);
 
 /// Blocks of any size that leave directions unobserved or nearly so: the information has a condition number of up to

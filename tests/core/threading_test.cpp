@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer.
-#include "tests/core/slots.hpp"
 #include "tests/support/answer.hpp"
-#include "tests/support/block_oracle.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/traced_random.hpp"
@@ -42,10 +39,12 @@ void expect_each_chunk_once(Executor& executor, int workers) {
   threading::Team team;
   team.run(&executor, workers, [&] {
     for (std::uint32_t loop = 0; loop < 300; ++loop) {
-      const std::uint32_t count = 1 + loop % threading::Team::max_chunks;
+      const std::size_t count = 1 + loop % threading::Team::max_chunks;
       std::vector<int> calls(count);  // not atomic: a chunk is one worker's
-      team.for_chunks(count, [&](std::uint32_t chunk) { ++calls[chunk]; });
-      ASSERT_EQ(calls, std::vector<int>(count, 1)) << "loop " << loop;
+      const std::uint32_t chunks =
+          team.in_chunks(count, 1, [&](std::size_t, std::size_t, std::uint32_t chunk) { ++calls[chunk]; });
+      calls.resize(chunks);
+      ASSERT_EQ(calls, std::vector<int>(chunks, 1)) << "loop " << loop;
     }
   });
   EXPECT_EQ(team.workers(), 1) << "outside of a region";
@@ -64,16 +63,14 @@ TEST(Team, chunks_cover_everything_without_overlap) {
   team.run(&pool, 3, [&] {
     for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
       for (const std::size_t min_size : {1U, 7U, 64U, 5000U}) {
-        for (const std::size_t unit : {1U, 16U}) {
-          std::vector<int> seen(count);
-          const std::uint32_t chunks =
-              team.in_chunks(count, min_size, unit, [&](std::size_t first, std::size_t size, std::uint32_t) {
-                EXPECT_EQ(first % unit, 0U);
-                for (std::size_t i = first; i < first + size; ++i) ++seen[i];
-              });
-          EXPECT_EQ(seen, std::vector<int>(count, 1));
-          EXPECT_LE(chunks, threading::Team::max_chunks);
-        }
+        std::vector<int> seen(count);
+        const std::uint32_t chunks =
+            team.in_chunks(count, min_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
+              EXPECT_GE(size, std::min(count, min_size));
+              for (std::size_t i = first; i < first + size; ++i) ++seen[i];
+            });
+        EXPECT_EQ(seen, std::vector<int>(count, 1));
+        EXPECT_LE(chunks, threading::Team::max_chunks);
       }
     }
   });
@@ -88,7 +85,7 @@ TEST(Team, helpers_do_help) {
   const auto start = std::chrono::steady_clock::now();
   const auto is_in_time = [start] { return std::chrono::steady_clock::now() - start < std::chrono::seconds(60); };
   team.run(&pool, 2, [&] {
-    team.for_chunks(8, [&](std::uint32_t) {
+    team.in_chunks(8, 1, [&](std::size_t, std::size_t, std::uint32_t) {
       if (std::this_thread::get_id() != caller) has_helped = true;
       while (!has_helped && is_in_time()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     });
@@ -114,12 +111,8 @@ TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
   TracedRandom random;
   const struct {
     Strategy strategy;
-    std::size_t crossover;  // docs/threading.md; automatic: lazy below, relaxed from there on
-  } cases[] = {{Strategy::greedy, 10000},
-               {Strategy::relaxed, 50000},
-               {Strategy::automatic, 50000},
-               {Strategy::lazy_greedy, 100000},
-               {Strategy::stochastic_greedy, 100001}};
+    std::size_t crossover;  // docs/threading.md
+  } cases[] = {{Strategy::greedy, 10000}, {Strategy::lazy_greedy, 100000}, {Strategy::stochastic_greedy, 100001}};
   for (const auto& of : cases) {
     Options options = with_budget(60, of.strategy);
     options.threads = 0;
@@ -149,8 +142,7 @@ void expect_independent_of_threads(const BlockStore& blocks, Options options, Ex
 void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
   for (const Strategy strategy : strategies) {
     Options options = with_budget(budget, strategy);
-    options.certificate.compute = true;
-    options.exchange.sweeps = 1;
+    options.certificate = true;
     expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
   }
 }
@@ -166,11 +158,9 @@ TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
   for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
     SCOPED_TRACE(kind.name);
     const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
-    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::relaxed}) {
-      Options options = with_budget(60, strategy);
-      options.certificate.compute = true;
-      expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
-    }
+    Options options = with_budget(60, Strategy::lazy_greedy);
+    options.certificate = true;
+    expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
   }
 }
 
@@ -206,45 +196,6 @@ TEST(Threads, a_negative_number_is_refused) {
   Options options = with_budget(5);
   options.threads = -1;
   EXPECT_EQ(selector.select(blocks, options).error, Error::invalid_threads);
-}
-
-// None of the second quarter is usable, so that some chunks have no block.
-void spoil_a_quarter(std::vector<unsigned char>& usable) {
-  const auto n = static_cast<std::ptrdiff_t>(usable.size());
-  std::fill(usable.begin() + n / 4, usable.begin() + n / 2, static_cast<unsigned char>(0));
-}
-
-// Appends to a store that holds a few candidates already, some of them invalid, with any number of threads.
-void expect_same_blocks(Random& random, const sim::Frame& frame, const std::vector<unsigned char>& usable,
-                        const BlockKind& kind, Executor& executor) {
-  BlockStore before;
-  for (int i = random.integer(0, 5); i > 0; --i) push_back(before, random_block(random, random.integer(0, 3)));
-  BlockStore alone = before;
-  const BlockReport expected = append(frame, usable, kind, alone);
-  for (const int threads : {0, 2, 4}) {
-    BlockStore helped = before;
-    const BlockReport report = append(frame, usable, kind, helped, threads, &executor);
-    EXPECT_TRUE(bytes_of(helped) == bytes_of(alone)) << kind.name << ", " << threads << " threads";
-    EXPECT_EQ(report.error, expected.error);
-    EXPECT_EQ(report.invalid, expected.invalid);
-    EXPECT_EQ(report.behind_camera, expected.behind_camera);
-    EXPECT_EQ(report.singular_rays, expected.singular_rays);
-    EXPECT_EQ(helped.invalid_count(), alone.invalid_count());
-  }
-}
-
-TEST(Threads, blocks_do_not_depend_on_their_number) {
-  TracedRandom random;
-  PoolExecutor pool(3);
-  for (const std::size_t n : {std::size_t{0}, std::size_t{1000}, std::size_t{5003}, std::size_t{12001}}) {
-    for (const double share : {0.05, 0.8, 1.0}) {  // 1.0: no match has a block
-      SCOPED_TRACE(std::to_string(n) + " matches, of which are spoilt about " + std::to_string(share));
-      sim::Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed());
-      std::vector<unsigned char> usable = spoil(random, share, frame);
-      if (share > 0.5) spoil_a_quarter(usable);
-      for (const BlockKind& kind : block_kinds) expect_same_blocks(random, frame, usable, kind, pool);
-    }
-  }
 }
 
 }  // namespace

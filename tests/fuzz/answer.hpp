@@ -19,7 +19,6 @@ struct Answer {
   explicit Answer(const Selection& selection)
       : status(selection.status),
         error(selection.error),
-        strategy(selection.strategy),
         indices(selection.begin(), selection.end()),
         searched(selection.searched),
         gains(selection.gains, selection.gains + selection.size),
@@ -31,7 +30,6 @@ struct Answer {
 
   Status status = Status::ok;
   Error error = Error::none;
-  Strategy strategy = Strategy::greedy;
   std::vector<std::uint32_t> indices;
   std::size_t searched = 0;
   std::vector<double> gains;

@@ -63,14 +63,7 @@ class Exact {
   void take(std::size_t i) {
     const Wide before = norm();
     oracle_.take(i);
-    grow(before);
-  }
-  /// With another block in its place, as a store would hold it.
-  void take(std::size_t i, const test::Block& block) {
-    const Wide before = norm();
-    oracle_.take(i, block);
-    squares_ = std::max<Wide>(squares_, block.cast<Wide>().rowwise().squaredNorm().maxCoeff());
-    grow(before);
+    error_ += max_block_rows * update_error * before * std::sqrt(trace());
   }
 
  private:
@@ -80,7 +73,6 @@ class Exact {
   // Of W = R^-T.
   Wide norm() const { return oracle_.inverse_factor().norm(); }
   Wide trace() const { return oracle_.factor().squaredNorm(); }
-  void grow(Wide norm_before) { error_ += max_block_rows * update_error * norm_before * std::sqrt(trace()); }
 
   test::GreedyOracle<Wide> oracle_;
   Wide squares_ = 0;
@@ -96,9 +88,8 @@ class ExactTarget {
   ExactTarget(const BlockStore& candidates, const Options& options) : options_(options) {
     if (!(options.target.efficiency > 0)) return;
     Exact all(candidates, options);
-    const Rules rules(candidates, options);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (candidates.is_valid(i) && !rules.is_excluded(i)) all.take(i);
+      if (candidates.is_valid(i)) all.take(i);
     }
     log_det_of_all_ = all.log_det();
     error_ += std::max<Wide>(1e-6L, all.relative_error());  // of a sum, or of rows added one by one

@@ -38,8 +38,8 @@ void check_pose(const double* rows) {
 void check_camera(const sim::FrameCamera& camera) {
   if (camera.rig.empty()) check_pinhole(camera);
   require(camera.rig.size() <= 256, "a rig has at most 256 cameras", camera.rig.size());
-  for (const RigCamera& of_rig : camera.rig) {
-    check_pinhole(of_rig.camera.pinhole);
+  for (const Camera& of_rig : camera.rig) {
+    check_pinhole(of_rig.pinhole);
     check_pose(of_rig.T_cb.data());
   }
   require(camera.depth_sigma >= 0 && std::isfinite(camera.depth_sigma), "a deviation is one", camera.depth_sigma);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/fuzz/problem.hpp"
 
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "simd/rounding.hpp"
 #include "tests/fuzz/require.hpp"
 
@@ -15,8 +15,40 @@ namespace {
 
 constexpr int n = state_dimension;
 
+// rows x 6 entries of some kind, row-major, room for three rows.
+struct AnyBlock {
+  double entries[max_block_rows * n] = {};
+  int rows = 0;
+};
+
 void fill(AnyBlock& block, double (*entry)(Bytes&), Bytes& bytes) {
   for (int i = 0; i < block.rows * n; ++i) block.entries[i] = entry(bytes);
+}
+
+AnyBlock any_block(Bytes& bytes) {
+  AnyBlock block;
+  block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
+  switch (bytes.below(4)) {
+    case 0: {
+      fill(
+          block, [](Bytes& b) { return static_cast<double>(b.raw<std::int8_t>()); }, bytes);
+      const double scale = bytes.times_power_of_ten(1);
+      for (double& entry : block.entries) entry *= scale;
+      break;
+    }
+    case 1:
+      fill(
+          block, [](Bytes& b) { return static_cast<double>(b.raw<float>()); }, bytes);
+      break;
+    case 2:
+      fill(
+          block, [](Bytes& b) { return b.raw<double>(); }, bytes);
+      break;
+    default:
+      fill(
+          block, [](Bytes& b) { return b.number(); }, bytes);
+  }
+  return block;
 }
 
 // The block that the store holds for an earlier candidate.
@@ -89,32 +121,6 @@ void append_invalid(Bytes& bytes, BlockStore& store) {
 
 }  // namespace
 
-AnyBlock any_block(Bytes& bytes) {
-  AnyBlock block;
-  block.rows = 1 + static_cast<int>(bytes.below(max_block_rows));
-  switch (bytes.below(4)) {
-    case 0: {
-      fill(
-          block, [](Bytes& b) { return static_cast<double>(b.raw<std::int8_t>()); }, bytes);
-      const double scale = bytes.times_power_of_ten(1);
-      for (double& entry : block.entries) entry *= scale;
-      break;
-    }
-    case 1:
-      fill(
-          block, [](Bytes& b) { return static_cast<double>(b.raw<float>()); }, bytes);
-      break;
-    case 2:
-      fill(
-          block, [](Bytes& b) { return b.raw<double>(); }, bytes);
-      break;
-    default:
-      fill(
-          block, [](Bytes& b) { return b.number(); }, bytes);
-  }
-  return block;
-}
-
 void append_candidates(Bytes& bytes, BlockStore& store) {
   while (store.size() < max_candidates && !bytes.is_empty()) {
     const std::size_t kind = bytes.below(10);
@@ -138,16 +144,13 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   // Selecting all of many near copies would take seconds under a sanitizer.
   options.budget = bytes.below(std::min<std::size_t>(size, 250) + 2);
   if (size > 250) options.budget = std::min<std::size_t>(options.budget, 40);
-  constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
-  if (options.budget > size) options.budget = unlimited / 3 + 1;  // all; three times that is little
+  if (options.budget > size) options.budget = std::numeric_limits<std::size_t>::max() / 3 + 1;  // all
   options.strategy = static_cast<Strategy>(bytes.chance(4) ? bytes.raw<std::int8_t>()
                                                            : static_cast<int>(bytes.below(std::size(strategies))));
   options.threads = bytes.chance(16) ? bytes.raw<std::int8_t>() : 1;  // more are slow where there are few cores
   options.stochastic.epsilon = bytes.chance(32) ? bytes.number() : (1 + static_cast<double>(bytes.byte())) / 257;
   options.stochastic.seed = bytes.byte();
-  options.certificate.compute = bytes.chance(128);
-  options.certificate.passes = bytes.chance(2) ? unlimited : bytes.below(5);
-  options.exchange.sweeps = bytes.chance(2) ? unlimited : bytes.below(8) / 3;
+  options.certificate = bytes.chance(128);
   if (bytes.chance(32)) options.time_limit = bytes.chance(64) ? bytes.number() : 1e-6 * bytes.byte();
   decode_prior(bytes);
   decode_constraints(bytes, candidates);
@@ -156,7 +159,6 @@ Request::Request(Bytes& bytes, const BlockStore& candidates) {
   decode_targets(bytes);
 }
 
-// Mostly with strategies that support them.
 void Request::decode_targets(Bytes& bytes) {
   if (!bytes.chance(64)) return;
   const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
@@ -164,9 +166,6 @@ void Request::decode_targets(Bytes& bytes) {
   if ((which & 1U) != 0) options.target.efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
   if ((which & 2U) != 0) options.target.translation_sigma = sigma();
   if ((which & 4U) != 0) options.target.rotation_sigma = sigma();
-  if (bytes.chance(16)) return;
-  options.exchange.sweeps = 0;
-  if (!supports_groups_and_targets(options.strategy)) options.strategy = Strategy::lazy_greedy;
 }
 
 void Request::decode_prior(Bytes& bytes) {
@@ -196,22 +195,12 @@ void Request::decode_prior(Bytes& bytes) {
 
 void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
   const std::size_t size = candidates.size();
-  // Steps from one flagged candidate to the next need few bytes.
-  const auto flags = [&](std::vector<unsigned char>& list) {
-    list.assign(size, 0);
-    for (std::size_t i = bytes.below(16); i < size; i += 1 + bytes.byte()) list[i] = 3;
-    return list.data();
-  };
   if (bytes.chance(64)) {
-    options.required = flags(required_);
+    required_.assign(size, 0);  // steps from one to the next need few bytes
+    for (std::size_t i = bytes.below(16); i < size; i += 1 + bytes.byte()) required_[i] = 3;
+    options.required = required_.data();
     if (!bytes.chance(16)) {
       for (std::size_t i = 0; i < size; ++i) required_[i] = candidates.is_valid(i) ? required_[i] : 0;
-    }
-  }
-  if (bytes.chance(64)) {
-    options.excluded = flags(excluded_);
-    if (!required_.empty() && !bytes.chance(16)) {
-      for (std::size_t i = 0; i < size; ++i) excluded_[i] = required_[i] != 0 ? 0 : excluded_[i];
     }
   }
   if (!bytes.chance(64)) return;
@@ -225,10 +214,6 @@ void Request::decode_constraints(Bytes& bytes, const BlockStore& candidates) {
     groups_[i] = static_cast<std::uint32_t>(is_listed ? bytes.below(end) : i % end);
   }
   options.groups.ids = groups_.data();
-  if (bytes.chance(128)) {
-    for (std::size_t g = 0; g <= options.groups.count; ++g) maxima_.push_back(bytes.byte() % 16U);
-    options.groups.maxima = maxima_.data();
-  }
 }
 
 }  // namespace maxlogdet::fuzz

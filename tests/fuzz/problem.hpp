@@ -18,13 +18,6 @@ constexpr std::size_t max_candidates = 600;
 /// that are hard for rounding, which are copies, multiples, and copies with one bit changed.
 void append_candidates(Bytes& bytes, BlockStore& store);
 
-/// rows x 6 entries of some kind, row-major, room for three rows.
-struct AnyBlock {
-  double entries[max_block_rows * state_dimension] = {};
-  int rows = 0;
-};
-AnyBlock any_block(Bytes& bytes);
-
 /// Options for these candidates, and the arrays that they point to.
 class Request {
  public:
@@ -42,9 +35,7 @@ class Request {
 
   double prior_[state_dimension * state_dimension];
   std::vector<unsigned char> required_;
-  std::vector<unsigned char> excluded_;
   std::vector<std::uint32_t> groups_;
-  std::vector<std::uint32_t> maxima_;
 };
 
 }  // namespace maxlogdet::fuzz

@@ -90,8 +90,8 @@ std::size_t Rules::count_in(std::size_t group, const std::vector<std::uint32_t>&
 }
 
 bool Rules::may_add(std::size_t i, const std::vector<std::uint32_t>& chosen) const {
-  if (!candidates_.is_valid(i) || is_excluded(i)) return false;
-  if (has_groups() && count_in(options_.groups.ids[i], chosen) >= maximum(options_.groups.ids[i])) return false;
+  if (!candidates_.is_valid(i)) return false;
+  if (has_groups() && count_in(options_.groups.ids[i], chosen) >= options_.groups.maximum) return false;
   return std::find(chosen.begin(), chosen.end(), i) == chosen.end();
 }
 
@@ -110,8 +110,6 @@ std::vector<Error> Rules::errors(std::size_t capacity, bool& prior_is_unclear) c
   };
   const Strategy strategy = options_.strategy;
   const bool is_stochastic = strategy == Strategy::stochastic_greedy;
-  const bool keeps_to_groups = supports_groups_and_targets(strategy);
-  const bool selects_in_order = keeps_to_groups && options_.exchange.sweeps == 0;
   add_if(candidates_.size() > capacity, Error::capacity_exceeded);
   add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
          Error::invalid_strategy);
@@ -119,9 +117,7 @@ std::vector<Error> Rules::errors(std::size_t capacity, bool& prior_is_unclear) c
          Error::invalid_epsilon);
   add_if(!(options_.time_limit >= 0), Error::invalid_time_limit);
   add_if(options_.threads < 0, Error::invalid_threads);
-  add_if(options_.groups.ids != nullptr && !keeps_to_groups, Error::unsupported_groups);
   add_if(!targets_are_valid(), Error::invalid_target);
-  add_if(has_target(options_) && !selects_in_order, Error::unsupported_target);
 
   const Verdict verdict = options_.prior == nullptr ? Verdict::good : judge_prior(options_.prior);
   prior_is_unclear = verdict == Verdict::unclear;
@@ -149,8 +145,8 @@ bool Rules::is_feasible() const {
   const std::vector<std::uint32_t> list = required();
   if (list.size() > options_.budget) return false;
   return std::all_of(list.begin(), list.end(), [&](std::uint32_t i) {
-    const bool has_place = !has_groups() || count_in(options_.groups.ids[i], list) <= maximum(options_.groups.ids[i]);
-    return candidates_.is_valid(i) && !is_excluded(i) && has_place;
+    const bool has_place = !has_groups() || count_in(options_.groups.ids[i], list) <= options_.groups.maximum;
+    return candidates_.is_valid(i) && has_place;
   });
 }
 

@@ -22,12 +22,8 @@ class Rules {
  public:
   Rules(const BlockStore& candidates, const Options& options) : candidates_(candidates), options_(options) {}
 
-  bool is_required(std::size_t i) const { return is_set(options_.required, i); }
-  bool is_excluded(std::size_t i) const { return is_set(options_.excluded, i); }
+  bool is_required(std::size_t i) const { return options_.required != nullptr && options_.required[i] != 0; }
   bool has_groups() const { return options_.groups.ids != nullptr && candidates_.size() > 0; }
-  std::size_t maximum(std::size_t group) const {
-    return options_.groups.maxima != nullptr ? options_.groups.maxima[group] : options_.groups.maximum;
-  }
 
   /// How many of these are in a group.
   std::size_t count_in(std::size_t group, const std::vector<std::uint32_t>& chosen) const;
@@ -42,7 +38,6 @@ class Rules {
   std::vector<Error> errors(std::size_t capacity, bool& prior_is_unclear) const;
 
  private:
-  static bool is_set(const unsigned char* flags, std::size_t i) { return flags != nullptr && flags[i] != 0; }
   bool targets_are_valid() const;
   bool groups_exist() const;
   bool is_feasible() const;

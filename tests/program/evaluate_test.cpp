@@ -27,9 +27,9 @@ void record(const Frame& frame, FrameRecorder& recorder) {
   details.height = 480;
   details.T_cw_true = RigidTransform::row_major(frame.T_cw_true->data());
   const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
-  const std::vector<RigCamera>& rig = frame.camera.rig;
+  const std::vector<Camera>& rig = frame.camera.rig;
   ASSERT_TRUE(rig.empty() ? recorder.start(Camera(frame.camera), T_cw, details)
-                          : recorder.start(Rig{rig.data(), rig.size()}, T_cw, details));
+                          : recorder.start(rig.data(), rig.size(), T_cw, details));
   for (const Match& from : frame.matches) {
     const double uv[2] = {from.u, from.v};
     FeatureMatch match(from.point, uv, 1 / std::sqrt(from.inv_sigma2));

@@ -1,102 +1,91 @@
 // SPDX-License-Identifier: MIT
-#include "tests/program/simulate.hpp"
+// The program of the paper's experiments, from outside: each writes its files, the same for any number of threads.
+#include "tests/support/program.hpp"
 
+#include <map>
 #include <set>
 
 namespace maxlogdet::test {
 namespace {
 
-TEST_F(Simulate, metrics_writes_tables_and_data_of_pictures) {
-  const Outcome outcome = run(small_metrics);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_EQ(outcome.err, "");
-  EXPECT_NE(outcome.out.find("max_log_det"), std::string::npos);
-  const auto rows = csv("out/metrics.csv");
-  EXPECT_EQ(sim::joined(rows.at(0), ","),
-            "noise_px,size,weighting,selector,rms_translation_m,rms_rotation_deg,ci95_translation_m,ci95_rotation_deg,"
-            "runs");
-  std::set<std::string> selectors, weightings;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    weightings.insert(rows[i].at(2));
-    selectors.insert(rows[i].at(3));
-    EXPECT_EQ(rows[i].at(8), "4");
-    EXPECT_GT(std::stod(rows[i].at(4)), 0);
+class Simulate : public Program {
+ protected:
+  Simulate() : Program("maxlogdet_simulate", MAXLOGDET_SIMULATE) {}
+
+  // The cells of a CSV file, the header first, without times: columns whose names begin with ms_ or us.
+  std::vector<std::vector<std::string>> csv(const std::string& file) const {
+    std::istringstream lines(text_of(path(file)));
+    std::vector<std::vector<std::string>> rows;
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream cells(line);
+      rows.emplace_back();
+      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+    }
+    const std::vector<std::string> header = rows.at(0);
+    for (auto& row : rows) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        if (header[i].rfind("ms_", 0) == 0 || header[i].rfind("us", 0) == 0) row[i].clear();
+      }
+    }
+    return rows;
   }
-  EXPECT_EQ(weightings, (std::set<std::string>{"map_bias", "measurement", "measurement_and_map"}));
-  EXPECT_EQ(selectors, (std::set<std::string>{"max_log_det", "max_trace", "min_condition", "max_min_eigenvalue",
-                                              "random", "all", "all_weighted"}));
-  EXPECT_EQ(rows.size(), 1 + 2 * 2 * 3 * 7U);
-  EXPECT_EQ(csv("out/metrics_aligned.csv").at(0), rows.at(0));
-  const auto json = nlohmann::json::parse(contents("out/metrics.json"));
-  EXPECT_EQ(json.at("table").size(), rows.size() - 1);
-  EXPECT_EQ(json.at("table")[0].at("rms_translation_m").get<double>(), std::stod(rows.at(1).at(4)));
-  EXPECT_EQ(contents("out/metrics.md") + "tables: out/metrics*\n", outcome.out);
-  EXPECT_EQ(draw("out").exit_code, 0);
-  for (const char* const picture : {"map_bias", "measurement", "measurement_and_map", "scene"}) {
-    const std::string name = std::string("out/metrics_") + picture;
-    EXPECT_NE(contents(name + ".svg").find("<svg"), std::string::npos) << picture;
-    EXPECT_EQ(contents(name + ".png").substr(1, 3), "PNG") << picture;
+
+  // Runs an experiment with one thread and with two, and returns what it writes.
+  std::vector<std::vector<std::string>> rows_of(const std::string& experiment, const std::string& arguments) const {
+    const std::string command = experiment + ' ' + arguments;
+    const Outcome outcome = run(command + " --threads 1 --output one");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(run(command + " --threads 2 --output two").exit_code, 0);
+    const auto rows = csv("one/" + experiment + ".csv");
+    EXPECT_EQ(csv("two/" + experiment + ".csv"), rows);
+    EXPECT_FALSE(nlohmann::json::parse(text_of(path("one/" + experiment + ".json"))).at("table").empty());
+    EXPECT_NE(text_of(path("one/" + experiment + ".md")), "");
+    return rows;
   }
+};
+
+std::set<std::string> column(const std::vector<std::vector<std::string>>& rows, std::size_t i) {
+  std::set<std::string> values;
+  for (std::size_t row = 1; row < rows.size(); ++row) values.insert(rows[row].at(i));
+  return values;
 }
 
-TEST_F(Simulate, results_do_not_depend_on_threads_and_do_on_the_seed) {
-  ASSERT_EQ(run(std::string(small_metrics) + "1 --threads 1").exit_code, 0);
-  ASSERT_EQ(run(std::string(small_metrics) + "2 --threads 2").exit_code, 0);
-  ASSERT_EQ(run(std::string(small_metrics) + "3 --seed 1").exit_code, 0);
-  for (const char* const file : {"metrics.csv", "metrics_aligned.csv", "metrics.json"}) {
-    EXPECT_EQ(contents(std::string("out1/") + file), contents(std::string("out2/") + file)) << file;
-    EXPECT_NE(contents(std::string("out1/") + file), contents(std::string("out3/") + file)) << file;
-  }
+TEST_F(Simulate, metrics_compares_every_metric_with_every_block) {
+  const auto rows = rows_of("metrics", "--points 40 --sizes 15,30 --runs 4");
+  EXPECT_EQ(rows.size(), 1 + 2 * 2 * 3 * 7U);
+  EXPECT_EQ(column(rows, 2), (std::set<std::string>{"map_bias", "measurement", "measurement_and_map"}));
+  EXPECT_EQ(column(rows, 3), (std::set<std::string>{"max_log_det", "max_trace", "min_condition", "max_min_eigenvalue",
+                                                    "random", "all", "all_weighted"}));
+  EXPECT_EQ(csv("one/metrics_aligned.csv").at(0), rows.at(0));
+  ASSERT_EQ(run("metrics --points 40 --sizes 15,30 --runs 4 --seed 1 --output three").exit_code, 0);
+  EXPECT_NE(csv("three/metrics.csv"), rows);
+  EXPECT_EQ(draw("one").exit_code, 0);
+  EXPECT_NE(text_of(path("one/metrics_measurement.svg")).find("<svg"), std::string::npos);
 }
 
 TEST_F(Simulate, epsilon_covers_its_grid) {
-  ASSERT_EQ(run("epsilon --sizes 60,100 --runs 2 --output out").exit_code, 0);
-  EXPECT_EQ(csv("out/epsilon.csv").size(), 1 + 2 * 2 * 8 * 8U);
-  EXPECT_EQ(draw("out").exit_code, 0);
-  for (const char* const map : {"time", "gap", "differing"}) {
-    EXPECT_NE(contents(std::string("out/epsilon_") + map + ".svg").find("n = 100"), std::string::npos);
-  }
-  ASSERT_EQ(run("epsilon --sizes 60,100 --runs 2 --threads 2 --output two").exit_code, 0);
-  EXPECT_EQ(without_times("out/epsilon.csv"), without_times("two/epsilon.csv"));
+  EXPECT_EQ(rows_of("epsilon", "--sizes 60,100 --runs 2").size(), 1 + 2 * 2 * 8 * 8U);
 }
 
-// Of options that are given bad values the error names the option.
+TEST_F(Simulate, euroc_and_budget_track_along_a_trajectory) {
+  const std::string small = "--max-matches 150 --runs 2 --seconds 4 --trajectories '" EUROC_GROUND_TRUTH "'";
+  if (!std::filesystem::exists(EUROC_GROUND_TRUTH)) GTEST_SKIP() << "no trajectories";
+  const auto rows = rows_of("euroc", small + " --sequences V1_01_easy");
+  EXPECT_EQ(column(rows, 1), (std::set<std::string>{"quality", "bucket", "observability", "md", "quality_md", "inl",
+                                                    "all", "all_weighted", "random"}));
+  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it does not lose track";
+  const auto budgets = rows_of("budget", small + " --budgets 20,60");
+  EXPECT_EQ(column(budgets, 2), (std::set<std::string>{"20", "60", "0"}));
+}
+
 TEST_F(Simulate, refuses_invalid_values) {
-  const std::vector<const char*> no_numbers = {"nan", "inf", "-11", "x", "1e99"};
-  const std::pair<std::string, std::vector<const char*>> bad[] = {
-      {"metrics --runs", {"0"}},           {"metrics --threads", {"-1"}},
-      {"metrics --seed", {"x"}},           {"metrics --sizes", {"4", "400", "ten"}},
-      {"metrics --noise", {"0", "nan"}},   {"metrics --points", {"5"}},
-      {"metrics --weightings", {"heavy"}}, {"metrics --prior", {"0", "1e-21"}},
-      {"metrics --nearest", {"30"}},       {"metrics --map-bias", {"inf"}},
-      {"epsilon --sizes", {"5"}},          {"epsilon --epsilons", {"2"}},
-      {"euroc --budget", {"1"}},           {"euroc --pixel-sigma", no_numbers},
-      {"euroc --outliers", no_numbers},    {"euroc --batch-translation", no_numbers},
-      {"euroc --map-sigma", no_numbers},   {"euroc --seconds", no_numbers}};
-  for (const auto& [option, values] : bad) {
-    for (const char* const value : values) expect_refused(run(option + " " + value), option.substr(option.find("--")));
+  for (const char* const arguments :
+       {"", "everything", "metrics --runs 0", "metrics --threads -1", "metrics --sizes 4", "metrics --noise nan",
+        "metrics --weightings heavy", "metrics --prior 1e-21", "metrics --map-bias inf", "epsilon --sizes 5",
+        "epsilon --epsilons 2", "euroc --budget 1", "euroc --outliers 0.9", "euroc --trajectories nowhere",
+        "euroc --selectors best"}) {
+    expect_refused(run(arguments), "");
   }
-}
-
-TEST_F(Simulate, refuses_invalid_arguments) {
-  write_trajectory("a,b");
-  std::ofstream(path("file")) << "no folder\n";
-  const std::pair<const char*, const char*> refusals[] = {
-      {"", "a command is missing: metrics, budget, euroc, epsilon"},
-      {" everything", "everything"},
-      {" metrics --prior 0", "--prior: expected a number from 1e-20 to 1e6"},
-      {" metrics --map-bias inf", "--map-bias: expected -1 to 1 m"},
-      {" metrics --nearest 0.6 --farthest 0.9 --map-bias -1", "in front of the camera"},
-      {" metrics --output file/out", "file/out"},
-      {" euroc --trajectories nowhere", "nowhere"},
-      {" euroc --trajectories frames", "frames"},
-      {" euroc --trajectories tum", "a,b.txt: expected a file name of letters"},
-      {" euroc --budget 300", "--pool 200; expected at least the budget, 300"}};
-  for (const auto& [arguments, message] : refusals) {
-    expect_refused(run(arguments), message);
-  }
-  EXPECT_EQ(run(std::string(small_metrics) + " --prior 1e-20").exit_code, 0) << "the smallest that the library takes";
-  expect_refused(run("metrics", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
 }
 
 }  // namespace

@@ -17,7 +17,6 @@ namespace maxlogdet::test {
 struct Answer {
   Answer(const Selection& selection)  // NOLINT(google-explicit-constructor): compared as if it were one
       : reason(selection.reason()),
-        strategy(selection.strategy),
         indices(indices_of(selection)),
         searched(selection.searched),
         evaluations(selection.evaluations),
@@ -30,7 +29,6 @@ struct Answer {
   }
 
   std::string reason;
-  Strategy strategy;
   std::vector<std::uint32_t> indices;
   std::size_t searched, evaluations, float64_decisions;
   std::vector<std::uint64_t> numbers;  ///< the bits of gains, log det, upper bound and of what targets are about
@@ -43,12 +41,11 @@ inline Answer answer_to(const BlockStore& blocks, const Options& options, Execut
 }
 
 inline bool operator==(const Answer& a, const Answer& b) {
-  return a.reason == b.reason && a.strategy == b.strategy && a.indices == b.indices && a.searched == b.searched &&
-         a.numbers == b.numbers;
+  return a.reason == b.reason && a.indices == b.indices && a.searched == b.searched && a.numbers == b.numbers;
 }
 
 inline void PrintTo(const Answer& answer, std::ostream* out) {
-  *out << answer.reason << " by " << to_string(answer.strategy) << ", of " << answer.searched << " searched:";
+  *out << answer.reason << ", of " << answer.searched << " searched:";
   for (const std::uint32_t i : answer.indices) *out << ' ' << i;
   *out << "; bits";
   for (const std::uint64_t bits : answer.numbers) *out << ' ' << bits;

@@ -59,8 +59,8 @@ std::size_t GreedyOracle<Scalar>::best() const {
 }
 
 template <class Scalar>
-void GreedyOracle<Scalar>::take(std::size_t i, const Block& block) {
-  information_.add(block);
+void GreedyOracle<Scalar>::take(std::size_t i) {
+  information_.add(blocks_[i]);
   is_taken_[i] = true;
 }
 

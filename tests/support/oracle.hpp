@@ -41,10 +41,7 @@ class GreedyOracle {
   /// The remaining candidate of largest gain, the first of them on ties.
   std::size_t best() const;
 
-  void take(std::size_t i) { take(i, blocks_[i]); }
-
-  /// Takes candidate i with another block in its place.
-  void take(std::size_t i, const Block& block);
+  void take(std::size_t i);
 
   /// Excludes candidate i from now on.
   void exclude(std::size_t i) { is_taken_[i] = true; }

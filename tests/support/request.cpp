@@ -22,11 +22,8 @@ const T* data_or_null(const std::vector<T>& values) {
 Options Request::options() const {
   Options options = plain;
   options.required = data_or_null(required);
-  options.excluded = data_or_null(excluded);
   options.groups.ids = data_or_null(groups);
-  options.groups.maxima = data_or_null(maxima);
   options.prior = data_or_null(prior);
-  if (!maxima.empty()) options.groups.count = maxima.size();
   return options;
 }
 
@@ -50,9 +47,8 @@ std::size_t Request::required_count() const {
   return static_cast<std::size_t>(std::count_if(required.begin(), required.end(), [](int flag) { return flag != 0; }));
 }
 
-std::size_t Request::room_of(std::uint32_t group) const {
-  if (groups.empty()) return std::numeric_limits<std::size_t>::max();
-  return maxima.empty() ? plain.groups.maximum : maxima[group];
+std::size_t Request::room() const {
+  return groups.empty() ? std::numeric_limits<std::size_t>::max() : plain.groups.maximum;
 }
 
 std::size_t Problem::capacity() const { return std::max(blocks.size(), plain.budget); }
@@ -73,9 +69,9 @@ std::vector<unsigned char> random_flags(Random& random, std::size_t n, double sh
 
 void constrain(Random& random, Problem& problem, bool has_groups) {
   const std::size_t n = problem.blocks.size();
-  if (random.chance(0.5)) problem.excluded = random_flags(random, n, random.chance(0.5) ? 0.1 : random.uniform(0, 0.6));
   const int count = has_groups ? random.integer(1, random.chance(0.2) ? 60 : 12) : 0;
-  for (int g = 0; g < count; ++g) problem.maxima.push_back(static_cast<std::uint32_t>(random.integer(0, 5)));
+  problem.plain.groups.count = static_cast<std::size_t>(count);
+  problem.plain.groups.maximum = static_cast<std::size_t>(random.integer(0, random.chance(0.5) ? 5 : 20));
   for (std::size_t i = 0; i < n && has_groups; ++i) {
     problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
@@ -86,7 +82,7 @@ void constrain(Random& random, Problem& problem, bool has_groups) {
     for (std::size_t i = 0; i < n; ++i) {
       if (flags[i] == 0) continue;
       const std::uint32_t group = problem.group_of(i);
-      const bool is_possible = problem.is_free(i) && taken[group] < problem.room_of(group);
+      const bool is_possible = problem.is_free(i) && taken[group] < problem.room();
       flags[i] = is_possible ? flags[i] : 0;
       taken[group] += is_possible ? 1 : 0;
       required += is_possible ? 1 : 0;
@@ -116,22 +112,22 @@ void expect_sound(const Problem& problem, const Selection& selection, double tol
   for (const std::uint32_t i : selection) {
     ASSERT_LT(i, is_taken.size());
     EXPECT_EQ(is_taken[i]++, 0) << i << " twice";
-    EXPECT_TRUE(problem.blocks.is_valid(i) && !problem.is_excluded(i)) << i;
+    EXPECT_TRUE(problem.blocks.is_valid(i)) << i;
     ++members[problem.group_of(i)];
   }
   bool is_more_possible = false;
   for (std::size_t i = 0; i < is_taken.size(); ++i) {
     EXPECT_TRUE(!problem.is_required(i) || is_taken[i] == 1) << i << " is required";
     const std::uint32_t group = problem.group_of(i);
-    EXPECT_LE(members[group], problem.room_of(group)) << "group " << group;
-    is_more_possible |= problem.is_free(i) && is_taken[i] == 0 && members[group] < problem.room_of(group);
+    EXPECT_LE(members[group], problem.room()) << "group " << group;
+    is_more_possible |= problem.is_free(i) && is_taken[i] == 0 && members[group] < problem.room();
   }
   const bool is_full = selection.size == problem.plain.budget;
   EXPECT_TRUE(is_full || !is_more_possible || selection.status == Status::target_reached) << "more could be added";
   EXPECT_TRUE(is_full || selection.status != Status::ok || is_taken.empty());
   EXPECT_FALSE(is_more_possible && selection.status == Status::all_selected);
   expect_consistent(problem.blocks, selection, tolerance, problem.information());
-  if (problem.plain.certificate.compute) {
+  if (problem.plain.certificate) {
     EXPECT_GE(selection.upper_bound, selection.log_det);
   }
 }

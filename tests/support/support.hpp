@@ -3,7 +3,7 @@
 
 #include "bench/world/names.hpp"
 #include "bench/world/scene.hpp"
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "tests/support/block_kinds.hpp"
 

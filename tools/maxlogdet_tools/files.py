@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Paths on the command line of scripts, and files of JSON and CSV."""
+"""Files of JSON and CSV."""
 
 import csv
 import json
@@ -7,14 +7,6 @@ import pathlib
 import sys
 
 from maxlogdet_tools.project import shown
-
-
-def arguments(usage):
-    """The paths of the command line; terminates with the usage if there is none, or an option."""
-    paths = sys.argv[1:]
-    if not paths or any(path.startswith("-") for path in paths):
-        sys.exit(usage.strip())
-    return [pathlib.Path(path) for path in paths]
 
 
 def json_of(file):

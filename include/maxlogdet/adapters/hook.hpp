@@ -3,7 +3,6 @@
 
 #include <maxlogdet/good_features.hpp>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -65,8 +64,8 @@ class TrackerHook {
 
   /// The cost of the last frame.
   const HookCost& cost() const noexcept { return cost_; }
-  /// From the next frame on, writes each into the folder, for `maxlogdet evaluate FOLDER`, unless the adapter says that
-  /// its frames cannot be recorded. Call it once; see GoodFeatures::record(). It counts as cost().select_us.
+  /// From the next frame on, writes each into the folder, for `maxlogdet evaluate FOLDER`. Call it once; see
+  /// GoodFeatures::record(). It counts as cost().select_us.
   bool record(const char* folder) noexcept { return features.record(folder); }
 
  protected:
@@ -110,38 +109,6 @@ class TrackerHook {
 
  private:
   std::chrono::steady_clock::time_point last_lap_;
-};
-
-/// Decides which features of a window to leave out of the optimisation; never one without a block.
-class LeftOutHook : public TrackerHook {
- public:
-  /// Returns whether the last question left out the feature of that number; numbers count modulo 2^32.
-  template <class Id>
-  bool leaves_out(Id id) const noexcept {
-    return std::binary_search(left_out_.begin(), left_out_.end(), static_cast<std::uint32_t>(id));
-  }
-  /// The number of features left out.
-  std::size_t left_out_count() const noexcept { return left_out_.size(); }
-
- protected:
-  using TrackerHook::TrackerHook;
-
-  /// Adds a candidate with the tracker's own number.
-  template <class Id>
-  void add(FeatureMatch match, Id id) {
-    match.id = static_cast<std::uint32_t>(id);
-    match.point_id = static_cast<std::int64_t>(id);
-    features.add(match);
-  }
-
-  /// `gather` starts the features and adds candidates.
-  template <class Gather>
-  void ask_about(const Gather& gather) {
-    select(gather, true);
-    std::sort(left_out_.begin(), left_out_.end());
-    cost_.restore_us = lap();
-    log.write(cost_);
-  }
 };
 
 }  // namespace maxlogdet

@@ -54,9 +54,10 @@ class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
     const Camera left = camera_of(*frame.mpCamera, is_rig ? 0 : static_cast<double>(frame.mbf));
     has_right_column_ = left.model == CameraModel::pinhole && left.pinhole.bf > 0;
     if (!is_rig) return features.start(left, pose_of(frame));
-    rig_[0].camera = left;
-    rig_[1] = RigCamera(camera_of(*frame.mpCamera2, 0), frame.GetRelativePoseTrl());
-    features.start(Rig(rig_, 2), pose_of(frame));
+    rig_[0] = left;
+    rig_[1] = camera_of(*frame.mpCamera2, 0);
+    rig_[1].T_cb = frame.GetRelativePoseTrl();
+    features.start(rig_, 2, pose_of(frame));
   }
 
   template <class Frame>
@@ -76,7 +77,7 @@ class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
   }
 
   bool has_right_column_ = false;
-  RigCamera rig_[2];
+  Camera rig_[2];
 };
 
 }  // namespace maxlogdet

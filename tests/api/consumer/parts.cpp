@@ -21,10 +21,6 @@ void expect(bool is_so, const char* what) {
   std::printf("%s is NOT as it should be\n", what);
 }
 
-bool are_same(const maxlogdet::Selection& a, const maxlogdet::Selection& b) {
-  return a.size == b.size && std::equal(a.begin(), a.end(), b.begin());
-}
-
 // Points in front of the camera, and where it sees them.
 struct Frame {
   Frame() {
@@ -62,22 +58,6 @@ void select(const Frame& frame, maxlogdet::BlockStore& blocks) {
   cells.limit(options);  // at most one of each
   const maxlogdet::Selection selection = selector.select(blocks, options);
   expect(selection.status == maxlogdet::Status::ok && selection.size == 100, "a selection");
-
-  // The same by one call, for scripts; without prior and cells.
-  const maxlogdet::SelectedMatches of_script = maxlogdet::select(frame.camera, frame.T_cw, frame.points, 100);
-  blocks.clear();
-  append_blocks(frame.camera, frame.T_cw, frame.points, maxlogdet::Matches(), maxlogdet::BlockOptions(), blocks);
-  const maxlogdet::Selection plain = selector.select(blocks, 100);
-  expect(of_script.size() == plain.size && std::equal(plain.begin(), plain.end(), of_script.begin()), "one call");
-}
-
-// One by one, all accepted: lazy greedy.
-void propose(const maxlogdet::BlockStore& blocks) {
-  maxlogdet::Selector selector(n);
-  maxlogdet::ActiveSelection active(n);
-  expect(active.start(blocks, 100) == maxlogdet::Error::none, "a start");
-  while (active.next() != maxlogdet::ActiveSelection::none) active.accept();  // or reject(), or with a measured block
-  expect(are_same(active.selection(), selector.select(blocks, 100)), "active matching");
 }
 
 // The weight of a residual, as the blocks have it.
@@ -109,7 +89,6 @@ int main(int count, char** arguments) {
   const Frame frame;
   maxlogdet::BlockStore blocks(n);
   select(frame, blocks);
-  propose(blocks);
   weigh(frame);
   record(frame, count > 1 ? arguments[1] : nullptr);
   std::printf("instruction sets:");

@@ -38,8 +38,8 @@ class AdapterWorld {
   virtual bool is_outlier(std::size_t /*i*/) const { return false; }
   virtual bool has_outliers() const { return false; }
 
-  /// A recorded frame's row of a candidate, by column; empty if frames cannot be recorded.
-  virtual std::map<std::string, double> recorded(std::size_t /*i*/) const { return {}; }
+  /// A recorded frame's row of a candidate, by column.
+  virtual std::map<std::string, double> recorded(std::size_t i) const = 0;
 };
 
 struct AdapterCase {

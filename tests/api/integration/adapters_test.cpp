@@ -110,10 +110,6 @@ TEST_P(AnyAdapter, a_recorded_frame_has_all_candidates_as_they_were_before_the_o
   const TemporaryFolder folder;
   ASSERT_TRUE(world->hook().record(folder.path().c_str()));
   const std::set<std::size_t> kept = world->run();
-  if (world->recorded(0).empty()) {
-    EXPECT_TRUE(folder.files().empty()) << "frames of this tracker cannot be recorded";
-    return;
-  }
   const RecordedFrame frame(folder / "frame_000000.csv");
   ASSERT_EQ(frame.rows.size(), 300U);
   for (std::size_t row = 0; row < 300; ++row) {

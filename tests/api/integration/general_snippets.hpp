@@ -97,8 +97,7 @@ inline void add_stereo(maxlogdet::GoodFeatures& good, const Match& m) {
 /// Starts a frame on a rig, and adds what its second camera has seen.
 template <class Pose>
 void add_of_rig(maxlogdet::GoodFeatures& good, const double (&of_pinhole)[4], const double* k, const double* p,
-                const Pose& T_lb, const Pose& T_rb, const Pose& T_bw, maxlogdet::FeatureMatch match,
-                const double* d_uv) {
+                const Pose& T_lb, const Pose& T_rb, const Pose& T_bw, maxlogdet::FeatureMatch match) {
   const double fx = of_pinhole[0], fy = of_pinhole[1], cx = of_pinhole[2], cy = of_pinhole[3];
 #include "cameras.inc"
   good.add(match);
@@ -116,18 +115,10 @@ inline bool add_covariance(const maxlogdet::PinholeCamera& pinhole, const Match&
   return match.covariance != nullptr;
 }
 
-inline maxlogdet::Selection select_by_options(maxlogdet::GoodFeatures& good, const std::vector<unsigned char>& excluded,
+inline maxlogdet::Selection select_by_options(maxlogdet::GoodFeatures& good,
                                               const std::vector<std::uint32_t>& keyframes, std::size_t keyframe_count) {
 #include "options.inc"
   return selection;
-}
-
-template <class Search>
-maxlogdet::Selection match_actively(maxlogdet::GoodFeatures& good, const maxlogdet::Camera& camera,
-                                    const Eigen::Isometry3d& T_cw, const std::vector<MapPoint>& local_map,
-                                    const Search& search) {
-#include "active_matching.inc"
-  return found;
 }
 
 template <class Jacobians>
@@ -135,11 +126,6 @@ maxlogdet::Selection select_rows(maxlogdet::BlockStore& blocks, maxlogdet::Selec
                                  const Jacobians& jacobians) {
 #include "own_jacobians.inc"
   return selection;
-}
-
-template <class Search>
-void match_in_batches(maxlogdet::ActiveSelection& active, const maxlogdet::BlockStore& blocks, const Search& search) {
-#include "match_in_batches.inc"
 }
 
 }  // namespace guide

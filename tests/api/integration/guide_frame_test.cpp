@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The guide's code of a frame, run: poses, points, cameras and covariances, options, active matching, Jacobians.
+// The guide's code of a frame, run: poses, points, cameras and covariances, options, Jacobians.
 #include "tests/api/integration/general_snippets.hpp"
 #include "tests/api/integration/oracle.hpp"
 #include "tests/support/linear_algebra.hpp"
@@ -124,19 +124,18 @@ TEST(FrameGuide, cameras_of_a_rig_make_the_blocks_of_their_matches) {
   const Pose T_lb = random_pose(random), T_rb = random_pose(random), T_bw = random_pose(random);
   const Eigen::Vector3d p_c(0.3, -0.2, 4);
   const Camera distorted = Camera::radial_tangential({300, 310, 320, 240}, k[0], k[1], p[0], p[1]);
-  double uv[2], of_model[6];
-  ASSERT_TRUE(project(distorted, p_c.data(), uv, of_model));
+  double uv[2];
+  ASSERT_TRUE(project(distorted, p_c.data(), uv));
   FeatureMatch match((T_rb * T_bw).inverse() * p_c, uv);
   GoodFeatures good(1), by_hand(1);
-  guide::add_of_rig(good, of_pinhole, k, p, T_lb, T_rb, T_bw, match, of_model);
+  guide::add_of_rig(good, of_pinhole, k, p, T_lb, T_rb, T_bw, match);
   EXPECT_EQ(good.selection().status, Status::all_selected);
   EXPECT_EQ(good.block_report().invalid, 0U);
-  const RigCamera rig[] = {{Camera::kannala_brandt({300, 310, 320, 240}, k[0], k[1], k[2], k[3]), T_lb},
-                           {distorted, T_rb}};
-  by_hand.start(Rig(rig, 2), T_bw);
-  match.camera_id = 1;
+  Camera alone = distorted;
+  alone.T_cb = T_rb;
+  by_hand.start(alone, T_bw);
   by_hand.add(match);
-  EXPECT_NEAR(good.selection().log_det, by_hand.select(1).log_det, 1e-6) << "by the model's Jacobian";
+  EXPECT_EQ(good.selection().log_det, by_hand.select(1).log_det);
 }
 
 TEST(FrameGuide, covariances_are_those_of_the_observations) {
@@ -150,60 +149,20 @@ TEST(FrameGuide, covariances_are_those_of_the_observations) {
   EXPECT_NEAR(std::sqrt(covariance[8]) / (5 * 5 / pinhole.bf), std::sqrt(2.0), 0.1) << "depth by disparity";
 }
 
-TEST(OptionsGuide, groups_and_exclusions_hold_and_the_budget_is_full_whatever_the_time) {
+TEST(OptionsGuide, groups_hold_and_the_budget_is_full_whatever_the_time) {
   Random random;
   SCOPED_TRACE(random.name());
   const GuideFrame frame(random, 900);
-  std::vector<unsigned char> excluded(900);
   std::vector<std::uint32_t> keyframes(900);
-  for (std::uint32_t i = 0; i < 900; ++i) {
-    excluded[i] = i % 5 == 0 ? 1 : 0;
-    keyframes[i] = i % 60;
-  }
+  for (std::uint32_t i = 0; i < 900; ++i) keyframes[i] = i % 60;
   GoodFeatures good(1000);
   good.start(frame.camera, frame.T_cw);
   frame.add_to(good);
-  const Selection selection = guide::select_by_options(good, excluded, keyframes, 60);
+  const Selection selection = guide::select_by_options(good, keyframes, 60);
   EXPECT_TRUE(selection.status == Status::target_reached || selection.size == 400U);
   EXPECT_GT(selection.certified_efficiency(), 0);
   std::vector<int> of_keyframe(60);
-  for (const std::uint32_t i : selection) {
-    EXPECT_EQ(excluded[i], 0) << i;
-    EXPECT_LE(++of_keyframe[keyframes[i]], 10);
-  }
-}
-
-TEST(ActiveGuide, points_are_tried_until_enough_are_found_and_judged_by_what_was_measured) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const GuideFrame frame(random, 300);
-  std::vector<guide::MapPoint> local_map;
-  for (const Eigen::Vector3d& point : frame.points) local_map.push_back({point});
-  std::set<std::size_t> tried;
-  std::vector<std::uint32_t> found;
-  const auto search = [&](const guide::MapPoint& map_point, double(&measured)[2], double& sigma) {
-    const auto i = static_cast<std::size_t>(&map_point - local_map.data());
-    EXPECT_TRUE(tried.insert(i).second) << "tried twice";
-    if (random.chance(0.4)) return false;
-    std::copy_n(frame.pixels[i].data(), 2, measured);
-    sigma = 1.5;
-    found.push_back(static_cast<std::uint32_t>(i));
-    return true;
-  };
-  GoodFeatures good(300);
-  const Selection matched = guide::match_actively(good, frame.camera, frame.T_cw, local_map, search);
-  EXPECT_EQ(matched.status, Status::ok);
-  EXPECT_EQ(numbers_of(matched), found);
-  EXPECT_EQ(found.size(), 100U);
-  EXPECT_EQ(good.outliers(frame.T_cw).size(), 0U) << "all that are matched are selected";
-  const Selection selected = good.select(20);
-  ASSERT_EQ(selected.size, 20U);
-  for (const std::uint32_t i : selected) EXPECT_EQ(std::count(found.begin(), found.end(), i), 1);
-  std::size_t wrong = 0;
-  for (const std::uint32_t i : found) wrong += i % 7 == 0 && !good.is_selected(i) ? 1 : 0;
-  EXPECT_EQ(good.outliers(frame.T_cw).size(), wrong);
-  EXPECT_EQ(good.select(1000).status, Status::all_selected);
-  EXPECT_EQ(good.selection().size, 100U) << "what was not matched is not selected";
+  for (const std::uint32_t i : selection) EXPECT_LE(++of_keyframe[keyframes[i]], 10);
 }
 
 TEST(OwnJacobiansGuide, eigen_blocks_are_selected_as_the_plain_ones) {
@@ -219,20 +178,6 @@ TEST(OwnJacobiansGuide, eigen_blocks_are_selected_as_the_plain_ones) {
   BlockStore blocks(300);
   Selector selector(300), other(300);
   EXPECT_EQ(numbers_of(guide::select_rows(blocks, selector, jacobians)), numbers_of(other.select(plain, 100)));
-
-  ActiveSelection active(300);
-  std::vector<std::uint32_t> tried, found;
-  guide::match_in_batches(active, blocks,
-                          [&](const std::uint32_t* indices, std::size_t count, unsigned char* was_found) {
-                            for (std::size_t j = 0; j < count; ++j) {
-                              was_found[j] = random.chance(0.5) ? 1 : 0;
-                              tried.push_back(indices[j]);
-                              if (was_found[j] != 0) found.push_back(indices[j]);
-                            }
-                          });
-  EXPECT_EQ(found.size(), 100U);
-  EXPECT_EQ(std::set<std::uint32_t>(tried.begin(), tried.end()).size(), tried.size()) << "one was tried twice";
-  EXPECT_EQ(numbers_of(active.selection()), found);
 }
 
 }  // namespace

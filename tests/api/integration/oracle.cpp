@@ -3,7 +3,6 @@
 
 #include "tests/support/linear_algebra.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
 
@@ -32,15 +31,6 @@ Derivatives::Derivatives(const SeenPoint& point) {
   }
 }
 
-Block map_bias_block(const SeenPoint& point) {
-  const Derivatives derivatives(point);
-  const Eigen::Matrix3d& H_p = derivatives.H_p;
-  Eigen::Matrix<double, 3, 6> H_x = derivatives.H_x;
-  if (point.bf > 0) return H_p.inverse() * H_x;
-  H_x.row(2).setZero();  // the paper's H_x^n; the third row of H_p^n is that of the depth, (0, 0, 1)
-  return (H_p.inverse() * H_x).topRows<2>();
-}
-
 Matrix6 information_of(const SeenPoint& point) {
   const Derivatives derivatives(point);
   const Eigen::Index rows = point.bf > 0 ? 3 : 2;
@@ -51,15 +41,12 @@ Matrix6 information_of(const SeenPoint& point) {
   return product(product(H_x.transpose(), inverse(noise)), H_x);
 }
 
-Matrix6 map_bias_information(const SeenPoint& point) { return gram(map_bias_block(point)); }
-
-double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points,
-                          Matrix6 (*expected_of)(const SeenPoint&)) {
+double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points) {
   double largest = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!blocks.is_valid(i)) return 1e300;
     const Block stored = stored_block(blocks, i);
-    const Matrix6 expected = expected_of(points[i]);
+    const Matrix6 expected = information_of(points[i]);
     largest = std::max(largest, largest_difference(gram(stored), expected) / largest_entry(expected));
   }
   return largest;

@@ -37,19 +37,13 @@ struct Derivatives {
 using Measure = std::function<Eigen::VectorXd(const Eigen::Vector3d& p)>;
 Eigen::MatrixXd derivative_under_left_perturbation(const Measure& measure, const Eigen::Vector3d& p);
 
-/// The map_bias block.
-Block map_bias_block(const SeenPoint& point);
-
 /// H_x^T (sigma^2 I + H_p Sigma_p H_p^T)^-1 H_x: `measurement` where the covariance is zero, else
 /// `measurement_and_map`.
 Matrix6 information_of(const SeenPoint& point);
 
-Matrix6 map_bias_information(const SeenPoint& point);
-
 /// Largest |entry| by which H^T H of stored blocks differs from `expected` of the points, in shares of the largest
 /// entry.
-double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points,
-                          Matrix6 (*expected_of)(const SeenPoint&) = information_of);
+double largest_difference(const BlockStore& blocks, const std::vector<SeenPoint>& points);
 
 /// R x + t.
 sim::Pose transform(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);

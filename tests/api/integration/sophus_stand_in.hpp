@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The part of Sophus::SE3 that ORB-SLAM3 and Basalt use, under its names.
+// The part of Sophus::SE3 that ORB-SLAM3 uses, under its names.
 
 #include <Eigen/Core>
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Poses and points of Eigen, Sophus, OpenCV and trackers of their own, as PoseTraits and PointTraits read them.
+// Poses and points of Eigen, Sophus, OpenCV and trackers of their own, as PoseTraits and PointTraits read them. And
+// what must not compile.
 #include "tests/api/integration/sophus_stand_in.hpp"
 #include "tests/support/random_isometry.hpp"
 #include "tests/support/support.hpp"
 
+#include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/opencv.hpp>
+#include <maxlogdet/options.hpp>
+#include <maxlogdet/selector.hpp>
 #include <maxlogdet/sophus.hpp>
 
 #include <array>
@@ -72,7 +76,8 @@ TEST_F(TraitsOfPoses, sophus_poses_are_read) {
   expect_same(of_double, T);
   expect_same(Sophus::SE3f(T.linear().cast<float>(), T.translation().cast<float>()), T);
   expect_same(of_double * Sophus::SE3d(), T);
-  const RigCamera camera(Camera(1, 1, 0, 0), of_double);
+  Camera camera;
+  camera.T_cb = of_double;
   expect_same(camera.T_cb, T);
 }
 
@@ -200,6 +205,14 @@ static_assert(!is_pose<const double*> && !is_pose<const double (&)[16]>, "their 
 static_assert(is_pose<std::nullptr_t>);
 static_assert(!is_point<Opaque> && !is_point<double> && !is_point<const Eigen::Vector3d*>);
 static_assert(!std::is_constructible<Pixel, cv::Matx33d>::value);
+
+// A view of an object that ends with the statement does not compile.
+template <class Taken, class = void>
+struct CanSelect : std::false_type {};
+template <class Taken>
+struct CanSelect<Taken, decltype(static_cast<void>(std::declval<Taken>().select(std::declval<const BlockStore&>(),
+                                                                                Options())))> : std::true_type {};
+static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selector(10).select(...) would dangle");
 
 }  // namespace
 

@@ -3,7 +3,7 @@
 // from and how, how many, a hash of their indices, and one of the bits of gains, log det and bound. ci/check_compilers
 // compares the lines of differently compiled programs.
 #include "bench/world/hash.hpp"
-#include "simd/counter_random.hpp"
+#include "kernel/base/counter_random.hpp"
 #include "tests/support/block_kinds.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
@@ -123,7 +123,7 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
         options.groups.maximum = 3;
       }
       options.exchange.sweeps = way == 3 ? 1 : 0;
-      options.certificate.compute = way == 3;
+      options.certificate = way == 3;
       options.certificate.passes = 2;
       options.target.efficiency = way == 4 ? 0.15 : 0;
       options.target.translation_sigma = options.target.rotation_sigma = way == 5 ? 0.01 : 0;
@@ -133,7 +133,7 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
       Hash gains;
       for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
       gains.add(selection.has_answer() ? selection.log_det : 0);
-      gains.add(options.certificate.compute ? selection.upper_bound : 0);
+      gains.add(options.certificate ? selection.upper_bound : 0);
       std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
                   way_names[way], to_string(selection.status), selection.size, indices.value(), gains.value());
     }
