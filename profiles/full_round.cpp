@@ -8,6 +8,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <algorithm>
 #include <iterator>
 #include <stdexcept>
 #include <vector>
@@ -22,9 +23,9 @@ struct FullRound::State {
   float w[simd::dimension * simd::padded_dimension];
   std::vector<float> remaining = std::vector<float>(candidates, 1.0F);
   std::vector<float> relative_gains = std::vector<float>(candidates);
-  std::vector<float> highest = std::vector<float>(candidates / simd::tile_size);
+  std::vector<float> highest = std::vector<float>(candidates / simd::tile_size + simd::tile_size);
   std::vector<unsigned char> in_each = std::vector<unsigned char>(candidates / simd::tile_size, simd::tile_size);
-  std::vector<Tile> tiles;  // all of them
+  std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size);
 };
 
 FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique<State>()) {
@@ -38,7 +39,7 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   options.weighting = Weighting::map_bias;
   if (rows == 3) options.depth_cue = DepthCue::stereo;
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
-  for (std::size_t i = 0; i < state_->in_each.size(); ++i) state_->tiles.push_back(static_cast<Tile>(i));
+  for (std::size_t i = 0; i < state_->tiles.size(); ++i) state_->tiles[i] = static_cast<Tile>(i);
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
     double h[max_block_rows][state_dimension];
@@ -58,7 +59,7 @@ void FullRound::operator()() noexcept {
   const simd::Tiles tiles{planes.data,          simd::tile_size,        planes.stride,
                           state.in_each.size(), state.remaining.data(), state.in_each.data()};
   const simd::RoundArrays arrays{nullptr, state.highest.data(), state.relative_gains.data(), nullptr};
-  state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, state.tiles.data(), state.in_each.size(), arrays);
+  state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, state.tiles.data(), state.tiles.size(), arrays);
 }
 
 }  // namespace maxlogdet::profiles

@@ -324,5 +324,31 @@ TEST_P(Degenerate, a_moved_selector_keeps_working_and_the_empty_one_says_so) {
 INSTANTIATE_TEST_SUITE_P(, Degenerate, ::testing::ValuesIn(strategies),
                          [](const auto& parameter) { return std::string(to_string(parameter.param)); });
 
+TEST_P(Degenerate, one_direction_unobservable) {
+  for (int direction = 0; direction < 6; ++direction) {
+    TracedRandom random(static_cast<std::uint64_t>(direction));
+    const BlockStore blocks = store_of(50, [&](std::size_t) {
+      Block block = random_block(random, random.integer(1, 3));
+      block.col(direction).setZero();
+      return block;
+    });
+    const Selection selection = selector_.select(blocks, asking_for(20));
+    expect_valid(blocks, selection, 20, 1e-8);
+    if (GetParam() != Strategy::stochastic_greedy) {
+      EXPECT_LE(gain_given_away(blocks, indices_of(selection)), 1e-9);
+    }
+  }
+}
+
+TEST_P(Degenerate, nothing_but_invalid_blocks) {
+  BlockStore blocks;
+  for (int i = 0; i < 10; ++i) blocks.push_back_invalid();
+  const Selection selection = selector_.select(blocks, asking_for(5));
+  EXPECT_EQ(selection.status, Status::all_selected);
+  EXPECT_EQ(selection.invalid_candidates, 10U);
+  expect_valid(blocks, selection, 0);
+  EXPECT_EQ(selector_.select(blocks, asking_for(0)).status, Status::ok);
+}
+
 }  // namespace
 }  // namespace maxlogdet::test
