@@ -7,8 +7,6 @@
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
-#include <type_traits>
-#include <utility>
 
 namespace maxlogdet::test {
 namespace {
@@ -136,14 +134,6 @@ TEST(RealFrames, greedy_gives_away_nothing_in_any_round) {
     EXPECT_LE(gain_given_away(blocks, select_indices(blocks, with_budget(60, Strategy::greedy))), allowed_loss);
   });
 }
-
-// A view of an object that ends with the statement does not compile.
-template <class Taken, class = void>
-struct CanSelect : std::false_type {};
-template <class Taken>
-struct CanSelect<Taken, decltype(static_cast<void>(std::declval<Taken>().select(std::declval<const BlockStore&>(),
-                                                                                Options())))> : std::true_type {};
-static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selector(10).select(...) would dangle");
 
 }  // namespace
 }  // namespace maxlogdet::test
