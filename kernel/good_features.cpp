@@ -202,7 +202,9 @@ void GoodFeatures::State::clear_answer() noexcept {
   judged = 0;
 }
 
+// Whatever is taken already is ignored: no match can fill the arrays twice.
 void GoodFeatures::State::take(std::size_t i, double gain) noexcept {
+  if (is_selected[i] != 0) return;
   indices[summary.size] = static_cast<std::uint32_t>(i);
   gains[summary.size++] = gain;
   is_selected[i] = 1;
@@ -262,7 +264,7 @@ void GoodFeatures::State::fill_up(const Options& asked, double spread) noexcept 
   const bool has_groups = asked.groups.ids != nullptr || (spread > 0 && spread < 1);  // then cells are few
   const std::size_t candidates = summary.size;
   for (std::size_t i = 0; i < size && summary.size < asked.budget && !has_groups; ++i) {
-    if (is_usable[i] != 0 && is_selected[i] == 0) take(i, not_a_number);
+    if (is_usable[i] != 0) take(i, not_a_number);
   }
   if (status == Status::deadline_reached) return;
   if (summary.size == usable_count) {

@@ -25,8 +25,7 @@ struct FullRound::State {
   std::vector<float> relative_gains = std::vector<float>(candidates);
   std::vector<float> highest = std::vector<float>(candidates / simd::tile_size + simd::tile_size);
   std::vector<unsigned char> in_each = std::vector<unsigned char>(candidates / simd::tile_size, simd::tile_size);
-  std::vector<float> bounds = std::vector<float>(candidates / simd::tile_size + simd::tile_size, -1.0F);
-  std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size + simd::tile_size);
+  std::vector<Tile> tiles = std::vector<Tile>(candidates / simd::tile_size);
 };
 
 FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique<State>()) {
@@ -40,11 +39,11 @@ FullRound::FullRound(const std::string& isa, int rows) : state_(std::make_unique
   options.weighting = Weighting::map_bias;
   if (rows == 3) options.depth_cue = DepthCue::stereo;
   build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, state_->blocks);
-  std::fill_n(state_->bounds.begin(), candidates / simd::tile_size, 1.0F);  // of the tiles; -1 beyond the last
+  for (std::size_t i = 0; i < state_->tiles.size(); ++i) state_->tiles[i] = static_cast<Tile>(i);
   state_->factor.reset(nullptr);
   for (std::size_t selected = 0; selected < 50; ++selected) {
     double h[max_block_rows][state_dimension];
-    read_rows(all_of(state_->blocks), static_cast<Candidate>(selected), h);
+    read_rows(all_of(state_->blocks, *state_->kernel), static_cast<Candidate>(selected), h);
     state_->factor.add_block(*state_->kernel, h, rows);
   }
   for (std::size_t i = 0; i < std::size(state_->w); ++i) state_->w[i] = static_cast<float>(state_->factor.inverse()[i]);
@@ -56,12 +55,11 @@ FullRound::~FullRound() = default;
 
 void FullRound::operator()() noexcept {
   State& state = *state_;
-  const simd::Planes planes = all_of(state.blocks).planes;
+  const simd::Planes planes = all_of(state.blocks, *state.kernel).planes;
   const simd::Tiles tiles{planes.data,          simd::tile_size,        planes.stride,
                           state.in_each.size(), state.remaining.data(), state.in_each.data()};
-  simd::Round round;
-  round.arrays = {state.bounds.data(), state.highest.data(), state.relative_gains.data(), state.tiles.data()};
-  state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, round, simd::any_candidate, {0, 1, 0});
+  const simd::RoundArrays arrays{nullptr, state.highest.data(), state.relative_gains.data(), nullptr};
+  state.kernel->rounds[state.rows - 1].evaluate(tiles, state.w, state.tiles.data(), state.tiles.size(), arrays);
 }
 
 }  // namespace maxlogdet::profiles

@@ -26,7 +26,6 @@ constexpr std::size_t number(Index index) {
   return static_cast<std::size_t>(index);
 }
 constexpr Tile tile_of(Lane lane) { return static_cast<Tile>(number(lane) / tile_size); }
-constexpr std::size_t first_lane(Tile tile) { return number(tile) * tile_size; }
 
 }  // namespace simd
 

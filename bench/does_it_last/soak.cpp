@@ -93,7 +93,7 @@ class Endings {
 
  private:
   std::array<std::uint64_t, static_cast<std::size_t>(Status::error)> statuses_{};
-  std::array<std::uint64_t, static_cast<std::size_t>(Error::invalid_block) + 1> errors_{};
+  std::array<std::uint64_t, static_cast<std::size_t>(Error::mixed_depth_cues) + 1> errors_{};
 };
 
 // Selectors that work alone, with a helper, and one that is too small for nearly all stores.
@@ -166,7 +166,7 @@ class Soak {
       endings_.count(selection);
     } else if (phase.malformed++ == 0) {
       phase.first_malformed = std::string(fault) + ", selection " + std::to_string(i) + ", " +
-                              to_string(selection.strategy) + ", " + selection.reason();
+                              to_string(request.options.strategy) + ", " + selection.reason();
     }
   }
 

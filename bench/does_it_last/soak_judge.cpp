@@ -38,8 +38,7 @@ const char* fault_of_figures(const SoakRequest& request, const Selection& select
       return "fewer candidates at a deadline";
   }
   if (!std::isfinite(selection.log_det)) return "a log det that is not finite";
-  if (options.certificate && !(selection.upper_bound >= selection.log_det))
-    return "an upper bound below the log det";
+  if (options.certificate && !(selection.upper_bound >= selection.log_det)) return "an upper bound below the log det";
   if (!options.certificate && !std::isnan(selection.upper_bound)) return "an upper bound without a request";
   return nullptr;
 }

@@ -17,14 +17,9 @@ class Answer {
   /// Starts from a prior, as InformationFactor::reset.
   bool reset(const double* prior) noexcept {
     const bool is_valid = prior_.reset(prior);
-    clear();
-    return is_valid;
-  }
-
-  /// Removes all candidates.
-  void clear() noexcept {
-    size_ = 0;
     factor_ = prior_;
+    size_ = 0;
+    return is_valid;
   }
 
   /// Adds a candidate, by `count` rows.
@@ -36,7 +31,6 @@ class Answer {
 
   std::size_t size() const noexcept { return size_; }
   Candidate operator[](std::size_t j) const noexcept { return candidates_[j]; }
-  const Candidate* candidates() const noexcept { return candidates_.data(); }
   /// The increase in log det when each is added to those before it, nats.
   const double* gains() const noexcept { return gains_.data(); }
   const InformationFactor& prior() const noexcept { return prior_; }

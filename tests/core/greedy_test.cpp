@@ -7,8 +7,6 @@
 #include "tests/support/traced_random.hpp"
 
 #include <cmath>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -182,14 +180,6 @@ TEST(LazyGreedy, equals_greedy_and_gives_nothing_away_far_behind_the_body_of_a_r
   });
   EXPECT_GT(2 * compared, trials(500));
 }
-
-// A view of an object that ends with the statement does not compile.
-template <class Taken, class = void>
-struct CanSelect : std::false_type {};
-template <class Taken>
-struct CanSelect<Taken, decltype(static_cast<void>(std::declval<Taken>().select(std::declval<const BlockStore&>(),
-                                                                                Options())))> : std::true_type {};
-static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selector(10).select(...) would dangle");
 
 }  // namespace
 }  // namespace maxlogdet::test

@@ -418,6 +418,31 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
   EXPECT_GT(2 * factored, stores);
 }
 
+// Groups ask for the lanes of their members: an order that does not know them must say so.
+TEST(Screening, lanes_of_candidates_are_known_in_the_order_of_the_store_or_once_found) {
+  TracedRandom random;
+  const BlockStore blocks = awkward_blocks(random, 50);
+  const Candidates candidates = all_of(blocks, *simd::active());
+  TileMemory memory(50);
+  TileLayout layout(candidates, memory);
+  const std::vector<unsigned char> free(50, 1);
+  layout.use_store(free.data());
+  EXPECT_TRUE(layout.has_lane_of());
+  EXPECT_EQ(layout.lane_of(Candidate{7}), Lane{7});
+  std::vector<float> values(layout.lanes(), 1);
+  values[30] = 2;
+  layout.order_by(values.data(), 2);
+  EXPECT_FALSE(layout.has_lane_of());
+  layout.find_lanes();
+  EXPECT_TRUE(layout.has_lane_of());
+  EXPECT_EQ(layout.lane_of(Candidate{30}), Lane{0});
+  layout.remove(Lane{0});
+  EXPECT_EQ(layout.lane_of(Candidate{30}), no_lane);
+  const Candidate listed[] = {Candidate{3}, Candidate{30}};
+  layout.use_listed(listed, 2);
+  EXPECT_FALSE(layout.has_lane_of());
+}
+
 // Too wide a margin would hold as well, and be useless.
 TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
   Sample sample(3);

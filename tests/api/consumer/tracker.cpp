@@ -41,7 +41,7 @@ bool helpers_change_nothing(const std::vector<double>& points) {
   const maxlogdet::RigidTransform T_cw = maxlogdet::RigidTransform::identity();
   PoolExecutor executor(1);
   maxlogdet::BlockStore store(matches.size);
-  append_blocks(camera, T_cw, matches, maxlogdet::BlockOptions(), store, &executor);
+  append_blocks(camera, T_cw, matches, maxlogdet::BlockOptions(), store);
   maxlogdet::Selector helped(matches.size, &executor);
   maxlogdet::Selector alone(matches.size);
   maxlogdet::Options options;
