@@ -23,7 +23,7 @@ struct FeatureMatch {
   double sigma = 1;                               ///< standard deviation of u, v and u_right, px
   const double* covariance = nullptr;             ///< of the point, 3 x 3, world frame, m^2; copied. nullptr: unknown
   std::uint8_t camera_id = 0;                     ///< which camera of a rig
-  bool is_required = false;                       ///< selected in any case, and counts towards the budget
+  bool is_required = false;                       ///< selected if it is usable, and counts towards the budget
   std::int64_t point_id = -1;                     ///< of the map point, the same in every frame; only record() reads it
   std::int64_t keyframe = -1;                     ///< which one mapped the point; -1: unknown; only record() reads it
 
