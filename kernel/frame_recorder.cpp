@@ -200,7 +200,8 @@ bool FrameRecorder::is_recordable(const FeatureMatch& match, double descriptor_d
                            match.measured[0] != unmeasured && std::isfinite(weight) && weight > 0 &&
                            std::isfinite(descriptor_distance);
   const double* const covariance = details_.has_covariances ? match.covariance : nullptr;
-  const bool is_covariance = covariance == nullptr || (all_finite(covariance, 9) && covariance[0] >= 0);
+  const bool is_covariance = covariance == nullptr || (all_finite(covariance, 9) && covariance[0] >= 0 &&
+                                                       covariance[4] >= 0 && covariance[8] >= 0);
   return is_measured && is_covariance && match.camera_id < camera_count_;
 }
 

@@ -425,7 +425,7 @@ double efficiency(GoodFeatures& good) noexcept {
   options.required = s.is_required.data();
   options.target.efficiency = 1;
   if (s.has_prior) options.prior = s.prior;
-  return std::fmin(s.selector.select(s.blocks, options).efficiency, 1);
+  return std::min(s.selector.select(s.blocks, options).efficiency, 1.0);
 }
 
 bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept {

@@ -46,7 +46,7 @@ class Team {
     if (!call.is_done) region();  // the executor has not called: without helpers
   }
 
-  /// the maximum number of threads of a loop; 1 outside of a region.
+  /// The maximum number of threads of a loop; 1 outside of a region.
   int workers() const noexcept { return workers_; }
 
   static constexpr std::size_t chunks_per_worker = 4;  ///< so that a late helper still finds work

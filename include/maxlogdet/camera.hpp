@@ -5,7 +5,6 @@
 #include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
-#include <type_traits>
 
 // Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
 // image as the model has it: distorted, unless the tracker has rectified it.

@@ -53,8 +53,9 @@ class FrameRecorder {
   /// The same on a rig; T_bw: world to body.
   bool start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw,
              const FrameDetails& details = FrameDetails()) noexcept;
-  /// Adds a match, also one behind the camera. Returns false, and leaves it out, if a number of it is not finite
-  /// (point, u, v, 1 / sigma^2, covariance), a variance is negative, or there is no camera of its camera_id.
+  /// Adds a match, also one behind the camera. Returns false, and leaves it out, if it is not measured, a number of it
+  /// is not finite (point, u, v, 1 / sigma^2, covariance), 1 / sigma^2 is 0, a variance is negative, or there is no
+  /// camera of its camera_id.
   bool add(const FeatureMatch& match, bool is_selected, double descriptor_distance = 0) noexcept;
   /// Writes the file of the frame, if it has a match. Returns whether it was written. If that fails, for example
   /// because the disk is full, no part of the file stays.

@@ -14,8 +14,8 @@ enum class Strategy {
   stochastic_greedy,  ///< evaluates a random sample per round (Algorithm 1); at least 1 - 1/e - epsilon in expectation
 };
 
-/// X(name) for each strategy, in their order. The selector, the names, the program, the Python module and the tests all
-/// use this list (CONTRIBUTING.md).
+/// X(name) for each strategy, in their order. The names, the program, the Python module and the tests all use this list
+/// (CONTRIBUTING.md).
 #define MAXLOGDET_STRATEGIES(X) X(greedy) X(lazy_greedy) X(stochastic_greedy)
 
 #define MAXLOGDET_ENUMERATOR(name) Strategy::name,

@@ -26,20 +26,21 @@ struct IndexRange {
   const std::uint32_t* end() const noexcept { return indices + count; }
 };
 
-/// The answer: views into the Selector that gave it, valid until its next select() or its destruction.
+/// The answer: views into the Selector or GoodFeatures that gave it, until its next select() or its destruction.
 struct Selection {
-  Status status;                  ///< how the selection ended
-  Error error;                    ///< what is wrong; none if status is not error
-  const std::uint32_t* indices;   ///< `size` candidate indices: required ones, then in order of selection
-  std::size_t size;               ///< number selected
-  std::size_t searched;           ///< how many of these the search itself selected, the first ones; fewer than `size`
-                                  ///< only at a deadline, where the rest fill the budget
-  const double* gains;            ///< `size` gains: the increase in log det when each is added to those before it, nats
-  double log_det;                 ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;        ///< gains evaluated to exclude candidates; may differ between machines
-  std::size_t float64_decisions;  ///< of these, computed again in float64 to decide between what was left; may differ
-                                  ///< between machines
-  std::size_t invalid_candidates;  ///< candidates without a block (BlockStore::invalid_count): never selected
+  Status status;                 ///< how the selection ended
+  Error error;                   ///< what is wrong; none if status is not error
+  const std::uint32_t* indices;  ///< `size` candidate indices: required ones, then in order of selection
+  std::size_t size;              ///< number selected
+  std::size_t searched;          ///< how many of these the search itself selected, the first ones; the rest fill the
+                                 ///< budget, at a deadline or, of GoodFeatures, where blocks are too few
+  const double* gains;           ///< `size` gains: the increase in log det when each is added to those before it, nats;
+                                 ///< of GoodFeatures NaN for a match without a block
+  double log_det;                ///< log det(prior + sum of selected H^T H), nats
+  std::size_t evaluations;       ///< gains evaluated to exclude candidates; may differ between machines
+  std::size_t float64_decisions;   ///< of these, computed again in float64 to decide between what was left; may differ
+                                   ///< between machines
+  std::size_t invalid_candidates;  ///< candidates without a block, which no Selector selects
   double upper_bound;              ///< proved bound, nats: no selection that the options allow has a greater log det
                                    ///< (docs/numerics.md). Infinite where float64 may have no digits left; NaN if
                                    ///< not asked for (Options::certificate)

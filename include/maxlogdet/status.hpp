@@ -5,7 +5,7 @@ namespace maxlogdet {
 
 /// How a selection ended.
 enum class Status {
-  ok,                ///< as many as the budget asks for were selected (none for a budget or a store of 0)
+  ok,                ///< as many as the budget asks for were selected (none for a budget of 0, or an empty store)
   all_selected,      ///< no more may be selected: all that constraints allow, perhaps none, are in
   target_reached,    ///< every target given is met. Reported also if the budget or the candidates are used up at the
                      ///< same time. With any other status the targets are not met
@@ -14,7 +14,7 @@ enum class Status {
   error,             ///< Error says why
 };
 
-/// X(name, what is wrong) for each error. The names, the Python module and the tests use this list.
+/// X(name, what is wrong) for each error. The names and the Python module use this list.
 #define MAXLOGDET_ERRORS(X)                                                                                            \
   X(none, "nothing is wrong")                                                                                          \
   X(capacity_exceeded, "more candidates than the selector's capacity")                                                 \

@@ -24,7 +24,7 @@ using simd::is_positive;  // and finite
 bool is_rigid(const RigidTransform& transform) noexcept;
 bool is_identity(const RigidTransform& transform) noexcept;
 
-/// Returns the first error, or ok.
+/// Returns the first error, or none.
 Error check(const Points& points, std::size_t size) noexcept;
 Error check(const BlockOptions& options) noexcept;
 /// Also of its T_cb.

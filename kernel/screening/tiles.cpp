@@ -116,7 +116,7 @@ void TileLayout::order_by(const float* values, float top) noexcept {
     memory_.ordered.data()[position] = memory_.candidate.data()[lane];
     if (position % tile_size == 0) memory_.bucket_of_tile.data()[position / tile_size] = bucket[lane];
   }
-  if (is_store_order_) make_records();
+  make_records();
   memory_.candidate.swap(memory_.ordered);
   is_ordered_ = true;
   are_lanes_known_ = false;

@@ -29,9 +29,9 @@ class Selection:
     efficiency: float  # this and the next two: what is reached, in the units of the options
     translation_sigma: float
     rotation_sigma: float
-    searched: int  # how many, the first ones, the search itself selected: fewer than all only at a deadline
+    searched: int  # how many, the first ones, the search itself selected; the rest fill the budget
     evaluations: int  # gains computed; may differ between machines
-    invalid_candidates: int  # those without a block, which are never selected
+    invalid_candidates: int  # those without a block
 
     def __len__(self):
         return len(self.indices)

@@ -228,8 +228,11 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
     const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, bad};
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));
   }
-  const double negative[9] = {-1, 0, 0, 0, 1, 0, 0, 0, 1};
-  EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = negative; }));
+  for (const std::size_t diagonal : {0, 4, 8}) {
+    double negative[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    negative[diagonal] = -1;
+    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = negative; }));
+  }
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 0; }));
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 1e200; })) << "1 / sigma^2 is 0";
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.camera_id = 3; })) << "there is one camera";
