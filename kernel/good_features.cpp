@@ -46,15 +46,15 @@ struct GoodFeatures::State {
 
   void clear_answer() noexcept;
   void take(std::size_t i, double gain) noexcept;
-  Error settle(const Options& asked, double spread, Options& options) noexcept;
+  Error settle(const Options& asked, double cells_per_match, Options& options) noexcept;
   void spread_over_image(double cell_count, Options& options) noexcept;
   void select_candidates(const Options& options) noexcept;
-  void fill_up(const Options& asked, double spread) noexcept;
+  void fill_up(const Options& asked, double cells_per_match) noexcept;
   void select_usable(Error why) noexcept;
 
   bool residual_of(std::size_t i, const RigidTransform& pose, double (&e)[3]) const noexcept;
   double chi2_of(std::size_t i, const RigidTransform& pose, const BlockOptions& options,
-                 bool is_weighted) const noexcept;
+                 bool is_whitened) const noexcept;
   void record(double depth_sigma) noexcept;
 
   // The frame.
@@ -212,8 +212,8 @@ void GoodFeatures::State::take(std::size_t i, double gain) noexcept {
 
 // What the matches require, and where they are, becomes `options` for the candidates. Required matches count towards
 // the budget, with a block or without one, which is taken here.
-Error GoodFeatures::State::settle(const Options& asked, double spread, Options& options) noexcept {
-  if (!(spread >= 0) || spread == infinity) return Error::invalid_groups;
+Error GoodFeatures::State::settle(const Options& asked, double cells_per_match, Options& options) noexcept {
+  if (!(cells_per_match >= 0) || cells_per_match == infinity) return Error::invalid_groups;
   if (asked.required != nullptr) return Error::misplaced_required;
   const unsigned char* const has_block = planes_of(blocks).validity();
   std::size_t required = 0, with_block = 0;
@@ -229,8 +229,8 @@ Error GoodFeatures::State::settle(const Options& asked, double spread, Options& 
   }
   options.budget = asked.budget - summary.size;
   if (with_block > 0) options.required = is_required.data();
-  if (spread > 0 && asked.groups.ids == nullptr && size > 0)
-    spread_over_image(spread * static_cast<double>(asked.budget), options);
+  if (cells_per_match > 0 && asked.groups.ids == nullptr && size > 0)
+    spread_over_image(cells_per_match * static_cast<double>(asked.budget), options);
   return Error::none;
 }
 
@@ -258,10 +258,10 @@ void GoodFeatures::State::select_candidates(const Options& options) noexcept {
 }
 
 // Usable matches without a block fill what the candidates have left of the budget, but no group, nor beyond a target.
-void GoodFeatures::State::fill_up(const Options& asked, double spread) noexcept {
+void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) noexcept {
   const Status status = summary.status;
   if (status == Status::error || status == Status::target_reached) return;
-  const bool has_groups = asked.groups.ids != nullptr || (spread > 0 && spread < 1);  // then cells are few
+  const bool has_groups = asked.groups.ids != nullptr || (cells_per_match > 0 && cells_per_match < 1);
   const std::size_t candidates = summary.size;
   for (std::size_t i = 0; i < size && summary.size < asked.budget && !has_groups; ++i) {
     if (is_usable[i] != 0) take(i, not_a_number);
@@ -308,7 +308,7 @@ bool GoodFeatures::State::residual_of(std::size_t i, const RigidTransform& pose,
 
 // Residuals are divided by their deviations before they are squared, which may underflow.
 double GoodFeatures::State::chi2_of(std::size_t i, const RigidTransform& pose, const BlockOptions& options,
-                                    bool is_weighted) const noexcept {
+                                    bool is_whitened) const noexcept {
   if (is_usable[i] == 0) return infinity;
   if (!is_measured(matches[i])) return not_a_number;
   double e[3];
@@ -316,7 +316,7 @@ double GoodFeatures::State::chi2_of(std::size_t i, const RigidTransform& pose, c
   const MatchNoise noise = noise_of(i, options);
   const std::size_t rows = residual_rows(noise.depth_cue);
   double W[9];
-  if (!is_weighted || !match_whitening(cameras[matches[i].camera_id], T_bw, matches[i].point, noise, W)) {
+  if (!is_whitened || !match_whitening(cameras[matches[i].camera_id], T_bw, matches[i].point, noise, W)) {
     const double of_cue = noise.depth_cue == DepthCue::depth ? noise.depth_sigma : noise.sigma;
     const double whitened[3] = {e[0] / noise.sigma, e[1] / noise.sigma, e[2] / of_cue};
     return whitened[0] * whitened[0] + whitened[1] * whitened[1] + whitened[2] * whitened[2];
@@ -365,18 +365,18 @@ std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
   return i < state_->size ? state_->matches[i].id : no_id;
 }
 
-Selection GoodFeatures::select(const Options& asked) noexcept {
-  const Deadline time(asked.time_limit);
+Selection GoodFeatures::select(const Options& options) noexcept {
+  const Deadline time(options.time_limit);
   State& s = *state_;
   s.clear_answer();
-  s.has_prior = asked.prior != nullptr;
-  if (s.has_prior) std::copy_n(asked.prior, state_dimension * state_dimension, s.prior);
-  Options options = asked;
+  s.has_prior = options.prior != nullptr;
+  if (s.has_prior) std::copy_n(options.prior, state_dimension * state_dimension, s.prior);
+  Options settled = options;
   Error error = s.make_blocks(block_options);
-  if (error == Error::none) error = s.settle(asked, spread, options);
-  options.time_limit = time.left();
-  error == Error::none ? s.select_candidates(options) : s.select_usable(error);
-  s.fill_up(asked, spread);
+  if (error == Error::none) error = s.settle(options, spread, settled);
+  settled.time_limit = time.left();
+  error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
+  s.fill_up(options, spread);
   if (s.is_record_due) s.record(block_options.depth_sigma);
   return selection();
 }

@@ -145,10 +145,10 @@ MatchNoise match_noise(const Matches& matches, std::size_t i, const BlockOptions
 }
 
 bool match_whitening(const Camera& camera, const RigidTransform& T_cw, const double* p_w, const MatchNoise& noise,
-                     double* to) noexcept {
-  double W[9];
-  if (!whiten(camera, T_cw, p_w, noise, W)) return false;
-  std::copy_n(W, residual_rows(noise.depth_cue) * residual_rows(noise.depth_cue), to);
+                     double* W) noexcept {
+  double entries[9];
+  if (!whiten(camera, T_cw, p_w, noise, entries)) return false;
+  std::copy_n(entries, residual_rows(noise.depth_cue) * residual_rows(noise.depth_cue), W);
   return true;
 }
 

@@ -35,7 +35,7 @@ void TileLayout::use_tiles(const float* data, std::size_t tile_stride, std::size
 }
 
 // Copies the candidates in their order to tiles, in the layout of gather(); reads up to the next multiple of 16.
-void TileLayout::pack() noexcept {
+void TileLayout::pack() const noexcept {
   const std::size_t entries = simd::entries_of(candidates_.form);
   for (std::size_t lane = 0; lane < candidates_.count; lane += tile_size) {
     for (std::size_t e = 0; e < entries; ++e) {

@@ -94,7 +94,7 @@ class TileLayout {
   static constexpr int bucket_shift = 18;  // the bits of a float that a bucket ignores
 
   const simd::LayoutFunctions& functions() const noexcept { return candidates_.kernel->layouts[candidates_.form]; }
-  void pack() noexcept;
+  void pack() const noexcept;
   void use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride, std::size_t count) noexcept;
   void pack_listed(std::size_t count) noexcept;
 
