@@ -11,6 +11,8 @@
 
 #include <cmath>
 #include <iterator>
+#include <set>
+#include <string>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -382,6 +384,23 @@ TEST(Camera, a_rig_has_1_to_256_cameras_and_ids_name_them) {
   two.cameras[1].T_cb = RigidTransform(nullptr);
   EXPECT_EQ(two.status_of_rig(2), Error::invalid_pose);
   EXPECT_EQ(two.status_of(two.cameras[1]), Error::invalid_pose);
+}
+
+TEST(Names, are_distinct_and_those_of_no_enumerator_unknown) {
+  std::set<std::string> names;
+  int count = 0;
+  for (; to_string(static_cast<Error>(count)) != std::string("unknown"); ++count) {
+    names.insert(to_string(static_cast<Error>(count)));
+    EXPECT_STRNE(explain(static_cast<Error>(count)), "unknown");
+  }
+  EXPECT_EQ(count, static_cast<int>(Error::mixed_depth_cues) + 1);
+  EXPECT_EQ(static_cast<int>(names.size()), count);
+  for (const int none : {-1, count, 1000}) {
+    EXPECT_STREQ(to_string(static_cast<Error>(none)), "unknown");
+    EXPECT_STREQ(explain(static_cast<Error>(none)), "unknown");
+    EXPECT_STREQ(to_string(static_cast<Strategy>(none)), "unknown");
+    EXPECT_STREQ(to_string(static_cast<Status>(none)), "unknown");
+  }
 }
 
 }  // namespace

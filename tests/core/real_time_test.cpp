@@ -3,6 +3,7 @@
 // has its allocation functions replaced, so it is a program of its own.
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/traced_random.hpp"
 
@@ -13,9 +14,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <iterator>
 #include <memory>
 #include <new>
+#include <string>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -288,6 +291,82 @@ TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
             }),
             0);
   EXPECT_GT(allocations_in([&] { push_back(blocks, block); }), 0) << "beyond its capacity it grows";
+}
+
+// How many allocations `work` makes. Each fails in turn, and `holds` is then asked.
+template <class Work, class Holds>
+long failures_of(const Work& work, const Holds& holds) {
+  for (long memory = 0;; ++memory) {
+    fail_malloc_after(memory);
+    const bool is_done = work();
+    fail_malloc_after(-1);
+    if (is_done || memory > 1000) return memory;
+    EXPECT_TRUE(holds()) << "after " << memory << " allocations";
+  }
+}
+template <class Work, class Holds>
+long bad_allocs_of(const Work& work, const Holds& holds) {
+  const auto is_done = [&] {
+    try {
+      work();
+      return true;
+    } catch (const std::bad_alloc&) {
+      return false;
+    }
+  };
+  return failures_of(is_done, holds);
+}
+
+TEST(RealTime, without_memory_nothing_is_half_made_and_nothing_lost) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "malloc is the sanitizer's";
+#endif
+  const auto always = [] { return true; };
+  constexpr long arrays_of_store = 3;  // planes, validity and indices
+  EXPECT_EQ(bad_allocs_of([] { BlockStore(10); }, always), 1 + arrays_of_store);
+  const long of_selector = bad_allocs_of([] { Selector(10); }, always);
+  EXPECT_GT(of_selector, 10);
+  EXPECT_GT(bad_allocs_of([] { ImageCells(10); }, always), 1);
+  EXPECT_GT(bad_allocs_of([] { GoodFeatures(10); }, always), of_selector);
+
+  Random random;
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, random.seed());
+  const sim::MatchArrays matches(frame);
+  const Block block = random_block(random, 3);
+  BlockStore blocks(10);
+  for (int i = 0; i < 10; ++i) push_back(blocks, block);
+  const auto are_ten = [&] { return blocks.size() == 10 && blocks.capacity() == 10 && blocks.is_valid(9); };
+  EXPECT_EQ(bad_allocs_of([&] { push_back(blocks, block); }, are_ten), arrays_of_store);
+  const auto are_eleven = [&] { return blocks.size() == 11 && blocks.is_valid(10); };
+  EXPECT_EQ(bad_allocs_of([&] { blocks.reserve(1000); }, are_eleven), arrays_of_store);
+  BlockStore small(10);
+  EXPECT_EQ(bad_allocs_of([&] { build_blocks(frame, matches, BlockOptions(), small); },
+                          [&] { return small.size() == 0 && small.capacity() == 10; }),
+            arrays_of_store);
+  EXPECT_EQ(small.size(), 500U);
+}
+
+TEST(RealTime, a_recording_without_memory_ends) {
+#if defined(MAXLOGDET_HAS_SANITIZER)
+  GTEST_SKIP() << "malloc is the sanitizer's";
+#endif
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/" + std::string(100, 'x');
+  const Camera camera(458, 457, 367, 248);
+  const double point[3] = {1, 2, 10}, pixel[2] = {400, 300};
+  const FeatureMatch match(point, pixel);
+  const auto is_recorded = [&] {
+    FrameRecorder recorder;
+    const bool is_open = recorder.open(path.c_str());
+    const bool is_done =
+        is_open && recorder.start(camera, RigidTransform::identity()) && recorder.add(match, true) && recorder.finish();
+    EXPECT_EQ(recorder.is_open(), is_done);
+    return is_done;
+  };
+  ::testing::internal::CaptureStderr();
+  EXPECT_GT(failures_of(is_recorded, [&] { return !std::filesystem::exists(path + "/frame_000000.csv"); }), 4);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("out of memory"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(path + "/frame_000000.csv"));
 }
 
 }  // namespace
