@@ -228,7 +228,7 @@ TEST(Recording, a_match_that_the_file_cannot_hold_is_left_out) {
     const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, bad};
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));
   }
-  for (const std::size_t diagonal : {0, 4, 8}) {
+  for (const std::size_t diagonal : {0U, 4U, 8U}) {
     double negative[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     negative[diagonal] = -1;
     EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = negative; }));
