@@ -20,7 +20,7 @@ enum class Weighting {
 /// What a third row measures, for the matches that have one.
 enum class DepthCue {
   none,    ///< all matches are monocular, whatever has_depth_cue says
-  stereo,  ///< u_right, px; needs a pinhole with bf > 0, also with the caller's Jacobians; its standard deviation is
+  stereo,  ///< u_right, px; of pinholes with bf > 0; its standard deviation is
            ///< the match's sigma
   depth,   ///< depth, m; its standard deviation is BlockOptions::depth_sigma
 };

@@ -138,7 +138,7 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
                {Camera::kannala_brandt(pinhole, 0, 0, 0, 0), false},
                {Camera::double_sphere(pinhole, 0, 0), false}};
   for (const auto& c : cases) {
-    for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+    for (const Weighting weighting : weightings) {
       SCOPED_TRACE(std::string(to_string(c.camera.model)) + ", " + to_string(weighting));
       Matches matches;
       matches.size = 3;
@@ -151,11 +151,16 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
         const BlockReport report = append_blocks(c.camera, identity_pose, matches, options, blocks);
         EXPECT_EQ(report.error, Error::none);
         EXPECT_EQ(report.invalid, report.too_near);
+        const Camera rig[2] = {c.camera, c.camera};
+        const BlockReport of_rig = append_blocks(rig, 2, identity_pose, matches, options, blocks);
+        EXPECT_EQ(of_rig.invalid, report.invalid);
+        EXPECT_EQ(of_rig.too_near, report.too_near);
         return report.too_near;
       };
       EXPECT_EQ(near(0), 0U);
       EXPECT_EQ(near(BlockOptions().min_depth), 1U);
-      EXPECT_EQ(near(0.45), c.is_by_z ? 2U : 1U);
+      const bool is_by_map_bias = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
+      EXPECT_EQ(near(0.45), c.is_by_z || is_by_map_bias ? 2U : 1U);
       EXPECT_EQ(near(0.6), 2U);
       EXPECT_EQ(near(2), 2U);
       EXPECT_EQ(near(2.1), 3U);
