@@ -435,5 +435,17 @@ TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
   static_assert(noexcept(good.select(Options()))&& noexcept(good.add(FeatureMatch())), "it throws nothing");
 }
 
+TEST(GoodFeatures, efficiency_needs_a_single_block) {
+  const double pixel[2] = {320, 240};
+  GoodFeatures good(10);
+  for (const double z : {2.0, -2.0}) {
+    const double point[3] = {0, 0, z};
+    good.start(Camera(400, 400, 320, 240), RigidTransform::identity());
+    good.add(FeatureMatch(point, pixel));
+    good.select(10);
+    EXPECT_EQ(std::isnan(efficiency(good)), z < 0) << efficiency(good);
+  }
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

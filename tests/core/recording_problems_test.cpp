@@ -197,5 +197,18 @@ TEST(Recording, what_a_file_has_no_place_for_ends_the_recording) {
   EXPECT_EQ(watched.folder.files().size(), 0U);
 }
 
+TEST(Recording, says_in_each_recording_once_that_frames_are_left_out) {
+  const TemporaryFolder folder;
+  FrameRecorder recorder;
+  for (const std::string name : {"first", "second"}) {
+    ASSERT_TRUE(recorder.open((folder / name).c_str()));
+    ::testing::internal::CaptureStderr();
+    for (int frame = 0; frame < 3; ++frame) recorder.skip("it is too long");
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("it is too long"), std::string::npos);
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1);
+  }
+}
+
 }  // namespace
 }  // namespace maxlogdet::test
