@@ -168,6 +168,25 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
   }
 }
 
+TEST(Inputs, a_depth_whose_variance_underflows_has_no_block) {
+  const double points[6] = {0.1, 0.2, 2, 0.3, -0.1, 3};
+  Matches matches;
+  matches.size = 2;
+  matches.points = points;
+  BlockOptions options;
+  options.depth_cue = DepthCue::depth;
+  for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+    options.weighting = weighting;
+    for (const double sigma : {1e-3, 1e-170}) {
+      options.depth_sigma = sigma;
+      BlockStore blocks;
+      const BlockReport report = append_blocks(PinholeCamera{400, 400, 0, 0}, identity_pose, matches, options, blocks);
+      EXPECT_EQ(report.error, Error::none);
+      EXPECT_EQ(report.invalid_covariances, sigma < 1e-160 ? 2U : 0U) << to_string(weighting);
+    }
+  }
+}
+
 TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidates) {
   Eigen::Matrix3Xd points(3, 9);
   points.colwise() = Eigen::Vector3d(0.1, 0.2, 3);
