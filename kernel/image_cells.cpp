@@ -35,13 +35,12 @@ struct ImageCells::State {
 
 // The axis along which the members extend further.
 std::size_t ImageCells::State::longer_side(Iterator begin, Iterator end) const noexcept {
-  double extent[2];
-  for (std::size_t axis = 0; axis < 2; ++axis) {
+  const auto extent = [&](std::size_t axis) {
     const auto less = [=](std::uint32_t a, std::uint32_t b) { return at(a, axis) < at(b, axis); };
     const auto sides = std::minmax_element(begin, end, less);
-    extent[axis] = at(*sides.second, axis) - at(*sides.first, axis);
-  }
-  return extent[1] > extent[0] ? 1 : 0;
+    return at(*sides.second, axis) - at(*sides.first, axis);
+  };
+  return extent(1) > extent(0) ? 1 : 0;
 }
 
 // Ties go to the lower index, so that the parts do not depend on the order of the members.
