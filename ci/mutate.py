@@ -98,7 +98,7 @@ def arguments_of():
     arguments = parser.parse_args()
     for folder in arguments.folders:
         if not (ROOT / folder).exists():
-            parser.error(f"{folder}: expected a folder or file of the sources, as kernel or simd/losses.inl")
+            parser.error(f"{folder}: expected a folder or file of the sources, as kernel or simd/gains.inl")
     return arguments
 
 

@@ -85,10 +85,9 @@ Lane Search::find_best() noexcept {
   assert(count > 0);
   if (count == 1) return memory_.survivors[0];
   Candidate* const listed = memory_.deciding.data();
-  const double* const gains = memory_.relative_gains.data();
+  double* const gains = memory_.relative_gains.data();
   for (std::size_t j = 0; j < count; ++j) listed[j] = screening_.layout().candidate(memory_.survivors[j]);
-  candidates_.exact().decide(candidates_.planes, answer_.factor().inverse(), listed, count,
-                             memory_.relative_gains.data());
+  candidates_.exact().decide(candidates_.planes, answer_.factor().inverse(), listed, count, gains);
   decisions_ += count;
   std::size_t best = 0;
   for (std::size_t j = 1; j < count; ++j) {
