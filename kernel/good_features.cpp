@@ -381,6 +381,12 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   return selection();
 }
 
+Alignment GoodFeatures::align(const double* /*prior*/) noexcept { return Alignment(); }
+Alignment GoodFeatures::alignment() const noexcept { return Alignment(); }
+RigidTransform GoodFeatures::pose() const noexcept { return state_->T_bw; }
+const double* GoodFeatures::pose_information() const noexcept { return state_->prior; }
+bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_usable[i] != 0; }
+
 Selection GoodFeatures::selection() const noexcept {
   Selection selection = state_->summary;
   selection.indices = state_->indices.data();

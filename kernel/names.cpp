@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <maxlogdet/alignment.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/status.hpp>
 #include <maxlogdet/version.hpp>
@@ -23,6 +24,18 @@ const char* to_string(Status status) noexcept {
     case Status::deadline_reached: return "deadline_reached";
     case Status::few_candidates: return "few_candidates";
     case Status::error: return "error";
+  }
+  return "unknown";
+}
+
+const char* to_string(AlignmentStatus status) noexcept {
+  switch (status) {
+    case AlignmentStatus::none: return "none";
+    case AlignmentStatus::aligned: return "aligned";
+    case AlignmentStatus::few_matches: return "few_matches";
+    case AlignmentStatus::no_consensus: return "no_consensus";
+    case AlignmentStatus::singular: return "singular";
+    case AlignmentStatus::not_converged: return "not_converged";
   }
   return "unknown";
 }

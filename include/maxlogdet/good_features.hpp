@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <maxlogdet/alignment.hpp>
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/executor.hpp>
@@ -42,6 +43,8 @@ class GoodFeatures {
   /// (ImageCells), and so fewer than the budget below 1. 0, the default: off. Needs measurements; ignored where the
   /// options have groups.
   double spread = 0;
+  /// Whether select() aligns first, and selects inliers alone. Set it to false where the tracker has rejected outliers.
+  bool rejects_outliers = true;
   /// Whether the optimiser weights residuals by match_information(); outliers() then does, too.
   bool is_weighted = false;
 
@@ -62,6 +65,21 @@ class GoodFeatures {
   std::size_t size() const noexcept;
   /// FeatureMatch::id of match i; no_id beyond the capacity.
   std::uint32_t id(std::size_t i) const noexcept;
+
+  /// Aligns the pose robustly with all measured matches (docs/alignment.md), from the pose of start(): finds inliers,
+  /// the pose and its information. select() calls it; whoever needs no selection calls it alone. `prior`: what is known
+  /// of the pose of start(), 6 x 6 row-major, as Options::prior, which select() passes; nullptr: nothing.
+  Alignment align(const double* prior = nullptr) noexcept;
+  /// What the last alignment of this frame found.
+  Alignment alignment() const noexcept;
+  /// The aligned pose, T_cw or T_bw as in start(); that of start() if there is none.
+  RigidTransform pose() const noexcept;
+  /// The information of pose(), 6 x 6 row-major, about the xi of jacobian.hpp: the sum of J^T J of the inliers over
+  /// scale^2, plus the prior. Zeros if there is no aligned pose. Valid until the next align(), select() or start().
+  const double* pose_information() const noexcept;
+  /// Returns whether match i is usable, and was not rejected: it fits pose(), or has no measurement to tell. Without an
+  /// aligned pose nothing is rejected.
+  bool is_inlier(std::size_t i) const noexcept;
 
   /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
   /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all usable ones:

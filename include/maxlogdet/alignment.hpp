@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+
+namespace maxlogdet {
+
+/// How a robust alignment ended (docs/alignment.md). With any other status than `aligned` no match is rejected.
+enum class AlignmentStatus {
+  none,           ///< there was no alignment since the last start(), or the frame has an error, which select() names
+  aligned,        ///< there are inliers, a pose and its information
+  few_matches,    ///< fewer than ten matches are measured and have an image at the predicted pose
+  no_consensus,   ///< fewer than half of them fit one pose
+  singular,       ///< the matches do not determine all six dimensions of the pose
+  not_converged,  ///< the iterations did not come to an end, or to a pose that fits better than the predicted one
+};
+
+/// What an alignment found.
+struct Alignment {
+  AlignmentStatus status = AlignmentStatus::none;  ///< how it ended
+  std::size_t measured = 0;                        ///< matches that were aligned: usable, with a measurement
+  std::size_t inliers = 0;                         ///< how many of these fit
+  double scale = 0;    ///< robust standard deviation of the whitened residuals: 1 if the sigmas are right
+  int iterations = 0;  ///< steps of the pose
+
+  /// Returns whether there are inliers, a pose and its information.
+  bool is_aligned() const noexcept { return status == AlignmentStatus::aligned; }
+};
+
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(AlignmentStatus status) noexcept;
+
+}  // namespace maxlogdet
