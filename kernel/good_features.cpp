@@ -154,6 +154,7 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
   const bool has_camera = match.camera_id < camera_count || camera_count == 0;  // none: an error of the frame
   const bool is_sound = all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma);
   is_usable[i] = is_inlier[i] = is_sound && has_camera ? 1 : 0;
+  is_aligned[i] = is_usable[i] != 0 && may_align(match) ? 1 : 0;
   has_depth_cue[i] = 0;
   if (match.covariance != nullptr) {
     double* const copy = &covariances[9 * i];
@@ -205,7 +206,6 @@ void GoodFeatures::State::align(const BlockOptions& options, const double* of_po
   forget_alignment();
   if (are_mixed || check(cameras, camera_count, depth_cue) != Error::none) return;
   if (check(options) != Error::none || !is_rigid(T_bw)) return;
-  for (std::size_t i = 0; i < size; ++i) is_aligned[i] = is_usable[i] != 0 && may_align(matches[i]) ? 1 : 0;
   FrameToAlign frame;
   frame.cameras = cameras;
   frame.camera_count = camera_count;

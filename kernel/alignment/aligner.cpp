@@ -160,6 +160,10 @@ AlignmentStatus Aligner::find_pose() noexcept {
   const double scale_at_start = scale_squared_;
   if (!settle(RobustWeight::huber, is_settled_by_huber)) return AlignmentStatus::singular;
   if (!settle(RobustWeight::tukey, is_settled_by_tukey)) return AlignmentStatus::singular;
+  if (by_map_) {  // the noise of the map at the pose found
+    whiten();
+    measure_errors();
+  }
   find_inliers();
   if (2 * found_.inliers < finite_ || scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_)
     return AlignmentStatus::no_consensus;
@@ -185,16 +189,13 @@ void Aligner::measure_radian() noexcept {
   radian_squared_ = radian * radian / simd::robust_limits[0].median;
 }
 
-// Steps with one kind of weights until a step is short; then whitens by the map's noise at the pose found.
+// Steps with one kind of weights until a step is short.
 bool Aligner::settle(RobustWeight weight, double short_step) noexcept {
   length_ = infinity;
   for (int i = 0; i < most_steps && length_ >= short_step; ++i) {
     if (!step(weight)) return false;
     measure_errors();
   }
-  if (!by_map_) return true;
-  whiten();
-  measure_errors();
   return true;
 }
 
