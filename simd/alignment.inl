@@ -158,8 +158,15 @@ inline Doubles weight_of(const Doubles& error, const Mask& has_third, double sca
   }
 }
 
+// An entry that is always zero, which costs nothing.
+struct Zero {};
+inline Zero operator*(const Doubles& /*x*/, Zero /*zero*/) { return {}; }
+inline Doubles operator-(const Doubles& x, Zero /*zero*/) { return x; }
+inline Doubles operator-(Zero /*zero*/, const Doubles& x) { return negated(x); }
+
 // a x (x, y, z).
-inline void cross(const Point& a, const Doubles& x, const Doubles& y, const Doubles& z, Doubles (&product)[3]) {
+template <class X, class Y, class Z>
+inline void cross(const Point& a, const X& x, const Y& y, const Z& z, Doubles (&product)[3]) {
   product[0] = a.y * z - a.z * y;
   product[1] = a.z * x - a.x * z;
   product[2] = a.x * y - a.y * x;
@@ -175,25 +182,69 @@ inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Mask&
 // Sums of a pack of lanes, in the order of NormalSums.
 constexpr std::size_t sum_count = sizeof(NormalSums) / sizeof(double);
 
-template <DepthCue third>
-[[gnu::always_inline]] inline void add_pack(const Linearised<third>& at, const Doubles& w, const Mask& counts,
-                                            Doubles (&sums)[sum_count]) {
-  const auto value = [&](const Doubles& entry) { return xsimd::select(counts, entry, Doubles(0.0)); };
-  Doubles G[6], g[3];
-  for (int r = 0; r < rows_with(third); ++r) {
-    const Doubles a[3] = {value(at.J[r][0]), value(at.J[r][1]), value(at.J[r][2])};
-    const Doubles e = value(at.e[r]);
+// G = J^T w J and g = J^T w e, and C = -G [p]x, whose row i is p x G_i.
+struct NormalPack {
+  Doubles G[6], g[3], C[3][3];
+};
+
+template <int Rows>
+[[gnu::always_inline]] inline void multiply(const Doubles (&J)[Rows][3], const Doubles (&e)[Rows], const Doubles& w,
+                                            const Point& p, NormalPack& pack) {
+  for (int r = 0; r < Rows; ++r) {
     for (int j = 0, entry = 0; j < 3; ++j) {
-      const Doubles weighted = w * a[j];
-      for (int k = j; k < 3; ++k, ++entry) G[entry] = r == 0 ? weighted * a[k] : G[entry] + weighted * a[k];
-      g[j] = r == 0 ? weighted * e : g[j] + weighted * e;
+      const Doubles weighted = w * J[r][j];
+      for (int k = j; k < 3; ++k, ++entry) {
+        pack.G[entry] = r == 0 ? weighted * J[r][k] : pack.G[entry] + weighted * J[r][k];
+      }
+      pack.g[j] = r == 0 ? weighted * e[r] : pack.g[j] + weighted * e[r];
     }
   }
+  const Doubles(&G)[6] = pack.G;
+  cross(p, G[0], G[1], G[2], pack.C[0]);
+  cross(p, G[1], G[3], G[4], pack.C[1]);
+  cross(p, G[2], G[4], G[5], pack.C[2]);
+}
+
+// The same of a pinhole that is its own body, whitened by sigma: its rows (a, 0, c), (0, b, d) and (0, 0, f) save a
+// quarter of the operations.
+template <int Rows>
+[[gnu::always_inline]] inline void multiply_sparse(const Doubles (&J)[Rows][3], const Doubles (&e)[Rows],
+                                                   const Doubles& w, const Point& p, NormalPack& pack) {
+  const Doubles a = w * J[0][0], c = w * J[0][2], b = w * J[1][1], d = w * J[1][2];
+  Doubles(&G)[6] = pack.G;
+  G[0] = a * J[0][0];
+  G[1] = Doubles(0.0);
+  G[2] = a * J[0][2];
+  G[3] = b * J[1][1];
+  G[4] = b * J[1][2];
+  G[5] = c * J[0][2] + d * J[1][2];
+  pack.g[0] = a * e[0];
+  pack.g[1] = b * e[1];
+  pack.g[2] = c * e[0] + d * e[1];
+  if constexpr (Rows == 3) {
+    const Doubles f = w * J[2][2];
+    G[5] += f * J[2][2];
+    pack.g[2] += f * e[2];
+  }
+  cross(p, G[0], Zero(), G[2], pack.C[0]);
+  cross(p, Zero(), G[3], G[4], pack.C[1]);
+  cross(p, G[2], G[4], G[5], pack.C[2]);
+}
+
+template <DepthCue third, bool is_sparse>
+[[gnu::always_inline]] inline void add_pack(const Linearised<third>& at, const Doubles& w, const Mask& counts,
+                                            Doubles (&sums)[sum_count]) {
+  constexpr int row_count = rows_with(third);
+  const auto value = [&](const Doubles& entry) { return xsimd::select(counts, entry, Doubles(0.0)); };
+  Doubles J[row_count][3], e[row_count];
+  for (int r = 0; r < row_count; ++r) {
+    for (int j = 0; j < 3; ++j) J[r][j] = value(at.J[r][j]);
+    e[r] = value(at.e[r]);
+  }
   const Point p = {value(at.p_b.x), value(at.p_b.y), value(at.p_b.z)};
-  Doubles C[3][3];  // -G [p]x, whose row i is p x G_i
-  cross(p, G[0], G[1], G[2], C[0]);
-  cross(p, G[1], G[3], G[4], C[1]);
-  cross(p, G[2], G[4], G[5], C[2]);
+  NormalPack pack;
+  is_sparse ? multiply_sparse(J, e, w, p, pack) : multiply(J, e, w, p, pack);
+  const auto& [G, g, C] = pack;
   Doubles T[3][3];  // its columns, turned in the same way
   for (int k = 0; k < 3; ++k) cross(p, C[0][k], C[1][k], C[2][k], T[k]);
   Doubles moment[3];
@@ -210,7 +261,7 @@ template <DepthCue third>
   for (const Doubles& entry : moment) sums[s++] += entry;
 }
 
-template <DepthCue third, bool by_map, RobustWeight weight>
+template <DepthCue third, bool by_map, bool is_sparse, RobustWeight weight>
 NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
   alignas(64) double lanes[sum_count][alignment_lanes];
   for (std::size_t lane = 0; lane < alignment_lanes; lane += double_lanes) {
@@ -219,7 +270,8 @@ NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
     for (std::size_t i = input.begin + lane; i < input.end; i += alignment_lanes) {
       const auto at = whitened_at<third, by_map>(input, i);
       const Doubles w = weight_at<weight, rows_with(third)>(input, i, at.has_third, scale_squared);
-      add_pack<third>(at, w, load(input, plane::error, i) <= Doubles(std::numeric_limits<double>::max()), sums);
+      add_pack<third, is_sparse>(at, w, load(input, plane::error, i) <= Doubles(std::numeric_limits<double>::max()),
+                                 sums);
     }
     for (std::size_t s = 0; s < sum_count; ++s) sums[s].store_aligned(lanes[s] + lane);
   }
@@ -233,14 +285,14 @@ NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
   return sums;
 }
 
-template <DepthCue third, bool by_map>
+template <DepthCue third, bool by_map, bool is_sparse>
 NormalSums add_lanes(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
   switch (weight) {
-    case RobustWeight::huber: return add_lanes<third, by_map, RobustWeight::huber>(input, scale_squared);
-    case RobustWeight::tukey: return add_lanes<third, by_map, RobustWeight::tukey>(input, scale_squared);
+    case RobustWeight::huber: return add_lanes<third, by_map, is_sparse, RobustWeight::huber>(input, scale_squared);
+    case RobustWeight::tukey: return add_lanes<third, by_map, is_sparse, RobustWeight::tukey>(input, scale_squared);
     case RobustWeight::inliers: break;
   }
-  return add_lanes<third, by_map, RobustWeight::inliers>(input, scale_squared);
+  return add_lanes<third, by_map, is_sparse, RobustWeight::inliers>(input, scale_squared);
 }
 
 // visitor(third) of the frame, as a constant.
@@ -264,8 +316,11 @@ void measure_errors(const AlignmentInput& input) {
 }
 NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
   return with_third(input, [&](auto third) {
-    return input.by_map ? add_lanes<third(), true>(input, weight, scale_squared)
-                        : add_lanes<third(), false>(input, weight, scale_squared);
+    const CameraInput& camera = input.frame.camera;
+    if (input.by_map) return add_lanes<third(), true, false>(input, weight, scale_squared);
+    return camera.model == maxlogdet::CameraModel::pinhole && camera.T_cb == nullptr
+               ? add_lanes<third(), false, true>(input, weight, scale_squared)
+               : add_lanes<third(), false, false>(input, weight, scale_squared);
   });
 }
 

@@ -18,7 +18,7 @@ using simd::RobustWeight;
 constexpr std::size_t fewest_matches = 10;
 // Lengths of steps, in standard deviations of the pose, below which it has settled with Huber's and with Tukey's
 // weights, and has converged with the inliers.
-constexpr double is_settled_by_huber = 30;
+constexpr double is_settled_by_huber = 3;
 constexpr double is_settled_by_tukey = 2;
 constexpr double is_converged = 1e-3;
 constexpr int most_steps = 10;

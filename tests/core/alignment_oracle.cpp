@@ -67,7 +67,7 @@ AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
   radian_squared_ = std::pow(frame.cameras[0].pinhole.fx / median(sigmas), 2.0L) / medians[0];
   whiten();
   measure();
-  for (int i = 0; i < 10 && step(Weight::huber) >= 30; ++i) {
+  for (int i = 0; i < 10 && step(Weight::huber) >= 3; ++i) {
   }
   for (int i = 0; i < 10 && step(Weight::tukey) >= 2; ++i) {
   }

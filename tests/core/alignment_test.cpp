@@ -109,7 +109,7 @@ TEST(Alignment, rejects_wrong_matches_and_finds_the_pose_within_its_own_uncertai
     scene.frame.gather(good);
     ASSERT_EQ(good.align().status, AlignmentStatus::aligned);
     if (of_kind.kind.covariances == FeatureKind::Covariances::none) {  // they are not in the errors
-      EXPECT_NEAR(good.alignment().scale, 1, 0.5);  // 1.3 with 30 % wrong
+      EXPECT_NEAR(good.alignment().scale, 1, 0.5);                     // 1.3 with 30 % wrong
     }
     EXPECT_LT(squared_error(good, scene.T_true), 60);
     deviation += squared_error(good, scene.T_true);
