@@ -75,7 +75,7 @@ class TrackerHook {
   }
 
   /// `gather` starts the features and adds matches. Lists in left_out_, in their order, the ids of those that are not
-  /// selected; with `are_blocks_needed` only those that have a block.
+  /// selected; with `are_blocks_needed` only those that have a block, or do not fit the aligned pose.
   template <class Gather>
   void select(const Gather& gather, bool are_blocks_needed) {
     cost_ = HookCost();
@@ -88,8 +88,9 @@ class TrackerHook {
     const BlockStore& blocks = features.blocks();
     for (std::size_t i = 0; i < features.size(); ++i) {
       const std::uint32_t id = features.id(i);
-      const bool may_go = are_blocks_needed ? blocks.is_valid(i) : id != no_id;
-      if (may_go && !features.is_selected(i)) left_out_.push_back(id);
+      const bool is_rejected = features.alignment().is_aligned() && !features.is_inlier(i);
+      const bool may_go = !are_blocks_needed || blocks.is_valid(i) || is_rejected;
+      if (id != no_id && may_go && !features.is_selected(i)) left_out_.push_back(id);
     }
     cost_.status = features.reason();
     cost_.candidates = features.size();

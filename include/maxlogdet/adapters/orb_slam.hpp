@@ -17,11 +17,12 @@
 
 namespace maxlogdet {
 
-/// Pose optimisation with the selected matches only, in trackers whose optimiser uses every map point of
-/// frame.mvpMapPoints that is not null, and marks outliers in frame.mvbOutlier: unselected ones are null meanwhile, and
-/// in the frame again afterwards, judged at the new pose (GoodFeatures::outliers). Without them tracking starves:
-/// inliers are too few (it is lost below 30, or 50 after a relocalisation), a keyframe is inserted every frame, map
-/// points are made twice, and the next motion model lacks its matches. `Tracker` derives from this, and reads frames.
+/// Pose optimisation with the selected matches only, or by alignment alone, in trackers whose optimiser uses every map
+/// point of frame.mvpMapPoints that is not null, and marks outliers in frame.mvbOutlier: unselected ones are null
+/// meanwhile, and in the frame again afterwards, judged at the new pose (GoodFeatures::outliers). Without them tracking
+/// starves: inliers are too few (it is lost below 30, or 50 after a relocalisation), a keyframe is inserted every
+/// frame, map points are made twice, and the next motion model lacks its matches. `Tracker` derives from this, and
+/// reads frames.
 template <class Tracker>
 class OrbSlamHook : public TrackerHook {
  public:
@@ -32,8 +33,33 @@ class OrbSlamHook : public TrackerHook {
     removed_.reserve(capacity);
   }
 
-  /// Calls pose_optimization(&frame) with the selected matches only; returns the number of inliers among all. Matches
-  /// that are not finite are outliers.
+  /// Replaces pose_optimization(&frame): sets the pose that fits all inliers, marks outliers, and returns the number of
+  /// inliers. Where no pose is found (features.alignment() tells why) the frame keeps its pose, and it returns 0.
+  template <class Frame>
+  int align(Frame& frame) {
+    cost_ = HookCost();
+    lap();
+    gather(frame);
+    cost_.gather_us = lap();
+    const Alignment found = features.align();
+    cost_.select_us = lap();
+    cost_.status = to_string(found.status);
+    cost_.candidates = cost_.selected = features.size();
+    std::size_t inliers = 0;
+    for (std::size_t i = 0; i < features.size(); ++i) frame.mvbOutlier[features.id(i)] = false;
+    if (found.is_aligned()) {
+      Tracker::set_pose(features.pose(), frame);
+      const IndexRange outliers = features.outliers(features.pose());
+      for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
+      inliers = features.size() - outliers.size();
+    }
+    cost_.restore_us = lap();
+    log.write(cost_);
+    return static_cast<int>(inliers);
+  }
+
+  /// Sets the aligned pose, and calls pose_optimization(&frame) with the selected matches only; returns the number of
+  /// inliers among all. Matches that are not finite are outliers.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     select([&] { gather(frame); }, false);
@@ -46,6 +72,7 @@ class OrbSlamHook : public TrackerHook {
     for (const std::uint32_t slot : left_out_) removed_.push_back(frame.mvpMapPoints[slot]);
     std::unique_ptr<Frame, decltype(put_back)> guard(&frame, put_back);  // also if the optimiser throws
     for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = nullptr;
+    if (features.alignment().is_aligned()) Tracker::set_pose(features.pose(), frame);
     cost_.restore_us = lap();
     int inliers = pose_optimization(&frame);
     cost_.optimize_us = lap();

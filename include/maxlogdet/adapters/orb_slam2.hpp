@@ -15,6 +15,10 @@
 //
 // and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
 //
+//   mGoodFeatures.align(mCurrentFrame);
+//
+// or, to have g2o refine the pose with a selection of the inliers, by
+//
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
 // All other calls of PoseOptimization (TrackWithMotionModel, TrackReferenceKeyFrame, Relocalization) stay as they are:
@@ -33,6 +37,11 @@ class OrbSlam2 : public OrbSlamHook<OrbSlam2> {
   template <class Frame>
   static RigidTransform pose_of(const Frame& frame) {
     return frame.mTcw;  // empty before the first pose: refused
+  }
+
+  template <class Frame>
+  static void set_pose(const RigidTransform& T_cw, Frame& frame) {
+    frame.SetPose(PoseTraits<cv::Mat_<float>>::make(T_cw));
   }
 
   template <class Frame>

@@ -5,12 +5,17 @@
 #include <maxlogdet/sophus.hpp>
 
 #include <tuple>
+#include <type_traits>
 
 // ORB-SLAM3. As orb_slam2.hpp tells for ORB-SLAM2, with the member
 //
 //   maxlogdet::OrbSlam3 mGoodFeatures{200};
 //
 // In Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame), which stands there twice, by
+//
+//   mGoodFeatures.align(mCurrentFrame);
+//
+// or, to have g2o refine the pose with a selection of the inliers, by
 //
 //   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
 //
@@ -38,6 +43,11 @@ class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
   template <class Frame>
   static RigidTransform pose_of(const Frame& frame) {
     return frame.isSet() ? RigidTransform(frame.GetPose()) : RigidTransform(nullptr);
+  }
+
+  template <class Frame>
+  static void set_pose(const RigidTransform& T_cw, Frame& frame) {
+    frame.SetPose(PoseTraits<typename std::decay<decltype(frame.GetPose())>::type>::make(T_cw));
   }
 
   // As GeometricCamera has it: 0 pinhole, 1 Kannala-Brandt (fx, fy, cx, cy, k1, k2, k3, k4).

@@ -12,7 +12,7 @@
 namespace maxlogdet::test {
 namespace {
 
-// Runs a frame; the cost has to say the same.
+// Runs a frame, of which all matches are candidates; the cost has to say the same.
 std::set<std::size_t> continued_with(AdapterWorld& world, const char* status) {
   const std::set<std::size_t> kept = world.run();
   const HookCost& cost = world.hook().cost();

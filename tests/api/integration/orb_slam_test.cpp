@@ -89,6 +89,41 @@ TEST(OrbSlam3Adapter, matches_come_back_with_flags_by_the_frames_own_cameras_at_
   }
 }
 
+// Far from the guess: without noise the pose is that of the measurements, in float32.
+template <class Slam>
+void expect_true_pose(const OrbWorld<Slam>& world, const typename Slam::Frame& frame) {
+  EXPECT_LT(relative_difference(Slam::pose_of(frame).matrix(), world.T_cw.matrix()), 1e-5);
+}
+
+TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_matches) {
+  OrbWorld<TypeParam> world(this->random, 300, 100, 300);
+  EXPECT_EQ(world.good.align(world.frame), 240);
+  EXPECT_STREQ(world.good.cost().status, "aligned");
+  expect_true_pose(world, world.frame);
+  for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
+  TypeParam::forget_pose(world.frame);
+  EXPECT_EQ(world.good.align(world.frame), 0);
+  EXPECT_STREQ(world.good.cost().status, "none");
+  for (std::size_t i = 0; i < 300; ++i) EXPECT_FALSE(world.is_outlier(i)) << i;
+}
+
+TYPED_TEST(OrbSlamAdapter, the_optimiser_starts_at_the_aligned_pose_with_inliers_alone) {
+  OrbWorld<TypeParam> world(this->random, 300, 100, 300);
+  world.good.features.rejects_outliers = true;
+  const auto expect_aligned = [&](const typename TypeParam::Frame* frame) {
+    expect_true_pose(world, *frame);
+    std::size_t given = 0;
+    for (std::size_t i = 0; i < 300; ++i) {
+      if (frame->mvpMapPoints[world.slots[i]] == nullptr) continue;
+      ++given;
+      EXPECT_FALSE(world.is_wrong(i)) << i;
+    }
+    EXPECT_EQ(given, 100U);
+    return 100;
+  };
+  EXPECT_EQ(world.good.optimize(world.frame, expect_aligned), 240);
+}
+
 TYPED_TEST(OrbSlamAdapter, matches_come_back_if_the_optimiser_throws) {
   OrbWorld<TypeParam> world(this->random, 300, 100, 300);
   const auto before = world.frame.mvpMapPoints;
@@ -121,6 +156,7 @@ TEST(OrbSlam2Adapter, edges_weigh_what_the_blocks_do) {
     tracking.mCurrentFrame = world.frame;
     tracking.mGoodFeatures.use_covariances = use_covariances;
     tracking.mGoodFeatures.features.is_weighted = true;
+    tracking.mGoodFeatures.features.rejects_outliers = false;
     tracking.TrackLocalMap();
     EXPECT_GT(calls.weights.size(), 10U);
     for (std::size_t i = 0; i < 300; ++i) {
@@ -224,6 +260,7 @@ TYPED_TEST(OrbSlamAdapter, covariances_of_points_that_are_not_seen_for_long_are_
   OrbWorld<TypeParam> one(this->random, 10, 5, 10, Sensor::stereo), other(this->random, 10, 5, 10, Sensor::stereo);
   for (const auto& point : other.points) point->mnId += 10;
   typename TypeParam::Adapter good(5);
+  good.features.rejects_outliers = false;
   good.use_covariances = true;
   for (int frame = 0; frame <= 450; ++frame) {
     OrbWorld<TypeParam>& world = frame < 5 || frame > 440 ? one : other;

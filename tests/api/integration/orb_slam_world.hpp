@@ -127,6 +127,7 @@ class OrbWorld : public AdapterWorld {
       : sensor(of), good(budget, capacity), T_cw(random_pose(random)), n_(n) {
     calls = OrbCalls();
     calls.optimum = T_cw;
+    good.features.rejects_outliers = false;  // selection among all, at the frame's pose
     frame.mvScaleFactors = {1, 1.2F, 1.44F};
     frame.mbf = sensor == Sensor::stereo ? 50 : 0;
     Slam::set_cameras(frame, sensor, *cameras);

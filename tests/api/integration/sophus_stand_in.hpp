@@ -3,18 +3,21 @@
 
 // The part of Sophus::SE3 that ORB-SLAM3 uses, under its names.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace Sophus {
 
-template <class Scalar>
+template <class Number>
 class SE3 {
  public:
+  using Scalar = Number;
   using Vector3 = Eigen::Matrix<Scalar, 3, 1>;
   using Matrix3 = Eigen::Matrix<Scalar, 3, 3>;
 
   SE3() { matrix_.setIdentity(); }
   SE3(const Matrix3& rotation, const Vector3& translation) { matrix_ << rotation, translation; }
+  SE3(const Eigen::Quaternion<Scalar>& rotation, const Vector3& translation)
+      : SE3(Matrix3(rotation.toRotationMatrix()), translation) {}
 
   Matrix3 rotationMatrix() const { return matrix_.template leftCols<3>(); }
   Vector3 translation() const { return matrix_.col(3); }
