@@ -3,6 +3,7 @@
 
 #include "bench/world/hash.hpp"
 #include "bench/world/outlier_rejection.hpp"
+#include "bench/world/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,8 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double gate = 4;  // times the 95 % quantiles of chi2
+constexpr double first_gate = 4;  // times the 95 % quantiles of chi2, if noise is as modelled
+constexpr double gate = 2.25;     // the same of noise as measured: 3.7 of its standard deviations
 constexpr std::size_t min_inliers = 10;
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
@@ -102,20 +104,38 @@ class FrameEvaluator {
     }
   }
 
+  // Limits are first those of noise as modelled, and then of noise as measured.
   bool find_pose_of_all() {
-    RejectionOptions rejection;
-    rejection.chi2_monocular *= gate;
-    rejection.chi2_stereo *= gate;
-    rejection.stereo = pose_.stereo;
-    std::vector<std::uint32_t> matches(frame_.matches.size());
-    std::iota(matches.begin(), matches.end(), 0U);
-    const Rejection rejected =
-        reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, of_optimizer_);
-    inliers_ = rejected.inliers;
-    if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
+    inliers_.resize(frame_.matches.size());
+    std::iota(inliers_.begin(), inliers_.end(), 0U);
+    const std::vector<std::uint32_t> matches = inliers_;
+    double limits = first_gate;
+    for (int pass = 0; pass < 2; ++pass) {
+      RejectionOptions rejection;
+      rejection.chi2_monocular *= limits;
+      rejection.chi2_stereo *= limits;
+      rejection.stereo = pose_.stereo;
+      const Rejection rejected =
+          reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, of_optimizer_);
+      inliers_ = rejected.inliers;
+      if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
+      limits = std::max(gate * noise_at(rejected.estimate.T_cw), 1.0);
+    }
     all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, of_optimizer_);
     covariance_ = all_.covariance();
     return all_.is_usable() && covariance_.allFinite();
+  }
+
+  // Robust variance of the whitened residuals: the median of chi2 over its expectation.
+  double noise_at(const Pose& T_cw) const {
+    std::vector<double> ratios;
+    for (const std::uint32_t i : inliers_) {
+      const Match& match = frame_.matches[i];
+      const Whitening* const whitening = of_optimizer_.empty() ? nullptr : &of_optimizer_[i];
+      const double median = pose_.stereo && match.has_depth_cue() ? 2.366 : 1.386;
+      ratios.push_back(chi2(frame_.camera, T_cw, match, pose_.stereo, whitening) / median);
+    }
+    return quantile_of(std::move(ratios), 0.5);
   }
 
   std::vector<std::uint32_t> candidates_of(const Contestant& contestant) const {
