@@ -18,6 +18,7 @@ constexpr double least_chi2 = 1e-6;            // a thousandth of the modelled d
 constexpr double rising_from = 1.5;            // chi2 of the tenth of highest leverage over that of all
 constexpr double limits[] = {0.05, 0.1, 0.2};  // of the growth
 constexpr const char* parts[] = {"translation", "rotation"};
+constexpr const char* parts_of_both = "translation and rotation";
 
 std::string count(double matches) { return std::to_string(std::lround(matches)); }
 
@@ -52,8 +53,8 @@ class Judge {
     verdict_.has_noise = evaluation_.chi2 >= least_chi2;
     verdict_.shares_errors =
         verdict_.has_noise && correlation.value > shared_from && correlation.interval.low > shared_from / 2;
-    verdict_.recommended = verdict_.shares_errors ? "md_spread" : "md";
-    const EvaluationRow* const row = evaluation_.row(verdict_.recommended, budget_next_to_usual());
+    selector_ = verdict_.recommended = verdict_.shares_errors ? "md_spread" : "md";
+    const EvaluationRow* const row = evaluation_.row(selector_, budget_next_to_usual());
     verdict_.text = why_unknown(row);
     if (verdict_.text.empty()) judge(*row);
     return std::move(verdict_);
@@ -95,30 +96,33 @@ class Judge {
     const bool pays = !better.empty(), is_affordable = smallest_budget(limits[2]) > 0;
     std::string& text = verdict_.text;
     if (verdict_.shares_errors) {
-      text = "Your matches share errors: residuals of neighbours are correlated by " +
-             fixed(evaluation_.cell_correlation.value, 2) + ". ";
+      text += "Your matches share errors: residuals of neighbours are correlated by " +
+              fixed(evaluation_.cell_correlation.value, 2) + ". ";
+    }
+    if (pays && !is_affordable) {
+      text += std::string("Do not select, ") + (is_pose_near() ? "take pose()" : "optimise with all inliers") +
+              ": no budget keeps the growth of the standard deviation within " + fixed(100 * limits[2], 0) + " %. ";
     }
     const std::string name = verdict_.shares_errors ? "Max-logDet spread over the image" : "Max-logDet";
-    if (!pays && worse.empty()) {
-      text += "These frames cannot tell whether " + name + " helps";
-    } else if (!pays) {
+    if (pays) {
+      text += name + (is_affordable ? " pays" : " is better than random");
+      if (better != parts_of_both) text += " in " + better + ", but in ";
+      if (!worse.empty()) text += worse + " it is worse than random";
+      if (!open.empty()) text += open + " these frames show no difference from random";
+    } else if (!worse.empty()) {
       text += name + " does not help here";
-    } else if (!is_affordable) {
-      text +=
-          "Do not select, take pose(): no budget keeps " + percent(limits[2]) + ", although " + name + " beats random";
+      if (!open.empty()) text += ", and is worse than random in " + worse;
     } else {
-      text += name + " pays";
-    }
-    if (pays && !(worse + open).empty()) {
-      text +=
-          " in " + better + ", but in " +
-          (worse.empty() ? open + " these frames show no difference from random" : worse + " it is worse than random");
-    } else if (!pays && !worse.empty() && !open.empty()) {
-      text += ", and is worse than random in " + worse;
+      text += "These frames cannot tell whether " + name + " helps";
     }
     text += ": " + growth_text(row) + caution(row) + ".";
-    if (!pays && !worse.empty()) verdict_.recommended = "aligned";
+    if (pays ? !is_affordable : !worse.empty()) verdict_.recommended = is_pose_near() ? "aligned" : "all";
     advise(pays);
+  }
+
+  bool is_pose_near() const {
+    const EvaluationRow* const aligned = evaluation_.row("aligned", 0);
+    return aligned != nullptr && growth(*aligned) <= limits[2];
   }
 
   std::string growth_text(const EvaluationRow& row) const {
@@ -144,7 +148,7 @@ class Judge {
   std::size_t smallest_budget(double limit) const {
     std::size_t smallest = 0;
     for (const EvaluationRow& row : evaluation_.rows) {
-      if (row.selector != verdict_.recommended || row.frames < enough_frames || is_most(row.budget)) continue;
+      if (row.selector != selector_ || row.frames < enough_frames || is_most(row.budget)) continue;
       if (!(growth(row) <= limit)) {
         smallest = 0;
       } else if (smallest == 0) {
@@ -158,15 +162,15 @@ class Judge {
     if (const EvaluationRow* const aligned = evaluation_.row("aligned", 0)) {
       const std::string grows = "standard deviation grows by " + percent(aligned->costs[0].growth) +
                                 " in translation and " + percent(aligned->costs[1].growth) + " in rotation";
-      verdict_.advice.push_back(growth(*aligned) <= limits[2]
-                                    ? "For the pose alone, do not select, take pose(): its " + grows + "."
-                                    : "For the pose alone, optimise with all inliers, not pose(), whose " + grows +
-                                          ".");
+      verdict_.advice.push_back(is_pose_near() ? "For the pose alone, do not select, take pose(): its " + grows + "."
+                                               : "For the pose alone, optimise with all inliers, not pose(), whose " +
+                                                     grows + ".");
     }
-    if (pays) {
-      verdict_.advice.push_back("For later steps, the smallest budget " + budgets_text() + ".");
-    } else if (verdict_.recommended == "aligned") {
-      verdict_.advice.emplace_back("For later steps, use all inliers, or random ones.");
+    if (verdict_.recommended != selector_) {
+      verdict_.advice.emplace_back("For later steps, use all inliers.");
+    } else if (pays) {
+      verdict_.advice.push_back(
+          "For later steps, take the smallest budget whose growth you can afford: " + budgets_text() + ".");
     } else {
       verdict_.advice.emplace_back("Record more frames.");
     }
@@ -179,22 +183,23 @@ class Judge {
     }
   }
 
+  // "at most 5 %, none of these; at most 10 %, 200; at most 20 %, 100 (no better than random in rotation)"
   std::string budgets_text() const {
     std::vector<std::string> texts;
     for (const double limit : limits) {
       const std::size_t budget = smallest_budget(limit);
-      std::string text = "with at most " + percent(limit) + " is ";
-      text += budget > 0 ? std::to_string(budget) : "none of these";
-      const std::string worse = budget > 0 ? parts_where(*evaluation_.row(verdict_.recommended, budget),
-                                                         [](const Cost& cost) { return cost.of_random.value > 1; })
-                                           : "";
-      if (!worse.empty()) text += " (no better than random in " + worse + ")";
-      texts.push_back(text);
+      texts.push_back("at most " + fixed(100 * limit, 0) + " %, ");
+      texts.back() += budget > 0 ? std::to_string(budget) : "none of these";
+      if (budget == 0) continue;
+      const std::string worse =
+          parts_where(*evaluation_.row(selector_, budget), [](const Cost& cost) { return cost.of_random.value > 1; });
+      if (!worse.empty()) texts.back() += " (no better than random in " + worse + ")";
     }
-    return joined(texts, ", ");
+    return joined(texts, "; ");
   }
 
   const Evaluation& evaluation_;
+  std::string selector_;  // of the library, that is judged
   Verdict verdict_;
 };
 

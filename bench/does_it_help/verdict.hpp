@@ -12,7 +12,7 @@ namespace maxlogdet::sim {
 struct Verdict {
   std::string text;                 ///< in one or two sentences
   std::vector<std::string> advice;  ///< sentences; none if the frames cannot tell
-  std::string recommended;          ///< the name of a selector, or "aligned": pose() without a selection
+  std::string recommended;          ///< "md" or "md_spread"; without a selection "aligned", pose(), or "all" inliers
   bool shares_errors = false;
   bool has_noise = true;  ///< without, no number means anything
 };

@@ -59,8 +59,8 @@ TEST_P(PredictedDeviation, has_the_covariance_of_many_draws) {
   EXPECT_LT(largest_difference(mean, Matrix6::Identity()), tolerance);
   EXPECT_NEAR(mean.trace() / 6, 1, 5 * std::sqrt(2 / (6 * static_cast<double>(n))) + 0.03);
   EXPECT_LT(sum.norm(), 6 * std::sqrt(6 / static_cast<double>(n))) << "no bias";
-  EXPECT_NEAR(mean_predicted(0) / predicted.topLeftCorner<3, 3>().trace(), 1, 0.1) << "at noisy poses";
-  EXPECT_NEAR(mean_predicted(1) / predicted.bottomRightCorner<3, 3>().trace(), 1, 0.1);
+  EXPECT_NEAR(mean_predicted(0) / (predicted.topLeftCorner<3, 3>().trace()), 1, 0.1) << "at noisy poses";
+  EXPECT_NEAR(mean_predicted(1) / (predicted.bottomRightCorner<3, 3>().trace()), 1, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryKindOfFrame, PredictedDeviation, ::testing::ValuesIn(frame_kinds),
