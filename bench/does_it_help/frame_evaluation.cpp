@@ -59,6 +59,7 @@ class FrameEvaluator {
     result.inliers = inliers_.size();
     result.all = all_.T_cw;
     result.variances = traces_of(covariance_);
+    result.median_chi2 = median_chi2_at(all_.T_cw);
     for (std::size_t c = 0; c < options_.contestants.size(); ++c) {
       const Contestant& contestant = options_.contestants[c];
       const std::vector<std::size_t> budgets = budgets_of(contestant, options_);
@@ -119,15 +120,15 @@ class FrameEvaluator {
           reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, of_optimizer_);
       inliers_ = rejected.inliers;
       if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
-      limits = std::max(gate * noise_at(rejected.estimate.T_cw), 1.0);
+      limits = std::max(gate * median_chi2_at(rejected.estimate.T_cw), 1.0);
     }
     all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, of_optimizer_);
     covariance_ = all_.covariance();
     return all_.is_usable() && covariance_.allFinite();
   }
 
-  // Robust variance of the whitened residuals: the median of chi2 over its expectation.
-  double noise_at(const Pose& T_cw) const {
+  // Over its expectation: a robust variance of the whitened residuals.
+  double median_chi2_at(const Pose& T_cw) const {
     std::vector<double> ratios;
     for (const std::uint32_t i : inliers_) {
       const Match& match = frame_.matches[i];

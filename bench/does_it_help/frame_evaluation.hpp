@@ -68,7 +68,8 @@ struct FrameEvaluation {
   std::size_t matches = 0;  ///< of the frame
   std::size_t inliers = 0;  ///< the others are wrong
   Pose all = Pose::Identity();
-  Parts variances = Parts::Zero();                  ///< traces of Cov(x_all)
+  Parts variances = Parts::Zero();                  ///< traces of Cov(x_all), if noise is as modelled
+  double median_chi2 = 0;                           ///< of inliers, over its expectation
   std::vector<std::vector<Deviations>> deviations;  ///< by contestant, and number in budgets_of()
   FrameNoise noise;
 };

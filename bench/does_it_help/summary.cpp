@@ -88,6 +88,7 @@ class Summarizer {
       result_.matches += static_cast<double>(frame.matches);
       result_.inliers += static_cast<double>(frame.inliers);
       result_.sigmas += frame.variances;
+      result_.median_chi2 += frame.median_chi2;
     }
     const auto usable = static_cast<double>(frames_.size() - result_.unusable);
     if (usable == 0) {
@@ -96,6 +97,7 @@ class Summarizer {
     result_.matches /= usable;
     result_.inliers /= usable;
     result_.sigmas /= usable;
+    result_.median_chi2 /= usable;
   }
 
   void add_noise() {

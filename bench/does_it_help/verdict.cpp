@@ -50,7 +50,7 @@ class Judge {
 
   Verdict run() {
     const Estimate& correlation = evaluation_.cell_correlation;
-    verdict_.has_noise = evaluation_.chi2 >= least_chi2;
+    verdict_.has_noise = evaluation_.median_chi2 >= least_chi2;
     verdict_.shares_errors =
         verdict_.has_noise && correlation.value > shared_from && correlation.interval.low > shared_from / 2;
     selector_ = verdict_.recommended = verdict_.shares_errors ? "md_spread" : "md";
@@ -101,7 +101,8 @@ class Judge {
     }
     if (pays && !is_affordable) {
       text += std::string("Do not select, ") + (is_pose_near() ? "take pose()" : "optimise with all inliers") +
-              ": no budget keeps the growth of the standard deviation within " + fixed(100 * limits[2], 0) + " %. ";
+              ": no budget that was tried keeps the growth of the standard deviation within " +
+              fixed(100 * limits[2], 0) + " %. ";
     }
     const std::string name = verdict_.shares_errors ? "Max-logDet spread over the image" : "Max-logDet";
     if (pays) {
@@ -167,7 +168,7 @@ class Judge {
                                                      grows + ".");
     }
     if (verdict_.recommended != selector_) {
-      verdict_.advice.emplace_back("For later steps, use all inliers.");
+      verdict_.advice.emplace_back("For later steps, use all inliers, or try larger --budgets.");
     } else if (pays) {
       verdict_.advice.push_back(
           "For later steps, take the smallest budget whose growth you can afford: " + budgets_text() + ".");

@@ -37,7 +37,7 @@ Evaluation evaluation_of(std::vector<EvaluationRow> rows) {
   evaluation.frames = 50;
   evaluation.matches = 350;
   evaluation.inliers = 300;
-  evaluation.chi2 = 1;
+  evaluation.chi2 = evaluation.median_chi2 = 1;
   evaluation.chi2_by_leverage.fill(within_tenth(1));
   evaluation.cell_correlation = within_tenth(0.01);
   evaluation.rows = std::move(rows);
@@ -92,12 +92,12 @@ TEST(Verdict, advises_the_smallest_budget_for_each_growth) {
 
 TEST(Verdict, does_not_advise_a_selection_whose_growth_no_budget_limits) {
   const Verdict verdict = verdict_of(evaluation_of({row_of("md", 100, 0.4, 0.3), row_of("md", 200, 0.21, 0.1)}));
-  expect_begins(
-      verdict,
-      "Do not select, take pose(): no budget keeps the growth of the standard deviation within 20 %. Max-logDet is "
-      "better than random: with 100");
+  expect_begins(verdict,
+                "Do not select, take pose(): no budget that was tried keeps the growth of the standard deviation "
+                "within 20 %. Max-logDet is "
+                "better than random: with 100");
   EXPECT_EQ(verdict.recommended, "aligned");
-  expect_advice(verdict, "For later steps, use all inliers.");
+  expect_advice(verdict, "For later steps, use all inliers, or try larger --budgets.");
 }
 
 TEST(Verdict, does_not_advise_a_pose_that_is_far_from_that_of_all) {
@@ -105,7 +105,7 @@ TEST(Verdict, does_not_advise_a_pose_that_is_far_from_that_of_all) {
   evaluation.rows.back() = row_of("aligned", 290, 0.02, 0.4);
   expect_advice(verdict_of(evaluation), "For the pose alone, optimise with all inliers, not pose(), whose");
   evaluation.rows[0] = row_of("md", 100, 0.4, 0.4);
-  expect_begins(verdict_of(evaluation), "Do not select, optimise with all inliers: no budget keeps");
+  expect_begins(verdict_of(evaluation), "Do not select, optimise with all inliers: no budget that was tried keeps");
 }
 
 TEST(Verdict, names_errors_that_matches_share) {
@@ -134,7 +134,7 @@ TEST(Verdict, cannot_tell_without_noise_frames_or_a_choice) {
   expect_begins(verdict_of(evaluation), "These frames cannot tell: none has more matches than the smallest budget.");
   evaluation = evaluation_of({row_of("md", 241, 0.1, 0.1)});
   expect_begins(verdict_of(evaluation), "These frames cannot tell: 241 matches are nearly all of some 300 inliers");
-  evaluation.chi2 = 1e-7;
+  evaluation.median_chi2 = 1e-7;
   evaluation.cell_correlation = within_tenth(0.3);
   expect_begins(verdict_of(evaluation), "These frames cannot tell: their residuals are rounding errors");
   EXPECT_FALSE(verdict_of(evaluation).shares_errors);

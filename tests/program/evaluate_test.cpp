@@ -138,11 +138,11 @@ TEST_F(Evaluate, computes_what_the_library_computes_for_every_kind_of_camera) {
 TEST_F(Evaluate, says_the_verdict_first_then_the_advice_and_then_shows_the_tables) {
   write_recording("frames", 12);
   write_frame("frame_200.csv", 5);
-  const Outcome outcome = run("evaluate frames --budgets 30,60 --repeats 2");
+  const Outcome outcome = run("evaluate frames --budgets 30,80 --repeats 2");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(
-      outcome.out.rfind("Max-logDet pays: with 60 of some 160 inliers the standard deviation of the pose grows by ", 0),
+      outcome.out.rfind("Max-logDet pays: with 80 of some 160 inliers the standard deviation of the pose grows by ", 0),
       0U)
       << outcome.out;
   for (const char* const text :
