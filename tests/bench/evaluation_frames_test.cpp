@@ -218,7 +218,7 @@ TEST(EvaluationOfFrames, without_noise_cannot_tell) {
       SCOPED_TRACE(std::string(to_string(kind)) + " " + std::to_string(noise));
       const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
         if (noise > 0) add_errors(random, frame, noise);
-        frame.matches[0].v += 2;  // wrong, and not far enough to be rejected
+        frame.matches[0].v += 100;  // a wrong one
       });
       const Evaluation evaluation = sim::evaluate({frames}, small_options(), 1);
       const std::string text = to_text(evaluation);
