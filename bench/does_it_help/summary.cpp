@@ -146,7 +146,8 @@ class Summarizer {
       }
     }
     row.has_budget = budget > 0;
-    row.budget = row.has_budget ? budget : static_cast<std::size_t>(sums[0].selected / sums[0].repetitions + 0.5);
+    row.budget =
+        row.has_budget ? budget : static_cast<std::size_t>(std::lround(sums[0].selected / sums[0].repetitions));
     row.wrong = estimate([&](std::size_t s) { return sums[s].wrong / sums[s].selected; });
     for (int part = 0; part < 2; ++part) {
       Cost& cost = row.costs[static_cast<std::size_t>(part)];
