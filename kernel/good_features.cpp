@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/good_features.hpp>
 
+#include "kernel/alignment/aligner.hpp"
 #include "kernel/base/deadline.hpp"
 #include "kernel/base/limits.hpp"
 #include "kernel/blocks/block_checks.hpp"
@@ -31,6 +32,10 @@ DepthCue cue_of(const FeatureMatch& match) noexcept {
 }
 
 bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
+// Squares of weights far beyond these would overflow.
+bool may_align(const FeatureMatch& match) noexcept {
+  return is_measured(match) && match.sigma > 1e-50 && match.sigma < 1e50;
+}
 
 }  // namespace
 
@@ -42,7 +47,10 @@ struct GoodFeatures::State {
   void start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept;
   void add(const FeatureMatch& match) noexcept;
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
-  Error make_blocks(BlockOptions options) noexcept;
+  BlockOptions options_of_frame(BlockOptions options) noexcept;
+  void align(const BlockOptions& options, const double* of_pose) noexcept;
+  void forget_alignment() noexcept;
+  Error make_blocks(const BlockOptions& options) noexcept;
 
   void clear_answer() noexcept;
   void take(std::size_t i, double gain) noexcept;
@@ -63,7 +71,7 @@ struct GoodFeatures::State {
   std::size_t camera_count = 1;
   RigidTransform T_bw = nullptr;
   // The matches; the first `size` of `added` are kept. Only usable ones set what the frame has.
-  std::size_t added = 0, size = 0, usable_count = 0;
+  std::size_t added = 0, size = 0;
   std::vector<FeatureMatch> matches;
   DepthCue depth_cue = DepthCue::none;
   bool are_mixed = false;  // some matches with a right column, and some with a depth
@@ -73,6 +81,10 @@ struct GoodFeatures::State {
   std::vector<unsigned char> camera_ids, has_depth_cue, is_usable, is_required, is_spread;
   BlockStore blocks;
   BlockReport report;
+
+  Aligner aligner;
+  std::vector<unsigned char> is_aligned;  // usable, with a measurement
+  std::vector<unsigned char> is_inlier;   // usable, and not rejected
 
   // The answer.
   Selector selector;
@@ -102,6 +114,9 @@ GoodFeatures::State::State(std::size_t capacity, Executor* executor)
       is_required(capacity),
       is_spread(capacity),
       blocks(capacity),
+      aligner(capacity),
+      is_aligned(capacity),
+      is_inlier(capacity),
       selector(capacity, executor),
       cells(capacity),
       summary(empty_selection(Error::none)),
@@ -119,11 +134,12 @@ void GoodFeatures::State::start(const Camera* seen_by, std::size_t count, const 
   cameras = seen_by;
   camera_count = seen_by == nullptr ? 0 : count;
   T_bw = pose;
-  added = size = usable_count = judged = 0;
+  added = size = judged = 0;
   depth_cue = DepthCue::none;
   are_mixed = has_covariances = false;
   blocks.clear();
   report = BlockReport();
+  forget_alignment();
   clear_answer();
   is_record_due = recorder.is_open();
 }
@@ -137,7 +153,8 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
   camera_ids[i] = match.camera_id;
   const bool has_camera = match.camera_id < camera_count || camera_count == 0;  // none: an error of the frame
   const bool is_sound = all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma);
-  is_usable[i] = is_sound && has_camera ? 1 : 0;
+  is_usable[i] = is_inlier[i] = is_sound && has_camera ? 1 : 0;
+  is_aligned[i] = is_usable[i] != 0 && may_align(match) ? 1 : 0;
   has_depth_cue[i] = 0;
   if (match.covariance != nullptr) {
     double* const copy = &covariances[9 * i];
@@ -145,7 +162,6 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
     matches[i].covariance = copy;
   }
   if (is_usable[i] == 0) return;
-  ++usable_count;
   has_covariances = has_covariances || match.covariance != nullptr;
   const DepthCue cue = cue_of(match);
   if (cue == DepthCue::none) return;
@@ -168,11 +184,8 @@ MatchNoise GoodFeatures::State::noise_of(std::size_t i, const BlockOptions& opti
   return noise;
 }
 
-// Candidate i is match i. A match whose covariance is unknown has map_sigma^2 I in a frame where others have one.
-Error GoodFeatures::State::make_blocks(BlockOptions options) noexcept {
-  blocks.clear();
-  report = BlockReport();
-  if (are_mixed) return report.error = Error::mixed_depth_cues;
+// A match whose covariance is unknown has map_sigma^2 I in a frame where others have one.
+BlockOptions GoodFeatures::State::options_of_frame(BlockOptions options) noexcept {
   for (std::size_t i = 0; i < size && has_covariances; ++i) {
     for (std::size_t e = 0; e < 9 && matches[i].covariance == nullptr; ++e) {
       covariances[9 * i + e] = e % 4 == 0 ? options.map_sigma * options.map_sigma : 0;
@@ -180,15 +193,48 @@ Error GoodFeatures::State::make_blocks(BlockOptions options) noexcept {
   }
   if (has_covariances) options.weighting = with_covariances(options.weighting);
   options.depth_cue = depth_cue;
+  return options;
+}
+
+void GoodFeatures::State::forget_alignment() noexcept {
+  aligner.forget(T_bw);
+  std::copy_n(is_usable.begin(), size, is_inlier.begin());
+}
+
+// Nothing is rejected in a frame with an error, which make_blocks names.
+void GoodFeatures::State::align(const BlockOptions& options, const double* of_pose) noexcept {
+  forget_alignment();
+  if (are_mixed || check(cameras, camera_count, depth_cue) != Error::none) return;
+  if (check(options) != Error::none || !is_rigid(T_bw)) return;
+  FrameToAlign frame;
+  frame.cameras = cameras;
+  frame.camera_count = camera_count;
+  frame.T_bw = T_bw;
+  frame.matches = matches.data();
+  frame.size = size;
+  frame.is_aligned = is_aligned.data();
+  frame.has_third = has_depth_cue.data();
+  frame.covariances = has_covariances ? covariances.data() : nullptr;
+  frame.options = options;
+  frame.prior = of_pose;
+  aligner.align(frame, is_inlier.data());
+}
+
+// Candidate i is match i.
+Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
+  blocks.clear();
+  report = BlockReport();
+  if (are_mixed) return report.error = Error::mixed_depth_cues;
   Matches arrays;
   arrays.size = size;
   if (size > 0) arrays.points = Points(matches[0].point, sizeof(FeatureMatch));
   arrays.sigmas = sigmas.data();
   arrays.has_depth_cue = has_depth_cue.data();
-  if (usable_count < size) arrays.usable = is_usable.data();
+  if (std::find(is_inlier.begin(), is_inlier.begin() + size, 0) != is_inlier.begin() + size)
+    arrays.usable = is_inlier.data();
   if (camera_count > 1) arrays.camera_ids = camera_ids.data();
   if (has_covariances) arrays.map_covariances = covariances.data();
-  report = append_blocks(cameras, camera_count, T_bw, arrays, options, blocks);
+  report = append_blocks(cameras, camera_count, aligner.pose(), arrays, options, blocks);
   return report.error;
 }
 
@@ -257,18 +303,22 @@ void GoodFeatures::State::select_candidates(const Options& options) noexcept {
   summary.searched += before;
 }
 
-// Usable matches without a block fill what the candidates have left of the budget, but no group, nor beyond a target.
+// Inliers without a block fill what the candidates have left of the budget, but no group, nor beyond a target.
 void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) noexcept {
   const Status status = summary.status;
   if (status == Status::error || status == Status::target_reached) return;
   const bool has_groups = asked.groups.ids != nullptr || (cells_per_match > 0 && cells_per_match < 1);
   const std::size_t candidates = summary.size;
   for (std::size_t i = 0; i < size && summary.size < asked.budget && !has_groups; ++i) {
-    if (is_usable[i] != 0) take(i, not_a_number);
+    if (is_inlier[i] != 0) take(i, not_a_number);
   }
   if (status == Status::deadline_reached) return;
-  if (summary.size == usable_count) {
-    summary.status = Status::all_selected;
+  const auto is_left = [this](std::size_t i) { return is_inlier[i] != 0 && is_selected[i] == 0; };
+  bool are_all_in = true;
+  for (std::size_t i = 0; i < size && are_all_in; ++i) are_all_in = !is_left(i);
+  if (are_all_in) {
+    const bool are_rejected = aligner.found().inliers < aligner.found().measured;
+    summary.status = are_rejected && summary.size < asked.budget ? Status::few_inliers : Status::all_selected;
   } else if (summary.size > candidates) {
     summary.status = Status::few_candidates;
   } else if (!has_groups || summary.size == asked.budget) {
@@ -280,7 +330,7 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
 void GoodFeatures::State::select_usable(Error why) noexcept {
   clear_answer();
   for (std::size_t i = 0; i < size; ++i) {
-    if (is_usable[i] != 0) take(i, not_a_number);
+    if (is_inlier[i] != 0) take(i, not_a_number);
   }
   summary.status = Status::error;
   summary.error = why;
@@ -316,7 +366,7 @@ double GoodFeatures::State::chi2_of(std::size_t i, const RigidTransform& pose, c
   const MatchNoise noise = noise_of(i, options);
   const std::size_t rows = residual_rows(noise.depth_cue);
   double W[9];
-  if (!is_whitened || !match_whitening(cameras[matches[i].camera_id], T_bw, matches[i].point, noise, W)) {
+  if (!is_whitened || !match_whitening(cameras[matches[i].camera_id], aligner.pose(), matches[i].point, noise, W)) {
     const double of_cue = noise.depth_cue == DepthCue::depth ? noise.depth_sigma : noise.sigma;
     const double whitened[3] = {e[0] / noise.sigma, e[1] / noise.sigma, e[2] / of_cue};
     return whitened[0] * whitened[0] + whitened[1] * whitened[1] + whitened[2] * whitened[2];
@@ -372,7 +422,9 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   s.has_prior = options.prior != nullptr;
   if (s.has_prior) std::copy_n(options.prior, state_dimension * state_dimension, s.prior);
   Options settled = options;
-  Error error = s.make_blocks(block_options);
+  const BlockOptions of_frame = s.options_of_frame(block_options);
+  rejects_outliers ? s.align(of_frame, options.prior) : s.forget_alignment();
+  Error error = s.make_blocks(of_frame);
   if (error == Error::none) error = s.settle(options, spread, settled);
   settled.time_limit = time.left();
   error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
@@ -381,11 +433,14 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   return selection();
 }
 
-Alignment GoodFeatures::align(const double* /*prior*/) noexcept { return Alignment(); }
-Alignment GoodFeatures::alignment() const noexcept { return Alignment(); }
-RigidTransform GoodFeatures::pose() const noexcept { return state_->T_bw; }
-const double* GoodFeatures::pose_information() const noexcept { return state_->prior; }
-bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_usable[i] != 0; }
+Alignment GoodFeatures::align(const double* prior) noexcept {
+  state_->align(state_->options_of_frame(block_options), prior);
+  return alignment();
+}
+Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
+const RigidTransform& GoodFeatures::pose() const noexcept { return state_->aligner.pose(); }
+const double* GoodFeatures::pose_information() const noexcept { return state_->aligner.information(); }
+bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_inlier[i] != 0; }
 
 Selection GoodFeatures::selection() const noexcept {
   Selection selection = state_->summary;
@@ -437,13 +492,13 @@ double efficiency(GoodFeatures& good) noexcept {
 bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept {
   const GoodFeatures::State& s = *good.state_;
   return i < s.size && s.matches[i].camera_id < s.camera_count &&
-         match_information(s.cameras[s.matches[i].camera_id], s.T_bw, s.matches[i].point,
+         match_information(s.cameras[s.matches[i].camera_id], s.aligner.pose(), s.matches[i].point,
                            s.noise_of(i, good.block_options), omega);
 }
 bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept {
   const GoodFeatures::State& s = *good.state_;
   return i < s.size && s.matches[i].camera_id < s.camera_count &&
-         match_whitening(s.cameras[s.matches[i].camera_id], s.T_bw, s.matches[i].point,
+         match_whitening(s.cameras[s.matches[i].camera_id], s.aligner.pose(), s.matches[i].point,
                          s.noise_of(i, good.block_options), W);
 }
 

@@ -23,6 +23,7 @@ const char* to_string(Status status) noexcept {
     case Status::target_reached: return "target_reached";
     case Status::deadline_reached: return "deadline_reached";
     case Status::few_candidates: return "few_candidates";
+    case Status::few_inliers: return "few_inliers";
     case Status::error: return "error";
   }
   return "unknown";

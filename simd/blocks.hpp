@@ -28,7 +28,7 @@ constexpr double max_whitened_covariance = 549755813888.0;
 struct CameraInput {
   CameraModel model;
   bool is_depth_along_z;  ///< min_depth bounds Z; else |p_c|
-  double fx, fy, bf;
+  double fx, fy, cx, cy, bf;
   Lens lens;
   const double* T_cb;  ///< 3 x 4 row-major; nullptr: I, the camera is its own body
 };

@@ -13,17 +13,27 @@ constexpr double root_half = 0.70710678118654752;
 
 namespace {
 
+template <class Number>
+[[gnu::always_inline]] inline Image<Number> project(const CameraInput& camera, const PointOf<Number>& p) {
+  return with_model(
+      camera.model, [&](auto model)
+                        __attribute__((always_inline)) { return decltype(model)::project(camera.lens, p); });
+}
+
 /// The rows of u and v by p_c. Returns where the camera's model has an image.
 template <class Number, int Rows>
-inline ConditionOf<Number> image_jacobian(const CameraInput& camera, const PointOf<Number>& p,
+inline ConditionOf<Number> image_jacobian(const CameraInput& camera, const Image<Number>& image,
                                           Number (&rows)[Rows][3]) {
-  const Derivative<Number> image =
-      with_model(camera.model, [&](auto model) { return decltype(model)::derivative(camera.lens, p); });
   for (int j = 0; j < 3; ++j) {
     rows[0][j] = Number(camera.fx) * image.x[j];
     rows[1][j] = Number(camera.fy) * image.y[j];
   }
   return image.exists;
+}
+template <class Number, int Rows>
+inline ConditionOf<Number> image_jacobian(const CameraInput& camera, const PointOf<Number>& p,
+                                          Number (&rows)[Rows][3]) {
+  return image_jacobian(camera, project(camera, p), rows);
 }
 
 /// The third row by p_c, zeros where there is none: that of the depth, or that of u_right, which is rotated with that

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simd/alignment.hpp"
 #include "simd/blocks.hpp"
 #include "simd/layouts.hpp"
 #include "simd/round.hpp"
@@ -111,6 +112,7 @@ struct ArrayFunctions {
 struct Kernel {
   const char* isa;
   BuildBlocks build_blocks;  ///< from matches to blocks, see simd/blocks.hpp
+  AlignmentFunctions alignment;
   LayoutFunctions layouts[forms];
   RoundFunctions rounds[forms];
   BoundFunctions bounds;

@@ -3,6 +3,7 @@
 // the table it exports) and MAXLOGDET_ISA_NAME. Everything else here has internal linkage or is inlined: a weak symbol
 // would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
 
+#include "simd/alignment.hpp"
 #include "simd/jacobian.hpp"
 #include "simd/kernel.hpp"
 #include "simd/triangle.hpp"
@@ -77,6 +78,7 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/sums.inl"
 
 // These use those.
+#include "simd/alignment.inl"
 #include "simd/blocks.inl"
 #include "simd/gains_in_float64.inl"
 #include "simd/rounds.inl"
@@ -102,6 +104,7 @@ constexpr ExactFunctions exact_functions() {
 extern const Kernel MAXLOGDET_KERNEL;
 const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
                                  build_blocks,
+                                 {whiten_matches, measure_errors, add_normal_equations, median_of_finite},
                                  {layout_functions<one_row>(), layout_functions<two_rows>(),
                                   layout_functions<three_rows>(), layout_functions<factored>()},
                                  {round_functions<one_row>(), round_functions<two_rows>(),

@@ -73,7 +73,7 @@ class GoodFeatures {
   /// What the last alignment of this frame found.
   Alignment alignment() const noexcept;
   /// The aligned pose, T_cw or T_bw as in start(); that of start() if there is none.
-  RigidTransform pose() const noexcept;
+  const RigidTransform& pose() const noexcept;
   /// The information of pose(), 6 x 6 row-major, about the xi of jacobian.hpp: the sum of J^T J of the inliers over
   /// scale^2, plus the prior. Zeros if there is no aligned pose. Valid until the next align(), select() or start().
   const double* pose_information() const noexcept;

@@ -11,6 +11,7 @@ enum class Status {
                      ///< same time. With any other status the targets are not met
   deadline_reached,  ///< the time limit passed: the rest of the answer was filled up at once
   few_candidates,    ///< GoodFeatures: fewer matches than the budget have blocks; others fill it
+  few_inliers,       ///< GoodFeatures: fewer matches than the budget fit the aligned pose: all of them are selected
   error,             ///< Error says why
 };
 

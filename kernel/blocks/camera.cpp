@@ -75,7 +75,8 @@ simd::CameraInput camera_input(const Camera& camera) noexcept {
     const PinholeCamera& pinhole = camera.pinhole;
     const simd::Lens lens{k, Model::prepare(k)};
     const double* const T_cb = is_identity(camera.T_cb) ? nullptr : camera.T_cb.data();
-    return simd::CameraInput{camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.bf, lens, T_cb};
+    return simd::CameraInput{
+        camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy, pinhole.bf, lens, T_cb};
   });
 }
 
@@ -88,12 +89,11 @@ bool project(const Camera& camera, const double* p_c, double* uv, double* jacobi
   if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
   const simd::CameraInput input = camera_input(camera);
   const simd::PointOf<double> p = {p_c[0], p_c[1], p_c[2]};
+  const simd::Image<double> image = simd::project(input, p);
   double rows[2][3];
-  if (!simd::image_jacobian(input, p, rows)) return false;
-  double m[2];
-  simd::with_model(camera.model, [&](auto model) { decltype(model)::project(input.lens, p, m); });
-  const double written[8] = {camera.pinhole.fx * m[0] + camera.pinhole.cx,
-                             camera.pinhole.fy * m[1] + camera.pinhole.cy,
+  if (!simd::image_jacobian(input, image, rows)) return false;
+  const double written[8] = {input.fx * image.m_x + input.cx,
+                             input.fy * image.m_y + input.cy,
                              rows[0][0],
                              rows[0][1],
                              rows[0][2],

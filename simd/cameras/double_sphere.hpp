@@ -23,7 +23,7 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
   }
 
   template <class Number>
-  static Derivative<Number> derivative(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number one(1.0);
     const Number xi(lens.parameters[0]);
@@ -44,17 +44,11 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
     const Number rise = (inverse - g * r_squared) * p.z + by_z * r_squared;  // of |m| with the angle to the axis
     const ConditionOf<Number> exists =
         (inverse > zero) & (p.z > Number(lens.prepared) * d1) & (rise > zero) & is_finite(norm_squared);
-    return {
-        {inverse - g * p.x * p.x, xy, negated(by_z * p.x)}, {xy, inverse - g * p.y * p.y, negated(by_z * p.y)}, exists};
-  }
-
-  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
-    const double alpha = lens.parameters[1];
-    const double r_squared = p.x * p.x + p.y * p.y;
-    const double k = lens.parameters[0] * std::sqrt(r_squared + p.z * p.z) + p.z;
-    const double divisor = alpha * std::sqrt(r_squared + k * k) + (1 - alpha) * k;
-    m[0] = p.x / divisor;
-    m[1] = p.y / divisor;
+    return {p.x * inverse,
+            p.y * inverse,
+            {inverse - g * p.x * p.x, xy, negated(by_z * p.x)},
+            {xy, inverse - g * p.y * p.y, negated(by_z * p.y)},
+            exists};
   }
 };
 

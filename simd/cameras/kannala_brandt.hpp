@@ -14,7 +14,7 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
   static constexpr bool is_depth_along_z = false;
 
   template <class Number>
-  static Derivative<Number> derivative(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const double* const k = lens.parameters;
     const Number zero(0.0);
     const Number one(1.0);
@@ -36,20 +36,11 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
     const Number xy = along * (x * y);
     const ConditionOf<Number> exists =
         (slope > zero) & ((is_off_axis & (d > zero)) | (p.z > zero)) & is_finite(norm_squared);
-    return {{across + along * (x * x), xy, negated(by_z * p.x)},
+    return {across * p.x,
+            across * p.y,
+            {across + along * (x * x), xy, negated(by_z * p.x)},
             {xy, across + along * (y * y), negated(by_z * p.y)},
             exists};
-  }
-
-  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
-    const double* const k = lens.parameters;
-    const double r = std::sqrt(p.x * p.x + p.y * p.y);
-    const double theta = std::atan2(r, p.z);
-    const double q = theta * theta;
-    const double d = theta * (1 + q * (k[0] + q * (k[1] + q * (k[2] + q * k[3]))));
-    const double across = r > 0 ? d / r : 1 / p.z;
-    m[0] = across * p.x;
-    m[1] = across * p.y;
   }
 };
 

@@ -11,13 +11,12 @@
 //
 //     static constexpr std::size_t parameter_count        of Camera::parameters
 //     static constexpr bool is_depth_along_z              whether min_depth bounds Z, or else |p_c|
-//     static Derivative<Number> derivative(lens, p)       for a double and for a pack of them
-//     static void project(lens, p, m)                     for a double: (m_x, m_y), where there is an image
+//     static Image<Number> project(lens, p)               for a double and for a pack of them
 //
-// and, unless the defaults suit it, are_valid and prepare. `derivative` takes + - * /, sqrt, abs, select, negated,
-// is_finite and angle_to_axis (angle.hpp) alone, so that blocks are the same bits on every instruction set; `exists` is
-// false where anything overflows. `project` and `prepare`, which runs once per camera, may use the C library. Internal
-// linkage: a weak symbol would let the linker run wide code on a narrow machine.
+// and, unless the defaults suit it, are_valid and prepare. `project` takes + - * /, sqrt, abs, select, negated,
+// is_finite and angle_to_axis (angle.hpp) alone, so that images are the same bits on every instruction set; `exists` is
+// false where anything overflows. `prepare`, which runs once per camera, may use the C library. Internal linkage: a
+// weak symbol would let the linker run wide code on a narrow machine.
 
 namespace maxlogdet::simd {
 
@@ -39,10 +38,11 @@ struct PointOf {
 template <class Number>
 using ConditionOf = decltype(Number(0.0) > Number(0.0));
 
-/// d (m_x, m_y) / d p_c, u = fx m_x + cx, v = fy m_y + cy, and where the model has an image.
+/// The image m of a point, u = fx m_x + cx, v = fy m_y + cy, d m / d p_c, and where the model has an image.
 template <class Number>
-struct Derivative {
-  Number x[3], y[3];
+struct Image {
+  Number m_x, m_y;
+  Number x[3], y[3];  // d m_x / d p_c, d m_y / d p_c
   ConditionOf<Number> exists;
 };
 

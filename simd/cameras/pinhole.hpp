@@ -12,17 +12,14 @@ struct Model<CameraModel::pinhole> : DefaultModel {
   static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  static Derivative<Number> derivative(const Lens& /*lens*/, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& /*lens*/, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
-    return {{inverse_z, zero, negated(p.x * inverse_z * inverse_z)},
+    return {p.x * inverse_z,
+            p.y * inverse_z,
+            {inverse_z, zero, negated(p.x * inverse_z * inverse_z)},
             {zero, inverse_z, negated(p.y * inverse_z * inverse_z)},
             p.z > zero};
-  }
-
-  static void project(const Lens& /*lens*/, const PointOf<double>& p, double (&m)[2]) {
-    m[0] = p.x / p.z;
-    m[1] = p.y / p.z;
   }
 };
 

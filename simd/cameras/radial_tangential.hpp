@@ -14,7 +14,7 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
   static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  static Derivative<Number> derivative(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const double* const k = lens.parameters;
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
@@ -29,19 +29,11 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
     const Number xy = x * y * slope + Number(2 * k[2]) * x + Number(2 * k[3]) * y;
     const Number yy = radial + y * y * slope + Number(3.0) * along_x + along_y;
     const ConditionOf<Number> exists = (p.z > zero) & (xx + yy > zero) & (xx * yy - xy * xy > zero);
-    return {{xx * inverse_z, xy * inverse_z, negated((xx * x + xy * y) * inverse_z)},
+    return {x * radial + x * along_x + Number(k[3]) * (rho + Number(2.0) * x * x),
+            y * radial + y * along_y + Number(k[2]) * (rho + Number(2.0) * y * y),
+            {xx * inverse_z, xy * inverse_z, negated((xx * x + xy * y) * inverse_z)},
             {xy * inverse_z, yy * inverse_z, negated((xy * x + yy * y) * inverse_z)},
             exists};
-  }
-
-  static void project(const Lens& lens, const PointOf<double>& p, double (&m)[2]) {
-    const double* const k = lens.parameters;
-    const double x = p.x / p.z;
-    const double y = p.y / p.z;
-    const double rho = x * x + y * y;
-    const double radial = 1 + rho * (k[0] + rho * (k[1] + rho * k[4]));
-    m[0] = x * radial + 2 * k[2] * x * y + k[3] * (rho + 2 * x * x);
-    m[1] = y * radial + k[2] * (rho + 2 * y * y) + 2 * k[3] * x * y;
   }
 };
 

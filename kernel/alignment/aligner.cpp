@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/alignment/aligner.hpp"
+
+#include "kernel/base/limits.hpp"
+#include "kernel/blocks/camera_checks.hpp"
+#include "simd/whitening.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+namespace planes = simd::plane;
+using simd::alignment_lanes;
+using simd::RobustWeight;
+
+constexpr std::size_t fewest_matches = 10;
+// Lengths of steps, in standard deviations of the pose, below which it has settled with Huber's and with Tukey's
+// weights, and has converged with the inliers.
+constexpr double is_settled_by_huber = 30;
+constexpr double is_settled_by_tukey = 2;
+constexpr double is_converged = 1e-3;
+constexpr int most_steps = 10;
+// The robust scale as an angle, rad: below the first it is the rounding of pixels in float32, above the second no
+// tracker's noise.
+constexpr double finest_scale = 1e-6;
+constexpr double coarsest_scale = 1.0 / 32;
+// At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
+constexpr double tolerated_growth = 1.25;
+
+constexpr std::size_t error_lanes = 16;  // medians read whole packs of float32
+
+constexpr std::size_t most_parts(std::size_t capacity) { return capacity < max_cameras ? capacity : max_cameras; }
+constexpr std::size_t most_lanes(std::size_t capacity) {
+  return capacity + (alignment_lanes - 1) * most_parts(capacity) + alignment_lanes;
+}
+// Adds sums over matches, times `factor`, to the normal equations; H is symmetric, and gets its lower triangle.
+void add(const simd::NormalSums& sums, double factor, double (&H)[6][6], double (&b)[6]) noexcept {
+  for (int i = 0, upper = 0; i < 3; ++i) {
+    b[i] += factor * sums.g[i];
+    b[3 + i] += factor * sums.moment[i];
+    for (int j = 0; j < 3; ++j) H[3 + j][i] += factor * sums.cross[3 * i + j];
+    for (int j = i; j < 3; ++j, ++upper) {
+      H[j][i] += factor * sums.G[upper];
+      H[3 + j][3 + i] += factor * sums.turned[upper];
+    }
+  }
+}
+
+constexpr std::size_t padded(std::size_t count, std::size_t to) { return (count + to - 1) / to * to; }
+
+}  // namespace
+
+Aligner::Aligner(std::size_t capacity)
+    : kernel_(simd::active()),
+      planes_(planes::count * most_lanes(checked_capacity(capacity))),
+      errors_(most_lanes(capacity) + error_lanes),
+      match_of_lane_(most_lanes(capacity)),
+      parts_(most_parts(capacity)) {}
+
+void Aligner::forget(const RigidTransform& T_bw) noexcept {
+  found_ = Alignment();
+  pose_ = T_bw;
+  std::fill_n(information_, 36, 0.0);
+}
+
+void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
+  forget(frame.T_bw);
+  if (kernel_ == nullptr) return;
+  motion_.start(frame.T_bw);
+  prior_ = frame.prior;
+  read(frame);
+  found_.status = find_pose();
+  if (!found_.is_aligned()) {
+    std::fill_n(information_, 36, 0.0);
+    return;
+  }
+  pose_ = RigidTransform::row_major(motion_.pose());
+  found_.scale = std::sqrt(scale_squared_);
+  const double* const fits = plane(planes::is_inlier);
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    if (match_of_lane_[lane] != no_match && fits[lane] == 0) is_inlier[match_of_lane_[lane]] = 0;
+  }
+}
+
+// Sorts the matches by camera, and copies what is known of them to planes.
+void Aligner::read(const FrameToAlign& frame) noexcept {
+  std::size_t next[max_cameras] = {};  // how many a camera sees, then where its next match goes
+  for (std::size_t i = 0; i < frame.size; ++i) {
+    if (frame.is_aligned[i] != 0) ++next[frame.matches[i].camera_id];
+  }
+  by_map_ = frame.options.weighting == Weighting::measurement_and_map;
+  lanes_ = part_count_ = 0;
+  for (std::size_t c = 0; c < frame.camera_count; ++c) {
+    found_.measured += next[c];
+    const std::size_t begin = lanes_;
+    lanes_ += padded(next[c], alignment_lanes);
+    if (next[c] > 0) parts_[part_count_++] = part_of(frame, frame.cameras[c], begin);
+    next[c] = begin;
+  }
+  stride_ = lanes_ | alignment_lanes;  // an odd number of cache lines
+  for (std::size_t p = 0; p < part_count_; ++p) parts_[p].stride = stride_;
+  std::fill_n(match_of_lane_.begin(), lanes_, no_match);
+  for (std::size_t i = 0; i < frame.size; ++i) {
+    if (frame.is_aligned[i] != 0) read_match(frame, i, next[frame.matches[i].camera_id]++);
+  }
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    if (match_of_lane_[lane] == no_match) clear_lane(lane);
+  }
+  std::fill_n(errors_ + lanes_, error_lanes, float_infinity);
+  double* const is_inlier = plane(planes::is_inlier);
+  std::fill_n(is_inlier, lanes_, 0.0);
+}
+
+simd::AlignmentInput Aligner::part_of(const FrameToAlign& frame, const Camera& camera, std::size_t begin) noexcept {
+  simd::AlignmentInput part{};
+  part.by_map = by_map_;
+  part.frame.third = frame.options.depth_cue;
+  part.frame.camera = camera_input(camera);
+  part.frame.T_bw = motion_.pose();
+  part.frame.map_sigma = frame.options.map_sigma;
+  part.frame.depth_sigma = frame.options.depth_sigma;
+  part.frame.map_covariances = frame.covariances;
+  part.planes = planes_;
+  part.errors = errors_;
+  part.begin = begin;
+  part.end = lanes_;
+  return part;
+}
+
+void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t lane) noexcept {
+  const FeatureMatch& match = frame.matches[i];
+  match_of_lane_[lane] = static_cast<std::uint32_t>(i);
+  for (std::size_t d = 0; d < 3; ++d) plane(planes::point + d)[lane] = match.point[d];
+  for (std::size_t d = 0; d < 2; ++d) plane(planes::measured + d)[lane] = match.measured[d];
+  plane(planes::sigma)[lane] = match.sigma;
+  plane(planes::weight)[lane] = 1 / match.sigma;
+  if (frame.options.depth_cue != DepthCue::none) {
+    plane(planes::measured + 2)[lane] = frame.options.depth_cue == DepthCue::stereo ? match.u_right : match.depth;
+    plane(planes::has_third)[lane] = frame.has_third[i] != 0 ? 1 : 0;
+  }
+  for (std::size_t e = 0; by_map_ && frame.covariances != nullptr && e < 6; ++e) {
+    plane(planes::map_covariance + e)[lane] = frame.covariances[9 * i + simd::upper_triangle[e]];
+  }
+}
+
+// A lane without a match has no error.
+void Aligner::clear_lane(std::size_t lane) noexcept {
+  for (std::size_t v = 0; v < planes::given; ++v) plane(v)[lane] = 0;
+  plane(planes::measured)[lane] = not_a_number;
+}
+
+AlignmentStatus Aligner::find_pose() noexcept {
+  if (found_.measured == 0) return AlignmentStatus::few_matches;
+  measure_radian();
+  whiten();
+  measure_errors();
+  if (finite_ < fewest_matches) return AlignmentStatus::few_matches;
+  const double scale_at_start = scale_squared_;
+  if (!settle(RobustWeight::huber, is_settled_by_huber)) return AlignmentStatus::singular;
+  if (!settle(RobustWeight::tukey, is_settled_by_tukey)) return AlignmentStatus::singular;
+  if (by_map_) {  // the noise of the map at the pose found
+    whiten();
+    measure_errors();
+  }
+  find_inliers();
+  if (2 * found_.inliers < finite_ || scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_)
+    return AlignmentStatus::no_consensus;
+  for (int i = 0; i < most_steps; ++i) {
+    if (!step(RobustWeight::inliers)) return AlignmentStatus::singular;
+    if (length_ < is_converged) {
+      const bool fits = scale_squared_ <= tolerated_growth * tolerated_growth * scale_at_start;
+      return fits ? AlignmentStatus::aligned : AlignmentStatus::not_converged;
+    }
+  }
+  return AlignmentStatus::not_converged;
+}
+
+// The squared whitened error that an angle of one radian makes, of a match of median sigma.
+void Aligner::measure_radian() noexcept {
+  const double* const sigmas = plane(planes::sigma);
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    errors_[lane] = match_of_lane_[lane] == no_match ? float_infinity : static_cast<float>(sigmas[lane]);
+  }
+  std::size_t finite;
+  const auto sigma = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  const double radian = parts_[0].frame.camera.fx / sigma;
+  radian_squared_ = radian * radian / simd::robust_limits[0].median;
+}
+
+// Steps with one kind of weights until a step is short.
+bool Aligner::settle(RobustWeight weight, double short_step) noexcept {
+  length_ = infinity;
+  for (int i = 0; i < most_steps && length_ >= short_step; ++i) {
+    if (!step(weight)) return false;
+    measure_errors();
+  }
+  return true;
+}
+
+void Aligner::find_inliers() noexcept {
+  const double* const errors = plane(planes::error);
+  const double* const has_third = plane(planes::has_third);
+  double* const is_inlier = plane(planes::is_inlier);
+  const bool is_monocular = parts_[0].frame.third == DepthCue::none;
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    const simd::RobustLimits& limits = simd::robust_limits[is_monocular || has_third[lane] == 0 ? 0 : 1];
+    const bool fits = errors[lane] <= limits.gate / limits.median * scale_squared_;
+    is_inlier[lane] = fits ? 1 : 0;
+    found_.inliers += fits ? 1 : 0;
+  }
+}
+
+void Aligner::whiten() noexcept {
+  for (std::size_t p = 0; by_map_ && p < part_count_; ++p) kernel_->alignment.whiten(parts_[p]);
+}
+
+// Errors and their scale at the pose.
+void Aligner::measure_errors() noexcept {
+  for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_errors(parts_[p]);
+  const double median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite_));
+  scale_squared_ = std::max(median, finest_scale * finest_scale * radian_squared_);
+}
+
+// One step of Gauss and Newton: (sum w H^T H / scale^2 + prior) x = sum w H^T e / scale^2 - prior xi.
+bool Aligner::step(RobustWeight weight) noexcept {
+  double H[6][6] = {}, b[6] = {}, x[6];
+  for (std::size_t p = 0; p < part_count_; ++p)
+    add(kernel_->alignment.normal_equations(parts_[p], weight, scale_squared_), 1 / scale_squared_, H, b);
+  if (prior_ != nullptr) motion_.add_prior(prior_, H, b);
+  if (!solve(H, b, x)) return false;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) information_[6 * i + j] = H[std::max(i, j)][std::min(i, j)];
+  }
+  motion_.move(x);
+  ++found_.iterations;
+  double squared = 0;  // x^T H x
+  for (int i = 0; i < 6; ++i) squared += x[i] * b[i];
+  length_ = std::sqrt(std::max(squared, 0.0));
+  return true;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "simd/blocks.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+// The steps of a robust alignment (docs/alignment.md): residuals and their derivatives at a pose, their median, and the
+// weighted normal equations. float64, nothing fused, sums in one order: the same bits on every instruction set.
+
+namespace maxlogdet::simd {
+
+/// Matches are summed by their lane modulo this, whatever the width of a pack.
+constexpr std::size_t alignment_lanes = 8;
+
+/// What is known of a match, a plane of float64 each.
+namespace plane {
+constexpr std::size_t point = 0;           // 3, p_w
+constexpr std::size_t measured = 3;        // 3: u, v, and u_right or the depth
+constexpr std::size_t sigma = 6;           // of u, v, u_right
+constexpr std::size_t weight = 7;          // 1 / sigma
+constexpr std::size_t has_third = 8;       // 1 or 0
+constexpr std::size_t map_covariance = 9;  // 6, the upper triangle, by rows
+constexpr std::size_t given = 15;          // those above
+constexpr std::size_t whitening = 15;      // 6, the lower triangle of W, by rows
+constexpr std::size_t error = 21;          // |W e|^2, over its median if it is normal; infinite without an image
+constexpr std::size_t is_inlier = 22;      // 1 or 0
+constexpr std::size_t count = 23;
+}  // namespace plane
+
+/// Squared limits of |W e| by its degrees of freedom, 2 or 3: with normal errors as many pass with three as with two.
+struct RobustLimits {
+  double median;  ///< of chi-squared
+  double huber;   ///< (1.5)^2 of two: full weight below it
+  double tukey;   ///< (4.7)^2 of two: no weight above it
+  double gate;    ///< the 99 % quantile: inliers are below it
+};
+constexpr RobustLimits robust_limits[] = {
+    {1.3862943611198906, 2.25, 22.09, 9.210340371976184},
+    {2.3659738843753377, 3.4701636117408556, 24.930378113862496, 11.344866730144373}};
+
+/// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
+constexpr std::uint32_t rounded_bits = 11;
+
+/// How a match counts: by its squared error, or whether it is an inlier.
+enum class RobustWeight { huber, tukey, inliers };
+
+/// Consecutive matches of one camera, a whole number of alignment_lanes; lanes beyond the last match have NaN measured.
+struct AlignmentInput {
+  BlockInput frame;  ///< third, camera, T_bw, map_sigma, depth_sigma; map_covariances is null or not
+  bool by_map;       ///< W is plane::whitening, of the noise of measurement and map; else it is by sigma
+  double* planes;    ///< plane v of lane i is at planes[v * stride + i]
+  std::size_t stride;
+  float* errors;           ///< plane::error, rounded to float32
+  std::size_t begin, end;  ///< lanes
+};
+
+/// Of H^T W H and H^T W e, H = J [ I | -[p]x ]: with G = J^T W J and g = J^T W e they are made of these sums.
+struct NormalSums {
+  double G[6];       ///< the upper triangle, by rows
+  double cross[9];   ///< -G [p]x, by rows
+  double turned[6];  ///< [p]x G [p]x^T, the upper triangle, by rows
+  double g[3];
+  double moment[3];  ///< p x g
+};
+
+struct AlignmentFunctions {
+  /// W of matches with noise of the map, at the pose; NaN where there is none.
+  void (*whiten)(const AlignmentInput& input);
+  /// plane::error and errors at the pose.
+  void (*measure_errors)(const AlignmentInput& input);
+  /// The sums at the pose, weighted by plane::error over `scale_squared`, or by plane::is_inlier.
+  NormalSums (*normal_equations)(const AlignmentInput& input, RobustWeight weight, double scale_squared);
+  /// The lower median of those of `count` values that are finite, rounded up to a float whose last rounded_bits are 1;
+  /// `count` is a multiple of 16. Values are not negative.
+  float (*median)(const float* values, std::size_t count, std::size_t& finite);
+};
+
+}  // namespace maxlogdet::simd

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+// The steps of a robust alignment: see simd/alignment.hpp. Projections and derivatives are those of blocks.
+
+namespace {
+
+using maxlogdet::simd::alignment_lanes;
+using maxlogdet::simd::AlignmentInput;
+using maxlogdet::simd::NormalSums;
+using maxlogdet::simd::robust_limits;
+using maxlogdet::simd::RobustWeight;
+namespace plane = maxlogdet::simd::plane;
+static_assert(alignment_lanes % double_lanes == 0, "whole packs");
+
+inline Doubles load(const AlignmentInput& input, std::size_t value, std::size_t i) {
+  return Doubles::load_aligned(input.planes + value * input.stride + i);
+}
+inline void store(const Doubles& pack, std::size_t value, std::size_t i, const AlignmentInput& input) {
+  pack.store_aligned(input.planes + value * input.stride + i);
+}
+
+// Residuals e = z - h(p) and J = d h / d p_b of a pack, its rows of u and u_right rotated as those of a block.
+template <DepthCue third>
+struct Linearised {
+  static constexpr int row_count = rows_with(third);
+  Point p_b;
+  Doubles J[row_count][3];
+  Doubles e[row_count];
+  Mask exists, has_third;
+};
+
+template <DepthCue third>
+[[gnu::always_inline]] inline Linearised<third> linearise_at(const AlignmentInput& input, std::size_t i) {
+  const CameraInput& camera = input.frame.camera;
+  Linearised<third> at;
+  at.p_b = transform(input.frame.T_bw, {load(input, plane::point, i), load(input, plane::point + 1, i),
+                                        load(input, plane::point + 2, i)});
+  const Point p = camera.T_cb == nullptr ? at.p_b : transform(camera.T_cb, at.p_b);
+  const auto image = maxlogdet::simd::project(camera, p);
+  at.exists = maxlogdet::simd::image_jacobian(camera, image, at.J);
+  const Doubles u = Doubles(camera.fx) * image.m_x + Doubles(camera.cx);
+  at.e[0] = load(input, plane::measured, i) - u;
+  at.e[1] = load(input, plane::measured + 1, i) - (Doubles(camera.fy) * image.m_y + Doubles(camera.cy));
+  at.has_third = Mask(false);
+  if constexpr (third != DepthCue::none) {
+    at.has_third = load(input, plane::has_third, i) > Doubles(0.0);
+    const Doubles measured = load(input, plane::measured + 2, i);
+    if constexpr (third == DepthCue::stereo) {
+      const Doubles of_right = measured - (u - Doubles(camera.bf) / p.z);
+      at.e[2] = Doubles(root_half) * (of_right - at.e[0]);
+      at.e[0] = xsimd::select(at.has_third, Doubles(root_half) * (of_right + at.e[0]), at.e[0]);
+    } else {
+      at.e[2] = measured - p.z;
+    }
+    at.e[2] = xsimd::select(at.has_third, at.e[2], Doubles(0.0));
+  }
+  maxlogdet::simd::add_third_row<third>(camera.bf, p.z, at.has_third, at.J);
+  if (camera.T_cb != nullptr) maxlogdet::simd::rotate_to_body(camera.T_cb, at.J);
+  return at;
+}
+
+// W of the noise of measurement and map: W (Sigma_z + J Sigma_p J^T) W^T = I.
+template <DepthCue third>
+void whiten_lanes(const AlignmentInput& input) {
+  constexpr int row_count = rows_with(third);
+  for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
+    const auto at = linearise_at<third>(input, i);
+    const auto noise = maxlogdet::simd::noise_of(input.frame, load(input, plane::sigma, i), at.has_third, [&](int e) {
+      return load(input, plane::map_covariance + static_cast<std::size_t>(e), i);
+    });
+    Doubles W[row_count][row_count];
+    const Mask valid = whiten(noise, maxlogdet::simd::covariance_by_rows<third>(input.frame, noise, at.J), W);
+    const Doubles none(std::numeric_limits<double>::quiet_NaN());
+    std::size_t entry = plane::whitening;
+    for (int a = 0; a < row_count; ++a) {
+      for (int b = 0; b <= a; ++b) store(xsimd::select(valid, W[a][b], none), entry++, i, input);
+    }
+  }
+}
+
+template <DepthCue third>
+[[gnu::always_inline]] inline void weigh_by_map(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
+  constexpr int row_count = rows_with(third);
+  Doubles W[row_count][row_count];
+  std::size_t entry = plane::whitening;
+  for (int a = 0; a < row_count; ++a) {
+    for (int b = 0; b <= a; ++b) W[a][b] = load(input, entry++, i);
+  }
+  multiply_by_lower(W, at.J);
+  for (int a = row_count - 1; a >= 0; --a) {
+    Doubles sum = W[a][a] * at.e[a];
+    for (int b = 0; b < a; ++b) sum += W[a][b] * at.e[b];
+    at.e[a] = sum;
+  }
+}
+
+template <DepthCue third>
+[[gnu::always_inline]] inline void weigh_by_sigma(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
+  const Doubles weight = load(input, plane::weight, i);
+  for (int a = 0; a < Linearised<third>::row_count; ++a) {
+    const bool is_depth = third == DepthCue::depth && a == 2;
+    const Doubles of_row = is_depth ? Doubles(1 / input.frame.depth_sigma) : weight;
+    for (Doubles& entry : at.J[a]) entry *= of_row;
+    at.e[a] *= of_row;
+  }
+}
+
+// W e and W J.
+template <DepthCue third, bool by_map>
+[[gnu::always_inline]] inline Linearised<third> whitened_at(const AlignmentInput& input, std::size_t i) {
+  Linearised<third> at = linearise_at<third>(input, i);
+  by_map ? weigh_by_map<third>(input, i, at) : weigh_by_sigma<third>(input, i, at);
+  return at;
+}
+
+// Whether products in the normal equations stay far from an overflow, which would spoil every match: sigma is moderate,
+// too, and with the error the image is.
+inline Mask is_moderate(const Point& p, const Doubles& square) {
+  const Doubles size = xsimd::abs(p.x) + xsimd::abs(p.y) + xsimd::abs(p.z);
+  return (size >= Doubles(1e-30)) & (size <= Doubles(1e60)) & (square <= Doubles(1e40));
+}
+
+template <DepthCue third, bool by_map>
+void measure_errors(const AlignmentInput& input) {
+  const Doubles infinite(std::numeric_limits<double>::infinity());
+  const Doubles largest(static_cast<double>(std::numeric_limits<float>::max()));
+  const Doubles of_two(1 / robust_limits[0].median), of_three(1 / robust_limits[1].median);
+  for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
+    const auto at = whitened_at<third, by_map>(input, i);
+    Doubles square = at.e[0] * at.e[0];
+    for (int a = 1; a < Linearised<third>::row_count; ++a) square += at.e[a] * at.e[a];
+    const Mask counts = at.exists & is_moderate(at.p_b, square);
+    const Doubles error = square * (third == DepthCue::none ? of_two : xsimd::select(at.has_third, of_three, of_two));
+    store(xsimd::select(counts, error, infinite), plane::error, i, input);
+    store_narrow(xsimd::select(counts, xsimd::select(error < largest, error, largest), infinite), input.errors + i);
+  }
+}
+
+// A limit of plane::error, whose unit is the median.
+template <int Rows>
+inline Doubles limit_of(double maxlogdet::simd::RobustLimits::*limit, const Mask& has_third, double scale_squared) {
+  const auto& two = robust_limits[0];
+  const auto& three = robust_limits[1];
+  const Doubles of_two(two.*limit / two.median * scale_squared);
+  if (Rows == 2) return of_two;
+  return xsimd::select(has_third, Doubles(three.*limit / three.median * scale_squared), of_two);
+}
+
+template <RobustWeight weight, int Rows>
+inline Doubles weight_of(const Doubles& error, const Mask& has_third, double scale_squared) {
+  using maxlogdet::simd::RobustLimits;
+  const Doubles zero(0.0), one(1.0);
+  if constexpr (weight == RobustWeight::huber) {
+    const Doubles ratio = limit_of<Rows>(&RobustLimits::huber, has_third, scale_squared) / error;
+    return xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
+  } else {
+    const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
+    return xsimd::select(rest > zero, rest * rest, zero);
+  }
+}
+
+// a x (x, y, z).
+inline void cross(const Point& a, const Doubles& x, const Doubles& y, const Doubles& z, Doubles (&product)[3]) {
+  product[0] = a.y * z - a.z * y;
+  product[1] = a.z * x - a.x * z;
+  product[2] = a.x * y - a.y * x;
+}
+
+// The weights of a pack; Rows is 3 if some of the frame have a third row.
+template <RobustWeight weight, int Rows>
+inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Mask& has_third, double scale_squared) {
+  if constexpr (weight == RobustWeight::inliers) return load(input, plane::is_inlier, i);
+  return weight_of<weight, Rows>(load(input, plane::error, i), has_third, scale_squared);
+}
+
+// Sums of a pack of lanes, in the order of NormalSums.
+constexpr std::size_t sum_count = sizeof(NormalSums) / sizeof(double);
+
+template <DepthCue third>
+[[gnu::always_inline]] inline void add_pack(const Linearised<third>& at, const Doubles& w, const Mask& counts,
+                                            Doubles (&sums)[sum_count]) {
+  const auto value = [&](const Doubles& entry) { return xsimd::select(counts, entry, Doubles(0.0)); };
+  Doubles G[6], g[3];
+  for (int r = 0; r < rows_with(third); ++r) {
+    const Doubles a[3] = {value(at.J[r][0]), value(at.J[r][1]), value(at.J[r][2])};
+    const Doubles e = value(at.e[r]);
+    for (int j = 0, entry = 0; j < 3; ++j) {
+      const Doubles weighted = w * a[j];
+      for (int k = j; k < 3; ++k, ++entry) G[entry] = r == 0 ? weighted * a[k] : G[entry] + weighted * a[k];
+      g[j] = r == 0 ? weighted * e : g[j] + weighted * e;
+    }
+  }
+  const Point p = {value(at.p_b.x), value(at.p_b.y), value(at.p_b.z)};
+  Doubles C[3][3];  // -G [p]x, whose row i is p x G_i
+  cross(p, G[0], G[1], G[2], C[0]);
+  cross(p, G[1], G[3], G[4], C[1]);
+  cross(p, G[2], G[4], G[5], C[2]);
+  Doubles T[3][3];  // its columns, turned in the same way
+  for (int k = 0; k < 3; ++k) cross(p, C[0][k], C[1][k], C[2][k], T[k]);
+  Doubles moment[3];
+  cross(p, g[0], g[1], g[2], moment);
+  std::size_t s = 0;
+  for (const Doubles& entry : G) sums[s++] += entry;
+  for (const auto& row : C) {
+    for (const Doubles& entry : row) sums[s++] += entry;
+  }
+  for (int j = 0; j < 3; ++j) {
+    for (int k = j; k < 3; ++k) sums[s++] += T[j][k];
+  }
+  for (const Doubles& entry : g) sums[s++] += entry;
+  for (const Doubles& entry : moment) sums[s++] += entry;
+}
+
+template <DepthCue third, bool by_map, RobustWeight weight>
+NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
+  alignas(64) double lanes[sum_count][alignment_lanes];
+  for (std::size_t lane = 0; lane < alignment_lanes; lane += double_lanes) {
+    Doubles sums[sum_count];
+    for (Doubles& sum : sums) sum = Doubles(0.0);
+    for (std::size_t i = input.begin + lane; i < input.end; i += alignment_lanes) {
+      const auto at = whitened_at<third, by_map>(input, i);
+      const Doubles w = weight_at<weight, rows_with(third)>(input, i, at.has_third, scale_squared);
+      add_pack<third>(at, w, load(input, plane::error, i) <= Doubles(std::numeric_limits<double>::max()), sums);
+    }
+    for (std::size_t s = 0; s < sum_count; ++s) sums[s].store_aligned(lanes[s] + lane);
+  }
+  double totals[sum_count];
+  for (std::size_t s = 0; s < sum_count; ++s) {
+    totals[s] = lanes[s][0];
+    for (std::size_t lane = 1; lane < alignment_lanes; ++lane) totals[s] += lanes[s][lane];
+  }
+  NormalSums sums;
+  std::memcpy(&sums, totals, sizeof sums);
+  return sums;
+}
+
+template <DepthCue third, bool by_map>
+NormalSums add_lanes(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
+  switch (weight) {
+    case RobustWeight::huber: return add_lanes<third, by_map, RobustWeight::huber>(input, scale_squared);
+    case RobustWeight::tukey: return add_lanes<third, by_map, RobustWeight::tukey>(input, scale_squared);
+    case RobustWeight::inliers: break;
+  }
+  return add_lanes<third, by_map, RobustWeight::inliers>(input, scale_squared);
+}
+
+// visitor(third) of the frame, as a constant.
+template <class Visitor>
+inline auto with_third(const AlignmentInput& input, const Visitor& visitor) {
+  switch (input.frame.third) {
+    case DepthCue::none: break;
+    case DepthCue::stereo: return visitor(std::integral_constant<DepthCue, DepthCue::stereo>());
+    case DepthCue::depth: return visitor(std::integral_constant<DepthCue, DepthCue::depth>());
+  }
+  return visitor(std::integral_constant<DepthCue, DepthCue::none>());
+}
+
+void whiten_matches(const AlignmentInput& input) {
+  with_third(input, [&](auto third) { whiten_lanes<third()>(input); });
+}
+void measure_errors(const AlignmentInput& input) {
+  with_third(input, [&](auto third) {
+    input.by_map ? measure_errors<third(), true>(input) : measure_errors<third(), false>(input);
+  });
+}
+NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
+  return with_third(input, [&](auto third) {
+    return input.by_map ? add_lanes<third(), true>(input, weight, scale_squared)
+                        : add_lanes<third(), false>(input, weight, scale_squared);
+  });
+}
+
+inline std::size_t count_up_to(const float* values, std::size_t count, float limit) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < count; i += float_lanes) {
+    found += static_cast<std::size_t>(__builtin_popcount(lane_mask(Floats::load_aligned(values + i) <= Floats(limit))));
+  }
+  return found;
+}
+
+// By bisection of the bits of a float, which are ordered as floats that are not negative: no branch depends on a value.
+float median_of_finite(const float* errors, std::size_t count, std::size_t& finite) {
+  constexpr std::uint32_t steps = 0x7F800000U >> maxlogdet::simd::rounded_bits;
+  const auto end_of = [](std::uint32_t step) {
+    const std::uint32_t bits = ((step + 1) << maxlogdet::simd::rounded_bits) - 1;
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  };
+  finite = count_up_to(errors, count, end_of(steps - 1));
+  std::uint32_t low = 0, high = steps - 1;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    const bool is_enough = 2 * count_up_to(errors, count, end_of(middle)) >= finite;
+    is_enough ? high = middle : low = middle + 1;
+  }
+  return end_of(low);
+}
+
+}  // namespace
