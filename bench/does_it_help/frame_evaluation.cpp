@@ -14,8 +14,15 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double first_gate = 4;  // times the 95 % quantiles of chi2, if noise is as modelled
-constexpr double gate = 2.25;     // the same of noise as measured: 3.7 of its standard deviations
+// Of chi-squared with two and with three degrees of freedom.
+struct Chi2 {
+  double median;
+  double huber;  // (1.5)^2 of two, which 68 % do not exceed: Huber's loss is linear above
+  double limit;  // the 99.5 % quantile: inliers are below
+};
+constexpr Chi2 of_two = {1.386, 2.25, 10.597}, of_three = {2.366, 3.470, 12.838};
+constexpr double first_noise = 2.25;  // over the modelled variance: the first limits are wide
+constexpr double least_noise = 1e-6;  // below it is rounding
 constexpr std::size_t min_inliers = 10;
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
@@ -38,9 +45,6 @@ class FrameEvaluator {
         start_(pose_of(frame.T_cw_prior)),
         gated_(frame.matches.size()),
         ungated_(frame.matches.size()) {
-    const RejectionOptions usual;
-    pose_.huber_monocular = std::sqrt(usual.chi2_monocular);
-    pose_.huber_stereo = std::sqrt(usual.chi2_stereo);
     pose_.max_iterations = 20;
     pose_.stereo = frame.camera.depth_cue() != DepthCue::none;
     whiten_matches();
@@ -59,7 +63,7 @@ class FrameEvaluator {
     result.inliers = inliers_.size();
     result.all = all_.T_cw;
     result.variances = traces_of(covariance_);
-    result.median_chi2 = median_chi2_at(all_.T_cw);
+    result.median_chi2 = noise_at(all_.T_cw);
     for (std::size_t c = 0; c < options_.contestants.size(); ++c) {
       const Contestant& contestant = options_.contestants[c];
       const std::vector<std::size_t> budgets = budgets_of(contestant, options_);
@@ -105,36 +109,37 @@ class FrameEvaluator {
     }
   }
 
-  // Limits are first those of noise as modelled, and then of noise as measured.
   bool find_pose_of_all() {
     inliers_.resize(frame_.matches.size());
     std::iota(inliers_.begin(), inliers_.end(), 0U);
     const std::vector<std::uint32_t> matches = inliers_;
-    double limits = first_gate;
-    for (int pass = 0; pass < 2; ++pass) {
+    noise_ = first_noise;
+    for (int pass = 0; pass < 3; ++pass) {
       RejectionOptions rejection;
-      rejection.chi2_monocular *= limits;
-      rejection.chi2_stereo *= limits;
+      rejection.chi2_monocular = of_two.limit * noise_;
+      rejection.chi2_stereo = of_three.limit * noise_;
       rejection.stereo = pose_.stereo;
       const Rejection rejected =
           reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, of_optimizer_);
       inliers_ = rejected.inliers;
       if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
-      limits = std::max(gate * median_chi2_at(rejected.estimate.T_cw), 1.0);
+      noise_ = std::max(noise_at(rejected.estimate.T_cw), least_noise);
     }
+    pose_.huber_monocular = std::sqrt(of_two.huber * noise_);
+    pose_.huber_stereo = std::sqrt(of_three.huber * noise_);
     all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, of_optimizer_);
     covariance_ = all_.covariance();
     return all_.is_usable() && covariance_.allFinite();
   }
 
-  // Over its expectation: a robust variance of the whitened residuals.
-  double median_chi2_at(const Pose& T_cw) const {
+  // The median of chi2 over its expectation: of all matches, most of which are no outliers.
+  double noise_at(const Pose& T_cw) const {
     std::vector<double> ratios;
-    for (const std::uint32_t i : inliers_) {
+    for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
       const Match& match = frame_.matches[i];
       const Whitening* const whitening = of_optimizer_.empty() ? nullptr : &of_optimizer_[i];
-      const double median = pose_.stereo && match.has_depth_cue() ? 2.366 : 1.386;
-      ratios.push_back(chi2(frame_.camera, T_cw, match, pose_.stereo, whitening) / median);
+      const Chi2& of = pose_.stereo && match.has_depth_cue() ? of_three : of_two;
+      ratios.push_back(chi2(frame_.camera, T_cw, match, pose_.stereo, whitening) / of.median);
     }
     return quantile_of(std::move(ratios), 0.5);
   }
@@ -214,6 +219,7 @@ class FrameEvaluator {
   std::vector<Whitening> whitenings_;    // of all matches
   std::vector<Whitening> of_optimizer_;  // the same, or none: by the measurements' noise
   std::vector<std::uint32_t> inliers_;   // ascending
+  double noise_ = 1;                     // robust variance of the residuals over the modelled one
   PoseEstimate all_;
   Matrix6 covariance_;  // of the pose of all
 };

@@ -31,7 +31,7 @@ struct Contestant {
   SelectorKind kind = SelectorKind::md;  ///< md and md_spread by GoodFeatures; all: all that there are
   bool is_gated = true;  ///< selects from inliers of GoodFeatures::align(), and optimises from the aligned pose; or
                          ///< from all usable matches, and from the frame's prior pose
-  bool is_own = false;  ///< what the recorded tracker selected; `kind` does not matter
+  bool is_own = false;   ///< what the recorded tracker selected; `kind` does not matter
 
   /// Returns whether it selects up to a budget; `all` and the tracker's own selection have their own number.
   bool has_budget() const { return !is_own && kind != SelectorKind::all; }
@@ -77,9 +77,9 @@ struct FrameEvaluation {
 /// Returns the budgets of a contestant: the options', ascending; 0 if it has its own number.
 std::vector<std::size_t> budgets_of(const Contestant& contestant, const EvaluationOptions& options);
 
-/// Inliers agree with the pose of ORB-SLAM2's four rounds from the frame's prior pose within four times its limits of
-/// chi2, wide enough to hide no noise, and narrow enough for no mismatch to matter. Poses minimise Huber's loss with
-/// ORB-SLAM2's thresholds. `number` decides the random numbers.
+/// Inliers agree with the pose of ORB-SLAM2's four rounds from the frame's prior pose, within the 99.5 % quantile of
+/// the noise that the median of chi2 tells: so sigmas may be wrong by a factor. Poses minimise Huber's loss of that
+/// noise. `number` decides the random numbers.
 FrameEvaluation evaluate_frame(const Frame& frame, std::size_t number, const EvaluationOptions& options);
 
 }  // namespace maxlogdet::sim

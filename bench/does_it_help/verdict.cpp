@@ -121,9 +121,11 @@ class Judge {
     advise(pays);
   }
 
+  // Not shown to be far.
   bool is_pose_near() const {
     const EvaluationRow* const aligned = evaluation_.row("aligned", 0);
-    return aligned != nullptr && growth(*aligned) <= limits[2];
+    return aligned != nullptr && aligned->costs[0].growth.interval.low <= limits[2] &&
+           aligned->costs[1].growth.interval.low <= limits[2];
   }
 
   std::string growth_text(const EvaluationRow& row) const {
