@@ -49,7 +49,7 @@ struct Evaluation {
   double matches = 0, inliers = 0;  ///< means of the usable frames
   Parts sigmas = Parts::Zero();     ///< m, rad: root mean square standard deviations of the pose of all inliers
   double chi2 = 0;                  ///< over its expectation; 1: as modelled
-  double median_chi2 = 0;           ///< the same of medians, which wrong matches among the inliers do not change
+  double median_chi2 = 0;           ///< the same of medians of all matches
   std::vector<EvaluationRow> rows;
   std::array<Estimate, leverage_classes> chi2_by_leverage;  ///< over its expectation, lowest leverage first
   Estimate cell_correlation;                                ///< of whitened residuals of neighbours

@@ -22,7 +22,7 @@ struct Chi2 {
 };
 constexpr Chi2 of_two = {1.386, 2.25, 10.597}, of_three = {2.366, 3.470, 12.838};
 constexpr double first_noise = 2.25;  // over the modelled variance: the first limits are wide
-constexpr double least_noise = 1e-6;  // below it is rounding
+constexpr double least_noise = 1e-8;  // residuals are rounding errors
 constexpr std::size_t min_inliers = 10;
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
@@ -63,7 +63,7 @@ class FrameEvaluator {
     result.inliers = inliers_.size();
     result.all = all_.T_cw;
     result.variances = traces_of(covariance_);
-    result.median_chi2 = noise_at(all_.T_cw);
+    result.median_chi2 = noise_;
     for (std::size_t c = 0; c < options_.contestants.size(); ++c) {
       const Contestant& contestant = options_.contestants[c];
       const std::vector<std::size_t> budgets = budgets_of(contestant, options_);

@@ -69,7 +69,7 @@ struct FrameEvaluation {
   std::size_t inliers = 0;  ///< the others are wrong
   Pose all = Pose::Identity();
   Parts variances = Parts::Zero();                  ///< traces of Cov(x_all), if noise is as modelled
-  double median_chi2 = 0;                           ///< of inliers, over its expectation
+  double median_chi2 = 0;                           ///< of all matches, over its expectation
   std::vector<std::vector<Deviations>> deviations;  ///< by contestant, and number in budgets_of()
   FrameNoise noise;
 };

@@ -40,11 +40,11 @@ nlohmann::ordered_json to_json(const EvaluationRow& from) {
   return row;
 }
 
-// "12 (9 to 15)"
-std::string with_interval(const Estimate& estimate, double unit = hundred, int decimals = 0) {
-  if (std::isnan(estimate.value)) return "";
-  return fixed(unit * estimate.value, decimals) + " (" + fixed(unit * estimate.interval.low, decimals) + " to " +
-         fixed(unit * estimate.interval.high, decimals) + ")";
+// "12 (9 to 15)", and below ten with one decimal.
+std::string percent(const Estimate& share) {
+  if (std::isnan(share.value)) return "";
+  const auto number = [](double value) { return fixed(hundred * value, std::abs(value) < 0.0995 ? 1 : 0); };
+  return number(share.value) + " (" + number(share.interval.low) + " to " + number(share.interval.high) + ")";
 }
 
 // A row for each selector, and a column for each budget; the last is of selectors that have their own number.
@@ -66,7 +66,7 @@ std::string table_text(const Evaluation& evaluation, const std::string& title, c
     const auto column = row.has_budget ? std::distance(budgets.begin(), budgets.find(row.budget)) + 1
                                        : static_cast<std::ptrdiff_t>(table.header.size()) - 1;
     table.rows.back()[static_cast<std::size_t>(column)] =
-        with_interval(cell(row)) + (row.has_budget ? "" : " of " + std::to_string(row.budget));
+        percent(cell(row)) + (row.has_budget ? "" : " of " + std::to_string(row.budget));
   }
   return "\n" + title + "\n\n" + to_markdown(table);
 }
@@ -75,8 +75,10 @@ std::string noise_text(const Evaluation& evaluation) {
   std::string text =
       "\nChi-squared by leverage, lowest to highest tenth of the matches (1: noise as large as modelled):\n ";
   for (const Estimate& chi2 : evaluation.chi2_by_leverage) text += " " + fixed(chi2.value, 2);
+  const Estimate& correlation = evaluation.cell_correlation;
   return text + "\nCorrelation of residuals of neighbours, in a cell of 8 x 6 (0: independent errors): " +
-         with_interval(evaluation.cell_correlation, 1, 3) + "\n";
+         fixed(correlation.value, 3) + " (" + fixed(correlation.interval.low, 3) + " to " +
+         fixed(correlation.interval.high, 3) + ")\n";
 }
 
 std::string frames_text(const Evaluation& evaluation) {

@@ -51,7 +51,7 @@ TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_a
   EXPECT_EQ(evaluation.frames, 80U);
   EXPECT_EQ(evaluation.unusable, 0U);
   EXPECT_EQ(evaluation.matches, 200);
-  EXPECT_GT(evaluation.inliers, 199.5) << "the gate hides no noise";
+  EXPECT_NEAR(evaluation.inliers, 0.995 * 200, 0.5) << "the limits are quantiles";
   Tally deviations;
   add_growth(evaluation, deviations);
   EXPECT_EQ(deviations.values, 4 * 3 * 2U);
@@ -86,7 +86,8 @@ TEST(EvaluationOfErrors, independent_ones_of_many_frames_deviate_as_predicted_wi
     if (!row.has_budget) continue;
     for (const sim::Cost& cost : row.costs) EXPECT_NEAR(ratio(cost), 1, tolerance);
   }
-  for (const sim::Estimate& chi2 : evaluation.chi2_by_leverage) EXPECT_NEAR(chi2.value, 1, tolerance / 5);
+  for (const sim::Estimate& chi2 : evaluation.chi2_by_leverage)
+    EXPECT_NEAR(chi2.value, 0.97, tolerance / 4) << "within the limits";
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, tolerance / 16);
 }
 
@@ -189,7 +190,7 @@ TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_decile
   const Evaluation evaluation =
       evaluation_of(simulated_recording(random, FrameKind::stereo, 60, 300, add), short_options());
   for (std::size_t d = 0; d < sim::leverage_classes; ++d) {
-    EXPECT_NEAR(evaluation.chi2_by_leverage[d].value, variance(d), 0.1) << d;
+    EXPECT_NEAR(evaluation.chi2_by_leverage[d].value, variance(d), 0.25) << d << ": limits hide a part of the largest";
     if (d >= 2) {
       EXPECT_GT(evaluation.chi2_by_leverage[d].interval.low, evaluation.chi2_by_leverage[d - 2].interval.high) << d;
     }
@@ -222,7 +223,7 @@ TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
       EXPECT_LT(md.of_random.value, 0.8);
       EXPECT_TRUE(contains(md.of_random.interval, md.of_random.value));
       EXPECT_EQ(evaluation.row("random_gated", budget)->costs[part].of_random.value, 1);
-      EXPECT_NEAR(evaluation.row("random", budget)->costs[part].of_random.value, 1, 0.25);
+      EXPECT_NEAR(evaluation.row("random", budget)->costs[part].of_random.value, 1.1, 0.3);
     }
   }
   // A random selection, drawn here.
@@ -233,7 +234,7 @@ TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
                          evaluation.row("random_gated", 100)->costs[part].growth.value));
   }
   const sim::Verdict verdict = verdict_of(evaluation);
-  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: with 100 of some 300 inliers", 0), 0U) << verdict.text;
+  EXPECT_EQ(verdict.text.rfind("Max-logDet pays: with 100 of some 29", 0), 0U) << verdict.text;
   EXPECT_EQ(verdict.recommended, "md");
 }
 
