@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t resample_count = 1000;
 constexpr std::uint64_t resample_seed = 27;
+constexpr double within_limits = 0.975;  // E[chi2 | chi2 below its 99.5 % quantile] / E[chi2], of inliers
 
 // What a frame adds to a row. All of it adds up over the frames of a resample.
 struct Sums {
@@ -108,7 +109,7 @@ class Summarizer {
         const double weight = samples_[s][f];
         for (std::size_t d = 0; d < leverage_classes; ++d) {
           sums[s].chi2[d] += weight * frames_[f].noise.chi2[d];
-          sums[s].freedom[d] += weight * frames_[f].noise.freedom[d];
+          sums[s].freedom[d] += weight * within_limits * frames_[f].noise.freedom[d];
         }
         sums[s].pairs = sums[s].pairs + weight * frames_[f].noise.pairs;
       }
