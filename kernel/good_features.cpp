@@ -317,7 +317,8 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
   bool are_all_in = true;
   for (std::size_t i = 0; i < size && are_all_in; ++i) are_all_in = !is_left(i);
   if (are_all_in) {
-    const bool are_rejected = aligner.found().inliers < aligner.found().measured;
+    const Alignment& found = aligner.found();
+    const bool are_rejected = found.is_aligned() && found.inliers < found.measured;
     summary.status = are_rejected && summary.size < asked.budget ? Status::few_inliers : Status::all_selected;
   } else if (summary.size > candidates) {
     summary.status = Status::few_candidates;
@@ -326,11 +327,11 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
   }
 }
 
-// The answer after an error: all that can be optimised with.
+// The answer after an error: all that can be optimised with, and what is required.
 void GoodFeatures::State::select_usable(Error why) noexcept {
   clear_answer();
   for (std::size_t i = 0; i < size; ++i) {
-    if (is_inlier[i] != 0) take(i, not_a_number);
+    if (is_inlier[i] != 0 || (is_usable[i] != 0 && matches[i].is_required)) take(i, not_a_number);
   }
   summary.status = Status::error;
   summary.error = why;

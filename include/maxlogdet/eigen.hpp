@@ -79,6 +79,14 @@ struct PoseTraits<Derived, typename std::enable_if<decltype(is_eigen_pose(std::d
     rows = T.template topRows<3>().template cast<double>();
     return RigidTransform::row_major(entries);
   }
+  /// Returns a matrix, 4 x 4 if its size is known only at run time; the fourth row is (0, 0, 0, 1).
+  static typename Derived::PlainObject make(const RigidTransform& T) {
+    typename Derived::PlainObject matrix;
+    matrix.setIdentity(Derived::RowsAtCompileTime == 3 ? 3 : 4, 4);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(T.data());
+    matrix.template topRows<3>() = rows.template cast<typename Derived::Scalar>();
+    return matrix;
+  }
 };
 
 /// Poses as Eigen::Isometry3d, Affine3f, ...
@@ -86,6 +94,11 @@ template <class Scalar, int Mode, int Options>
 struct PoseTraits<Eigen::Transform<Scalar, 3, Mode, Options>> {
   /// Copies its matrix.
   static RigidTransform convert(const Eigen::Transform<Scalar, 3, Mode, Options>& T) { return T.matrix(); }
+  /// Returns the transform.
+  static Eigen::Transform<Scalar, 3, Mode, Options> make(const RigidTransform& T) {
+    using Matrix = typename Eigen::Transform<Scalar, 3, Mode, Options>::MatrixType;
+    return Eigen::Transform<Scalar, 3, Mode, Options>(PoseTraits<Matrix>::make(T));
+  }
 };
 
 /// Returns a view of the columns of a 3 x n matrix of float or double.

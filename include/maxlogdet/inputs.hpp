@@ -93,9 +93,10 @@ struct Pixel {
   }
 };
 
-/// How a foreign pose becomes a RigidTransform; undefined for what is no pose. A specialisation has
+/// How a foreign pose becomes a RigidTransform, and back; undefined for what is no pose. A specialisation has
 ///
 ///   static RigidTransform convert(const Pose& T);
+///   static Pose make(const RigidTransform& T);    // where a RigidTransform should convert to it, as good.pose()
 template <class Pose, class = void>
 struct PoseTraits;
 
@@ -187,6 +188,13 @@ class RigidTransform {
     return transform;
   }
 
+  /// Converts to a foreign type, as in Eigen::Isometry3d T_cw = good.pose();
+  template <class Pose, class Traits = PoseTraits<Pose>,
+            class = typename std::enable_if<
+                std::is_same<Pose, decltype(Traits::make(std::declval<const RigidTransform&>()))>::value>::type>
+  operator Pose() const {  // NOLINT(google-explicit-constructor)
+    return Traits::make(*this);
+  }
   /// 3 x 4 row-major.
   const double* data() const noexcept { return entries_; }
   /// Writes R p + t to 3 entries that do not overlap p.

@@ -28,6 +28,13 @@ struct PoseTraits<Matrix, typename std::enable_if<std::is_convertible<const Matr
     for (int i = 0; i < 12; ++i) entries[i] = entry_of(T, i / 4, i % 4);
     return RigidTransform::row_major(entries);
   }
+  /// Returns a matrix of its own memory, 4 x 4: CV_64F, or the type of a cv::Mat_.
+  template <class Own = Matrix>
+  static typename std::enable_if<std::is_base_of<cv::Mat, Own>::value, Own>::type make(const RigidTransform& T) {
+    cv::Mat matrix = cv::Mat::eye(4, 4, CV_64F);
+    for (int i = 0; i < 12; ++i) matrix.at<double>(i / 4, i % 4) = T.data()[i];
+    return matrix;
+  }
 };
 
 /// Poses as cv::Matx34d, cv::Matx44f, ...
@@ -35,6 +42,12 @@ template <class Scalar, int rows>
 struct PoseTraits<cv::Matx<Scalar, rows, 4>, typename std::enable_if<rows == 3 || rows == 4>::type> {
   /// Copies the first three rows.
   static RigidTransform convert(const cv::Matx<Scalar, rows, 4>& T) { return RigidTransform::row_major(T.val); }
+  /// Returns the matrix; the fourth row is (0, 0, 0, 1).
+  static cv::Matx<Scalar, rows, 4> make(const RigidTransform& T) {
+    cv::Matx<Scalar, rows, 4> matrix = cv::Matx<Scalar, rows, 4>::eye();
+    for (int i = 0; i < 12; ++i) matrix.val[i] = static_cast<Scalar>(T.data()[i]);
+    return matrix;
+  }
 };
 
 /// Points as cv::Mat, cv::Mat_ or cv::MatExpr, a row or a column of 3 (a pixel: 2) entries, CV_32F or CV_64F; of

@@ -107,6 +107,7 @@ WideVector3 FeatureFrame::in_camera(std::size_t i, const Isometry& pose) const {
 }
 
 void FeatureFrame::start(GoodFeatures& good) const {
+  good.rejects_outliers = rejects_outliers;
   good.block_options = options;
   good.block_options.depth_cue = DepthCue::none;  // the matches say which
   if (kind.has_rig) {
@@ -152,7 +153,10 @@ BlockStore FeatureFrame::blocks() const {
 }
 
 WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
-  const WideVector3 p = in_camera(i, pose);
+  return residuals_of(i, in_camera(i, pose));
+}
+
+WideVector3 FeatureFrame::residuals_of(std::size_t i, const WideVector3& p) const {
   const WideVector2 uv = image_of(cameras[camera_of_match(i)], p);
   const long double depth_cue = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
   const FeatureMatch& match = matches[i];

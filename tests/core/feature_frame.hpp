@@ -52,8 +52,11 @@ struct FeatureFrame {
   long double chi2(std::size_t i, const Isometry& pose) const;
   /// Its residuals: u, v and the third measurement.
   WideVector3 residuals(std::size_t i, const Isometry& pose) const;
+  /// The same of a point in the frame of its camera.
+  WideVector3 residuals_of(std::size_t i, const WideVector3& p_c) const;
 
   FeatureKind kind;
+  bool rejects_outliers = false;  // of GoodFeatures
   Isometry T_cw;
   Isometry T_cb[2];
   Camera cameras[2];

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "tests/core/alignment_oracle.hpp"
+
+#include "tests/support/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace maxlogdet::test {
+namespace {
+
+// Of two and of three degrees of freedom.
+constexpr long double medians[] = {1.3862943611198906L, 2.3659738843753377L};
+constexpr long double hubers[] = {2.25L, 3.4701636117408556L};
+constexpr long double tukeys[] = {22.09L, 24.930378113862496L};
+constexpr long double gates[] = {9.210340371976184L, 11.344866730144373L};
+
+// The lower one of those that are finite, rounded up to a float of 12 bits.
+long double median(const std::vector<long double>& values) {
+  std::vector<float> finite;
+  for (const long double value : values) {
+    if (std::isfinite(value)) finite.push_back(static_cast<float>(static_cast<double>(value)));
+  }
+  std::sort(finite.begin(), finite.end());
+  std::uint32_t bits;
+  std::memcpy(&bits, &finite[(finite.size() - 1) / 2], sizeof bits);
+  bits |= 0x7FFU;
+  float rounded;
+  std::memcpy(&rounded, &bits, sizeof bits);
+  return static_cast<long double>(rounded);
+}
+
+WideMatrix skew(const WideVector3& a) {
+  WideMatrix matrix(3, 3);
+  matrix << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return matrix;
+}
+
+// Cayley's (I - [a/2]x)^-1 (I + [a/2]x).
+WideIsometry moved(const WideIsometry& T, const WideVector& xi) {
+  const WideMatrix half = skew(xi.tail<3>()) / 2;
+  const WideMatrix identity = WideMatrix::Identity(3, 3);
+  WideIsometry by = WideIsometry::Identity();
+  by.linear() = wide_product(wide_inverse(identity - half), identity + half);
+  by.translation() = xi.head<3>();
+  return by * T;
+}
+
+WideVector logarithm(const WideIsometry& D) {
+  WideVector xi(6);
+  const auto& R = D.linear();
+  xi << D.translation(), (R(2, 1) - R(1, 2)) / 2, (R(0, 2) - R(2, 0)) / 2, (R(1, 0) - R(0, 1)) / 2;
+  return xi;
+}
+
+}  // namespace
+
+AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
+    : pose(frame.T_cw.cast<long double>()),
+      frame_(frame),
+      prior_(prior),
+      start_(pose),
+      omega_(frame.matches.size()),
+      is_inlier_(frame.matches.size()) {
+  std::vector<long double> sigmas(frame.sigmas.begin(), frame.sigmas.end());
+  radian_squared_ = std::pow(frame.cameras[0].pinhole.fx / median(sigmas), 2.0L) / medians[0];
+  whiten();
+  measure();
+  for (int i = 0; i < 10 && step(Weight::huber) >= 30; ++i) {
+  }
+  for (int i = 0; i < 10 && step(Weight::tukey) >= 2; ++i) {
+  }
+  whiten();
+  measure();
+  const std::vector<long double> errors_of_gate = errors;
+  for (std::size_t i = 0; i < errors.size(); ++i) is_inlier_[i] = errors[i] <= gate(i);
+  const long double scale_of_gate = scale_squared;
+  for (int i = 0; i < 10 && step(Weight::inliers) >= 1e-3L; ++i) scale_squared = scale_of_gate;
+  errors = errors_of_gate;
+  scale_squared = scale_of_gate;
+}
+
+long double AlignmentOracle::gate(std::size_t i) const {
+  const int kind = frame_.has_depth_cue[i];
+  return gates[kind] / medians[kind] * scale_squared;
+}
+
+WideVector3 AlignmentOracle::in_camera(std::size_t i, const WideIsometry& T) const {
+  const WideVector3 p = T * frame_.point(i).cast<long double>();
+  return frame_.kind.has_rig ? WideVector3(frame_.T_cb[frame_.camera_of_match(i)].cast<long double>() * p) : p;
+}
+
+WideVector AlignmentOracle::residual(std::size_t i, const WideIsometry& T) const {
+  return frame_.residuals_of(i, in_camera(i, T)).head(frame_.has_depth_cue[i] != 0 ? 3 : 2);
+}
+
+void AlignmentOracle::whiten() {
+  for (std::size_t i = 0; i < omega_.size(); ++i) {
+    const WideVector p_w = frame_.point(i).cast<long double>();
+    const Eigen::Index rows = frame_.has_depth_cue[i] != 0 ? 3 : 2;
+    WideMatrix noise = WideMatrix::Identity(rows, rows) * std::pow(frame_.sigmas[i], 2);
+    if (frame_.kind.depth_cue == DepthCue::depth && rows == 3) noise(2, 2) = std::pow(frame_.options.depth_sigma, 2);
+    if (frame_.kind.covariances != FeatureKind::Covariances::none) {
+      const WideMatrix J = differentiate(3, [&](const WideVector& by) {
+        WideIsometry shifted = pose;
+        shifted.translate(WideVector3(by));
+        return residual(i, shifted);
+      });
+      const Eigen::Map<const Eigen::Matrix3d> covariance(&frame_.covariances[9 * i]);
+      noise += wide_product(wide_product(J, covariance.cast<long double>()), J.transpose());
+    }
+    omega_[i] = wide_inverse(noise);
+  }
+}
+
+void AlignmentOracle::measure() {
+  errors.clear();
+  for (std::size_t i = 0; i < omega_.size(); ++i) {
+    const WideVector e = residual(i, pose);
+    const WideVector3 p = in_camera(i, pose);
+    const double p_c[3] = {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
+    double uv[2];
+    const bool has_image = project(frame_.cameras[frame_.camera_of_match(i)], p_c, uv);
+    errors.push_back(has_image ? e.dot(omega_[i] * e) / medians[frame_.has_depth_cue[i]] : infinity);
+  }
+  scale_squared = std::max(median(errors), 1e-12L * radian_squared_);
+}
+
+long double AlignmentOracle::weight_of(Weight weight, std::size_t i) const {
+  const int kind = frame_.has_depth_cue[i];
+  const long double squared = errors[i] * medians[kind] / scale_squared;
+  if (weight == Weight::huber) return std::min(1.0L, std::sqrt(hubers[kind] / squared));
+  if (weight == Weight::tukey) return std::pow(std::max(0.0L, 1 - squared / tukeys[kind]), 2.0L);
+  return is_inlier_[i] ? 1 : 0;
+}
+
+// Returns the length in standard deviations of the pose.
+long double AlignmentOracle::step(Weight weight) {
+  information = WideMatrix::Zero(6, 6);
+  WideVector b = WideVector::Zero(6);
+  for (std::size_t i = 0; i < omega_.size(); ++i) {
+    if (std::isinf(errors[i])) continue;
+    const WideMatrix H = -differentiate(6, [&](const WideVector& by) { return residual(i, exp_of_one(by) * pose); });
+    const WideMatrix weighted = weight_of(weight, i) / scale_squared * wide_product(H.transpose(), omega_[i]);
+    information += wide_product(weighted, H);
+    b += weighted * residual(i, pose);
+  }
+  if (prior_ != nullptr) {
+    const auto xi_of = [&](const WideIsometry& T) { return logarithm(T * start_.inverse()); };
+    const WideMatrix G =
+        differentiate(6, [&](const WideVector& by) -> WideVector { return xi_of(exp_of_one(by) * pose); });
+    const Eigen::Map<const Matrix6> M0(prior_);
+    const WideMatrix weighted = wide_product(G.transpose(), M0.cast<long double>());
+    information += wide_product(weighted, G);
+    b -= weighted * xi_of(pose);
+  }
+  const WideVector x = wide_inverse(information) * b;
+  pose = moved(pose, x);
+  measure();
+  return std::sqrt(x.dot(b));
+}
+
+}  // namespace maxlogdet::test

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT
+// The robust alignment of GoodFeatures: against an oracle in long double, against wrong matches, and wherever it must
+// change nothing.
+#include "tests/core/alignment_oracle.hpp"
+#include "tests/support/answer.hpp"
+#include "tests/support/flushed_denormals.hpp"
+#include "tests/support/random_geometry.hpp"
+#include "tests/support/sweeps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace maxlogdet {
+
+inline void PrintTo(AlignmentStatus status, std::ostream* out) { *out << to_string(status); }
+
+}  // namespace maxlogdet
+
+namespace maxlogdet::test {
+namespace {
+
+// Normal errors of `noise` sigmas, a predicted pose that is off, and the pose that the measurements are of.
+struct Scene {
+  Scene(Random& random, std::size_t n, const FeatureKind& kind, double noise = 1, double metres = 0.05,
+        double radians = 0.01)
+      : frame(random, n, kind), T_true(frame.T_cw), is_wrong(n) {
+    frame.rejects_outliers = true;
+    for (std::size_t i = 0; i < n; ++i) measure(random, i, noise);
+    frame.T_cw = random_isometry(random, metres, radians) * T_true;
+  }
+
+  void measure(Random& random, std::size_t i, double noise) {
+    FeatureMatch& match = frame.matches[i];
+    const WideVector3 e = frame.residuals(i, T_true);  // z <- z - e: exact
+    for (int d = 0; d < 2; ++d) match.measured[d] += noise * match.sigma * normal(random) - static_cast<double>(e(d));
+    const double third = static_cast<double>(e.z());
+    if (match.u_right >= 0) match.u_right += noise * match.sigma * normal(random) - third;
+    if (match.depth > 0) match.depth += noise * frame.options.depth_sigma * normal(random) - third;
+  }
+
+  // Moves measurements of a share of the matches by 8 to 60 sigmas.
+  void spoil(Random& random, double share) {
+    for (std::size_t i = 0; i < is_wrong.size(); ++i) {
+      if (!random.chance(share)) continue;
+      const double angle = random.uniform(-3.14, 3.14);
+      const double length = random.uniform(8, 60) * frame.sigmas[i];
+      frame.matches[i].measured[0] += length * std::cos(angle);
+      frame.matches[i].measured[1] += length * std::sin(angle);
+      is_wrong[i] = true;
+    }
+  }
+
+  bool is_in_front(std::size_t i) const { return frame.in_camera(i, T_true).z() > 0.5L; }
+
+  FeatureFrame frame;
+  Isometry T_true;
+  std::vector<bool> is_wrong;
+};
+
+Isometry pose_of(const GoodFeatures& good) { return good.pose(); }
+
+Matrix6 information_of(const GoodFeatures& good) { return Eigen::Map<const Matrix6>(good.pose_information()); }
+
+// Squared deviation in units of the covariance of the aligned pose: chi-squared with six degrees of freedom.
+double squared_error(const GoodFeatures& good, const Isometry& T_true) {
+  const Isometry D = pose_of(good) * T_true.inverse();
+  const Eigen::AngleAxisd rotation(D.linear());
+  Vector6 xi;
+  xi << D.translation(), rotation.angle() * rotation.axis();
+  return xi.dot(information_of(good) * xi);
+}
+
+TEST(Alignment, agrees_with_the_oracle_on_frames_of_all_kinds) {
+  GoodFeatures good(120);
+  int aligned = 0;
+  for_frames_of_all_kinds(trials(120), 120, [&](Random& random, FeatureFrame frame) {
+    frame.rejects_outliers = true;
+    frame.T_cw = random_isometry(random, 0.1, 0.02) * frame.T_cw;
+    const Matrix6 prior = random_prior(random) * std::pow(10, random.uniform(-3, 5));
+    const double* const given = random.chance(0.5) ? prior.data() : nullptr;
+    frame.gather(good);
+    const Alignment found = good.align(given);
+    if (!found.is_aligned()) return;
+    ++aligned;
+    const AlignmentOracle oracle(frame, given);
+    for (std::size_t i = 0; i < frame.matches.size(); ++i) {
+      const long double gate = oracle.gate(i);
+      if (std::abs(oracle.errors[i] - gate) < 1e-6L * gate) continue;
+      EXPECT_EQ(good.is_inlier(i), oracle.errors[i] < gate) << i;
+    }
+    EXPECT_NEAR(found.scale * found.scale, static_cast<double>(oracle.scale_squared), 1e-9 * found.scale * found.scale);
+    const Isometry expected(oracle.pose.matrix().cast<double>());
+    EXPECT_LT(relative_difference(pose_of(good).matrix(), expected.matrix()), 1e-9);
+    EXPECT_LT(relative_difference(information_of(good), oracle.information.cast<double>()), 1e-7);
+  });
+  EXPECT_GT(aligned, 0);
+}
+
+TEST(Alignment, rejects_wrong_matches_and_finds_the_pose_within_its_own_uncertainty) {
+  GoodFeatures good(400);
+  double deviation = 0, wrong_left = 0, right_lost = 0, wrong = 0, right = 0;
+  std::size_t frames = 0;
+  for_frames_of_all_kinds(trials(200), 1, [&](Random& random, const FeatureFrame& of_kind) {
+    Scene scene(random, 400, of_kind.kind, 1, 0.3, 0.05);
+    scene.spoil(random, random.uniform(0, 0.3));
+    scene.frame.gather(good);
+    ASSERT_EQ(good.align().status, AlignmentStatus::aligned);
+    if (of_kind.kind.covariances == FeatureKind::Covariances::none) {  // they are not in the errors
+      EXPECT_NEAR(good.alignment().scale, 1, 0.5);  // 1.3 with 30 % wrong
+    }
+    EXPECT_LT(squared_error(good, scene.T_true), 60);
+    deviation += squared_error(good, scene.T_true);
+    ++frames;
+    for (std::size_t i = 0; i < 400; ++i) {
+      if (!scene.is_in_front(i)) continue;
+      (scene.is_wrong[i] ? wrong : right) += 1;
+      if (scene.is_wrong[i] && good.is_inlier(i)) ++wrong_left;
+      if (!scene.is_wrong[i] && !good.is_inlier(i)) ++right_lost;
+    }
+  });
+  EXPECT_LT(deviation / static_cast<double>(frames), 9) << "6 if all were normal";
+  EXPECT_LT(wrong_left, 0.08 * wrong);
+  EXPECT_LT(right_lost, 0.015 * right);
+}
+
+TEST(Alignment, has_the_same_bits_on_every_isa_and_with_denormals_flushed) {
+  for_frames_of_all_kinds(trials(100), 1, [&](Random& random, const FeatureFrame& of_kind) {
+    Scene scene(random, static_cast<std::size_t>(random.integer(10, 300)), of_kind.kind);
+    scene.spoil(random, 0.2);
+    const Matrix6 prior = random_prior(random);
+    const double* const given = random.chance(0.3) ? prior.data() : nullptr;
+    const auto bits = [&] {
+      GoodFeatures good(300);
+      scene.frame.gather(good);
+      std::vector<std::uint64_t> all = {static_cast<std::uint64_t>(good.align(given).status)};
+      for (int e = 0; e < 12; ++e) all.push_back(bits_of(good.pose().data()[e]));
+      for (int e = 0; e < 36; ++e) all.push_back(bits_of(good.pose_information()[e]));
+      for (std::size_t i = 0; i < good.size(); ++i) all.push_back(good.is_inlier(i) ? 1 : 0);
+      return all;
+    };
+    const auto expected = same_on_every_isa(bits);
+    const FlushedDenormals flushed;
+    EXPECT_EQ(bits(), expected);
+  });
+}
+
+// Whatever unit the deviations have; a power of two changes no digit.
+TEST(Alignment, does_not_depend_on_a_common_factor_of_the_sigmas) {
+  TracedRandom random;
+  Scene scene(random, 300, FeatureKind());
+  scene.spoil(random, 0.15);
+  GoodFeatures good(300), scaled(300);
+  scene.frame.gather(good);
+  ASSERT_TRUE(good.align().is_aligned());
+  for (const double factor : {0x1p-20, 0.25, 16.0, 0x1p20}) {
+    for (FeatureMatch& match : scene.frame.matches) match.sigma *= factor;
+    scene.frame.gather(scaled);
+    ASSERT_TRUE(scaled.align().is_aligned()) << factor;
+    EXPECT_TRUE(std::equal(good.pose().data(), good.pose().data() + 12, scaled.pose().data()));
+    EXPECT_EQ(scaled.alignment().inliers, good.alignment().inliers);
+    EXPECT_EQ(scaled.alignment().scale, good.alignment().scale / factor);
+    for (FeatureMatch& match : scene.frame.matches) match.sigma /= factor;
+  }
+}
+
+TEST(Alignment, loses_nothing_of_data_without_noise) {
+  for (const bool is_float : {false, true}) {
+    for_frames_of_all_kinds(trials(60), 1, [&](Random& random, const FeatureFrame& of_kind) {
+      Scene scene(random, 200, of_kind.kind, 0);
+      for (FeatureMatch& match : scene.frame.matches) {
+        for (double& entry : match.measured) entry = is_float ? static_cast<double>(static_cast<float>(entry)) : entry;
+      }
+      GoodFeatures good(200);
+      scene.frame.gather(good);
+      ASSERT_TRUE(good.align().is_aligned());
+      for (std::size_t i = 0; i < 200; ++i) EXPECT_TRUE(good.is_inlier(i) || !scene.is_in_front(i)) << i;
+      EXPECT_LT(relative_difference(pose_of(good).matrix(), scene.T_true.matrix()), 1e-5);
+    });
+  }
+}
+
+// As if it had not been asked for.
+void expect_no_difference(FeatureFrame frame, AlignmentStatus why) {
+  GoodFeatures with(400), without(400);
+  frame.gather(with);
+  frame.rejects_outliers = false;
+  frame.gather(without);
+  for (const std::size_t k : {std::size_t{5}, std::size_t{30}, std::size_t{1000}}) {
+    EXPECT_EQ(Answer(with.select(k)), Answer(without.select(k))) << k;
+    EXPECT_EQ(with.alignment().status, why);
+    EXPECT_STREQ(with.reason(), without.reason());
+  }
+  EXPECT_EQ(without.alignment().status, AlignmentStatus::none);
+  for (const GoodFeatures* good : {&with, &without}) {
+    EXPECT_EQ(pose_of(*good).matrix(), frame.T_cw.matrix());
+    EXPECT_EQ(information_of(*good), Matrix6::Zero());
+  }
+  for (std::size_t i = 0; i < with.size(); ++i) EXPECT_TRUE(with.is_inlier(i)) << i;
+}
+
+TEST(Alignment, that_finds_no_pose_changes_nothing) {
+  TracedRandom random;
+  const Scene few(random, 9, FeatureKind());
+  expect_no_difference(few.frame, AlignmentStatus::few_matches);
+
+  Scene all_wrong(random, 300, FeatureKind());
+  for (FeatureMatch& match : all_wrong.frame.matches) {
+    match.measured[0] = random.uniform(0, 1200);
+    match.measured[1] = random.uniform(0, 400);
+  }
+  expect_no_difference(all_wrong.frame, AlignmentStatus::no_consensus);
+
+  Scene one_point(random, 50, FeatureKind());
+  for (std::size_t i = 0; i < 50; ++i) {
+    std::copy_n(one_point.frame.points.begin(), 3, one_point.frame.matches[i].point);
+    std::copy_n(one_point.frame.matches[0].measured, 2, one_point.frame.matches[i].measured);
+  }
+  expect_no_difference(one_point.frame, AlignmentStatus::singular);
+
+  Scene unmeasured_ones(random, 100, FeatureKind());
+  for (FeatureMatch& match : unmeasured_ones.frame.matches) match.measured[0] = match.measured[1] = unmeasured;
+  expect_no_difference(unmeasured_ones.frame, AlignmentStatus::few_matches);
+}
+
+// Geometry that determines the pose badly, or not at all, and two motions of equal weight: whatever comes out, the pose
+// is finite, and those that pass are enough to select from.
+TEST(Alignment, of_poor_geometry_leaves_a_pose_and_matches_to_select) {
+  TracedRandom random;
+  const std::pair<const char*, std::function<Eigen::Vector3d(Eigen::Vector3d)>> places[] = {
+      {"far away", [](const Eigen::Vector3d& p) { return Eigen::Vector3d(1e7 * p); }},
+      {"a plane", [](const Eigen::Vector3d& p) { return Eigen::Vector3d(p * (8 / p.z())); }},
+      {"a line", [](const Eigen::Vector3d& p) { return Eigen::Vector3d(0.1 * p.z(), 0, p.z()); }},
+      {"near", [](const Eigen::Vector3d& p) { return Eigen::Vector3d(1e-6 * p); }}};
+  for (const auto& [name, place] : places) {
+    SCOPED_TRACE(name);
+    Scene scene(random, 200, FeatureKind());
+    for (std::size_t i = 0; i < 200; ++i) {
+      const Eigen::Vector3d p = scene.T_true * scene.frame.point(i);
+      const Eigen::Vector3d moved = scene.T_true.inverse() * (p.z() > 0 ? place(p) : p);
+      std::copy_n(moved.data(), 3, &scene.frame.points[3 * i]);
+      std::copy_n(moved.data(), 3, scene.frame.matches[i].point);
+      scene.measure(random, i, 1);
+    }
+    GoodFeatures good(200);
+    scene.frame.gather(good);
+    EXPECT_EQ(good.select(50).size, 50U);
+    EXPECT_TRUE(pose_of(good).matrix().allFinite());
+    EXPECT_TRUE(information_of(good).allFinite());
+    if (good.alignment().is_aligned()) {
+      EXPECT_GE(2 * good.alignment().inliers, good.alignment().measured - 20);
+    }
+  }
+}
+
+TEST(Alignment, of_two_motions_takes_one_of_them_or_neither) {
+  for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
+    TracedRandom random(variation);
+    Scene scene(random, 300, FeatureKind(), 1, 0.02, 0.002);
+    Scene other = scene;
+    other.T_true = random_isometry(random, 0.5, 0.05) * scene.T_true;
+    for (std::size_t i = 0; i < 300; i += 2) {
+      other.measure(random, i, 1);
+      scene.frame.matches[i] = other.frame.matches[i];
+    }
+    GoodFeatures good(300);
+    scene.frame.gather(good);
+    if (!good.align().is_aligned()) continue;
+    const double squared = std::min(squared_error(good, scene.T_true), squared_error(good, other.T_true));
+    const bool takes_both = good.alignment().inliers > 270;  // and says so by its scale
+    EXPECT_TRUE(squared < 60 || (takes_both && good.alignment().scale > 2)) << squared;
+  }
+}
+
+TEST(Alignment, is_not_spoilt_by_matches_that_are_broken) {
+  TracedRandom random;
+  Scene scene(random, 200, FeatureKind());
+  GoodFeatures good(300);
+  scene.frame.gather(good);
+  ASSERT_TRUE(good.align().is_aligned());
+  const Isometry expected = pose_of(good);
+  const Eigen::Vector3d centre = scene.frame.T_cw.inverse().translation();
+  for (const double offset : {0.0, 1e-300, 1e-40, 1e-9}) {
+    for (const double sigma : {1e-300, 1e-49, 1.0, 1e49, 1e300}) {
+      scene.frame.gather(good);
+      good.add(FeatureMatch(Eigen::Vector3d(centre + Eigen::Vector3d::Constant(offset)), Eigen::Vector2d(1, 2), sigma));
+      good.add(FeatureMatch(Eigen::Vector3d(1e200, 1e200, 1e300), Eigen::Vector2d(1e300, 2), sigma));
+      good.add(FeatureMatch(Eigen::Vector3d(nan, 0, 0), Eigen::Vector2d(3, nan), sigma));
+      ASSERT_TRUE(good.align().is_aligned());
+      EXPECT_LT(relative_difference(pose_of(good).matrix(), expected.matrix()), 1e-3);
+    }
+  }
+}
+
+// A prior as firm as the world.
+TEST(Alignment, stays_at_a_pose_that_is_known) {
+  TracedRandom random;
+  Scene scene(random, 200, FeatureKind());
+  const Matrix6 firm = 1e14 * Matrix6::Identity();
+  GoodFeatures good(200);
+  scene.frame.gather(good);
+  ASSERT_TRUE(good.align(firm.data()).is_aligned());
+  EXPECT_LT(relative_difference(pose_of(good).matrix(), scene.frame.T_cw.matrix()), 1e-7);
+}
+
+TEST(Alignment, lets_select_take_inliers_alone_with_blocks_at_the_aligned_pose) {
+  GoodFeatures good(300), at_pose(300);
+  for_frames_of_all_kinds(trials(60), 1, [&](Random& random, const FeatureFrame& of_kind) {
+    Scene scene(random, 300, of_kind.kind);
+    scene.spoil(random, 0.3);
+    scene.frame.gather(good);
+    const Selection selection = good.select(60);
+    ASSERT_EQ(selection.status, Status::ok);
+    FeatureFrame frame = scene.frame;
+    frame.rejects_outliers = false;
+    frame.T_cw = pose_of(good);
+    for (std::size_t i = 0; i < 300; ++i) {
+      if (!good.is_inlier(i)) frame.matches[i].sigma = nan;  // not usable
+    }
+    frame.gather(at_pose);
+    EXPECT_EQ(Answer(selection), Answer(at_pose.select(60)));
+    for (const std::uint32_t i : selection) EXPECT_TRUE(good.is_inlier(i)) << i;
+  });
+}
+
+TEST(Alignment, leaves_exactly_the_inliers_where_they_are_fewer_than_the_budget) {
+  TracedRandom random;
+  Scene scene(random, 100, FeatureKind());
+  scene.spoil(random, 0.3);
+  scene.frame.matches[7].is_required = true;
+  scene.frame.matches[7].measured[0] += 500;
+  GoodFeatures good(100);
+  scene.frame.gather(good);
+  const Selection selection = good.select(95);
+  EXPECT_STREQ(good.reason(), "few_inliers");
+  EXPECT_EQ(selection.size, good.alignment().inliers + 1) << "and the required one";
+  EXPECT_TRUE(good.is_selected(7) && !good.is_inlier(7));
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(good.is_selected(i), good.is_inlier(i) || i == 7) << i;
+  scene.frame.gather(good);
+  for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(good.is_inlier(i)) << "of the frame before";
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
