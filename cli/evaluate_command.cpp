@@ -7,7 +7,6 @@
 #include "bench/world/json_file.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/output_file.hpp"
-#include "bench/world/table.hpp"
 #include "bench/world/text.hpp"
 #include "cli/commands.hpp"
 
@@ -64,7 +63,7 @@ void EvaluateArguments::add_to(CLI::App& command) {
   command.add_option("--threads", threads, "Threads; 0: all")->check(CLI::Range(0, 1024))->capture_default_str();
   command.add_option("--seed", seed, "Of the random selections")->capture_default_str();
   command.add_flag("--json", as_json, "One JSON object instead of the tables");
-  command.add_option("--output", output, "Folder for evaluation.json, deviation.csv and leverage.csv");
+  command.add_option("--output", output, "Folder for evaluation.json, which tools/draw draws");
 }
 
 // Frames that are given twice would make intervals too narrow.
@@ -110,9 +109,7 @@ void make_output_folder(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw sim::InputError(folder + ": cannot be made; expected a folder that can be written to");
-  for (const char* file : {"/evaluation.json", "/deviation.csv", "/leverage.csv"}) {
-    sim::check_output_file(folder + file);
-  }
+  sim::check_output_file(folder + "/evaluation.json");
 }
 
 void warn(const std::vector<std::vector<sim::Frame>>& recordings) {
@@ -140,11 +137,7 @@ void run(const EvaluateArguments& arguments) {
   options.weighting = weighs_map ? Weighting::measurement_and_map : Weighting::measurement;
   const sim::Evaluation evaluation = sim::evaluate(recordings, options, arguments.threads);
   const nlohmann::ordered_json json = to_json(evaluation);
-  if (!arguments.output.empty()) {
-    sim::write_json(arguments.output + "/evaluation.json", json, 1);
-    sim::write_file(arguments.output + "/deviation.csv", to_csv(deviation_table(evaluation)));
-    sim::write_file(arguments.output + "/leverage.csv", to_csv(leverage_table(evaluation)));
-  }
+  if (!arguments.output.empty()) sim::write_json(arguments.output + "/evaluation.json", json, 1);
   std::cout << (arguments.as_json ? sim::to_text(json) + '\n' : to_text(evaluation));
 }
 

@@ -7,63 +7,54 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace maxlogdet::sim {
 
-/// Lengths of deviations in translation, m, or rotation, rad.
-struct DeviationSummary {
-  double median = 0;
-  Interval of_median;
-  double p90 = 0;
-  double predicted = 0;  ///< the median that independent noise of the modelled size would give
-  double predicted_p90 = 0;
+/// A number with its 95 % interval; NaN where it is unknown.
+struct Estimate {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  Interval interval{value, value};
 };
 
-/// How many matches chosen by a reference give the pose that a selection gives.
-struct Worth {
-  double matches = 0;
-  Interval interval;
-};
-
-/// Errors of the motion from one frame to the next against the true one, each selector from its own previous pose.
-struct TruthSummary {
-  std::size_t steps = 0;
-  double median_m = 0, median_rad = 0;
-  double translation_ratio = 0, rotation_ratio = 0;  ///< to the medians of all inliers, in the same steps
-  Interval of_translation_ratio, of_rotation_ratio;
+/// What selecting costs in translation, or in rotation. Shares: 0.05 is 5 %.
+struct Cost {
+  Estimate growth;  ///< of the standard deviation over that of the pose of all inliers: sqrt(1 + q) - 1, q the mean
+                    ///< of |x_S - x_all|^2 / (s^2 tr Cov(x_all)), s^2 the measured chi2 over its expectation
+  double predicted = 0;  ///< the growth that independent noise would give if no match were wrong
+  Estimate of_random;    ///< q over q of random_gated with the same budget
+  Estimate true_growth;  ///< of the root mean square error of the motion from one frame to the next, against true
+                         ///< poses, each selector from its own previous pose
 };
 
 /// What one selector with one budget shows.
 struct EvaluationRow {
   std::string selector;
-  std::size_t budget = 0;  ///< of the recorded tracker's own selection the median number of matches
-  std::size_t frames = 0;  ///< those with more inliers than that
-  DeviationSummary translation, rotation;
-  std::optional<Worth> worth_random, worth_bucket;  ///< of selectors other than these
-  std::optional<TruthSummary> truth;
-};
-
-/// A correlation with its interval.
-struct Correlation {
-  double value = 0;
-  Interval interval;
+  std::size_t budget = 0;  ///< of a selector without a budget the mean number of matches
+  bool has_budget = true;
+  std::size_t frames = 0;     ///< those with more inliers than that
+  std::size_t steps = 0;      ///< from one frame to the next, with true poses
+  Estimate wrong;             ///< share of the selected
+  std::array<Cost, 2> costs;  ///< of translation, of rotation
 };
 
 /// What frames say about selection.
 struct Evaluation {
   std::size_t frames = 0;           ///< all
   std::size_t unusable = 0;         ///< without a pose of all inliers
+  std::size_t unaligned = 0;        ///< of the others, those without an aligned pose
   double matches = 0, inliers = 0;  ///< means of the usable frames
+  Parts sigmas = Parts::Zero();     ///< m, rad: root mean square standard deviations of the pose of all inliers
+  double chi2 = 0;                  ///< over its expectation; 1: as modelled
+  double median_chi2 = 0;           ///< the same of medians of all matches
   std::vector<EvaluationRow> rows;
-  std::array<double, leverage_classes> chi2_by_leverage{};  ///< chi2 over its expectation; 1: as modelled
-  std::array<Interval, leverage_classes> of_chi2{};
-  Correlation cell_correlation, cell_correlation_selected;  ///< of whitened residuals of neighbours
-  double static_correlation = 0;  ///< the part that stays at a place of the image over the recording; NaN: too short
+  std::array<Estimate, leverage_classes> chi2_by_leverage;  ///< over its expectation, lowest leverage first
+  Estimate cell_correlation;                                ///< of whitened residuals of neighbours
 
-  /// The row of a selector and budget; nullptr if there is none.
+  /// The row of a selector and budget, or of a selector without budget; nullptr if there is none.
   const EvaluationRow* row(const std::string& selector, std::size_t budget) const;
 };
 
@@ -75,11 +66,7 @@ Evaluation evaluate(const std::vector<std::vector<Frame>>& recordings, Evaluatio
 Evaluation summarize(const std::vector<FrameEvaluation>& frames, const std::vector<std::size_t>& lengths,
                      const std::vector<std::optional<Pose>>& true_poses, const EvaluationOptions& options);
 
-/// Returns the contestants that all frames of recordings allow, and further budgets up to their number of matches.
-EvaluationOptions options_for(const std::vector<std::vector<Frame>>& recordings, EvaluationOptions options);
-
-/// Returns how many matches of a reference give `target`: `counts`, ascending, of the reference give `values`, which
-/// are proportional to 1 / count - 1 / all where noise is independent, and are interpolated so.
-double matches_worth(const std::vector<std::size_t>& counts, const std::vector<double>& values, double target);
+/// Returns the contestants that all frames of recordings allow.
+std::vector<Contestant> contestants_for(const std::vector<std::vector<Frame>>& recordings);
 
 }  // namespace maxlogdet::sim

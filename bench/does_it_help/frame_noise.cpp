@@ -61,20 +61,11 @@ PairSums pair_sums(std::vector<WhitenedResidual> residuals, const Matrix6& covar
 }  // namespace
 
 FrameNoise noise_of(const Frame& frame, const PoseEstimate& all, const std::vector<std::uint32_t>& inliers,
-                    const std::vector<Whitening>& whitenings, const std::vector<std::uint32_t>& selected) {
+                    const std::vector<Whitening>& whitenings) {
   const Matrix6 covariance = all.covariance();
   std::vector<WhitenedResidual> residuals = residuals_of(frame, all, covariance, inliers, whitenings);
   FrameNoise noise;
-  noise.all = pair_sums(residuals, covariance);
-  noise.selected = pair_sums(residuals_of(frame, all, covariance, selected, whitenings), covariance);
-  if (frame.camera.rig.empty()) {
-    noise.cell_sums.assign(noise_grid.cells(), Eigen::Vector2d::Zero());
-    noise.cell_matches.assign(noise_grid.cells(), 0);
-    for (const WhitenedResidual& one : residuals) {
-      noise.cell_sums[one.cell] += one.r.head<2>();
-      ++noise.cell_matches[one.cell];
-    }
-  }
+  noise.pairs = pair_sums(residuals, covariance);
   std::stable_sort(residuals.begin(), residuals.end(),
                    [](const auto& a, const auto& b) { return a.leverage < b.leverage; });
   for (std::size_t i = 0; i < residuals.size(); ++i) {

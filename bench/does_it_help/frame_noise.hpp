@@ -35,16 +35,13 @@ struct PairSums {
 struct FrameNoise {
   std::array<double, leverage_classes> chi2{};  ///< sum of |r_i|^2 by decile of leverage tr(H_i C H_i^T), lowest first
   std::array<double, leverage_classes> freedom{};  ///< sum of rows less leverage: what chi2 is expected to be
-  PairSums all;                                    ///< of all inliers
-  PairSums selected;                               ///< of the matches that Max-logDet selects
-  std::vector<Eigen::Vector2d> cell_sums;          ///< of r_i, by cell; empty of a rig
-  std::vector<double> cell_matches;                ///< by cell
+  PairSums pairs;
 };
 
 /// Sums up the residuals of the inliers at the pose of all, `all`, from `inliers`. `whitenings`: one for each match of
-/// the frame. `selected`: a subset of the inliers.
+/// the frame.
 FrameNoise noise_of(const Frame& frame, const PoseEstimate& all, const std::vector<std::uint32_t>& inliers,
-                    const std::vector<Whitening>& whitenings, const std::vector<std::uint32_t>& selected);
+                    const std::vector<Whitening>& whitenings);
 
 /// Returns the correlation of whitened residuals of neighbours, the sum of products over that of squares, each per
 /// pair or match and freed from what the fit took away; NaN without pairs.

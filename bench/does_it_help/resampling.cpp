@@ -43,39 +43,4 @@ std::vector<FrameCounts> resample_frames(const std::vector<std::size_t>& lengths
   return all;
 }
 
-void SortedValues::sort() { std::sort(values_.begin(), values_.end()); }
-
-double SortedValues::quantile(double q) const {
-  if (values_.empty()) return nan;
-  const double rank = std::ceil(q * static_cast<double>(values_.size()));
-  return values_[static_cast<std::size_t>(std::max(rank, 1.0)) - 1].first;
-}
-
-double SortedValues::quantile(double q, const FrameCounts& counts) const {
-  std::uint64_t all = 0;
-  for (const auto& [value, frame] : values_) all += counts[frame];
-  const double rank = std::max(std::ceil(q * static_cast<double>(all)), 1.0);
-  std::uint64_t below = 0;
-  for (const auto& [value, frame] : values_) {
-    below += counts[frame];
-    if (static_cast<double>(below) >= rank) return value;
-  }
-  return nan;
-}
-
-std::vector<double> SortedValues::quantiles(double q, const std::vector<FrameCounts>& resamples) const {
-  std::vector<double> values;
-  values.reserve(resamples.size());
-  for (const FrameCounts& counts : resamples) values.push_back(quantile(q, counts));
-  return values;
-}
-
-Interval interval_of_ratio(const SortedValues& ours, const SortedValues& theirs,
-                           const std::vector<FrameCounts>& resamples) {
-  std::vector<double> ratios = ours.quantiles(0.5, resamples);
-  const std::vector<double> divisors = theirs.quantiles(0.5, resamples);
-  for (std::size_t r = 0; r < ratios.size(); ++r) ratios[r] /= divisors[r];
-  return percentile_interval(std::move(ratios));
-}
-
 }  // namespace maxlogdet::sim

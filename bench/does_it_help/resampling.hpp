@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace maxlogdet::sim {
@@ -29,29 +28,5 @@ std::vector<FrameCounts> resample_frames(const std::vector<std::size_t>& lengths
 
 /// The length of these blocks: ten frames, a second of many recordings, or a fifth of a short recording.
 std::size_t block_length(std::size_t frames);
-
-/// Values of frames, any number of each, sorted once so that quantiles of resamples are cheap.
-class SortedValues {
- public:
-  void add(double value, std::uint32_t frame) { values_.emplace_back(value, frame); }
-  /// Call once, after the last value.
-  void sort();
-  std::size_t size() const { return values_.size(); }
-
-  /// Returns the quantile of all values, or of those of a resample (the smallest that a share q does not exceed); NaN
-  /// without values.
-  double quantile(double q) const;
-  double quantile(double q, const FrameCounts& counts) const;
-
-  /// Returns the intervals's values: the quantile of every resample.
-  std::vector<double> quantiles(double q, const std::vector<FrameCounts>& resamples) const;
-
- private:
-  std::vector<std::pair<double, std::uint32_t>> values_;
-};
-
-/// Returns the interval of the ratio of two medians, `ours` to `theirs`, in the same resamples.
-Interval interval_of_ratio(const SortedValues& ours, const SortedValues& theirs,
-                           const std::vector<FrameCounts>& resamples);
 
 }  // namespace maxlogdet::sim

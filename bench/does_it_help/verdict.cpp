@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_it_help/verdict.hpp"
 
+#include "bench/world/names.hpp"
 #include "bench/world/table.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -10,84 +12,202 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr std::size_t usual_budget = 100;
-constexpr std::size_t enough_frames = 10;  // with fewer an interval means nothing
-constexpr double most_of_all = 0.8;        // of the inliers: a larger budget leaves nothing to choose
+constexpr std::size_t enough_frames = 10;      // with fewer an interval means nothing
+constexpr double most_of_all = 0.8;            // of the inliers: a larger budget leaves nothing to choose
+constexpr double least_chi2 = 1e-6;            // a thousandth of the modelled deviation: less is rounding, not noise
+constexpr double rising_from = 1.5;            // chi2 of the tenth of highest leverage over that of all
+constexpr double limits[] = {0.05, 0.1, 0.2};  // of the growth
+constexpr const char* parts[] = {"translation", "rotation"};
+constexpr const char* parts_of_both = "translation and rotation";
 
-std::size_t budget_next_to_usual(const Evaluation& evaluation) {
-  std::size_t best = 0;
-  const auto distance = [](std::size_t budget) {
-    return std::abs(static_cast<double>(budget) - static_cast<double>(usual_budget));
-  };
-  for (const EvaluationRow& row : evaluation.rows) {
-    if (row.selector == "md" && row.frames > 0 && (best == 0 || distance(row.budget) < distance(best)))
-      best = row.budget;
+std::string count(double matches) { return std::to_string(std::lround(matches)); }
+
+// "12 %", or with an interval "12 % (9 to 15)".
+std::string percent(double share) { return fixed(100 * share, share < 0.095 ? 1 : 0) + " %"; }
+std::string percent(const Estimate& share) {
+  const auto bound = [](double value) { return fixed(100 * value, value < 0.095 ? 1 : 0); };
+  return percent(share.value) + " (" + bound(share.interval.low) + " to " + bound(share.interval.high) + ")";
+}
+
+double growth(const EvaluationRow& row) { return std::max(row.costs[0].growth.value, row.costs[1].growth.value); }
+
+bool is_better(const Cost& cost) { return cost.of_random.interval.high < 1; }
+bool is_worse(const Cost& cost) { return cost.of_random.interval.low > 1; }
+
+// Of the parts in which a selection is, or is not, as asked: "translation and rotation".
+template <class Predicate>
+std::string parts_where(const EvaluationRow& row, const Predicate& predicate) {
+  std::vector<std::string> names;
+  for (std::size_t part = 0; part < 2; ++part) {
+    if (predicate(row.costs[part])) names.emplace_back(parts[part]);
   }
-  return best;
+  return joined(names, " and ");
 }
 
-bool pays(const EvaluationRow& row) { return row.worth_random->interval.low > static_cast<double>(row.budget); }
-bool loses(const EvaluationRow& row) { return row.worth_random->interval.high < static_cast<double>(row.budget); }
+class Judge {
+ public:
+  explicit Judge(const Evaluation& evaluation) : evaluation_(evaluation) {}
 
-std::string worth_text(const EvaluationRow& row) {
-  const auto count = [](double matches) { return std::to_string(std::lround(matches)); };
-  const Worth& random = *row.worth_random;
-  return std::to_string(row.budget) + " of your matches give the pose that " + count(random.matches) +
-         " random ones give (95 % interval " + count(random.interval.low) + " to " + count(random.interval.high) +
-         "), or " + count(row.worth_bucket->matches) + " spread over image cells";
-}
-
-// The pose of all inliers is no truth where matches share errors.
-std::string caution_of(const Evaluation& evaluation, const EvaluationRow& best) {
-  const EvaluationRow* const random = evaluation.row("random", best.budget);
-  if (!best.truth || random == nullptr || !random->truth) {
-    return ". The pose of all inliers shares these errors: this tells how near a selection is to it, not to the truth";
+  Verdict run() {
+    const Estimate& correlation = evaluation_.cell_correlation;
+    verdict_.has_noise = evaluation_.median_chi2 >= least_chi2;
+    verdict_.shares_errors =
+        verdict_.has_noise && correlation.value > shared_from && correlation.interval.low > shared_from / 2;
+    selector_ = verdict_.recommended = verdict_.shares_errors ? "md_spread" : "md";
+    const EvaluationRow* const row = evaluation_.row(selector_, budget_next_to_usual());
+    verdict_.text = why_unknown(row);
+    if (verdict_.text.empty()) judge(*row);
+    return std::move(verdict_);
   }
-  return ". Against the true poses the error in translation is " + fixed(best.truth->translation_ratio, 2) +
-         " times that of all inliers, with as many random matches " + fixed(random->truth->translation_ratio, 2) +
-         " times";
-}
+
+ private:
+  std::size_t budget_next_to_usual() const {
+    std::size_t best = 0;
+    const auto distance = [](std::size_t budget) {
+      return std::abs(static_cast<double>(budget) - static_cast<double>(usual_budget));
+    };
+    for (const EvaluationRow& row : evaluation_.rows) {
+      if (row.selector == "md" && row.frames > 0 && (best == 0 || distance(row.budget) < distance(best)))
+        best = row.budget;
+    }
+    return best;
+  }
+
+  bool is_most(std::size_t budget) const { return static_cast<double>(budget) > most_of_all * evaluation_.inliers; }
+
+  std::string why_unknown(const EvaluationRow* row) const {
+    const std::string cannot = "These frames cannot tell: ";
+    if (!verdict_.has_noise)
+      return cannot + "their residuals are rounding errors; add noise to simulated measurements.";
+    if (row == nullptr || row->frames == 0) return cannot + "none has more matches than the smallest budget.";
+    const std::string budget = std::to_string(row->budget);
+    if (is_most(row->budget)) {
+      return cannot + budget + " matches are nearly all of some " + count(evaluation_.inliers) +
+             " inliers; choose smaller --budgets.";
+    }
+    if (row->frames >= enough_frames) return "";
+    return cannot + "only " + std::to_string(row->frames) + " have more than " + budget + " matches; record at least " +
+           std::to_string(enough_frames) + ", better a hundred.";
+  }
+
+  void judge(const EvaluationRow& row) {
+    const std::string better = parts_where(row, is_better), worse = parts_where(row, is_worse);
+    const std::string open = parts_where(row, [](const Cost& cost) { return !is_better(cost) && !is_worse(cost); });
+    const bool pays = !better.empty(), is_affordable = smallest_budget(limits[2]) > 0;
+    std::string& text = verdict_.text;
+    if (verdict_.shares_errors) {
+      text += "Your matches share errors: residuals of neighbours are correlated by " +
+              fixed(evaluation_.cell_correlation.value, 2) + ". ";
+    }
+    if (pays && !is_affordable) {
+      text += std::string("Do not select, ") + (is_pose_near() ? "take pose()" : "optimise with all inliers") +
+              ": no budget that was tried keeps the growth of the standard deviation within " +
+              fixed(100 * limits[2], 0) + " %. ";
+    }
+    const std::string name = verdict_.shares_errors ? "Max-logDet spread over the image" : "Max-logDet";
+    if (pays) {
+      text += name + (is_affordable ? " pays" : " is better than random");
+      if (better != parts_of_both) text += " in " + better + ", but in ";
+      if (!worse.empty()) text += worse + " it is worse than random";
+      if (!open.empty()) text += open + " these frames show no difference from random";
+    } else if (!worse.empty()) {
+      text += name + " does not help here";
+      if (!open.empty()) text += ", and is worse than random in " + worse;
+    } else {
+      text += "These frames cannot tell whether " + name + " helps";
+    }
+    text += ": " + growth_text(row) + caution(row) + ".";
+    if (pays ? !is_affordable : !worse.empty()) verdict_.recommended = is_pose_near() ? "aligned" : "all";
+    advise(pays);
+  }
+
+  // Not shown to be far.
+  bool is_pose_near() const {
+    const EvaluationRow* const aligned = evaluation_.row("aligned", 0);
+    return aligned != nullptr && aligned->costs[0].growth.interval.low <= limits[2] &&
+           aligned->costs[1].growth.interval.low <= limits[2];
+  }
+
+  std::string growth_text(const EvaluationRow& row) const {
+    const EvaluationRow* const random = evaluation_.row("random_gated", row.budget);
+    std::string text = "with " + std::to_string(row.budget) + " of some " + count(evaluation_.inliers) +
+                       " inliers the standard deviation of the pose grows by " + percent(row.costs[0].growth) +
+                       " in translation and " + percent(row.costs[1].growth) + " in rotation";
+    if (random == nullptr) return text;
+    return text + ", with as many random ones by " + percent(random->costs[0].growth.value) + " and " +
+           percent(random->costs[1].growth.value);
+  }
+
+  // The pose of all inliers is no truth where matches share errors.
+  std::string caution(const EvaluationRow& row) const {
+    if (!verdict_.shares_errors) return "";
+    if (row.steps == 0)
+      return ". The pose of all inliers has the shared errors, too: this is not the error to the truth";
+    return ". Against the true poses the error grows by " + percent(row.costs[0].true_growth) + " in translation and " +
+           percent(row.costs[1].true_growth) + " in rotation";
+  }
+
+  // From which on the growth is within the limit; 0: none.
+  std::size_t smallest_budget(double limit) const {
+    std::size_t smallest = 0;
+    for (const EvaluationRow& row : evaluation_.rows) {
+      if (row.selector != selector_ || row.frames < enough_frames || is_most(row.budget)) continue;
+      if (!(growth(row) <= limit)) {
+        smallest = 0;
+      } else if (smallest == 0) {
+        smallest = row.budget;
+      }
+    }
+    return smallest;
+  }
+
+  void advise(bool pays) {
+    if (const EvaluationRow* const aligned = evaluation_.row("aligned", 0)) {
+      const std::string grows = "standard deviation grows by " + percent(aligned->costs[0].growth) +
+                                " in translation and " + percent(aligned->costs[1].growth) + " in rotation";
+      verdict_.advice.push_back(is_pose_near() ? "For the pose alone, do not select, take pose(): its " + grows + "."
+                                               : "For the pose alone, optimise with all inliers, not pose(), whose " +
+                                                     grows + ".");
+    }
+    if (verdict_.recommended != selector_) {
+      verdict_.advice.emplace_back("For later steps, use all inliers, or try larger --budgets.");
+    } else if (pays) {
+      verdict_.advice.push_back(
+          "For later steps, take the smallest budget whose growth you can afford: " + budgets_text() + ".");
+    } else {
+      verdict_.advice.emplace_back("Record more frames.");
+    }
+    const Estimate& highest = evaluation_.chi2_by_leverage.back();
+    if (highest.interval.low > rising_from * evaluation_.chi2) {
+      verdict_.advice.push_back("The most informative tenth of the matches is noisier than its sigmas say: its " +
+                                ("chi-squared is " + fixed(highest.value, 2)) + ", and that of all " +
+                                fixed(evaluation_.chi2, 2) + ". Growth is measured, so it stands. Right sigmas would " +
+                                "make it smaller.");
+    }
+  }
+
+  // "at most 5 %, none of these; at most 10 %, 200; at most 20 %, 100 (no better than random in rotation)"
+  std::string budgets_text() const {
+    std::vector<std::string> texts;
+    for (const double limit : limits) {
+      const std::size_t budget = smallest_budget(limit);
+      texts.push_back("at most " + fixed(100 * limit, 0) + " %, ");
+      texts.back() += budget > 0 ? std::to_string(budget) : "none of these";
+      if (budget == 0) continue;
+      const std::string worse =
+          parts_where(*evaluation_.row(selector_, budget), [](const Cost& cost) { return cost.of_random.value > 1; });
+      if (!worse.empty()) texts.back() += " (no better than random in " + worse + ")";
+    }
+    return joined(texts, "; ");
+  }
+
+  const Evaluation& evaluation_;
+  std::string selector_;  // of the library, that is judged
+  Verdict verdict_;
+};
 
 }  // namespace
 
-Verdict verdict_of(const Evaluation& evaluation) {
-  Verdict verdict;
-  const Correlation& all = evaluation.cell_correlation;
-  verdict.shares_errors = all.value > shared_from && all.interval.low > shared_from / 2;
-  verdict.recommended = verdict.shares_errors ? "md_spread" : "md";
-  const std::size_t budget = budget_next_to_usual(evaluation);
-  const EvaluationRow* const row = evaluation.row(verdict.recommended, budget);
-  if (row == nullptr || row->frames == 0) {
-    verdict.text = "These frames cannot tell: none has more matches than the smallest budget.";
-    return verdict;
-  }
-  const EvaluationRow& best = *row;
-  if (static_cast<double>(budget) > most_of_all * evaluation.inliers) {
-    verdict.text = "These frames cannot tell: " + std::to_string(budget) + " matches are nearly all of some " +
-                   std::to_string(std::lround(evaluation.inliers)) + " inliers; choose smaller --budgets.";
-    return verdict;
-  }
-  if (best.frames < enough_frames) {
-    verdict.text = "These frames cannot tell: only " + std::to_string(best.frames) + " have more than " +
-                   std::to_string(budget) + " matches; record at least " + std::to_string(enough_frames) +
-                   ", better a hundred.";
-    return verdict;
-  }
-  if (verdict.shares_errors) {
-    verdict.text = "Your matches share errors: neighbours are correlated by " + fixed(all.value, 2) +
-                   ", those that Max-logDet selects by " + fixed(evaluation.cell_correlation_selected.value, 2) + ". ";
-    verdict.text += pays(best) ? "Spread the selection over the image (md_spread), which still pays: "
-                               : "Spread the selection over the image (md_spread), or do not select: ";
-    verdict.text += worth_text(best) + caution_of(evaluation, best);
-  } else if (pays(best)) {
-    verdict.text = "Max-logDet pays: " + worth_text(best);
-  } else if (loses(best)) {
-    verdict.text = "Max-logDet does not help here: " + worth_text(best);
-    verdict.recommended = "random";
-  } else {
-    verdict.text = "These frames cannot tell whether Max-logDet helps: " + worth_text(best) + "; record more of them";
-  }
-  verdict.text += ".";
-  return verdict;
-}
+Verdict verdict_of(const Evaluation& evaluation) { return Judge(evaluation).run(); }
 
 }  // namespace maxlogdet::sim

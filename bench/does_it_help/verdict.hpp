@@ -4,14 +4,17 @@
 #include "bench/does_it_help/evaluation.hpp"
 
 #include <string>
+#include <vector>
 
 namespace maxlogdet::sim {
 
 /// What an evaluation says to a user.
 struct Verdict {
-  std::string text;         ///< in one or two sentences
-  std::string recommended;  ///< a selector's name
+  std::string text;                 ///< in one or two sentences
+  std::vector<std::string> advice;  ///< sentences; none if the frames cannot tell
+  std::string recommended;          ///< "md" or "md_spread"; without a selection "aligned", pose(), or "all" inliers
   bool shares_errors = false;
+  bool has_noise = true;  ///< without, no number means anything
 };
 
 /// Errors count as shared from this correlation of neighbours on, if its interval lies above half of it. Of the
@@ -19,8 +22,8 @@ struct Verdict {
 /// odometry .08 to .4, and gain most by md_spread (docs/odometry.md).
 constexpr double shared_from = 0.06;
 
-/// Decides by the budget next to 100, at which a selection pays if more random matches than that are needed for the
-/// same pose, beyond the interval.
+/// Decides by the budget next to 100, at which a selection pays if its deviations are smaller than those of as many
+/// random matches behind the same gate, beyond the interval.
 Verdict verdict_of(const Evaluation& evaluation);
 
 }  // namespace maxlogdet::sim

@@ -97,14 +97,15 @@ TEST(FrameNoise, pairs_are_those_of_a_double_loop) {
     Random random(static_cast<std::uint64_t>(kind));
     SCOPED_TRACE(random.name() + " " + to_string(kind));
     const NoiseCase given = noise_case(random, kind, 120);
-    Subset selected;
+    Subset some;
     for (const std::uint32_t i : given.inliers) {
-      if (random.chance(0.3)) selected.push_back(i);
+      if (random.chance(0.3)) some.push_back(i);
     }
-    const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings, selected);
-    expect_same(noise.all, slow_pairs(given, given.inliers));
-    expect_same(noise.selected, slow_pairs(given, selected));
-    EXPECT_GT(noise.selected.pairs, 0);
+    for (const Subset& of : {given.inliers, some}) {
+      const PairSums pairs = noise_of(given.frame, given.all, of, given.whitenings).pairs;
+      expect_same(pairs, slow_pairs(given, of));
+      EXPECT_GT(pairs.pairs, 0);
+    }
   }
 }
 
@@ -113,7 +114,7 @@ TEST(FrameNoise, deciles_of_leverage_partition_the_matches) {
     Random random(static_cast<std::uint64_t>(kind));
     SCOPED_TRACE(random.name() + " " + to_string(kind));
     const NoiseCase given = noise_case(random, kind, 73);
-    const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings, given.inliers);
+    const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings);
     const Eigen::MatrixXd C = inverse(given.all.information);
     std::vector<std::pair<double, std::uint32_t>> by_leverage;
     double rows = 0, chi2 = 0;
@@ -138,25 +139,6 @@ TEST(FrameNoise, deciles_of_leverage_partition_the_matches) {
     EXPECT_NEAR(sum, rows - 6, 1e-8) << "the pose took six degrees of freedom away";
     EXPECT_NEAR(std::accumulate(noise.chi2.begin(), noise.chi2.end(), 0.0), 2 * given.all.cost, 1e-9 * chi2);
   }
-}
-
-TEST(FrameNoise, sums_of_cells_are_those_of_their_residuals_and_missing_of_a_rig) {
-  TracedRandom random;
-  const NoiseCase given = noise_case(random, FrameKind::stereo, 200);
-  const FrameNoise noise = noise_of(given.frame, given.all, given.inliers, given.whitenings, {});
-  ASSERT_EQ(noise.cell_sums.size(), 48U);
-  ASSERT_EQ(noise.cell_matches.size(), 48U);
-  std::vector<Eigen::Vector2d> expected(48, Eigen::Vector2d::Zero());
-  std::vector<double> matches(48, 0);
-  for (const std::uint32_t i : given.inliers) {
-    const std::uint32_t cell = sim::noise_grid.cell_of(given.frame, given.frame.matches[i]);
-    expected[cell] += whitened(given, i).r.head<2>();
-    ++matches[cell];
-  }
-  EXPECT_EQ(noise.cell_matches, matches);
-  for (std::size_t c = 0; c < 48; ++c) EXPECT_LT((noise.cell_sums[c] - expected[c]).norm(), 1e-9);
-  const NoiseCase rig = noise_case(random, FrameKind::rig, 50);
-  EXPECT_TRUE(noise_of(rig.frame, rig.all, rig.inliers, rig.whitenings, {}).cell_sums.empty());
 }
 
 TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
@@ -186,7 +168,7 @@ TEST(FrameNoise, correlation_of_independent_noise_is_zero_however_few_matches_th
     given.all = optimize_pose(given.frame.camera, given.frame.matches, given.inliers,
                               sim::pose_of(given.frame.T_cw_prior), precise());
     if (!given.all.is_usable()) continue;
-    const PairSums of_frame = noise_of(given.frame, given.all, given.inliers, given.whitenings, {}).all;
+    const PairSums of_frame = noise_of(given.frame, given.all, given.inliers, given.whitenings).pairs;
     sums = sums + of_frame;
     squares += std::pow(of_frame.products + of_frame.fitted, 2);
   }

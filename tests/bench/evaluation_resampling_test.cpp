@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Quantiles, resamples and intervals of an evaluation.
+// Resamples and intervals of an evaluation.
 #include "bench/does_it_help/resampling.hpp"
 
 #include "tests/support/numbers.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -61,42 +60,6 @@ TEST(Resampling, blocks_are_of_neighbours) {
         if (counts[f] > before) rises += counts[f] - before;
       }
       EXPECT_LE(rises, blocks);
-    }
-  }
-}
-
-// The smallest value that a share q of the values does not exceed, of values written out as often as they count.
-double slow_quantile(const std::vector<std::pair<double, std::uint32_t>>& values, double q, const FrameCounts& counts) {
-  std::vector<double> all;
-  for (const auto& [value, frame] : values) all.insert(all.end(), counts[frame], value);
-  if (all.empty()) return nan;
-  std::sort(all.begin(), all.end());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (static_cast<double>(i + 1) >= q * static_cast<double>(all.size())) return all[i];
-  }
-  return all.back();
-}
-
-TEST(Resampling, quantiles_are_those_of_sorted_values) {
-  TracedRandom random;
-  for (std::size_t trial = trials(200); trial > 0; --trial) {
-    const auto frames = static_cast<std::size_t>(random.integer(1, 30));
-    std::vector<std::pair<double, std::uint32_t>> given;
-    sim::SortedValues values;
-    for (int i = random.integer(0, 100); i > 0; --i) {
-      const double value = random.chance(0.05) ? infinity : std::round(random.uniform(-5, 5));
-      given.emplace_back(value, static_cast<std::uint32_t>(random.index(frames)));
-      values.add(value, given.back().second);
-    }
-    values.sort();
-    EXPECT_EQ(values.size(), given.size());
-    FrameCounts counts(frames);
-    for (std::uint32_t& count : counts) count = static_cast<std::uint32_t>(random.integer(0, 3));
-    const FrameCounts once(frames, 1);
-    for (const double q : {0.0, 0.1, 0.5, 0.9, 1.0, random.uniform(0, 1)}) {
-      EXPECT_TRUE(same_value(values.quantile(q), slow_quantile(given, q, once)));
-      EXPECT_TRUE(same_value(values.quantile(q, counts), slow_quantile(given, q, counts)));
-      EXPECT_TRUE(same_value(values.quantiles(q, {once, counts})[1], values.quantile(q, counts)));
     }
   }
 }

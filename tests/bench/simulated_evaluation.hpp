@@ -28,13 +28,14 @@ inline Interval widened(const Interval& interval, double value, double factor) {
   return {value + factor * (interval.low - value), value + factor * (interval.high - value)};
 }
 
-/// The usual selectors at few budgets, without the curve of random and bucket matches: most time is spent on it.
+/// Few selectors and budgets.
 inline EvaluationOptions short_options() {
   EvaluationOptions options;
-  options.contestants = {{"md", SelectorKind::md, false},
-                         {"md_spread", SelectorKind::md_spread, false},
-                         {"bucket", SelectorKind::bucket, false},
-                         {"random", SelectorKind::random, false}};
+  options.contestants = {{"md", SelectorKind::md},
+                         {"md_spread", SelectorKind::md_spread},
+                         {"bucket_gated", SelectorKind::bucket},
+                         {"random_gated", SelectorKind::random},
+                         {"aligned", SelectorKind::all}};
   options.budgets = {30, 60, 100};
   options.repeats = 4;
   return options;

@@ -19,6 +19,10 @@ STYLES = {
     "all_weighted": (Colour.SKY_BLUE, "dt 2 lw 2 pt 4"),
     "md_cells": ("#8e44ad", "dt 2 lw 1.5 pt 4"),
     "md_spread": (Colour.PURPLE, "dt 1 lw 2 pt 13"),
+    "md_ungated": (Colour.ORANGE, "dt 2 lw 1.5 pt 7"),
+    "bucket_gated": (Colour.GREEN, "dt 1 lw 1.5 pt 9"),
+    "random_gated": (Colour.BLUE, "dt 1 lw 1.5 pt 1"),
+    "aligned": (Colour.SKY_BLUE, "dt 1 lw 2 pt 4"),
     "own": (Colour.BLACK, "dt 1 lw 2 pt 2"),
 }
 OTHER = ("#404040", "dt 1 lw 1 pt 6")
