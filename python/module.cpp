@@ -295,6 +295,23 @@ py::object select(Asked& asked, OwnGoodFeatures& self, std::size_t budget) {
   return answer_of(self.select(asked.options));
 }
 
+py::dict alignment_of(const Alignment& alignment) {
+  using namespace py::literals;
+  return py::dict("status"_a = to_string(alignment.status), "measured"_a = alignment.measured,
+                  "inliers"_a = alignment.inliers, "scale"_a = alignment.scale, "iterations"_a = alignment.iterations);
+}
+
+py::dict align(OwnGoodFeatures& self, const py::object& given_prior) {
+  const auto prior = optional_array<double>(given_prior, "prior", {state_dimension, state_dimension});
+  return alignment_of(self.align(prior.size() > 0 ? prior.data() : nullptr));
+}
+
+py::array_t<bool> is_inlier(const OwnGoodFeatures& self) {
+  py::array_t<bool> all(static_cast<py::ssize_t>(self.size()));
+  for (std::size_t i = 0; i < self.size(); ++i) all.mutable_data()[i] = self.is_inlier(i);
+  return all;
+}
+
 py::array_t<py::ssize_t> outliers(OwnGoodFeatures& self, const py::object& T_cw) {
   const RigidTransform pose = pose_of(T_cw, "T_cw");
   const IndexRange found = self.outliers(pose);
@@ -344,7 +361,7 @@ are. Only arguments of wrong types or shapes raise.)");
       .def("start", &start_with, py::arg("camera"), py::arg("T_cw"), R"(Starts a frame without matches.
 
 camera: a Camera, or a sequence of them, which camera_ids refer to.
-T_cw: (3, 4) or (4, 4), world to body, which is the camera unless that has a T_cb. It is where optimisation starts.)")
+T_cw: (3, 4) or (4, 4), world to body, which is the camera unless that has a T_cb. It is the predicted pose.)")
       .def("add", &add, py::arg("points"), py::arg("pixels") = py::none(), py::kw_only(),
            py::arg("sigmas") = py::none(), py::arg("u_right") = py::none(), py::arg("depth") = py::none(),
            py::arg("covariances") = py::none(), py::arg("camera_ids") = py::none(), py::arg("required") = py::none(),
@@ -352,7 +369,7 @@ T_cw: (3, 4) or (4, 4), world to body, which is the camera unless that has a T_c
            R"(Copies and adds n matches. Those beyond the capacity are counted, but neither kept nor selected.
 
 points: (n, 3), world frame, m.
-pixels: (n, 2), px, as the camera's model has them. outliers(), spread and record() need them.
+pixels: (n, 2), px, as the camera's model has them. align(), spread and record() need them.
 sigmas: (n,), px, standard deviation of u, v and u_right; None: 1.
 u_right: (n,), px, the column in the right image; negative or NaN: not measured.
 depth: (n,), m; 0, negative or NaN: not measured.
@@ -360,6 +377,27 @@ covariances: (n, 3, 3), of the points, world frame, m^2; None: unknown.
 camera_ids: (n,) integers; None: 0.
 required: (n,) bools: selected in any case, and counts towards the budget.
 point_ids, keyframes: (n,) integers, of the map point and of what mapped it; only record() reads them.)")
+      .def(
+          "align", &align, py::arg("prior") = py::none(),
+          R"(Rejects wrong matches, and aligns the pose with all others; select() does it first. Returns what was found.
+
+prior: (6, 6), information about the pose of start(); None: none.)")
+      .def_property_readonly(
+          "pose",
+          [](const OwnGoodFeatures& self) {
+            return py::array_t<double>({3, 4}, self.pose().data());
+          },
+          "The aligned pose, (3, 4), T_cw as in start(); that of start() if there is none.")
+      .def_property_readonly(
+          "pose_information",
+          [](const OwnGoodFeatures& self) {
+            return py::array_t<double>({6, 6}, self.pose_information());
+          },
+          "(6, 6), of the aligned pose, for (translation, rotation); zeros if there is none.")
+      .def_property_readonly("is_inlier", &is_inlier, "(n,) bools: whether a match fits the aligned pose.")
+      .def_property_readonly(
+          "alignment", [](const OwnGoodFeatures& self) { return alignment_of(self.alignment()); },
+          "What the last alignment of the frame found: its status, counts, and the robust scale.")
       .def("outliers", &outliers, py::arg("T_cw"),
            "Compares the unselected matches with the optimised pose; returns the numbers of outliers, ascending.")
       .def("chi2", &chi2, "Returns (n,), after outliers(): squared errors in standard deviations; NaN of the selected.")
@@ -379,6 +417,8 @@ point_ids, keyframes: (n,) integers, of the map point and of what mapped it; onl
           "size", [](const OwnGoodFeatures& self) { return self.size(); }, "The number of matches.")
       .def_readwrite("spread", &OwnGoodFeatures::spread,
                      "At most one match of each of spread * budget cells of the image. 0: off.")
+      .def_readwrite("rejects_outliers", &OwnGoodFeatures::rejects_outliers,
+                     "Whether select() aligns first, and selects inliers alone.")
       .def_readwrite("is_weighted", &OwnGoodFeatures::is_weighted,
                      "Whether the optimiser weights residuals by information(i); outliers() then does, too.")
       .def_property(

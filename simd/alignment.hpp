@@ -40,6 +40,10 @@ constexpr RobustLimits robust_limits[] = {
     {1.3862943611198906, 2.25, 22.09, 9.210340371976184},
     {2.3659738843753377, 3.4701636117408556, 24.930378113862496, 11.344866730144373}};
 
+/// Huber's limit over the squared error of a match without weight, (20)^2 of two: the influence of an error is bounded,
+/// but not of its derivative, which may be anything of a point that is wrongly near.
+constexpr double smallest_huber_ratio = 2.25 / 400;
+
 /// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
 constexpr std::uint32_t rounded_bits = 11;
 

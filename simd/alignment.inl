@@ -151,7 +151,8 @@ inline Doubles weight_of(const Doubles& error, const Mask& has_third, double sca
   const Doubles zero(0.0), one(1.0);
   if constexpr (weight == RobustWeight::huber) {
     const Doubles ratio = limit_of<Rows>(&RobustLimits::huber, has_third, scale_squared) / error;
-    return xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
+    const Doubles bounded = xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
+    return xsimd::select(ratio < Doubles(maxlogdet::simd::smallest_huber_ratio), zero, bounded);
   } else {
     const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
     return xsimd::select(rest > zero, rest * rest, zero);

@@ -110,6 +110,24 @@ def test_after_an_error_all_usable_matches_are_selected(frame, error, camera, T_
     assert list(selection) == [i for i in range(N) if i != 3] and np.isnan(selection.gains).all()
 
 
+def test_alignment_rejects_wrong_matches_and_finds_the_pose(frame):
+    points, pixels = frame
+    pixels += np.random.default_rng(8).normal(size=(N, 2))
+    pixels[::7] += 12
+    predicted = np.eye(4)
+    predicted[:3, 3] = 0.05
+    good = started(points, pixels, T_cw=predicted)
+    assert np.array_equal(good.pose, predicted[:3]) and good.is_inlier.all() and not good.pose_information.any()
+    found = good.align()
+    assert found == good.alignment and found["status"] == "aligned" and found["inliers"] == good.is_inlier.sum()
+    assert not good.is_inlier[::7].any() and good.is_inlier.sum() > 0.8 * N
+    deviations = np.sqrt(np.diag(np.linalg.inv(good.pose_information)))
+    assert (abs(good.pose[:, 3]) < 5 * deviations[:3]).all()
+    good.align(1e12 * np.eye(6))
+    assert np.allclose(good.pose, predicted[:3], atol=1e-4)
+    assert good.is_inlier[list(good.select(50))].all()
+
+
 def test_outliers_are_those_that_are_far_off(frame):
     points, pixels = frame
     pixels[::7] += 12
@@ -119,6 +137,7 @@ def test_outliers_are_those_that_are_far_off(frame):
     depth[1::14] += 1
     for cue in dict(u_right=u_right), dict(depth=depth):
         good = started(points, pixels, required=np.arange(N) >= 290, **cue)
+        good.rejects_outliers = False
         selected = set(good.select(40))
         assert selected > set(range(290, N))
         expected = [i for i in range(N) if i not in selected and (i % 7 == 0 or i % 14 == 1)]
@@ -130,7 +149,7 @@ def test_outliers_are_those_that_are_far_off(frame):
 
 def test_options_of_blocks_and_matches_beyond_the_capacity(frame):
     good = started(*frame, covariances=np.broadcast_to(0.01 * np.eye(3), (N, 3, 3)))
-    for name, value in dict(min_depth=10.0, map_sigma=0.1, depth_sigma=0.2, spread=1.5, is_weighted=True,
+    for name, value in dict(min_depth=10.0, map_sigma=0.1, depth_sigma=0.2, spread=1.5, is_weighted=True, rejects_outliers=False,
                             weighting="map_bias").items():
         setattr(good, name, value)
         assert getattr(good, name) == value

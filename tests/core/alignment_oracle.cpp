@@ -130,6 +130,7 @@ void AlignmentOracle::measure() {
 long double AlignmentOracle::weight_of(Weight weight, std::size_t i) const {
   const int kind = frame_.has_depth_cue[i];
   const long double squared = errors[i] * medians[kind] / scale_squared;
+  if (weight == Weight::huber && squared > 400 / 2.25L * hubers[kind]) return 0;
   if (weight == Weight::huber) return std::min(1.0L, std::sqrt(hubers[kind] / squared));
   if (weight == Weight::tukey) return std::pow(std::max(0.0L, 1 - squared / tukeys[kind]), 2.0L);
   return is_inlier_[i] ? 1 : 0;

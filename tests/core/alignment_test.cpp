@@ -22,13 +22,17 @@ inline void PrintTo(AlignmentStatus status, std::ostream* out) { *out << to_stri
 namespace maxlogdet::test {
 namespace {
 
-// Normal errors of `noise` sigmas, a predicted pose that is off, and the pose that the measurements are of.
+// Normal errors of `noise` deviations of pixels and points, a predicted pose that is off, and the pose that the
+// measurements are of.
 struct Scene {
   Scene(Random& random, std::size_t n, const FeatureKind& kind, double noise = 1, double metres = 0.05,
         double radians = 0.01)
       : frame(random, n, kind), T_true(frame.T_cw), is_wrong(n) {
     frame.rejects_outliers = true;
-    for (std::size_t i = 0; i < n; ++i) measure(random, i, noise);
+    for (std::size_t i = 0; i < n; ++i) {
+      measure(random, i, noise);
+      if (kind.covariances != FeatureKind::Covariances::none) move_point(random, i, noise);
+    }
     frame.T_cw = random_isometry(random, metres, radians) * T_true;
   }
 
@@ -39,6 +43,14 @@ struct Scene {
     const double third = static_cast<double>(e.z());
     if (match.u_right >= 0) match.u_right += noise * match.sigma * normal(random) - third;
     if (match.depth > 0) match.depth += noise * frame.options.depth_sigma * normal(random) - third;
+  }
+
+  void move_point(Random& random, std::size_t i, double noise) {
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double deviation = std::sqrt(frame.covariances[9 * i + 4 * d]);  // the covariances are diagonal
+      frame.points[3 * i + d] += noise * deviation * normal(random);
+      frame.matches[i].point[d] = frame.points[3 * i + d];
+    }
   }
 
   // Moves measurements of a share of the matches by 8 to 60 sigmas.
@@ -108,9 +120,7 @@ TEST(Alignment, rejects_wrong_matches_and_finds_the_pose_within_its_own_uncertai
     scene.spoil(random, random.uniform(0, 0.3));
     scene.frame.gather(good);
     ASSERT_EQ(good.align().status, AlignmentStatus::aligned);
-    if (of_kind.kind.covariances == FeatureKind::Covariances::none) {  // they are not in the errors
-      EXPECT_NEAR(good.alignment().scale, 1, 0.5);                     // 1.3 with 30 % wrong
-    }
+    EXPECT_NEAR(good.alignment().scale, 1, 0.5);  // 1.3 with 30 % wrong
     EXPECT_LT(squared_error(good, scene.T_true), 60);
     deviation += squared_error(good, scene.T_true);
     ++frames;
@@ -122,7 +132,7 @@ TEST(Alignment, rejects_wrong_matches_and_finds_the_pose_within_its_own_uncertai
     }
   });
   EXPECT_LT(deviation / static_cast<double>(frames), 9) << "6 if all were normal";
-  EXPECT_LT(wrong_left, 0.08 * wrong);
+  EXPECT_LT(wrong_left, 0.1 * wrong) << "some are within the covariance of a near point";
   EXPECT_LT(right_lost, 0.015 * right);
 }
 
@@ -255,22 +265,32 @@ TEST(Alignment, of_poor_geometry_leaves_a_pose_and_matches_to_select) {
   }
 }
 
-TEST(Alignment, of_two_motions_takes_one_of_them_or_neither) {
-  for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
-    TracedRandom random(variation);
-    Scene scene(random, 300, FeatureKind(), 1, 0.02, 0.002);
-    Scene other = scene;
-    other.T_true = random_isometry(random, 0.5, 0.05) * scene.T_true;
-    for (std::size_t i = 0; i < 300; i += 2) {
-      other.measure(random, i, 1);
-      scene.frame.matches[i] = other.frame.matches[i];
+// A share of the matches is of another motion, as of a truck in front of the camera. Of two equal ones it may take
+// both.
+TEST(Alignment, of_two_motions_takes_that_of_more_matches) {
+  for (const double share : {0.3, 0.5}) {
+    std::size_t mixed = 0;
+    for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
+      TracedRandom random(variation);
+      Scene scene(random, 300, FeatureKind(), 1, 0.02, 0.002);
+      Scene other = scene;
+      other.T_true = random_isometry(random, 0.5, 0.05) * scene.T_true;
+      for (std::size_t i = 0; i < 300; ++i) {
+        if (!random.chance(share)) continue;
+        other.measure(random, i, 1);
+        scene.frame.matches[i] = other.frame.matches[i];
+      }
+      GoodFeatures good(300);
+      scene.frame.gather(good);
+      if (!good.align().is_aligned()) continue;
+      const double from_one = squared_error(good, scene.T_true), from_other = squared_error(good, other.T_true);
+      if (share < 0.5) {
+        EXPECT_LT(from_one, 0.02 * from_other);
+      } else {
+        mixed += std::min(from_one, from_other) > 0.02 * std::max(from_one, from_other) ? 1 : 0;
+      }
     }
-    GoodFeatures good(300);
-    scene.frame.gather(good);
-    if (!good.align().is_aligned()) continue;
-    const double squared = std::min(squared_error(good, scene.T_true), squared_error(good, other.T_true));
-    const bool takes_both = good.alignment().inliers > 270;  // and says so by its scale
-    EXPECT_TRUE(squared < 60 || (takes_both && good.alignment().scale > 2)) << squared;
+    EXPECT_LE(3 * mixed, trials(40));
   }
 }
 
@@ -288,8 +308,8 @@ TEST(Alignment, is_not_spoilt_by_matches_that_are_broken) {
       good.add(FeatureMatch(Eigen::Vector3d(centre + Eigen::Vector3d::Constant(offset)), Eigen::Vector2d(1, 2), sigma));
       good.add(FeatureMatch(Eigen::Vector3d(1e200, 1e200, 1e300), Eigen::Vector2d(1e300, 2), sigma));
       good.add(FeatureMatch(Eigen::Vector3d(nan, 0, 0), Eigen::Vector2d(3, nan), sigma));
-      ASSERT_TRUE(good.align().is_aligned());
-      EXPECT_LT(relative_difference(pose_of(good).matrix(), expected.matrix()), 1e-3);
+      ASSERT_EQ(good.align().status, AlignmentStatus::aligned) << offset << ' ' << sigma;
+      EXPECT_LT(squared_error(good, expected), 0.5) << "of six expected: the scale differs a little";
     }
   }
 }

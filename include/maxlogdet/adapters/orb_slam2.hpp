@@ -41,7 +41,9 @@ class OrbSlam2 : public OrbSlamHook<OrbSlam2> {
 
   template <class Frame>
   static void set_pose(const RigidTransform& T_cw, Frame& frame) {
-    frame.SetPose(PoseTraits<cv::Mat_<float>>::make(T_cw));
+    cv::Mat pose(4, 4, CV_32F);
+    for (int i = 0; i < 16; ++i) pose.at<float>(i / 4, i % 4) = static_cast<float>(i < 12 ? T_cw.data()[i] : i / 15);
+    frame.SetPose(pose);
   }
 
   template <class Frame>
