@@ -8,6 +8,7 @@
 #include "tests/support/sweeps.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -323,6 +324,28 @@ TEST(Alignment, stays_at_a_pose_that_is_known) {
   scene.frame.gather(good);
   ASSERT_TRUE(good.align(firm.data()).is_aligned());
   EXPECT_LT(relative_difference(pose_of(good).matrix(), scene.frame.T_cw.matrix()), 1e-7);
+}
+
+TEST(RealFrames, are_aligned_with_the_same_bits_on_every_isa) {
+  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
+  for (const sim::Frame& frame : real_frames()) {
+    SCOPED_TRACE(frame.name);
+    const auto aligned = [&] {
+      GoodFeatures good(frame.matches.size());
+      good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()));
+      for (const sim::Match& of_frame : frame.matches) {
+        FeatureMatch match(of_frame.point, std::array<double, 2>{of_frame.u, of_frame.v});
+        match.sigma = 1 / std::sqrt(of_frame.inv_sigma2);
+        if (of_frame.is_stereo()) match.u_right = of_frame.u_right;
+        good.add(match);
+      }
+      const Alignment found = good.align();
+      EXPECT_EQ(found.status, AlignmentStatus::aligned);
+      EXPECT_GT(found.inliers, 0.6 * static_cast<double>(found.measured));
+      return std::vector<double>(good.pose().data(), good.pose().data() + 12);
+    };
+    same_on_every_isa(aligned);
+  }
 }
 
 TEST(Alignment, lets_select_take_inliers_alone_with_blocks_at_the_aligned_pose) {

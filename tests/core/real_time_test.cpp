@@ -130,6 +130,7 @@ class Tracked {
   void use(std::size_t size, int kind) {
     start(kind);
     for (std::size_t i = 0; i < size; ++i) add(i, kind);
+    aligned += good_.align().is_aligned() ? 1 : 0;
     if (good_.select(with_budget(100)).status == Status::ok) ++ok;
     select_otherwise();
     double weight[9];
@@ -143,7 +144,7 @@ class Tracked {
     for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
   }
 
-  std::size_t ok = 0, late = 0, wrong = 0, outliers = 0, weighted = 0;
+  std::size_t aligned = 0, ok = 0, late = 0, wrong = 0, outliers = 0, weighted = 0;
 
  private:
   // At a deadline, with groups, certificates and targets, and after errors; then again as before.
@@ -206,6 +207,7 @@ TEST(RealTime, good_features_allocates_nothing) {
   EXPECT_EQ(tracked.ok, 12U);    // four kinds of three sizes
   EXPECT_EQ(tracked.late, 16U);  // and of fewer matches than the budget
   EXPECT_GE(tracked.wrong, 2 * 12U);
+  EXPECT_GE(tracked.aligned, 12U);
   EXPECT_GT(tracked.outliers, 0U);
   EXPECT_GT(tracked.weighted, 0U);
 }

@@ -54,6 +54,34 @@ TEST_F(TraitsOfPoses, eigen_poses_of_every_scalar_and_order_are_read) {
   expect_same(Eigen::MatrixXf(T.matrix().topRows<3>().cast<float>()), T);
 }
 
+// As T_cw = good.pose(), in a declaration and in an assignment.
+template <class Pose>
+void expect_back(const Eigen::Isometry3d& T) {
+  const RigidTransform given(T);
+  const Pose made = given;
+  Pose assigned = made;
+  assigned = given;
+  for (const RigidTransform& back : {RigidTransform(made), RigidTransform(assigned)}) {
+    for (int i = 0; i < 12; ++i) EXPECT_NEAR(back.data()[i], T.matrix()(i / 4, i % 4), 2e-6) << i;
+  }
+}
+
+TEST_F(TraitsOfPoses, a_pose_converts_back_to_every_type) {
+  expect_back<Eigen::Isometry3d>(T);
+  expect_back<Eigen::Transform<float, 3, Eigen::AffineCompact, Eigen::RowMajor>>(T);
+  expect_back<Matrix4<4>>(T);
+  expect_back<Matrix4<3, Eigen::RowMajor, float>>(T);
+  expect_back<Eigen::MatrixXd>(T);
+  expect_back<Sophus::SE3d>(T);
+  expect_back<Sophus::SE3f>(T);
+  expect_back<cv::Mat>(T);
+  expect_back<cv::Mat_<float>>(T);
+  expect_back<cv::Matx34f>(T);
+  expect_back<cv::Matx44d>(T);
+  const Eigen::Matrix4d matrix = RigidTransform(T);
+  EXPECT_EQ(matrix.row(3), Eigen::RowVector4d(0, 0, 0, 1));
+}
+
 TEST_F(TraitsOfPoses, expressions_maps_and_blocks_of_eigen_are_poses) {
   const Eigen::Matrix4d matrix = T.matrix();
   const Eigen::Matrix4d transposed = matrix.transpose();
