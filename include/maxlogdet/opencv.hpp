@@ -28,9 +28,9 @@ struct PoseTraits<Matrix, typename std::enable_if<std::is_convertible<const Matr
     for (int i = 0; i < 12; ++i) entries[i] = entry_of(T, i / 4, i % 4);
     return RigidTransform::row_major(entries);
   }
-  /// Returns a matrix of its own memory, 4 x 4: CV_64F, or the type of a cv::Mat_.
+  /// Returns a cv::Mat of its own memory, 4 x 4, CV_64F.
   template <class Own = Matrix>
-  static typename std::enable_if<std::is_base_of<cv::Mat, Own>::value, Own>::type make(const RigidTransform& T) {
+  static typename std::enable_if<std::is_same<Own, cv::Mat>::value, cv::Mat>::type make(const RigidTransform& T) {
     cv::Mat matrix(4, 4, CV_64F);
     for (int i = 0; i < 16; ++i) matrix.at<double>(i / 4, i % 4) = i < 12 ? T.data()[i] : i / 15;
     return matrix;

@@ -75,7 +75,6 @@ TEST_F(TraitsOfPoses, a_pose_converts_back_to_every_type) {
   expect_back<Sophus::SE3d>(T);
   expect_back<Sophus::SE3f>(T);
   expect_back<cv::Mat>(T);
-  expect_back<cv::Mat_<float>>(T);
   expect_back<cv::Matx34f>(T);
   expect_back<cv::Matx44d>(T);
   const Eigen::Matrix4d matrix = RigidTransform(T);
