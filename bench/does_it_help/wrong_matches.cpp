@@ -10,10 +10,8 @@
 #include "bench/world/statistics.hpp"
 #include "bench/world/table.hpp"
 
-#include <maxlogdet/eigen.hpp>
-#include <maxlogdet/good_features.hpp>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -103,7 +101,7 @@ Frame with_wrong(const Frame& right, const Pose& truth, const Case& which, Draws
 
 // Selects among the first `size` matches, as a tracker would.
 Indices select(GoodFeatures& good, const Frame& frame, std::size_t size, const Pose& predicted) {
-  good.start(Camera(frame.camera), predicted);
+  good.start(Camera(frame.camera), RigidTransform::row_major(to_rows(predicted).data()));
   for (std::size_t i = 0; i < size; ++i) {
     const Match& match = frame.matches[i];
     FeatureMatch added(match.point, Eigen::Vector2d(match.u, match.v), 1 / std::sqrt(match.inv_sigma2));
@@ -124,7 +122,9 @@ Measured measure(const Frame& frame, std::size_t right, const Pose& truth, const
   const Indices selected = select(good, frame, frame.matches.size(), predicted);
   const Indices of_all = select(unaligned, frame, frame.matches.size(), predicted);
   const Indices of_known = select(unaligned, frame, right, predicted);
-  const Pose aligned = good.pose();
+  std::array<double, 12> rows{};
+  std::copy_n(good.pose().data(), rows.size(), rows.begin());
+  const Pose aligned = pose_of(rows);
   const Pose found[] = {aligned, optimise(frame, all_below(frame.matches.size()), predicted).estimate.T_cw,
                         optimise(frame, front(selected, optimised), aligned).estimate.T_cw,
                         optimise(frame, front(of_known, optimised), predicted).estimate.T_cw,
