@@ -49,9 +49,9 @@ def section(rows):
                                             for row in usual if row in others or row["share"] in SHOWN]),
         "",
         *paragraph(
-            f"Each row has {usual[0]['samples']} draws. Predictions off by 2 cm or 50 cm changed the first median by at most",
-            f"{change:.1f} mm. Of 60 selected matches, {percents(random, 'wrong_of_60_percent')} were wrong with random",
-            f"pixels, {percents(others, 'wrong_of_60_percent')} otherwise. The alignment rejected",
+            f"Each row has {usual[0]['samples']} draws. Predictions off by 2 cm or 50 cm changed the first median by at",
+            f"most {change:.1f} mm. Of 60 selected matches, {percents(random, 'wrong_of_60_percent')} were wrong with",
+            f"random pixels, {percents(others, 'wrong_of_60_percent')} otherwise. The alignment rejected",
             f"{percents(usual, 'lost_percent')} of the inliers.",
         ),
     ]  # fmt: skip

@@ -136,11 +136,11 @@ def readme(results):
         rows.append([KINDS[blocks], caches, us(everything), us(everything, "p99_us"), us(row("align")), both])
     return [
         *paragraph(
-            "The library aligns 465 matches of a simulated frame, of which 12 % are wrong, and selects 100. *Hot* calls",
-            "follow other calls. Before a *cold* call, other work has filled the caches, as in a tracker. Plan with the",
-            "cold rows ([details](docs/performance.md#alignment)). *Eigen* is the same alignment and the same selection,",
-            "which we wrote with Eigen. Computing the Jacobians of the selection is in the times of maxlogdet, and not in",
-            "those of Eigen. The covariances of map points are given, and computing them is in neither.",
+            "The library aligns 465 matches of a simulated frame, of which 12 % are wrong, and selects 100. *Hot*",
+            "calls follow other calls. Before a *cold* call, other work has filled the caches, as in a tracker. Plan",
+            "with the cold rows ([details](docs/performance.md#alignment)). *Eigen* is the same alignment and the same",
+            "selection, which we wrote with Eigen. Computing the Jacobians of the selection is in the times of maxlogdet,",
+            "and not in those of Eigen. The covariances of map points are given, and computing them is in neither.",
         ),
         "",
         *table(["matches", "caches", "maxlogdet, median, µs", "maxlogdet, 99th percentile, µs",
