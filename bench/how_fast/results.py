@@ -34,7 +34,8 @@ ISAS = {"sse2": "SSE2", "avx2": "AVX2", "avx512": "AVX-512", "neon": "NEON"}
 FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
           "slots", "prior"]  # fmt: skip
 COUNTERS = ["median_us", "min_us", "p99_us", "p999_us", "max_us", "undisturbed_p99_us", "calls", "preemptions",
-            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions"]  # fmt: skip
+            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions", "inliers",
+            "wrong_percent", "deviation_mm"]  # fmt: skip
 
 
 class Results:

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// What a tracker pays between two frames: building the blocks of some hundred matches, and the selection. KITTI-like
-// frames, all matches stereo or all monocular; each case cycles through several frames. Hot caches: calls of a case
-// follow each other, over all its frames. Cold caches: other work comes before each call.
+// What a tracker pays between two frames: building the blocks of some hundred matches, and the selection; and all that
+// GoodFeatures does, which aligns the pose before. KITTI-like frames, all matches stereo or all monocular; each case
+// cycles through several frames. Hot caches: calls of a case follow each other, over all its frames. Cold caches: other
+// work comes before each call.
 #include "bench/how_fast/cases.hpp"
+#include "bench/how_fast/eigen_alignment.hpp"
 #include "bench/how_fast/eigen_baselines.hpp"
 #include "bench/how_fast/measure.hpp"
 #include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/draws.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/support/forced_isa.hpp"
 
 #include <benchmark/benchmark.h>
@@ -71,6 +74,55 @@ Work eigen_work(EigenMethod method, const Which& which, std::size_t k, double ep
   return {run, record, [selector, &frames](std::size_t call) { selector->load(frame_of(frames, call).store); }};
 }
 
+// What an alignment found, beside its time: `aligned` has pose() and is_inlier().
+template <class Aligned>
+void record_alignment(const TrackerFrame& frame, const Aligned& aligned, Sums& sums) {
+  std::size_t inliers = 0, wrong = 0;
+  for (std::size_t i = 0; i < frame.measured.size(); ++i) {
+    inliers += aligned.is_inlier(i) ? 1U : 0U;
+    wrong += aligned.is_inlier(i) && frame.is_wrong[i] != 0 ? 1U : 0U;
+  }
+  std::array<double, 12> rows{};
+  std::copy_n(aligned.pose().data(), rows.size(), rows.begin());
+  sums["inliers"] += static_cast<double>(inliers);
+  sums["wrong_percent"] += 100 * static_cast<double>(wrong) / static_cast<double>(inliers);
+  sums["deviation_mm"] += 1e3 * sim::camera_distance(sim::pose_of(rows), sim::pose_of(frame.frame.T_cw_prior));
+}
+
+// align() of matches that are added already; or all that a tracker calls, with a selection of `k`.
+Work good_features_work(const Task& task) {
+  const test::ForcedIsa forced(task.isa.c_str());
+  const auto good = std::make_shared<GoodFeatures>(task.which.slots);
+  const TrackerFrames& frames = frames_of(task.which);
+  const auto fill = [good, &frames](std::size_t call) {
+    const TrackerFrame& frame = frame_of(frames, call);
+    good->start(Camera(frame.frame.camera), frame.T_predicted);
+    for (const FeatureMatch& match : frame.measured) good->add(match);
+  };
+  const auto record = [good, &frames](std::size_t call, Sums& sums) {
+    record_alignment(frame_of(frames, call), *good, sums);
+  };
+  if (!task.selects) return {[good](std::size_t /*call*/) { good->align(); }, record, fill};
+  const auto run = [good, fill, k = task.k](std::size_t call) {
+    fill(call);
+    good->select(k);
+  };
+  return {run, record};
+}
+
+Work eigen_alignment_work(const Which& which) {
+  const auto aligner = std::make_shared<EigenAligner>();
+  const TrackerFrames& frames = frames_of(which);
+  const auto run = [aligner, &frames](std::size_t call) {
+    const TrackerFrame& frame = frame_of(frames, call);
+    aligner->align(frame.frame.camera, frame.T_predicted, frame.measured);
+  };
+  const auto record = [aligner, &frames](std::size_t call, Sums& sums) {
+    record_alignment(frame_of(frames, call), *aligner, sums);
+  };
+  return {run, record};
+}
+
 // Evicts the caches and retrains the branch predictors: walks over 8 MiB and sorts 60 000 random numbers.
 class Disturbance {
  public:
@@ -113,6 +165,16 @@ class Cases {
     task.builds = task.selects = true;
     library("blocks_and_select", task, more);
   }
+  void align(const Task& task) {
+    group_.add(name_of("align", task.which, task.k, task.isa), [=] { return good_features_work(task); });
+  }
+  void align_and_select(Task task) {
+    task.selects = true;
+    group_.add(name_of("good_features", task.which, task.k, task.isa), [=] { return good_features_work(task); });
+  }
+  void eigen_align(const Which& which) {
+    group_.add(name_of("eigen_align", which, 100, "native"), [=] { return eigen_alignment_work(which); });
+  }
   void eigen(EigenMethod method, const Which& which, std::size_t k = 100) {
     const double epsilon = Options().stochastic.epsilon;
     group_.add(name_of(to_string(method), which, k, "native"), [=] { return eigen_work(method, which, k, epsilon); });
@@ -153,6 +215,20 @@ void add_frame_cases(Cases& cases, const std::vector<std::string>& isas) {
       add(which, k, isas.front());
       cases.eigen(EigenMethod::lazy_scan, which, k);
     }
+  }
+}
+
+void add_alignment_cases(Cases& cases, const std::vector<std::string>& isas) {
+  for (const Kind& kind : {monocular, stereo_map}) {
+    for (const std::size_t n : {200U, 465U, 1000U, 2000U}) {
+      const Which which{kind, n, n};
+      for (const std::string& isa : isas) {
+        cases.align({which, 100, isa});
+        cases.align_and_select({which, 100, isa});
+      }
+      cases.eigen_align(which);
+    }
+    cases.align_and_select({{kind, 465, 465}, 200, isas.front()});
   }
 }
 
@@ -204,6 +280,7 @@ void add_tracker_cases() {
   Cases cold("cold", cold_turns);
   for (Cases* const cases : {&hot, &cold}) {
     add_frame_cases(*cases, isas);
+    add_alignment_cases(*cases, isas);
     add_sparse_cases(*cases, isas);
     add_prior_cases(*cases, isas);
   }

@@ -2,10 +2,14 @@
 #include "bench/how_fast/tracker_frames.hpp"
 
 #include "bench/how_fast/stereo_covariances.hpp"
+#include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/scene.hpp"
+#include "bench/world/se3.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <string>
@@ -16,6 +20,8 @@ namespace {
 
 constexpr double metres_since_triangulation = 3;
 constexpr double triangulation_sigma = 0.5;  // px
+constexpr double share_of_wrong = 0.12;
+constexpr double prediction_error[] = {0.02, 0.1 * sim::radians};  // m, rad
 
 }  // namespace
 
@@ -39,6 +45,32 @@ TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
   if (which.rest == Rest::unusable) matches.usable = is_usable.data();
   store.reserve(matches.size);
   build(store);
+  measure(order, seed);
+}
+
+void TrackerFrame::measure(const std::vector<std::uint32_t>& order, std::uint64_t seed) {
+  sim::Draws draws(seed, 1);
+  sim::Vector6 off;
+  for (int i : {0, 1}) off.segment<3>(3 * i) = prediction_error[i] * draws.normal3(1).normalized();
+  T_predicted = RigidTransform::row_major(sim::to_rows(sim::exp_se3(off) * sim::pose_of(frame.T_cw_prior)).data());
+  for (const std::uint32_t i : order) {
+    const sim::Match& match = frame.matches[i];
+    const double sigma = 1 / std::sqrt(match.inv_sigma2);
+    Eigen::Vector3d point(match.point), noise = draws.normal3(sigma);
+    is_wrong.push_back(draws.chance(share_of_wrong) ? 1 : 0);
+    if (is_wrong.back() != 0) {
+      const double angle = draws.uniform(0, 2 * sim::pi), moved = draws.uniform(5, 40);
+      noise += moved * Eigen::Vector3d(std::cos(angle), std::sin(angle), std::cos(angle));
+    }
+    const double* covariance = nullptr;
+    if (!frame.map_covariances.empty()) {
+      covariance = frame.map_covariances[i].data();
+      point += Eigen::Matrix3d(covariance).llt().matrixL() * draws.normal3(1);
+    }
+    measured.emplace_back(point, Eigen::Vector2d(match.u + noise[0], match.v + noise[1]), sigma);
+    measured.back().covariance = covariance;
+    if (options.depth_cue == DepthCue::stereo && match.is_stereo()) measured.back().u_right = match.u_right + noise[2];
+  }
 }
 
 void TrackerFrame::build(BlockStore& blocks) const {

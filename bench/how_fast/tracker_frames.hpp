@@ -39,12 +39,21 @@ struct TrackerFrame {
 
   void build(BlockStore& blocks) const;
 
-  sim::Frame frame;
+  sim::Frame frame;  ///< without noise, at the true pose
   BlockOptions options;
   std::unique_ptr<sim::MatchArrays> arrays;
   Matches matches;
   std::vector<unsigned char> is_usable;
   BlockStore store;
+
+  // What a tracker has before it aligns: measurements, and points that have covariances, with noise as modelled, 12 %
+  // of the matches moved by 5 to 40 px, and a pose that is off by 2 cm and 0.1 degrees.
+  std::vector<FeatureMatch> measured;
+  std::vector<unsigned char> is_wrong;
+  RigidTransform T_predicted = nullptr;
+
+ private:
+  void measure(const std::vector<std::uint32_t>& order, std::uint64_t seed);
 };
 
 using TrackerFrames = std::vector<std::unique_ptr<TrackerFrame>>;

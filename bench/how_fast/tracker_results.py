@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What tracker_benchmark.cpp measured: its cases, and the ratios that pages and pictures show."""
 
-from results import EIGEN, ratio
+from results import ratio
 
 KINDS = {
     "2_rows_measurement": "monocular",
@@ -17,7 +17,7 @@ OPTIONAL = ["slots", "prior"]  # keys that only some cases have
 def find(results, method, blocks, n="465", caches="hot", k="100", isa=None, **more):
     """A row; None if it was not measured."""
     wanted = {"kind": "tracker", "method": method, "blocks": blocks, "n": n, "caches": caches, "k": k}
-    wanted["isa"] = "native" if method in EIGEN else isa or results.widest
+    wanted["isa"] = "native" if method.startswith("eigen_") else isa or results.widest
     wanted.update({key: more.get(key) for key in OPTIONAL})
     return results.find_row(**wanted)
 
