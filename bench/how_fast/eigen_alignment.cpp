@@ -129,7 +129,10 @@ struct EigenAligner::State {
   double weight_of(const Linearised& at, Weights weights) const {
     if (weights == Weights::inliers) return at.is_inlier ? 1 : 0;
     const double error = at.squared_error / scale_squared;
-    if (weights == Weights::huber) return error <= at.limits().huber ? 1 : std::sqrt(at.limits().huber / error);
+    if (weights == Weights::huber) {
+      const double ratio = at.limits().huber / error;
+      return ratio < 2.25 / 400 ? 0 : std::sqrt(std::min(ratio, 1.0));
+    }
     const double rest = std::max(1 - error / at.limits().tukey, 0.0);
     return rest * rest;
   }

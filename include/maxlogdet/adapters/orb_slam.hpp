@@ -34,7 +34,8 @@ class OrbSlamHook : public TrackerHook {
   }
 
   /// Replaces pose_optimization(&frame): sets the pose that fits all inliers, marks outliers, and returns the number of
-  /// inliers. Where no pose is found (features.alignment() tells why) the frame keeps its pose, and it returns 0.
+  /// inliers by the tracker's own limits. Where no pose is found (features.alignment() tells why) the frame keeps its
+  /// pose, and it returns 0. Matches beyond the capacity are left alone.
   template <class Frame>
   int align(Frame& frame) {
     cost_ = HookCost();
@@ -46,12 +47,17 @@ class OrbSlamHook : public TrackerHook {
     cost_.status = to_string(found.status);
     cost_.candidates = cost_.selected = features.size();
     std::size_t inliers = 0;
-    for (std::size_t i = 0; i < features.size(); ++i) frame.mvbOutlier[features.id(i)] = false;
-    if (found.is_aligned()) {
+    for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
+      frame.mvbOutlier[features.id(i)] = false;
+      ++inliers;
+    }
+    if (!found.is_aligned()) {
+      inliers = 0;
+    } else {
       Tracker::set_pose(features.pose(), frame);
       const IndexRange outliers = features.outliers(features.pose());
       for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
-      inliers = features.size() - outliers.size();
+      inliers -= outliers.size();
     }
     cost_.restore_us = lap();
     log.write(cost_);

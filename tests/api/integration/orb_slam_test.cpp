@@ -101,6 +101,8 @@ TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_mat
   EXPECT_STREQ(world.good.cost().status, "aligned");
   expect_true_pose(world, world.frame);
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
+  typename TypeParam::Adapter small(100, 200);
+  EXPECT_EQ(small.align(world.frame), 160) << "of the first 200";
   TypeParam::forget_pose(world.frame);
   EXPECT_EQ(world.good.align(world.frame), 0);
   EXPECT_STREQ(world.good.cost().status, "none");
