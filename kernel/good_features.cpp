@@ -230,8 +230,7 @@ Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
   if (size > 0) arrays.points = Points(matches[0].point, sizeof(FeatureMatch));
   arrays.sigmas = sigmas.data();
   arrays.has_depth_cue = has_depth_cue.data();
-  if (std::find(is_inlier.begin(), is_inlier.begin() + size, 0) != is_inlier.begin() + size)
-    arrays.usable = is_inlier.data();
+  if (std::count(is_inlier.data(), is_inlier.data() + size, 0) > 0) arrays.usable = is_inlier.data();
   if (camera_count > 1) arrays.camera_ids = camera_ids.data();
   if (has_covariances) arrays.map_covariances = covariances.data();
   report = append_blocks(cameras, camera_count, aligner.pose(), arrays, options, blocks);

@@ -219,7 +219,7 @@ void Aligner::whiten() noexcept {
 // Errors and their scale at the pose.
 void Aligner::measure_errors() noexcept {
   for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_errors(parts_[p]);
-  const double median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite_));
+  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite_));
   scale_squared_ = std::max(median, finest_scale * finest_scale * radian_squared_);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace maxlogdet {
 namespace {
@@ -26,12 +27,12 @@ void compose(const double (&R)[3][3], const double (&t)[3], double (&T)[12]) noe
 // R <- (3 R - R R^T R) / 2, a step of Newton's method to the nearest rotation.
 void RigidMotion::start(const RigidTransform& T) noexcept {
   const double* const from = T.data();
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     double dots[3];  // R_i R_j
-    for (int j = 0; j < 3; ++j) {
+    for (std::size_t j = 0; j < 3; ++j) {
       dots[j] = from[4 * i] * from[4 * j] + from[4 * i + 1] * from[4 * j + 1] + from[4 * i + 2] * from[4 * j + 2];
     }
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       T_[4 * i + k] = 1.5 * from[4 * i + k] - 0.5 * (dots[0] * from[k] + dots[1] * from[4 + k] + dots[2] * from[8 + k]);
     }
     T_[4 * i + 3] = from[4 * i + 3];
@@ -59,9 +60,9 @@ void RigidMotion::move(const double (&xi)[6]) noexcept {
 // The derivative of xi by a step from the left is [I, -[t]x; 0, (tr(R) I - R) / 2].
 void RigidMotion::add_prior(const double* prior, double (&H)[6][6], double (&b)[6]) const noexcept {
   double R[3][3], t[3];
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     t[i] = T_[4 * i + 3];
-    for (int j = 0; j < 3; ++j) {
+    for (std::size_t j = 0; j < 3; ++j) {
       R[i][j] = T_[4 * i] * start_[4 * j] + T_[4 * i + 1] * start_[4 * j + 1] + T_[4 * i + 2] * start_[4 * j + 2];
       t[i] -= R[i][j] * start_[4 * j + 3];
     }
