@@ -197,15 +197,17 @@ BlockOptions GoodFeatures::State::options_of_frame(BlockOptions options) noexcep
 }
 
 void GoodFeatures::State::forget_alignment() noexcept {
-  aligner.forget(T_bw);
+  aligner.forget(T_bw, Error::none);
   std::copy_n(is_usable.begin(), size, is_inlier.begin());
 }
 
-// Nothing is rejected in a frame with an error, which make_blocks names.
+// Nothing is rejected in a frame with an error.
 void GoodFeatures::State::align(const BlockOptions& options, const double* of_pose) noexcept {
   forget_alignment();
-  if (are_mixed || check(cameras, camera_count, depth_cue) != Error::none) return;
-  if (check(options) != Error::none || !is_rigid(T_bw)) return;
+  Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, depth_cue);
+  if (error == Error::none) error = check(options);
+  if (error == Error::none && !is_rigid(T_bw)) error = Error::invalid_pose;
+  if (error != Error::none) return aligner.forget(T_bw, error);
   FrameToAlign frame;
   frame.cameras = cameras;
   frame.camera_count = camera_count;

@@ -297,8 +297,8 @@ py::object select(Asked& asked, OwnGoodFeatures& self, std::size_t budget) {
 
 py::dict alignment_of(const Alignment& alignment) {
   using namespace py::literals;
-  return py::dict("status"_a = to_string(alignment.status), "measured"_a = alignment.measured,
-                  "inliers"_a = alignment.inliers, "scale"_a = alignment.scale, "iterations"_a = alignment.iterations);
+  return py::dict("status"_a = alignment.reason(), "measured"_a = alignment.measured, "inliers"_a = alignment.inliers,
+                  "scale"_a = alignment.scale, "iterations"_a = alignment.iterations);
 }
 
 py::dict align(OwnGoodFeatures& self, const py::object& given_prior) {

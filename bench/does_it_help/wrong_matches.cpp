@@ -186,16 +186,17 @@ Table table_of(const Rows& rows) {
   }
   for (const std::size_t budget : budgets) table.header.push_back("wrong_of_" + std::to_string(budget) + "_percent");
   table.header.insert(table.header.end(), {"lost_percent", "not_aligned_percent"});
+  constexpr std::size_t pose_count = std::size(poses), budget_count = std::size(budgets);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const Case& which = cases[r / prediction_count];
     const auto& [metres, turn] = predictions[r % prediction_count];
     std::vector<std::string> cells = {which.name, exact(which.share), exact(metres), exact(turn),
                                       std::to_string(rows[r].size())};
-    for (std::size_t p = 0; p < std::size(poses); ++p) {
+    for (std::size_t p = 0; p < pose_count; ++p) {
       const std::vector<double> deviations = values_of(rows[r], [p](const Measured& m) { return m.deviations[p]; });
       for (const double q : {0.5, 0.95}) cells.push_back(fixed(quantile_of(deviations, q), 2));
     }
-    for (std::size_t b = 0; b < std::size(budgets); ++b)
+    for (std::size_t b = 0; b < budget_count; ++b)
       cells.push_back(percent(rows[r], [b](const Measured& m) { return m.wrong[b]; }));
     cells.push_back(percent(rows[r], [](const Measured& m) { return m.lost; }));
     cells.push_back(percent(rows[r], [](const Measured& m) { return m.failed; }));

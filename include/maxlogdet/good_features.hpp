@@ -23,10 +23,10 @@ constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 /// All that a tracker does with selection, once a frame (docs/guide.md):
 ///
 ///   GoodFeatures good(2000);                                   // once a thread: all the memory
-///   good.start(camera, T_cw);                                  // the pose that optimisation starts from
+///   good.start(camera, T_cw);                                  // the predicted pose
 ///   for (match of the frame) good.add(match.point, match.pixel, match.sigma);
-///   for (std::size_t i : good.select(100)) ...                 // optimise the pose with match i
-///   for (std::size_t i : good.outliers(T_cw)) ...              // unselected, and far off at the optimised pose
+///   for (std::size_t i : good.select(100)) ...                 // match i is one of the 100 that later steps use
+///   T_cw = good.pose();                                        // of all matches that fit; good.is_inlier(i)
 ///
 /// What is selected can be used whatever happens: see select(). What was moved from may only be assigned to or
 /// destroyed.
@@ -88,7 +88,7 @@ class GoodFeatures {
 
   /// The last answer of select() in this frame.
   Selection selection() const noexcept;
-  /// For a log: the name of the error, or of the status; capacity_exceeded if some matches were not kept.
+  /// For a log: the name of the error of select(), or of its status; capacity_exceeded if some matches were not kept.
   const char* reason() const noexcept;
   /// Returns whether to optimise with match i.
   bool is_selected(std::size_t i) const noexcept;

@@ -59,14 +59,15 @@ Aligner::Aligner(std::size_t capacity)
       match_of_lane_(most_lanes(capacity)),
       parts_(most_parts(capacity)) {}
 
-void Aligner::forget(const RigidTransform& T_bw) noexcept {
+void Aligner::forget(const RigidTransform& T_bw, Error why) noexcept {
   found_ = Alignment();
+  found_.error = why;
   pose_ = T_bw;
   std::fill_n(information_, 36, 0.0);
 }
 
 void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
-  forget(frame.T_bw);
+  forget(frame.T_bw, kernel_ == nullptr ? Error::unsupported_isa : Error::none);
   if (kernel_ == nullptr) return;
   motion_.start(frame.T_bw);
   prior_ = frame.prior;

@@ -41,7 +41,7 @@ class Aligner {
   /// not fit.
   void align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
   /// Without an alignment there is the predicted pose alone.
-  void forget(const RigidTransform& T_bw) noexcept;
+  void forget(const RigidTransform& T_bw, Error why) noexcept;
   const Alignment& found() const noexcept { return found_; }
   const RigidTransform& pose() const noexcept { return pose_; }
   const double* information() const noexcept { return information_; }

@@ -139,6 +139,10 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
     make();
     for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
     expect_usable(it.good.select(options), it.good, it.usable, error);
+    if (it.good.align().error != Error::none) {
+      EXPECT_STREQ(it.good.alignment().reason(), to_string(error));
+      for (const std::uint32_t i : it.usable) EXPECT_TRUE(it.good.is_inlier(i)) << i;
+    }
     EXPECT_TRUE(std::isnan(efficiency(it.good)));
   }
 }

@@ -44,7 +44,7 @@ class OrbSlamHook : public TrackerHook {
     cost_.gather_us = lap();
     const Alignment found = features.align();
     cost_.select_us = lap();
-    cost_.status = to_string(found.status);
+    cost_.status = found.reason();
     cost_.candidates = cost_.selected = features.size();
     std::size_t inliers = 0;
     for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
