@@ -32,9 +32,10 @@ DepthCue cue_of(const FeatureMatch& match) noexcept {
 }
 
 bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
-// Squares of weights far beyond these would overflow.
+// Squares of numbers far beyond these would overflow.
 bool may_align(const FeatureMatch& match) noexcept {
-  return is_measured(match) && match.sigma > 1e-50 && match.sigma < 1e50;
+  const bool is_moderate = std::abs(match.measured[0]) < 1e15 && std::abs(match.measured[1]) < 1e15;
+  return is_measured(match) && is_moderate && match.sigma > 1e-15 && match.sigma < 1e15;
 }
 
 }  // namespace

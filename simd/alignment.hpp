@@ -50,7 +50,7 @@ constexpr std::uint32_t rounded_bits = 11;
 /// How a match counts: by its squared error, or whether it is an inlier.
 enum class RobustWeight { huber, tukey, inliers };
 
-/// Consecutive matches of one camera, a whole number of alignment_lanes; lanes beyond the last match have NaN measured.
+/// Consecutive matches of one camera, a whole number of alignment_lanes; lanes beyond the last match have a NaN point.
 struct AlignmentInput {
   BlockInput frame;  ///< third, camera, T_bw, map_sigma, depth_sigma; map_covariances is null or not
   bool by_map;       ///< W is plane::whitening, of the noise of measurement and map; else it is by sigma
@@ -58,6 +58,7 @@ struct AlignmentInput {
   std::size_t stride;
   float* errors;           ///< plane::error, rounded to float32
   std::size_t begin, end;  ///< lanes
+  double leverage_limit;   ///< of |W J|^2 with Huber's and Tukey's weights
 };
 
 /// Of H^T W H and H^T W e, H = J [ I | -[p]x ]: with G = J^T W J and g = J^T W e they are made of these sums.
@@ -72,6 +73,8 @@ struct NormalSums {
 struct AlignmentFunctions {
   /// W of matches with noise of the map, at the pose; NaN where there is none.
   void (*whiten)(const AlignmentInput& input);
+  /// |W J|^2 at the pose, to errors.
+  void (*measure_leverage)(const AlignmentInput& input);
   /// plane::error and errors at the pose.
   void (*measure_errors)(const AlignmentInput& input);
   /// The sums at the pose, weighted by plane::error over `scale_squared`, or by plane::is_inlier.

@@ -22,7 +22,7 @@ inline void store(const Doubles& pack, std::size_t value, std::size_t i, const A
 template <DepthCue third>
 struct Linearised {
   static constexpr int row_count = rows_with(third);
-  Point p_b;
+  Point p_b, p_c;
   Doubles J[row_count][3];
   Doubles e[row_count];
   Mask exists, has_third;
@@ -35,6 +35,7 @@ template <DepthCue third>
   at.p_b = transform(input.frame.T_bw, {load(input, plane::point, i), load(input, plane::point + 1, i),
                                         load(input, plane::point + 2, i)});
   const Point p = camera.T_cb == nullptr ? at.p_b : transform(camera.T_cb, at.p_b);
+  at.p_c = p;
   const auto image = maxlogdet::simd::project(camera, p);
   at.exists = maxlogdet::simd::image_jacobian(camera, image, at.J);
   const Doubles u = Doubles(camera.fx) * image.m_x + Doubles(camera.cx);
@@ -112,11 +113,33 @@ template <DepthCue third, bool by_map>
   return at;
 }
 
-// Whether products in the normal equations stay far from an overflow, which would spoil every match: sigma is moderate,
-// too, and with the error the image is.
-inline Mask is_moderate(const Point& p, const Doubles& square) {
-  const Doubles size = xsimd::abs(p.x) + xsimd::abs(p.y) + xsimd::abs(p.z);
-  return (size >= Doubles(1e-30)) & (size <= Doubles(1e60)) & (square <= Doubles(1e40));
+// Whether products in the normal equations stay far from an overflow, which would spoil every match: sigma and what is
+// measured are moderate, too, and with the error the image is.
+template <DepthCue third>
+inline Mask is_moderate(const Linearised<third>& at, const Doubles& square) {
+  const auto size = [](const Point& p) { return xsimd::abs(p.x) + xsimd::abs(p.y) + xsimd::abs(p.z); };
+  return (size(at.p_c) >= Doubles(1e-30)) & (size(at.p_b) <= Doubles(1e60)) & (square <= Doubles(1e40));
+}
+
+// |W J|^2, the square of how much a match says of the position.
+template <DepthCue third>
+[[gnu::always_inline]] inline Doubles leverage_of(const Linearised<third>& at) {
+  Doubles sum(0.0);
+  for (const auto& row : at.J) {
+    for (const Doubles& entry : row) sum += entry * entry;
+  }
+  return sum;
+}
+
+template <DepthCue third, bool by_map>
+void measure_leverage(const AlignmentInput& input) {
+  const Doubles infinite(std::numeric_limits<double>::infinity());
+  for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
+    const auto at = whitened_at<third, by_map>(input, i);
+    const Doubles leverage = leverage_of(at);
+    const Mask counts = at.exists & (leverage <= Doubles(static_cast<double>(std::numeric_limits<float>::max())));
+    store_narrow(xsimd::select(counts, leverage, infinite), input.errors + i);
+  }
 }
 
 template <DepthCue third, bool by_map>
@@ -128,7 +151,7 @@ void measure_errors(const AlignmentInput& input) {
     const auto at = whitened_at<third, by_map>(input, i);
     Doubles square = at.e[0] * at.e[0];
     for (int a = 1; a < Linearised<third>::row_count; ++a) square += at.e[a] * at.e[a];
-    const Mask counts = at.exists & is_moderate(at.p_b, square);
+    const Mask counts = at.exists & is_moderate(at, square);
     const Doubles error = square * (third == DepthCue::none ? of_two : xsimd::select(at.has_third, of_three, of_two));
     store(xsimd::select(counts, error, infinite), plane::error, i, input);
     store_narrow(xsimd::select(counts, xsimd::select(error < largest, error, largest), infinite), input.errors + i);
@@ -173,11 +196,15 @@ inline void cross(const Point& a, const X& x, const Y& y, const Z& z, Doubles (&
   product[2] = a.x * y - a.y * x;
 }
 
-// The weights of a pack; Rows is 3 if some of the frame have a third row.
-template <RobustWeight weight, int Rows>
-inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Mask& has_third, double scale_squared) {
+// The weights of a pack. Those of large errors and of large derivatives are bounded (Mallows' weights).
+template <RobustWeight weight, DepthCue third>
+[[gnu::always_inline]] inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Linearised<third>& at,
+                                                double scale_squared) {
   if constexpr (weight == RobustWeight::inliers) return load(input, plane::is_inlier, i);
-  return weight_of<weight, Rows>(load(input, plane::error, i), has_third, scale_squared);
+  const Doubles w = weight_of<weight, rows_with(third)>(load(input, plane::error, i), at.has_third, scale_squared);
+  const Doubles limit(input.leverage_limit);
+  const Doubles leverage = leverage_of(at);
+  return xsimd::select(leverage > limit, w * (limit / leverage), w);
 }
 
 // Sums of a pack of lanes, in the order of NormalSums.
@@ -270,7 +297,7 @@ NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
     for (Doubles& sum : sums) sum = Doubles(0.0);
     for (std::size_t i = input.begin + lane; i < input.end; i += alignment_lanes) {
       const auto at = whitened_at<third, by_map>(input, i);
-      const Doubles w = weight_at<weight, rows_with(third)>(input, i, at.has_third, scale_squared);
+      const Doubles w = weight_at<weight>(input, i, at, scale_squared);
       add_pack<third, is_sparse>(at, w, load(input, plane::error, i) <= Doubles(std::numeric_limits<double>::max()),
                                  sums);
     }
@@ -309,6 +336,11 @@ inline auto with_third(const AlignmentInput& input, const Visitor& visitor) {
 
 void whiten_matches(const AlignmentInput& input) {
   with_third(input, [&](auto third) { whiten_lanes<third()>(input); });
+}
+void measure_leverage(const AlignmentInput& input) {
+  with_third(input, [&](auto third) {
+    input.by_map ? measure_leverage<third(), true>(input) : measure_leverage<third(), false>(input);
+  });
 }
 void measure_errors(const AlignmentInput& input) {
   with_third(input, [&](auto third) {

@@ -102,16 +102,17 @@ constexpr ExactFunctions exact_functions() {
 }  // namespace
 
 extern const Kernel MAXLOGDET_KERNEL;
-const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
-                                 build_blocks,
-                                 {whiten_matches, measure_errors, add_normal_equations, median_of_finite},
-                                 {layout_functions<one_row>(), layout_functions<two_rows>(),
-                                  layout_functions<three_rows>(), layout_functions<factored>()},
-                                 {round_functions<one_row>(), round_functions<two_rows>(),
-                                  round_functions<three_rows>(), round_functions<factored>()},
-                                 {list_survivors, keep_bounds, highest_unevaluated},
-                                 {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
-                                 {add_rows},
-                                 {list_tiles, largest}};
+const Kernel MAXLOGDET_KERNEL = {
+    MAXLOGDET_ISA_NAME,
+    build_blocks,
+    {whiten_matches, measure_leverage, measure_errors, add_normal_equations, median_of_finite},
+    {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
+     layout_functions<factored>()},
+    {round_functions<one_row>(), round_functions<two_rows>(), round_functions<three_rows>(),
+     round_functions<factored>()},
+    {list_survivors, keep_bounds, highest_unevaluated},
+    {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
+    {add_rows},
+    {list_tiles, largest}};
 
 }  // namespace maxlogdet::simd

@@ -73,6 +73,7 @@ class GoodFeatures {
   /// What the last alignment of this frame found.
   Alignment alignment() const noexcept;
   /// The aligned pose, T_cw or T_bw as in start(); that of start() if there is none.
+  /// Valid until the next align(), select() or start().
   const RigidTransform& pose() const noexcept;
   /// The information of pose(), 6 x 6 row-major, about the xi of jacobian.hpp: the sum of J^T J of the inliers over
   /// scale^2, plus the prior. Zeros if there is no aligned pose. Valid until the next align(), select() or start().
@@ -82,8 +83,8 @@ class GoodFeatures {
   bool is_inlier(std::size_t i) const noexcept;
 
   /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
-  /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all usable ones:
-  /// finite, with a positive sigma, and of a camera that is there.
+  /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all usable ones
+  /// that were not rejected: finite, with a positive sigma, and of a camera that is there.
   Selection select(const Options& options) noexcept;
 
   /// The last answer of select() in this frame.
@@ -130,7 +131,7 @@ class GoodFeatures {
 /// `measurement_and_map`. Reads all matches once.
 double efficiency(GoodFeatures& good) noexcept;
 
-/// Writes Omega of match i, the inverse covariance of the noise that whitens its block at the pose of start(): the
+/// Writes Omega of match i, the inverse covariance of the noise that whitens its block at pose(): the
 /// weight of its residual in an optimiser that holds points fixed (match_information.hpp). 2 x 2, or 3 x 3 if the match
 /// has a depth cue, row-major, px^-2. Returns false, and writes nothing, where match_information of a camera does.
 bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;

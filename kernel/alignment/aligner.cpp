@@ -26,6 +26,8 @@ constexpr int most_steps = 10;
 // tracker's noise.
 constexpr double finest_scale = 1e-6;
 constexpr double coarsest_scale = 1.0 / 32;
+// Of |W J|^2 over its median: ten times as near as half of the matches.
+constexpr double most_leverage = 100;
 // At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
 constexpr double tolerated_growth = 1.25;
 
@@ -110,8 +112,6 @@ void Aligner::read(const FrameToAlign& frame) noexcept {
     if (match_of_lane_[lane] == no_match) clear_lane(lane);
   }
   std::fill_n(errors_ + lanes_, error_lanes, float_infinity);
-  double* const is_inlier = plane(planes::is_inlier);
-  std::fill_n(is_inlier, lanes_, 0.0);
 }
 
 simd::AlignmentInput Aligner::part_of(const FrameToAlign& frame, const Camera& camera, std::size_t begin) noexcept {
@@ -149,16 +149,18 @@ void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t l
 // A lane without a match has no error.
 void Aligner::clear_lane(std::size_t lane) noexcept {
   for (std::size_t v = 0; v < planes::given; ++v) plane(v)[lane] = 0;
-  plane(planes::measured)[lane] = not_a_number;
+  plane(planes::point)[lane] = not_a_number;
 }
 
 AlignmentStatus Aligner::find_pose() noexcept {
   if (found_.measured == 0) return AlignmentStatus::few_matches;
   measure_radian();
   whiten();
+  limit_leverage();
   measure_errors();
   if (finite_ < fewest_matches) return AlignmentStatus::few_matches;
   const double scale_at_start = scale_squared_;
+  const std::size_t finite_at_start = finite_;
   if (!settle(RobustWeight::huber, is_settled_by_huber)) return AlignmentStatus::singular;
   if (!settle(RobustWeight::tukey, is_settled_by_tukey)) return AlignmentStatus::singular;
   if (by_map_) {  // the noise of the map at the pose found
@@ -166,7 +168,8 @@ AlignmentStatus Aligner::find_pose() noexcept {
     measure_errors();
   }
   find_inliers();
-  if (2 * found_.inliers < finite_ || scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_)
+  if (2 * found_.inliers < std::max(finite_, finite_at_start) ||
+      scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_)
     return AlignmentStatus::no_consensus;
   for (int i = 0; i < most_steps; ++i) {
     if (!step(RobustWeight::inliers)) return AlignmentStatus::singular;
@@ -178,16 +181,27 @@ AlignmentStatus Aligner::find_pose() noexcept {
   return AlignmentStatus::not_converged;
 }
 
-// The squared whitened error that an angle of one radian makes, of a match of median sigma.
+// The squared whitened error that an angle of one radian makes, of a match of median sigma over focal length.
 void Aligner::measure_radian() noexcept {
   const double* const sigmas = plane(planes::sigma);
-  for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    errors_[lane] = match_of_lane_[lane] == no_match ? float_infinity : static_cast<float>(sigmas[lane]);
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const double focal_length = parts_[p].frame.camera.fx;
+    for (std::size_t lane = parts_[p].begin; lane < parts_[p].end; ++lane) {
+      const bool is_match = match_of_lane_[lane] != no_match;
+      errors_[lane] = is_match ? static_cast<float>(sigmas[lane] / focal_length) : float_infinity;
+    }
   }
   std::size_t finite;
-  const auto sigma = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
-  const double radian = parts_[0].frame.camera.fx / sigma;
-  radian_squared_ = radian * radian / simd::robust_limits[0].median;
+  const auto angle = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  radian_squared_ = 1 / (angle * angle * simd::robust_limits[0].median);
+}
+
+// At the predicted pose.
+void Aligner::limit_leverage() noexcept {
+  for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_leverage(parts_[p]);
+  std::size_t finite;
+  const float median = kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite);
+  for (std::size_t p = 0; p < part_count_; ++p) parts_[p].leverage_limit = most_leverage * static_cast<double>(median);
 }
 
 // Steps with one kind of weights until a step is short.

@@ -54,6 +54,7 @@ class Aligner {
   void read_match(const FrameToAlign& frame, std::size_t i, std::size_t lane) noexcept;
   void clear_lane(std::size_t lane) noexcept;
   void measure_radian() noexcept;
+  void limit_leverage() noexcept;
 
   AlignmentStatus find_pose() noexcept;
   bool settle(simd::RobustWeight weight, double short_step) noexcept;
@@ -74,7 +75,7 @@ class Aligner {
   RigidMotion motion_;
   RigidTransform pose_ = nullptr;
   const double* prior_ = nullptr;
-  double information_[36];
+  double information_[36] = {};
   Alignment found_;
   std::size_t finite_ = 0;    // matches with an image at the pose
   double scale_squared_ = 0;  // at the pose

@@ -63,9 +63,15 @@ AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
       start_(pose),
       omega_(frame.matches.size()),
       is_inlier_(frame.matches.size()) {
-  std::vector<long double> sigmas(frame.sigmas.begin(), frame.sigmas.end());
-  radian_squared_ = std::pow(frame.cameras[0].pinhole.fx / median(sigmas), 2.0L) / medians[0];
+  std::vector<long double> angles;
+  for (std::size_t i = 0; i < frame.sigmas.size(); ++i) {
+    angles.push_back(static_cast<long double>(frame.sigmas[i] / frame.cameras[frame.camera_of_match(i)].pinhole.fx));
+  }
+  radian_squared_ = 1 / (std::pow(median(angles), 2.0L) * medians[0]);
   whiten();
+  std::vector<long double> leverages;
+  for (std::size_t i = 0; i < omega_.size(); ++i) leverages.push_back(has_image(i) ? leverage(i) : infinity);
+  leverage_limit_ = 100 * median(leverages);
   measure();
   for (int i = 0; i < 10 && step(Weight::huber) >= 3; ++i) {
   }
@@ -118,22 +124,39 @@ void AlignmentOracle::measure() {
   errors.clear();
   for (std::size_t i = 0; i < omega_.size(); ++i) {
     const WideVector e = residual(i, pose);
-    const WideVector3 p = in_camera(i, pose);
-    const double p_c[3] = {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
-    double uv[2];
-    const bool has_image = project(frame_.cameras[frame_.camera_of_match(i)], p_c, uv);
-    errors.push_back(has_image ? e.dot(omega_[i] * e) / medians[frame_.has_depth_cue[i]] : infinity);
+    errors.push_back(has_image(i) ? e.dot(omega_[i] * e) / medians[frame_.has_depth_cue[i]] : infinity);
   }
   scale_squared = std::max(median(errors), 1e-12L * radian_squared_);
 }
 
+bool AlignmentOracle::has_image(std::size_t i) const {
+  const WideVector3 p = in_camera(i, pose);
+  const double p_c[3] = {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
+  double uv[2];
+  return project(frame_.cameras[frame_.camera_of_match(i)], p_c, uv);
+}
+
+// |W J|^2 = tr J^T Omega J by the position.
+long double AlignmentOracle::leverage(std::size_t i) const {
+  const WideMatrix J = differentiate(3, [&](const WideVector& by) {
+    WideIsometry moved = pose;
+    moved.pretranslate(WideVector3(by));
+    return residual(i, moved);
+  });
+  return wide_product(wide_product(J.transpose(), omega_[i]), J).trace();
+}
+
 long double AlignmentOracle::weight_of(Weight weight, std::size_t i) const {
+  if (weight == Weight::inliers) return is_inlier_[i] ? 1 : 0;
+  return robust_weight_of(weight, i) * std::min(1.0L, leverage_limit_ / leverage(i));
+}
+
+long double AlignmentOracle::robust_weight_of(Weight weight, std::size_t i) const {
   const int kind = frame_.has_depth_cue[i];
   const long double squared = errors[i] * medians[kind] / scale_squared;
   if (weight == Weight::huber && squared > 400 / 2.25L * hubers[kind]) return 0;
   if (weight == Weight::huber) return std::min(1.0L, std::sqrt(hubers[kind] / squared));
-  if (weight == Weight::tukey) return std::pow(std::max(0.0L, 1 - squared / tukeys[kind]), 2.0L);
-  return is_inlier_[i] ? 1 : 0;
+  return std::pow(std::max(0.0L, 1 - squared / tukeys[kind]), 2.0L);
 }
 
 // Returns the length in standard deviations of the pose.

@@ -28,13 +28,16 @@ struct AlignmentOracle {
   void whiten();
   void measure();
   long double step(Weight weight);
+  bool has_image(std::size_t i) const;
+  long double leverage(std::size_t i) const;
   long double weight_of(Weight weight, std::size_t i) const;
+  long double robust_weight_of(Weight weight, std::size_t i) const;
 
   const FeatureFrame& frame_;
   const double* prior_;
   WideIsometry start_;
   std::vector<WideMatrix> omega_;  // of each match
-  long double radian_squared_ = 0;
+  long double radian_squared_ = 0, leverage_limit_ = 0;
   std::vector<bool> is_inlier_;
 };
 

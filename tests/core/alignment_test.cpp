@@ -315,6 +315,23 @@ TEST(Alignment, is_not_spoilt_by_matches_that_are_broken) {
   }
 }
 
+// Wrongly close to the camera, and on its pixel at the predicted pose, as a search around projections finds it.
+TEST(Alignment, is_not_held_by_a_near_match_that_fits_the_prediction) {
+  TracedRandom random;
+  Scene scene(random, 200, FeatureKind());
+  const Camera& camera = scene.frame.cameras[0];
+  GoodFeatures good(201);
+  for (const double z : {0.3, 0.1, 1e-3, 1e-6, 1e-12}) {
+    scene.frame.gather(good);
+    const Eigen::Vector3d p_w = scene.frame.T_cw.inverse() * Eigen::Vector3d(0.2 * z, -0.1 * z, z);
+    const WideVector2 uv = image_of(camera, (scene.frame.T_cw * p_w).cast<long double>());
+    good.add(FeatureMatch(p_w, Eigen::Vector2d(uv.cast<double>())));
+    ASSERT_TRUE(good.align().is_aligned()) << z;
+    EXPECT_LT(squared_error(good, scene.T_true), 40) << z;
+    EXPECT_FALSE(good.is_inlier(200)) << z;
+  }
+}
+
 // A prior as firm as the world.
 TEST(Alignment, stays_at_a_pose_that_is_known) {
   TracedRandom random;

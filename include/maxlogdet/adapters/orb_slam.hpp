@@ -35,7 +35,7 @@ class OrbSlamHook : public TrackerHook {
 
   /// Replaces pose_optimization(&frame): sets the pose that fits all inliers, marks outliers, and returns the number of
   /// inliers by the tracker's own limits. Where no pose is found (features.alignment() tells why) the frame keeps its
-  /// pose, and it returns 0. Matches beyond the capacity are left alone.
+  /// pose, at which matches are judged. Matches beyond the capacity are left alone.
   template <class Frame>
   int align(Frame& frame) {
     cost_ = HookCost();
@@ -48,17 +48,14 @@ class OrbSlamHook : public TrackerHook {
     cost_.candidates = cost_.selected = features.size();
     std::size_t inliers = 0;
     for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
-      frame.mvbOutlier[features.id(i)] = false;
+      frame.mvbOutlier[features.id(i)] = found.error != Error::none;
       ++inliers;
     }
-    if (!found.is_aligned()) {
-      inliers = 0;
-    } else {
-      Tracker::set_pose(features.pose(), frame);
-      const IndexRange outliers = features.outliers(features.pose());
-      for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
-      inliers -= outliers.size();
-    }
+    if (found.error != Error::none) inliers = 0;  // without a pose none can be judged
+    if (found.is_aligned()) Tracker::set_pose(features.pose(), frame);
+    const IndexRange outliers = features.outliers(features.pose());
+    for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
+    inliers -= outliers.size();
     cost_.restore_us = lap();
     log.write(cost_);
     return static_cast<int>(inliers);

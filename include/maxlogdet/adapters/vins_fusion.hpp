@@ -50,7 +50,7 @@ class VinsFusion : public TrackerHook {
   }
 
   /// Returns whether the last question left out the feature of that number, which counts modulo 2^32; never one without
-  /// a block, unless it does not fit the aligned pose.
+  /// a block, unless the newest pose was aligned, and it does not fit.
   template <class Id>
   bool leaves_out(Id id) const noexcept {
     return std::binary_search(left_out_.begin(), left_out_.end(), static_cast<std::uint32_t>(id));
