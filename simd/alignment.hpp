@@ -26,7 +26,8 @@ constexpr std::size_t given = 15;          // those above
 constexpr std::size_t whitening = 15;      // 6, the lower triangle of W, by rows
 constexpr std::size_t error = 21;          // |W e|^2, over its median if it is normal; infinite without an image
 constexpr std::size_t is_inlier = 22;      // 1 or 0
-constexpr std::size_t count = 23;
+constexpr std::size_t leverage = 23;       // |W J|^2 at the predicted pose, then Mallows' weight
+constexpr std::size_t count = 24;
 }  // namespace plane
 
 /// Squared limits of |W e| by its degrees of freedom, 2 or 3: with normal errors as many pass with three as with two.
@@ -58,7 +59,6 @@ struct AlignmentInput {
   std::size_t stride;
   float* errors;           ///< plane::error, rounded to float32
   std::size_t begin, end;  ///< lanes
-  double leverage_limit;   ///< of |W J|^2 with Huber's and Tukey's weights
 };
 
 /// Of H^T W H and H^T W e, H = J [ I | -[p]x ]: with G = J^T W J and g = J^T W e they are made of these sums.
@@ -73,7 +73,7 @@ struct NormalSums {
 struct AlignmentFunctions {
   /// W of matches with noise of the map, at the pose; NaN where there is none.
   void (*whiten)(const AlignmentInput& input);
-  /// |W J|^2 at the pose, to errors.
+  /// plane::leverage, also to errors.
   void (*measure_leverage)(const AlignmentInput& input);
   /// plane::error and errors at the pose.
   void (*measure_errors)(const AlignmentInput& input);

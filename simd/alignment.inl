@@ -121,24 +121,19 @@ inline Mask is_moderate(const Linearised<third>& at, const Doubles& square) {
   return (size(at.p_c) >= Doubles(1e-30)) & (size(at.p_b) <= Doubles(1e60)) & (square <= Doubles(1e40));
 }
 
-// |W J|^2, the square of how much a match says of the position.
-template <DepthCue third>
-[[gnu::always_inline]] inline Doubles leverage_of(const Linearised<third>& at) {
-  Doubles sum(0.0);
-  for (const auto& row : at.J) {
-    for (const Doubles& entry : row) sum += entry * entry;
-  }
-  return sum;
-}
-
 template <DepthCue third, bool by_map>
 void measure_leverage(const AlignmentInput& input) {
   const Doubles infinite(std::numeric_limits<double>::infinity());
   for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
     const auto at = whitened_at<third, by_map>(input, i);
-    const Doubles leverage = leverage_of(at);
+    Doubles leverage(0.0);
+    for (const auto& row : at.J) {
+      for (const Doubles& entry : row) leverage += entry * entry;
+    }
     const Mask counts = at.exists & (leverage <= Doubles(static_cast<double>(std::numeric_limits<float>::max())));
-    store_narrow(xsimd::select(counts, leverage, infinite), input.errors + i);
+    const Doubles found = xsimd::select(counts, leverage, infinite);
+    store(found, plane::leverage, i, input);
+    store_narrow(found, input.errors + i);
   }
 }
 
@@ -196,15 +191,12 @@ inline void cross(const Point& a, const X& x, const Y& y, const Z& z, Doubles (&
   product[2] = a.x * y - a.y * x;
 }
 
-// The weights of a pack. Those of large errors and of large derivatives are bounded (Mallows' weights).
-template <RobustWeight weight, DepthCue third>
-[[gnu::always_inline]] inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Linearised<third>& at,
-                                                double scale_squared) {
+// The weights of a pack, bounded by the error and by the leverage.
+template <RobustWeight weight, int Rows>
+inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Mask& has_third, double scale_squared) {
   if constexpr (weight == RobustWeight::inliers) return load(input, plane::is_inlier, i);
-  const Doubles w = weight_of<weight, rows_with(third)>(load(input, plane::error, i), at.has_third, scale_squared);
-  const Doubles limit(input.leverage_limit);
-  const Doubles leverage = leverage_of(at);
-  return xsimd::select(leverage > limit, w * (limit / leverage), w);
+  return load(input, plane::leverage, i) *
+         weight_of<weight, Rows>(load(input, plane::error, i), has_third, scale_squared);
 }
 
 // Sums of a pack of lanes, in the order of NormalSums.
@@ -297,7 +289,7 @@ NormalSums add_lanes(const AlignmentInput& input, double scale_squared) {
     for (Doubles& sum : sums) sum = Doubles(0.0);
     for (std::size_t i = input.begin + lane; i < input.end; i += alignment_lanes) {
       const auto at = whitened_at<third, by_map>(input, i);
-      const Doubles w = weight_at<weight>(input, i, at, scale_squared);
+      const Doubles w = weight_at<weight, rows_with(third)>(input, i, at.has_third, scale_squared);
       add_pack<third, is_sparse>(at, w, load(input, plane::error, i) <= Doubles(std::numeric_limits<double>::max()),
                                  sums);
     }

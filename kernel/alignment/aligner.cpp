@@ -196,12 +196,16 @@ void Aligner::measure_radian() noexcept {
   radian_squared_ = 1 / (angle * angle * simd::robust_limits[0].median);
 }
 
-// At the predicted pose.
+// Mallows' weights, at the predicted pose.
 void Aligner::limit_leverage() noexcept {
   for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_leverage(parts_[p]);
   std::size_t finite;
-  const float median = kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite);
-  for (std::size_t p = 0; p < part_count_; ++p) parts_[p].leverage_limit = most_leverage * static_cast<double>(median);
+  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  double* const leverage = plane(planes::leverage);
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    const bool is_large = leverage[lane] > most_leverage * median;
+    leverage[lane] = is_large ? most_leverage * median / leverage[lane] : 1;
+  }
 }
 
 // Steps with one kind of weights until a step is short.

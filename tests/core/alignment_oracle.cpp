@@ -69,9 +69,8 @@ AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
   }
   radian_squared_ = 1 / (std::pow(median(angles), 2.0L) * medians[0]);
   whiten();
-  std::vector<long double> leverages;
-  for (std::size_t i = 0; i < omega_.size(); ++i) leverages.push_back(has_image(i) ? leverage(i) : infinity);
-  leverage_limit_ = 100 * median(leverages);
+  for (std::size_t i = 0; i < omega_.size(); ++i) leverages_.push_back(has_image(i) ? leverage(i) : infinity);
+  leverage_limit_ = 100 * median(leverages_);
   measure();
   for (int i = 0; i < 10 && step(Weight::huber) >= 3; ++i) {
   }
@@ -148,7 +147,7 @@ long double AlignmentOracle::leverage(std::size_t i) const {
 
 long double AlignmentOracle::weight_of(Weight weight, std::size_t i) const {
   if (weight == Weight::inliers) return is_inlier_[i] ? 1 : 0;
-  return robust_weight_of(weight, i) * std::min(1.0L, leverage_limit_ / leverage(i));
+  return robust_weight_of(weight, i) * std::min(1.0L, leverage_limit_ / leverages_[i]);
 }
 
 long double AlignmentOracle::robust_weight_of(Weight weight, std::size_t i) const {

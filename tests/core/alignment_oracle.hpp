@@ -37,6 +37,7 @@ struct AlignmentOracle {
   const double* prior_;
   WideIsometry start_;
   std::vector<WideMatrix> omega_;  // of each match
+  std::vector<long double> leverages_;
   long double radian_squared_ = 0, leverage_limit_ = 0;
   std::vector<bool> is_inlier_;
 };
