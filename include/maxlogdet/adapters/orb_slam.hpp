@@ -46,19 +46,18 @@ class OrbSlamHook : public TrackerHook {
     cost_.select_us = lap();
     cost_.status = found.reason();
     cost_.candidates = cost_.selected = features.size();
-    std::size_t inliers = 0;
-    for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
-      frame.mvbOutlier[features.id(i)] = found.error != Error::none;
-      ++inliers;
-    }
-    if (found.error != Error::none) inliers = 0;  // without a pose none can be judged
     if (found.is_aligned()) Tracker::set_pose(features.pose(), frame);
-    const IndexRange outliers = features.outliers(features.pose());
-    for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
-    inliers -= outliers.size();
+    features.outliers(features.pose());
+    int inliers = 0;
+    for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
+      const bool is_outlier =
+          found.error != Error::none || features.is_outlier(i);  // none can be judged after an error
+      frame.mvbOutlier[features.id(i)] = is_outlier;
+      inliers += is_outlier ? 0 : 1;
+    }
     cost_.restore_us = lap();
     log.write(cost_);
-    return static_cast<int>(inliers);
+    return inliers;
   }
 
   /// Sets the aligned pose, and calls pose_optimization(&frame) with the selected matches only; returns the number of

@@ -103,6 +103,9 @@ TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_mat
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
   typename TypeParam::Adapter small(100, 200);
   EXPECT_EQ(small.align(world.frame), 160) << "of the first 200";
+  small.features.block_options.min_depth = -1;
+  EXPECT_EQ(small.align(world.frame), 0);
+  EXPECT_STREQ(small.cost().status, "invalid_block_options");
   TypeParam::forget_pose(world.frame);
   EXPECT_EQ(world.good.align(world.frame), 0);
   EXPECT_STREQ(world.good.cost().status, "invalid_pose");
