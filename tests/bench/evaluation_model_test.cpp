@@ -51,7 +51,7 @@ TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_a
   EXPECT_EQ(evaluation.frames, 80U);
   EXPECT_EQ(evaluation.unusable, 0U);
   EXPECT_EQ(evaluation.matches, 200);
-  EXPECT_NEAR(evaluation.inliers, 0.995 * 200, 0.5) << "the limits are quantiles";
+  EXPECT_NEAR(evaluation.inliers, 0.995 * 200, 0.8) << "the limits are quantiles, of a scale that scatters";
   Tally deviations;
   add_growth(evaluation, deviations);
   EXPECT_EQ(deviations.values, 4 * 3 * 2U);
@@ -194,9 +194,6 @@ TEST(EvaluationOfErrors, that_grow_with_leverage_raise_the_chi2_of_higher_decile
       EXPECT_GT(evaluation.chi2_by_leverage[d].interval.low, evaluation.chi2_by_leverage[d - 2].interval.high) << d;
     }
   }
-  const std::vector<std::string> advice = verdict_of(evaluation).advice;
-  ASSERT_FALSE(advice.empty());
-  EXPECT_NE(advice.back().find("noisier than its sigmas say"), std::string::npos) << advice.back();
   EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
 }
 
