@@ -23,7 +23,7 @@ struct Model<CameraModel::double_sphere> : DefaultModel {
   }
 
   template <class Number>
-  MAXLOGDET_INLINE static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number one(1.0);
     const Number xi(lens.parameters[0]);

@@ -14,7 +14,7 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
   static constexpr bool is_depth_along_z = false;
 
   template <class Number>
-  MAXLOGDET_INLINE static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const double* const k = lens.parameters;
     const Number zero(0.0);
     const Number one(1.0);

@@ -18,14 +18,6 @@
 // false where anything overflows. `prepare`, which runs once per camera, may use the C library. Internal linkage: a
 // weak symbol would let the linker run wide code on a narrow machine.
 
-// Forced into loops over packs, where a call would pass packs by way of memory. Not in builds without optimisation, so
-// that coverage counts a branch once.
-#ifdef __OPTIMIZE__
-#define MAXLOGDET_INLINE __attribute__((always_inline))
-#else
-#define MAXLOGDET_INLINE
-#endif
-
 namespace maxlogdet::simd {
 
 /// The parameters of a camera, and what Model::prepare makes of them, once per camera.

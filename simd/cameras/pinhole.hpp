@@ -12,7 +12,7 @@ struct Model<CameraModel::pinhole> : DefaultModel {
   static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  MAXLOGDET_INLINE static Image<Number> project(const Lens& /*lens*/, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& /*lens*/, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
     return {p.x * inverse_z,

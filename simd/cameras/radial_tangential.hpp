@@ -14,7 +14,7 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
   static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  MAXLOGDET_INLINE static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
     const double* const k = lens.parameters;
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
