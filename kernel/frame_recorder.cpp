@@ -144,8 +144,7 @@ bool FrameRecorder::start(const Camera* cameras, std::size_t count, const RigidT
   BlockOptions options;
   options.depth_cue = details.depth_cue;
   options.depth_sigma = details.depth_sigma;
-  if (!is_open_ || check(cameras, count, details.depth_cue) != Error::none) return false;
-  if (!is_rigid(T_bw) || check(options) != Error::none) return false;
+  if (!is_open_ || check(cameras, count, options, T_bw) != Error::none) return false;
   is_rig_ = count > 1 || !is_identity(cameras[0].T_cb);
   if (is_rig_ && details.depth_cue == DepthCue::stereo) {
     return fail("a rig with right columns cannot be written into frame files");

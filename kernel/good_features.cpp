@@ -205,9 +205,7 @@ void GoodFeatures::State::forget_alignment() noexcept {
 // Nothing is rejected in a frame with an error.
 void GoodFeatures::State::align(const BlockOptions& options, const double* of_pose) noexcept {
   forget_alignment();
-  Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, depth_cue);
-  if (error == Error::none) error = check(options);
-  if (error == Error::none && !is_rigid(T_bw)) error = Error::invalid_pose;
+  const Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, options, T_bw);
   if (error != Error::none) return aligner.forget(T_bw, error);
   FrameToAlign frame;
   frame.cameras = cameras;
@@ -315,9 +313,8 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
     if (is_inlier[i] != 0) take(i, not_a_number);
   }
   if (status == Status::deadline_reached) return;
-  const auto is_left = [this](std::size_t i) { return is_inlier[i] != 0 && is_selected[i] == 0; };
   bool are_all_in = true;
-  for (std::size_t i = 0; i < size && are_all_in; ++i) are_all_in = !is_left(i);
+  for (std::size_t i = 0; i < size; ++i) are_all_in = are_all_in && (is_inlier[i] == 0 || is_selected[i] != 0);
   if (are_all_in) {
     const Alignment& found = aligner.found();
     const bool are_rejected = found.is_aligned() && found.inliers < found.measured;

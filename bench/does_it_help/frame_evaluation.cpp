@@ -98,13 +98,8 @@ class FrameEvaluator {
     const std::vector<Camera>& rig = frame_.camera.rig;
     rig.empty() ? good.start(Camera(frame_.camera), T_cw) : good.start(rig.data(), rig.size(), T_cw);
     for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
-      const Match& from = frame_.matches[i];
-      const double uv[2] = {from.u, from.v};
-      FeatureMatch match(from.point, uv, 1 / std::sqrt(from.inv_sigma2));
-      if (frame_.camera.depth_cue() == DepthCue::stereo) match.u_right = from.u_right;
-      if (frame_.camera.depth_cue() == DepthCue::depth) match.depth = from.depth;
+      FeatureMatch match = feature_match(frame_.matches[i], frame_.camera.depth_cue());
       if (weighs_map() && !frame_.map_covariances.empty()) match.covariance = frame_.map_covariances[i].data();
-      match.camera_id = from.camera_id;
       good.add(match);
     }
   }

@@ -102,12 +102,7 @@ Frame with_wrong(const Frame& right, const Pose& truth, const Case& which, Draws
 // Selects among the first `size` matches, as a tracker would.
 Indices select(GoodFeatures& good, const Frame& frame, std::size_t size, const Pose& predicted) {
   good.start(Camera(frame.camera), RigidTransform::row_major(to_rows(predicted).data()));
-  for (std::size_t i = 0; i < size; ++i) {
-    const Match& match = frame.matches[i];
-    FeatureMatch added(match.point, Eigen::Vector2d(match.u, match.v), 1 / std::sqrt(match.inv_sigma2));
-    if (match.is_stereo()) added.u_right = match.u_right;
-    good.add(added);
-  }
+  for (std::size_t i = 0; i < size; ++i) good.add(feature_match(frame.matches[i], frame.camera.depth_cue()));
   const Selection selection = good.select(budgets[std::size(budgets) - 1]);
   return {selection.begin(), selection.end()};
 }
@@ -172,6 +167,13 @@ std::vector<double> values_of(const Row& row, const Value& value) {
   return values;
 }
 
+auto deviation_of(std::size_t pose) {
+  return [=](const Measured& m) { return m.deviations[pose]; };
+}
+auto wrong_of(std::size_t budget) {
+  return [=](const Measured& m) { return m.wrong[budget]; };
+}
+
 template <class Value>
 std::string percent(const Row& row, const Value& value) {
   const std::vector<double> values = values_of(row, value);
@@ -186,18 +188,16 @@ Table table_of(const Rows& rows) {
   }
   for (const std::size_t budget : budgets) table.header.push_back("wrong_of_" + std::to_string(budget) + "_percent");
   table.header.insert(table.header.end(), {"lost_percent", "not_aligned_percent"});
-  constexpr std::size_t pose_count = std::size(poses), budget_count = std::size(budgets);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const Case& which = cases[r / prediction_count];
     const auto& [metres, turn] = predictions[r % prediction_count];
     std::vector<std::string> cells = {which.name, exact(which.share), exact(metres), exact(turn),
                                       std::to_string(rows[r].size())};
-    for (std::size_t p = 0; p < pose_count; ++p) {
-      const std::vector<double> deviations = values_of(rows[r], [p](const Measured& m) { return m.deviations[p]; });
+    for (std::size_t p = 0; p < std::size(poses); ++p) {
+      const std::vector<double> deviations = values_of(rows[r], deviation_of(p));
       for (const double q : {0.5, 0.95}) cells.push_back(fixed(quantile_of(deviations, q), 2));
     }
-    for (std::size_t b = 0; b < budget_count; ++b)
-      cells.push_back(percent(rows[r], [b](const Measured& m) { return m.wrong[b]; }));
+    for (std::size_t b = 0; b < std::size(budgets); ++b) cells.push_back(percent(rows[r], wrong_of(b)));
     cells.push_back(percent(rows[r], [](const Measured& m) { return m.lost; }));
     cells.push_back(percent(rows[r], [](const Measured& m) { return m.failed; }));
     table.rows.push_back(cells);

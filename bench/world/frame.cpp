@@ -17,6 +17,15 @@ void fill_unknown_covariances(Frame& frame, double map_sigma) {
   }
 }
 
+FeatureMatch feature_match(const Match& match, DepthCue depth_cue) {
+  const double uv[2] = {match.u, match.v};
+  FeatureMatch made(match.point, uv, 1 / std::sqrt(match.inv_sigma2));
+  if (depth_cue == DepthCue::stereo) made.u_right = match.u_right;
+  if (depth_cue == DepthCue::depth) made.depth = match.depth;
+  made.camera_id = match.camera_id;
+  return made;
+}
+
 std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   std::array<double, 3> p{};
   RigidTransform::row_major(frame.T_cw_prior.data()).transform(match.point, p.data());

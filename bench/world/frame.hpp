@@ -66,6 +66,9 @@ struct Frame {
 /// Gives matches of unknown covariance map_sigma^2 I where others have a covariance, as GoodFeatures does.
 void fill_unknown_covariances(Frame& frame, double map_sigma);
 
+/// Returns a match as GoodFeatures takes it, with what the frame's camera measures besides u and v; without covariance.
+FeatureMatch feature_match(const Match& match, DepthCue depth_cue);
+
 /// Returns a map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 

@@ -137,10 +137,8 @@ void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t l
   for (std::size_t d = 0; d < 2; ++d) plane(planes::measured + d)[lane] = match.measured[d];
   plane(planes::sigma)[lane] = match.sigma;
   plane(planes::weight)[lane] = 1 / match.sigma;
-  if (frame.options.depth_cue != DepthCue::none) {
-    plane(planes::measured + 2)[lane] = frame.options.depth_cue == DepthCue::stereo ? match.u_right : match.depth;
-    plane(planes::has_third)[lane] = frame.has_third[i] != 0 ? 1 : 0;
-  }
+  plane(planes::measured + 2)[lane] = frame.options.depth_cue == DepthCue::stereo ? match.u_right : match.depth;
+  plane(planes::has_third)[lane] = frame.has_third[i] != 0 ? 1 : 0;
   for (std::size_t e = 0; by_map_ && frame.covariances != nullptr && e < 6; ++e) {
     plane(planes::map_covariance + e)[lane] = frame.covariances[9 * i + simd::upper_triangle[e]];
   }
@@ -222,9 +220,8 @@ void Aligner::find_inliers() noexcept {
   const double* const errors = plane(planes::error);
   const double* const has_third = plane(planes::has_third);
   double* const is_inlier = plane(planes::is_inlier);
-  const bool is_monocular = parts_[0].frame.third == DepthCue::none;
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    const simd::RobustLimits& limits = simd::robust_limits[is_monocular || has_third[lane] == 0 ? 0 : 1];
+    const simd::RobustLimits& limits = simd::robust_limits[has_third[lane] == 0 ? 0 : 1];
     const bool fits = errors[lane] <= limits.gate / limits.median * scale_squared_;
     is_inlier[lane] = fits ? 1 : 0;
     found_.inliers += fits ? 1 : 0;

@@ -14,9 +14,9 @@ class RigidMotion {
   void move(const double (&xi)[6]) noexcept;
   /// T, 3 x 4 row-major.
   const double* pose() const noexcept { return T_; }
-  /// Adds a prior about the start, 6 x 6 information, to the normal equations H x = b of a step. With T = D T_start, D
-  /// = [R | t], its term of the objective is xi^T prior xi of xi = (t, (R - R^T)v / 2), the logarithm of D up to the
-  /// third order.
+  /// Adds a prior about the start, 6 x 6 information, to the normal equations H x = b of a step. Its term of the
+  /// objective is xi^T prior xi. With T = D T_start and D = [R | t], xi is t and the vector of (R - R^T) / 2, which is
+  /// the logarithm of D up to the third order.
   void add_prior(const double* prior, double (&H)[6][6], double (&b)[6]) const noexcept;
 
  private:

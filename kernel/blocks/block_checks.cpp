@@ -71,4 +71,11 @@ Error check(const Camera* cameras, std::size_t count, DepthCue third) noexcept {
   return Error::none;
 }
 
+Error check(const Camera* cameras, std::size_t count, const BlockOptions& options,
+            const RigidTransform& T_bw) noexcept {
+  Error error = check(cameras, count, options.depth_cue);
+  if (error == Error::none) error = check(options);
+  return error == Error::none && !is_rigid(T_bw) ? Error::invalid_pose : error;
+}
+
 }  // namespace maxlogdet

@@ -31,5 +31,7 @@ Error check(const BlockOptions& options) noexcept;
 Error check(const Camera& camera, DepthCue third) noexcept;
 /// All of 1 to 256 cameras.
 Error check(const Camera* cameras, std::size_t count, DepthCue third) noexcept;
+/// What a frame is seen by, its options and its pose.
+Error check(const Camera* cameras, std::size_t count, const BlockOptions& options, const RigidTransform& T_bw) noexcept;
 
 }  // namespace maxlogdet

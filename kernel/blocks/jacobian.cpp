@@ -46,9 +46,7 @@ BlockReport append_blocks(const Camera* cameras, std::size_t count, const RigidT
                           const BlockOptions& options, BlockStore& blocks) {
   BlockReport report;
   report.error = check(matches.points, matches.size);
-  if (report.error == Error::none) report.error = check(cameras, count, options.depth_cue);
-  if (report.error == Error::none) report.error = check(options);
-  if (report.error == Error::none && !is_rigid(T_bw)) report.error = Error::invalid_pose;
+  if (report.error == Error::none) report.error = check(cameras, count, options, T_bw);
   if (report.error != Error::none) return report;
   simd::CameraInput inputs[max_cameras];
   for (std::size_t i = 0; i < count; ++i) inputs[i] = camera_input(cameras[i]);

@@ -8,7 +8,6 @@
 #include "tests/support/sweeps.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -370,12 +369,7 @@ TEST(RealFrames, are_aligned_with_the_same_bits_on_every_isa) {
     const auto aligned = [&] {
       GoodFeatures good(frame.matches.size());
       good.start(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()));
-      for (const sim::Match& of_frame : frame.matches) {
-        FeatureMatch match(of_frame.point, std::array<double, 2>{of_frame.u, of_frame.v});
-        match.sigma = 1 / std::sqrt(of_frame.inv_sigma2);
-        if (of_frame.is_stereo()) match.u_right = of_frame.u_right;
-        good.add(match);
-      }
+      for (const sim::Match& match : frame.matches) good.add(feature_match(match, frame.camera.depth_cue()));
       const Alignment found = good.align();
       EXPECT_EQ(found.status, AlignmentStatus::aligned);
       EXPECT_GT(found.inliers, 0.6 * static_cast<double>(found.measured));

@@ -86,9 +86,10 @@ class TrackerHook {
     cost_.select_us = lap();
     left_out_.clear();
     const BlockStore& blocks = features.blocks();
+    const bool is_aligned = features.alignment().is_aligned();
     for (std::size_t i = 0; i < features.size(); ++i) {
       const std::uint32_t id = features.id(i);
-      const bool is_rejected = features.alignment().is_aligned() && !features.is_inlier(i);
+      const bool is_rejected = is_aligned && !features.is_inlier(i);
       const bool may_go = !are_blocks_needed || blocks.is_valid(i) || is_rejected;
       if (id != no_id && may_go && !features.is_selected(i)) left_out_.push_back(id);
     }
