@@ -26,13 +26,6 @@ struct Sum {
   }
 };
 
-// Entry (i, j) of M0: of the symmetric part of Options::prior, or of 1e-5 I.
-double prior_entry(const double* prior, int i, int j) noexcept {
-  constexpr int n = state_dimension;
-  if (prior == nullptr) return i == j ? default_prior_information : 0;
-  return prior[n * i + j] / 2 + prior[n * j + i] / 2;
-}
-
 // -2 sum log W_cc + tr(W M0 W^T) - 6, the bound without candidates.
 Sum bound_of_prior(const double* w, const double* prior) noexcept {
   Sum sum;
@@ -43,7 +36,7 @@ Sum bound_of_prior(const double* w, const double* prior) noexcept {
     sum.add(-2 * log, 2 * std::abs(log));
     for (int i = 0; i <= c; ++i) {
       for (int j = 0; j <= c; ++j) {
-        const double term = row[i] * prior_entry(prior, i, j) * row[j];
+        const double term = row[i] * prior[state_dimension * i + j] * row[j];
         sum.add(term, std::abs(term));
       }
     }

@@ -9,9 +9,6 @@
 
 namespace maxlogdet {
 
-/// M0 = 1e-5 I if no prior is given.
-constexpr double default_prior_information = 1e-5;
-
 /// The error above which the determinant of a sum is not used.
 constexpr double large_error = 1e-6;
 /// The error f from which on it no longer bounds gains.
@@ -21,14 +18,14 @@ constexpr double hopeless_error = 0.125;
 constexpr double drift_of_error = 2.5;
 
 /// The information M = prior + sum of h^T h over the rows added, kept as the inverse W = L^-1 of its Cholesky factor
-/// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T.
+/// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T. Norms are taken in units of the directions,
+/// powers of two near the roots of the prior's diagonal: no bound depends on the caller's units.
 class InformationFactor {
  public:
   static constexpr int n = state_dimension;
 
-  /// Starts from a prior, 6 x 6 row-major; nullptr: 1e-5 * I. False if it is not finite, symmetric and safely positive
-  /// definite (docs/numerics.md).
-  bool reset(const double* prior) noexcept { return reset(prior, nullptr, 0); }
+  /// Starts from a symmetric prior, 6 x 6 row-major. False if it is not safely positive definite (docs/numerics.md).
+  bool reset(const double* prior) noexcept;
 
   /// The same from prior + added, a sum of H^T H whose entries are off by at most `roundings` 2^-53 sqrt(M_ii M_jj).
   /// prior_log_det() is then that of the sum.
@@ -37,6 +34,10 @@ class InformationFactor {
   /// Directly after that reset, an upper bound of the relative error of det(M)^(1/6). Unlike relative_error(), it does
   /// not depend on the units of the directions.
   double determinant_error(const double* prior, const double* added, double roundings) const noexcept;
+
+  /// Whether no |W_ij| is above 1e10: W h and the determinant of three rows are then finite in float64 for any float32
+  /// block.
+  bool is_moderate() const noexcept;
 
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative gain of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
@@ -54,17 +55,20 @@ class InformationFactor {
   /// Derived in docs/numerics.md.
   double relative_error() const noexcept { return relative_error_; }
 
-  /// The Frobenius norm of W.
+  /// The Frobenius norm of W, in units.
   double inverse_norm() const noexcept;
 
  private:
+  bool reset(const double* information, double roundings) noexcept;
   void narrow() noexcept;
 
+  double unit_[simd::padded_dimension];  // of each direction, a power of two
+  double per_unit_[n];
   double w_[n][simd::padded_dimension];
   float narrow_[n][simd::padded_dimension];
   double norm_;            // of W, or an upper bound of it
   std::uint32_t added_;    // blocks since the last reset
-  double trace_;           // of M
+  double trace_;           // of M, in units
   double relative_error_;  // f
   double prior_log_det_;
 };

@@ -11,7 +11,7 @@ namespace maxlogdet {
 /// The candidates and the prior of a selection, without its groups.
 struct Problem {
   const Candidates& candidates;
-  const double* prior;           ///< as Options::prior
+  const double* prior;           ///< M0, 6 x 6 row-major, symmetric positive definite
   const unsigned char* is_free;  ///< per candidate: nonzero if it may be selected and is not required
   std::size_t free_count;        ///< number of free candidates
   const Candidate* required;     ///< the candidates that every selection includes

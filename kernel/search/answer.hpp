@@ -14,12 +14,10 @@ class Answer {
  public:
   explicit Answer(std::size_t capacity) : candidates_(capacity), gains_(capacity) {}
 
-  /// Starts from a prior, as InformationFactor::reset.
-  bool reset(const double* prior) noexcept {
-    const bool is_valid = prior_.reset(prior);
-    factor_ = prior_;
+  /// Starts from a prior.
+  void reset(const InformationFactor& prior) noexcept {
+    factor_ = prior_ = prior;
     size_ = 0;
-    return is_valid;
   }
 
   /// Adds a candidate, by `count` rows.

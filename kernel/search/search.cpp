@@ -16,6 +16,7 @@ static_assert(simd::dimension == state_dimension, "the kernels are written for t
 SearchMemory::SearchMemory(std::size_t capacity_)
     : capacity(checked_capacity(capacity_)),
       kernel(simd::active()),
+      prior(capacity_),
       screening(capacity_),
       constraints(capacity_),
       answer(capacity_),
@@ -32,7 +33,7 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
     : memory_(memory),
       candidates_(all_of(blocks, *memory.kernel)),
       screening_(candidates_, memory.team, memory.screening),
-      problem_{candidates_, options.prior, nullptr, 0, nullptr, 0},
+      problem_{candidates_, prior_.entries, nullptr, 0, nullptr, 0},
       constraints_(memory.constraints),
       answer_(memory.answer),
       deadline_(deadline),
@@ -43,7 +44,9 @@ Search::Search(const BlockStore& blocks, const Options& options, const Deadline&
 Error Search::start(const BlockStore& blocks, const Options& options) noexcept {
   const Error error = constraints_.reset(blocks, options, problem_);
   if (error != Error::none) return error;
-  if (!answer_.reset(options.prior)) return Error::invalid_prior;
+  InformationFactor at_prior;
+  if (!memory_.prior.start(options.prior, candidates_, prior_, at_prior)) return Error::invalid_prior;
+  answer_.reset(at_prior);
   remaining_ = problem_.free_count;
   if (target_.is_asked()) set_target();
   for (std::size_t j = 0; j < problem_.required_count; ++j) take(problem_.required[j]);

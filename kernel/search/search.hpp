@@ -4,6 +4,7 @@
 #include "kernel/base/deadline.hpp"
 #include "kernel/blocks/candidates.hpp"
 #include "kernel/information/information_factor.hpp"
+#include "kernel/information/prior.hpp"
 #include "kernel/information/problem.hpp"
 #include "kernel/screening/screening.hpp"
 #include "kernel/search/answer.hpp"
@@ -30,6 +31,7 @@ struct SearchMemory {
   std::size_t capacity;
   const simd::Kernel* kernel;  ///< picked on construction; nullptr: MAXLOGDET_ISA names an unsupported one
   threading::Team team;
+  PriorMemory prior;
   ScreeningMemory screening;
   Constraints constraints;
   Answer answer;
@@ -98,6 +100,7 @@ class Search {
   SearchMemory& memory_;
   Candidates candidates_;
   Screening screening_;
+  Prior prior_;
   Problem problem_;
   Constraints& constraints_;
   Answer& answer_;

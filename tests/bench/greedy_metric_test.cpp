@@ -14,7 +14,7 @@ namespace {
 using Indices = std::vector<std::uint32_t>;
 using sim::GreedyMetric;
 
-const Matrix6 small_prior = default_information();
+const Matrix6 small_prior = weak_information();
 
 Matrix6 information_of(const BlockStore& blocks, std::size_t i) { return gram(stored_block(blocks, i)); }
 

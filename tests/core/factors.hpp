@@ -23,6 +23,14 @@ struct Rows {
   double entries[max_block_rows][state_dimension] = {};
 };
 
+/// With a prior.
+inline InformationFactor factor_of(const Matrix6& information) {
+  InformationFactor factor;
+  const EigenPrior prior(information);
+  EXPECT_TRUE(factor.reset(prior.data()));
+  return factor;
+}
+
 inline void add(InformationFactor& factor, const Block& block) {
   factor.add_block(*simd::built_in()[0], Rows(block).entries, static_cast<int>(block.rows()));
 }

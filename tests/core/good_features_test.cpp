@@ -104,7 +104,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
   Troubled it;
   const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
-  const double no_prior[36] = {};
+  const EigenPrior no_prior(Matrix6(-Matrix6::Identity()));
   const std::vector<unsigned char> nothing(200, 0);
   Options options;
   const std::pair<Error, std::function<void()>> mistakes[] = {
@@ -112,7 +112,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       {Error::invalid_strategy, [&] { options.strategy = Strategy(99); }},
       {Error::invalid_threads, [&] { options.threads = -1; }},
       {Error::invalid_target, [&] { options.target.efficiency = 2; }},
-      {Error::invalid_prior, [&] { options.prior = no_prior; }},
+      {Error::invalid_prior, [&] { options.prior = no_prior.data(); }},
       {Error::misplaced_required, [&] { options.required = nothing.data(); }},
       {Error::infeasible,
        [&] {
@@ -407,7 +407,7 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
     }
     frame.gather(good);
     for (const bool has_prior : {false, true}) {
-      const Matrix6 prior = has_prior ? Matrix6(1e4 * random_prior(random)) : default_information();
+      const Matrix6 prior = has_prior ? Matrix6(1e4 * random_prior(random)) : default_information(blocks);
       Options options = with_budget(50);
       const EigenPrior entries(prior);
       if (has_prior) options.prior = entries.data();

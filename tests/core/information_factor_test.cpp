@@ -20,14 +20,6 @@ Matrix6 w_of(const InformationFactor& factor) {
   return w;
 }
 
-// With a prior.
-InformationFactor factor_of(const Matrix6& information) {
-  InformationFactor factor;
-  const EigenPrior prior(information);
-  EXPECT_TRUE(factor.reset(prior.data()));
-  return factor;
-}
-
 // Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
 // R^T R: the singular values of W R^T squared lie between. Returns the largest deviation as a share of f.
 long double expect_within_relative_error(const InformationFactor& factor, const GreedyOracle<long double>& oracle) {
@@ -43,7 +35,7 @@ TEST(InformationFactor, stays_within_its_relative_error_on_every_family) {
   long double tightest = 0;
   for_every_family(60, [&](const BlockStore& blocks) {
     GreedyOracle<long double> oracle(blocks);
-    InformationFactor factor = factor_of(default_information());
+    InformationFactor factor = factor_of(default_information(blocks));
     for (int round = 0; round < 30; ++round) {
       SCOPED_TRACE("round " + std::to_string(round));
       tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
@@ -114,9 +106,10 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
     });
     const double roundings = simd::sum_roundings(count, blocks.rows());
     InformationFactor factor;
-    ASSERT_TRUE(factor.reset(nullptr, sum.data(), roundings));
+    const EigenPrior prior(default_information(blocks));
+    ASSERT_TRUE(factor.reset(prior.data(), sum.data(), roundings));
     tightest = std::max(tightest, expect_within_relative_error(factor, oracle));
-    const double of_determinant = factor.determinant_error(nullptr, sum.data(), roundings);
+    const double of_determinant = factor.determinant_error(prior.data(), sum.data(), roundings);
     EXPECT_LE(std::abs(factor.prior_log_det() - oracle.log_det()) / 6, of_determinant + 1e-14L);
     EXPECT_LE(of_determinant, factor.relative_error());
     EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
@@ -126,8 +119,7 @@ TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
 }
 
 TEST(InformationFactor, knows_where_it_has_no_digits_left) {
-  InformationFactor factor;
-  ASSERT_TRUE(factor.reset(nullptr));
+  InformationFactor factor = factor_of(weak_information());
   EXPECT_LT(factor.relative_error(), 1e-10);
   Block row(1, 6);
   row << 1e13, -2e13, 3e12, 1e13, 5e12, -1e13;

@@ -61,13 +61,13 @@ void expect_within_limits(const BlockStore& blocks, std::size_t budget, const Ma
   EXPECT_LE(std::abs(log_det - log_det_of(blocks, indices, prior)), static_cast<long double>(budget) * allowed);
 }
 
-// The whole range of float32, denormals included, against the default prior.
+// The whole range of float32, denormals included, against a weak prior.
 TEST(Limits, scale_of_blocks) {
   for_each_exponent(-45, 38, [](Random& random, int exponent) {
     for (const int rows : {1, 2, 3}) {
       SCOPED_TRACE(std::to_string(rows) + " rows");
-      expect_within_limits(random_store(random, 40, std::pow(10.0, exponent), rows), 12, default_information(),
-                           default_prior);
+      expect_within_limits(random_store(random, 40, std::pow(10.0, exponent), rows), 12, weak_information(),
+                           weak_prior);
     }
   });
 }
@@ -76,15 +76,18 @@ TEST(Limits, scale_of_blocks) {
 double share_of_what_is_proved(const std::vector<Block>& blocks) {
   const BlockStore store = store_of(blocks);
   Selector selector(store.size());
-  const Selection selection = selector.select(store, with_budget(8, Strategy::lazy_greedy));
-  Triangle information(default_information());
+  const EigenPrior prior(weak_information());
+  Options options = with_budget(8, Strategy::lazy_greedy);
+  options.prior = prior.data();
+  const Selection selection = selector.select(store, options);
+  Triangle information(weak_information());
   long double max_error = 0;
   for (std::size_t i = 0; i < selection.size; ++i) {
     const long double before = information.log_det();
     information.add(stored_block(store, selection.indices[i]));
     max_error = std::max(max_error, std::abs(information.log_det() - before - selection.gains[i]));
   }
-  const double omega = longest_row(store) / std::sqrt(default_prior);
+  const double omega = longest_row(store) / std::sqrt(weak_prior);
   return static_cast<double>(max_error) / (20 * unit_roundoff * omega);
 }
 
@@ -118,7 +121,7 @@ TEST(Limits, scales_mixed_in_one_store) {
     const BlockStore blocks = store_of(40, [&](std::size_t) {
       return random_block(random, random.integer(1, 3), std::pow(10.0, random.uniform(-12, exponent)));
     });
-    expect_within_limits(blocks, 20, default_information(), default_prior);
+    expect_within_limits(blocks, 20, weak_information(), weak_prior);
   });
 }
 
@@ -151,16 +154,10 @@ TEST(Limits, condition_of_priors) {
     prior = (prior + prior.transpose()).eval() / 2;
     const BlockStore blocks = random_store(random, 40);
     if (exponent <= 12) return expect_within_limits(blocks, 12, prior, eigenvalues(3), 1 / eigenvalues(3));
-    const EigenPrior eigen_prior(prior);
-    Options options = with_budget(12, Strategy::lazy_greedy);
-    options.prior = eigen_prior.data();
+    Problem problem = problem_of(blocks, 12);  // where a pivot is rounding, with the default prior
+    problem.set_prior(prior);
     Selector selector(blocks.size());
-    const Selection selection = selector.select(blocks, options);
-    if (exponent <= 13 || selection.error != Error::invalid_prior)
-      expect_sound(problem_of(blocks, 12), selection, infinity);
-    if (exponent >= 16) {
-      EXPECT_EQ(selection.error, Error::invalid_prior);
-    }
+    expect_sound(problem, selector.select(blocks, problem.options()), infinity);
   });
 }
 
@@ -206,10 +203,12 @@ TEST(Limits, a_certificate_tells_where_float64_has_no_digits) {
         return block;
       });
       Options options = with_budget(1 + random.index(12), Strategy::lazy_greedy);
+      const EigenPrior prior(weak_information());
+      options.prior = prior.data();
       options.certificate = true;
       Selector selector(blocks.size());
       const Selection selection = selector.select(blocks, options);
-      const double omega = longest_row(blocks) / std::sqrt(default_prior);
+      const double omega = longest_row(blocks) / std::sqrt(weak_prior);
       EXPECT_TRUE(omega <= no_digits_omega || selection.upper_bound == infinity);
       EXPECT_TRUE(omega >= certain_omega || std::isfinite(selection.upper_bound));
       if (!std::isfinite(selection.upper_bound)) {
@@ -218,8 +217,8 @@ TEST(Limits, a_certificate_tells_where_float64_has_no_digits) {
         continue;
       }
       ++proved;
-      EXPECT_LE(gain_given_away(blocks, indices_of(selection)), 0.01L);
-      EXPECT_LE(std::abs(selection.log_det - log_det_of(blocks, indices_of(selection))), 0.01L);
+      EXPECT_LE(gain_given_away(blocks, indices_of(selection), weak_information()), 0.01L);
+      EXPECT_LE(std::abs(selection.log_det - log_det_of(blocks, indices_of(selection), weak_information())), 0.01L);
     }
   });
   EXPECT_GT(proved, 100);
@@ -274,7 +273,7 @@ TEST(Limits, denormal_blocks) {
       const Selection selection = selector.select(blocks, with_budget(60, strategy));
       expect_sound(problem_of(blocks, 60), selection, infinity);
       EXPECT_GT(selection.gains[0], 0);
-      expect_in_order_of_traces(blocks, selection.begin(), selection.end(), default_information());
+      expect_in_order_of_traces(blocks, selection.begin(), selection.end(), default_information(blocks));
     }
   });
 }
@@ -290,7 +289,7 @@ TEST(Limits, denormal_blocks_among_normal_ones) {
       return is_normal ? random_block(random, random.integer(1, 3)) : denormal_block(random);
     });
     const std::vector<std::uint32_t> expected = GreedyOracle<long double>(blocks).select(normal);
-    Matrix6 information = default_information();
+    Matrix6 information = default_information(blocks);
     for (const std::uint32_t i : expected) information += gram(stored_block(blocks, i));
     Selector selector(60);
     for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {

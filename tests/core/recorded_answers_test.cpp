@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Answers on always the same frames, recorded once: no compiler, instruction set or C library may change them.
 #include "bench/world/hash.hpp"
+#include "tests/support/oracle.hpp"
 #include "tests/support/support.hpp"
 
 #include <cmath>
@@ -8,11 +9,19 @@
 namespace maxlogdet::test {
 namespace {
 
+// With a prior of 1e-5 I, which was the default when they were recorded.
+Options recorded_options(std::size_t budget, Strategy strategy = Options().strategy) {
+  static const EigenPrior prior(weak_information());
+  Options options = with_budget(budget, strategy);
+  options.prior = prior.data();
+  return options;
+}
+
 TEST(RecordedAnswers, of_every_strategy_are_the_recorded_ones) {
   sim::Hash hash;  // over the indices
   for_every_recorded(500, [&](const BlockStore& blocks) {
     for (const Strategy strategy : strategies) {
-      for (const std::uint32_t index : select_indices(blocks, with_budget(100, strategy))) hash.add(index);
+      for (const std::uint32_t index : select_indices(blocks, recorded_options(100, strategy))) hash.add(index);
     }
   });
   EXPECT_EQ(hash.value(), 6618130281619646114U);
@@ -20,7 +29,7 @@ TEST(RecordedAnswers, of_every_strategy_are_the_recorded_ones) {
 
 TEST(RecordedAnswers, of_stochastic_greedy_are_the_recorded_ones) {
   const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, 1), block_kinds[0]);
-  Options options = with_budget(20, Strategy::stochastic_greedy);
+  Options options = recorded_options(20, Strategy::stochastic_greedy);
   options.stochastic.epsilon = 0.1;
   options.stochastic.seed = 42;
   const std::vector<std::uint32_t> recorded = {1628, 1887, 352,  616,  755,  940, 732, 833,  1954, 1905,
@@ -34,7 +43,7 @@ TEST(RecordedAnswers, to_targets_stop_at_the_recorded_places) {
     Selector selector(500);
     for (const Strategy strategy : strategies) {
       for (const double share : {0.05, 0.1, 0.2, 0.4, 0.6}) {
-        Options options = with_budget(200, strategy);
+        Options options = recorded_options(200, strategy);
         options.target.efficiency = share;
         hash.add(selector.select(blocks, options).size);
         options.target.efficiency = 0;
@@ -52,7 +61,7 @@ TEST(RecordedAnswers, have_the_recorded_bounds) {
   sim::Hash hash;
   for_every_recorded(500, [&](const BlockStore& blocks) {
     Selector selector(blocks.size());
-    Options options = with_budget(40);
+    Options options = recorded_options(40);
     options.certificate = true;
     const Selection selection = selector.select(blocks, options);
     ASSERT_EQ(selection.status, Status::ok);

@@ -5,6 +5,7 @@
 #include "kernel/blocks/block_planes.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
+#include "tests/core/factors.hpp"
 #include "tests/support/flushed_denormals.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
@@ -60,8 +61,7 @@ class Screened {
     screening_.use_store(remains_.data());
   }
 
-  // Starts from this prior; returns false if it is refused.
-  bool start(const double* prior) { return factor_.reset(prior); }
+  void start(const Matrix6& prior) { factor_ = factor_of(prior); }
 
   // One round. Returns the number of survivors.
   std::size_t round() {
@@ -138,11 +138,11 @@ class Screened {
   std::vector<Lane> lanes_;
 };
 
-void expect_screening_holds(const BlockStore& blocks, const double* prior, int rounds, int lazily_after = 5) {
+void expect_screening_holds(const BlockStore& blocks, const Matrix6& prior, int rounds, int lazily_after = 5) {
   for (const simd::Kernel* const kernel : supported_kernels()) {
     SCOPED_TRACE(kernel->isa);
     Screened screened(*kernel, blocks);
-    ASSERT_TRUE(screened.start(prior));
+    screened.start(prior);
     for (int round = 0; round < rounds; ++round) {
       SCOPED_TRACE("round " + std::to_string(round));
       screened.round();
@@ -153,14 +153,14 @@ void expect_screening_holds(const BlockStore& blocks, const double* prior, int r
 }
 
 TEST(Screening, holds_on_every_family) {
-  for_every_family(100, [](const BlockStore& blocks) { expect_screening_holds(blocks, nullptr, 20); });
+  for_every_family(100, [](const BlockStore& blocks) { expect_screening_holds(blocks, weak_information(), 20); });
 }
 
 TEST(Screening, holds_on_awkward_candidates) {
   for_each_trial(200, [&](Random& random) {
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(20, 60)));
-    const EigenPrior prior(random_prior(random));
-    expect_screening_holds(blocks, random.chance(0.5) ? prior.data() : nullptr, 12);
+    const Matrix6 prior = random_prior(random);
+    expect_screening_holds(blocks, random.chance(0.5) ? prior : weak_information(), 12);
   });
 }
 
@@ -182,7 +182,7 @@ BlockStore nearly_parallel_rows(Random& random) {
 }
 
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
-  for_each_trial(1000, [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), nullptr, 10); });
+  for_each_trial(1000, [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), weak_information(), 10); });
 }
 
 // | |W| |h| |^2 of the row of a block for which it is largest.
@@ -243,9 +243,8 @@ TEST(Screening, gains_in_float64_are_as_exact_as_proved) {
   long double tightest[2] = {0, 0};
   for_each_trial(1000, [&](Random& random) {
     const BlockStore blocks = nearly_parallel_rows(random);
-    const EigenPrior prior(random_prior(random));
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(random.chance(0.5) ? prior.data() : nullptr));
+    const Matrix6 prior = random_prior(random);
+    const InformationFactor factor = factor_of(random.chance(0.5) ? prior : weak_information());
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
       expect_gains_in_float64_exact(*kernel, blocks, factor, random, tightest);
@@ -264,7 +263,7 @@ TEST(Screening, holds_where_float32_overflows_or_underflows) {
       BlockStore blocks;
       for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, std::pow(10.0, exponent)));
       for (int i = 0; i < 20; ++i) push_back(blocks, random_block(random, rows, 1));
-      expect_screening_holds(blocks, nullptr, 10);
+      expect_screening_holds(blocks, weak_information(), 10);
     }
   }
 }
@@ -279,7 +278,7 @@ TEST(Screening, holds_where_many_survive_in_later_rounds) {
       const Block block = random_block(random, rows);
       for (int i = 0; i < 40; ++i) push_back(blocks, block * (1 + random.uniform(-3e-7, 3e-7)));
     }
-    expect_screening_holds(blocks, nullptr, 40);
+    expect_screening_holds(blocks, weak_information(), 40);
     if (::testing::Test::HasFailure()) return;
   }
 }
@@ -290,11 +289,11 @@ TEST(Screening, bounds_of_a_new_order_hold) {
   for_each_trial(100, [&](Random& random) {
     const BlockStore blocks = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 200)));
     if (blocks.rows() == 0) return;
-    const EigenPrior prior(random_prior(random));
+    const Matrix6 prior = random_prior(random);
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
       Screened screened(*kernel, blocks);
-      ASSERT_TRUE(screened.start(prior.data()));
+      screened.start(prior);
       screened.evaluate_and_order();
       screened.expect_bounds_hold();
     }
@@ -316,16 +315,14 @@ TEST(Screening, holds_with_denormals_flushed) {
       const Block block = scale * (direction + distance * random_block(random, rows));
       for (int i = 0; i < 8; ++i) push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
     }
-    const EigenPrior identity(Matrix6::Identity());
-    expect_screening_holds(blocks, identity.data(), 12, 12);
+    expect_screening_holds(blocks, Matrix6::Identity(), 12, 12);
   });
 }
 
 // With priors this strong entries of W are subnormal in float32, or zero.
 TEST(Screening, holds_where_the_factor_underflows_in_float32) {
   for_each_trial(300, [&](Random& random) {
-    const Matrix6 information = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);
-    const EigenPrior prior(information);
+    const Matrix6 prior = std::pow(10.0, random.uniform(70, 92)) * random_prior(random);
     const int rows = random.integer(1, 3);
     BlockStore blocks;
     for (int i = 0; i < 10; ++i) {
@@ -333,7 +330,7 @@ TEST(Screening, holds_where_the_factor_underflows_in_float32) {
       push_back(blocks, block);
       push_back(blocks, block * (1 + random.uniform(-2e-6, 2e-6)));
     }
-    expect_screening_holds(blocks, prior.data(), 8);
+    expect_screening_holds(blocks, prior, 8);
   });
 }
 
@@ -404,8 +401,8 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
     const BlockStore blocks = factored_blocks(random, static_cast<std::size_t>(random.integer(1, 60)));
     if (blocks.stored() == 0) continue;
     factored += all_of(blocks, *simd::active()).form == simd::factored ? 1 : 0;
-    const EigenPrior some_prior(std::pow(10.0, random.uniform(-12, 20)) * random_prior(random));
-    const double* const prior = random.chance(0.5) ? some_prior.data() : nullptr;
+    const Matrix6 some_prior = std::pow(10.0, random.uniform(-12, 20)) * random_prior(random);
+    const Matrix6 prior = random.chance(0.5) ? some_prior : weak_information();
     const int rounds = std::min(10, static_cast<int>(blocks.stored()));
     if (random.chance(0.5)) {
       const FlushedDenormals flushed;

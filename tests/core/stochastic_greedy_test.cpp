@@ -97,8 +97,7 @@ TEST(StochasticGreedy, takes_what_float64_finds_best_in_each_sample) {
     std::vector<Candidate> pool;
     for (std::uint32_t i = 0; i < n; ++i) pool.push_back(static_cast<Candidate>(i));
     CounterRandom draws(seed);
-    InformationFactor factor;
-    ASSERT_TRUE(factor.reset(nullptr));
+    InformationFactor factor = factor_of(default_information(blocks));
     for (std::size_t round = 0; round < budget; ++round) {
       const auto remaining = static_cast<std::uint32_t>(n - round);
       for (std::uint32_t j = 0; j < s; ++j) std::swap(pool[j], pool[j + draws.below(remaining - j)]);

@@ -18,8 +18,9 @@ namespace {
 // A hundredth of the error bounds of the factors of an answer and of all candidates: these are bounds of the worst
 // case, which no draw here comes near.
 long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, int& row_by_row) {
-  InformationFactor selected;
-  EXPECT_TRUE(selected.reset(nullptr));
+  const Matrix6 information = default_information(blocks);
+  const EigenPrior prior(information);
+  InformationFactor selected = factor_of(information);
   for (const std::uint32_t i : indices) add(selected, stored_block(blocks, i));
   // The sum of all at once, where its bound is small.
   const std::vector<unsigned char> counted(blocks.stored(), 1);
@@ -28,9 +29,10 @@ long double tolerance_of(const BlockStore& blocks, const std::vector<std::uint32
   candidates.exact().sum_information(candidates.planes, counted.data(), blocks.stored(), sum);
   const double roundings = simd::sum_roundings(blocks.stored(), blocks.rows());
   InformationFactor all;
-  double error = all.reset(nullptr, sum, roundings) ? all.determinant_error(nullptr, sum, roundings) : infinity;
+  double error =
+      all.reset(prior.data(), sum, roundings) ? all.determinant_error(prior.data(), sum, roundings) : infinity;
   if (error >= large_error) {
-    EXPECT_TRUE(all.reset(nullptr));
+    all = factor_of(information);
     for (std::size_t i = 0; i < blocks.size(); ++i) add(all, stored_block(blocks, i));
     error = all.relative_error();
     ++row_by_row;
@@ -77,6 +79,7 @@ TEST(Target, needs_no_digits_of_a_sum) {
     return block;
   });
   Problem problem = problem_of(blocks, 501);
+  problem.set_prior(weak_information());
   const long double all = log_det_of_all(problem);
   Selector selector(501);
   const auto full = indices_of(selector.select(problem.blocks, full_of(problem)));

@@ -13,7 +13,7 @@ namespace {
 TEST(Triangle, is_that_of_eigens_qr) {
   static constexpr long double rounding = 1e3L * std::numeric_limits<long double>::epsilon();
   for_each_trial(300, [](Random& random) {
-    const Matrix6 prior = random.chance(0.5) ? random_prior(random) : default_information();
+    const Matrix6 prior = random.chance(0.5) ? random_prior(random) : weak_information();
     Triangle triangle(prior);
     WideRows stack = WideRows::Zero(6, 6);
     for (int i = 0; i < 6; ++i) {

@@ -5,6 +5,7 @@
 #include "tests/fuzz/rules.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/prior_oracle.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -18,10 +19,14 @@ class Exact {
  public:
   using Wide = long double;
 
-  Exact(const BlockStore& candidates, const Options& options) : oracle_(candidates, prior_of(options)) {
-    squares_ = 0;
-    for (int column = 0; column < state_dimension; ++column) {
-      squares_ += std::pow(static_cast<Wide>(planes_of(candidates).column_max()[column]), 2);
+  Exact(const BlockStore& candidates, const Options& options)
+      : Exact(candidates, test::expected_prior(candidates, options.prior)) {}
+
+  Exact(const BlockStore& candidates, const test::ExpectedPrior& prior)
+      : oracle_(candidates, prior.information), is_known_(prior.is_known) {
+    for (int d = 0; d < state_dimension; ++d) {
+      units_(d) = std::exp2(std::floor(std::log2(prior.information(d, d)) / 2));
+      squares_ += std::pow(static_cast<Wide>(planes_of(candidates).column_max()[d]) / units_(d), 2);
     }
     error_ = update_error * std::pow(norm(), 2) * trace();
     prior_error_ = error_;
@@ -35,7 +40,12 @@ class Exact {
 
   /// Whether the answer has digits, and long double several more: omega a thousandth of the 1e14 in "What to know about
   /// your numbers", and f far from 1/8.
-  bool is_tame() const { return error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L; }
+  bool is_tame() const {
+    return is_known_ && error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L;
+  }
+
+  /// Whether the prior is known, and has digits.
+  bool has_prior() const { return is_known_ && prior_error_ < 1e-3L; }
 
   /// How far a computed gain may be from the exact one, nats: 1.15 r f from W, 20 u omega from rounding ("Exchanges
   /// never lose" has both), and what log1p adds.
@@ -70,11 +80,13 @@ class Exact {
   static constexpr Wide unit = test::unit_roundoff;
   static constexpr Wide update_error = 192 * unit;
 
-  // Of W = R^-T.
-  Wide norm() const { return oracle_.inverse_factor().norm(); }
-  Wide trace() const { return oracle_.factor().squaredNorm(); }
+  // Of W = R^-T, and of M, in units of the directions.
+  Wide norm() const { return (units_.asDiagonal() * oracle_.inverse_factor()).norm(); }
+  Wide trace() const { return (oracle_.factor() * units_.cwiseInverse().asDiagonal()).squaredNorm(); }
 
   test::GreedyOracle<Wide> oracle_;
+  bool is_known_;
+  Eigen::Matrix<Wide, state_dimension, 1> units_;  // powers of two near the roots of the prior's diagonal
   Wide squares_ = 0;
   Wide error_ = 0;
   Wide prior_error_ = 0;

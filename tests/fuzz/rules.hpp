@@ -46,9 +46,6 @@ class Rules {
   const Options& options_;
 };
 
-/// The prior of the options as the documentation has it: the mean of the matrix and its transpose.
-test::Matrix6 prior_of(const Options& options);
-
 /// Fails unless this is an error that Rules expects, or none where it expects none; true if it is an error.
 bool is_expected_error(const Rules& rules, std::size_t capacity, Error error);
 

@@ -3,10 +3,28 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 
 namespace maxlogdet::test {
 
-Matrix6 default_information() { return default_prior * Matrix6::Identity(); }
+Matrix6 default_information(const BlockStore& blocks) {
+  Matrix6 information = Matrix6::Identity();
+  for (const int first : {0, 3}) {  // translation, rotation
+    std::vector<double> sizes;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      if (blocks.is_valid(i)) sizes.push_back(stored_block(blocks, i).middleCols<3>(first).cwiseAbs().maxCoeff());
+    }
+    std::sort(sizes.begin(), sizes.end());
+    double size = 1;
+    if (!sizes.empty() && sizes.back() > 0)
+      size = std::max({sizes[(sizes.size() - 1) / 2], sizes.back() * 0x1p-80, 0x1p-80});
+    const double power = std::exp2(std::floor(std::log2(size)));
+    information.block<3, 3>(first, first) *= 0x1p-32 * power * power;
+  }
+  return information;
+}
+
+Matrix6 weak_information() { return weak_prior * Matrix6::Identity(); }
 
 WideSquare triangle_of(const WideRows& rows) {
   const Eigen::HouseholderQR<WideRows> qr(rows);

@@ -11,9 +11,12 @@
 
 namespace maxlogdet::test {
 
-/// The information where Options::prior is not set.
-constexpr double default_prior = 1e-5;  // times the identity
-Matrix6 default_information();
+/// The information where Options::prior is not set: relative to the blocks (options.hpp).
+Matrix6 default_information(const BlockStore& blocks);
+
+/// A weak prior to give: 1e-5 I.
+constexpr double weak_prior = 1e-5;
+Matrix6 weak_information();
 
 constexpr long double allowed_loss = 1e-9L;  // nats that a round of greedy may give away on ordinary frames
 
@@ -29,7 +32,8 @@ class GreedyOracle {
  public:
   using Square = Eigen::Matrix<Scalar, state_dimension, state_dimension>;
 
-  explicit GreedyOracle(const BlockStore& blocks, const Matrix6& prior = default_information());
+  explicit GreedyOracle(const BlockStore& blocks) : GreedyOracle(blocks, default_information(blocks)) {}
+  GreedyOracle(const BlockStore& blocks, const Matrix6& prior);
 
   /// R, upper triangular, and its inverse.
   Square factor() const;
@@ -61,15 +65,21 @@ extern template class GreedyOracle<long double>;
 
 /// The maximum over the rounds of an answer of the largest gain minus the gain of the chosen candidate, nats, by a long
 /// double oracle that follows the answer.
-long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
-                            const Matrix6& prior = default_information());
+long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, const Matrix6& prior);
+inline long double gain_given_away(const BlockStore& blocks, const std::vector<std::uint32_t>& indices) {
+  return gain_given_away(blocks, indices, default_information(blocks));
+}
 
 /// log det of prior + sum of H^T H, added up and factorised in long double.
-long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices,
-                       const Matrix6& prior = default_information());
+long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices, const Matrix6& prior);
+inline long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices) {
+  return log_det_of(blocks, indices, default_information(blocks));
+}
 
 /// Expects gains and log det of an answer to be those of its indices, to `tolerance` nats.
-void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance,
-                       const Matrix6& prior = default_information());
+void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance, const Matrix6& prior);
+inline void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance) {
+  expect_consistent(blocks, selection, tolerance, default_information(blocks));
+}
 
 }  // namespace maxlogdet::test

@@ -2,6 +2,7 @@
 #include "tests/support/request.hpp"
 
 #include "tests/support/oracle.hpp"
+#include "tests/support/prior_oracle.hpp"
 #include "tests/support/stores.hpp"
 
 #include <algorithm>
@@ -38,11 +39,6 @@ void Request::set_prior(const Matrix6& information) {
   prior.assign(entries.data(), entries.data() + information.size());
 }
 
-Matrix6 Request::information() const {
-  if (prior.empty()) return default_information();
-  return Eigen::Map<const Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>>(prior.data());
-}
-
 std::size_t Request::required_count() const {
   return static_cast<std::size_t>(std::count_if(required.begin(), required.end(), [](int flag) { return flag != 0; }));
 }
@@ -52,6 +48,10 @@ std::size_t Request::room() const {
 }
 
 std::size_t Problem::capacity() const { return std::max(blocks.size(), plain.budget); }
+
+Matrix6 Problem::information() const {
+  return expected_prior(blocks, prior.empty() ? nullptr : prior.data()).information;
+}
 
 Problem problem_of(BlockStore blocks, std::size_t budget) {
   Problem problem;

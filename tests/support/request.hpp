@@ -20,8 +20,6 @@ struct Request {
   Options options(Strategy strategy) const;
 
   void set_prior(const Matrix6& information);
-  /// The prior, or the default one.
-  Matrix6 information() const;
 
   bool is_required(std::size_t i) const { return !required.empty() && required[i] != 0; }
   std::size_t required_count() const;
@@ -36,6 +34,8 @@ struct Problem : Request {
 
   /// The capacity that a selector needs for it.
   std::size_t capacity() const;
+  /// The prior that it starts from.
+  Matrix6 information() const;
   /// Whether a strategy may choose it: valid, not required.
   bool is_free(std::size_t i) const { return blocks.is_valid(i) && !is_required(i); }
 };

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/information/prior.hpp"
+
+#include "kernel/base/limits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace maxlogdet {
+namespace {
+
+constexpr int n = state_dimension;
+constexpr int part_size = 3;  // directions of the translation, and of the rotation
+
+// Of the squared size of a typical block: in every direction less than such blocks have, by ten digits.
+const double default_share = std::ldexp(1.0, -32);
+// No size is taken as smaller than this, nor than this share of the largest: W h stays far within the range of float32.
+const double smallest_size = std::ldexp(1.0, -80);
+
+// What rounding may leave of an information, as a share of the largest entry of its part: nothing, that of float64, and
+// that of float32.
+constexpr double roundings[] = {0, 1e-12, 1e-5};
+constexpr double largest_rounding = 1e-5;
+// The same of an asymmetry: inverting twice in float32 multiplies it by the condition number.
+constexpr double largest_asymmetry = 1e-4;
+
+// The largest |entry| of the part that direction i belongs to, on the diagonal.
+double size_of_part(const Prior& prior, int i) noexcept {
+  double largest = 0;
+  for (int d = i / part_size * part_size; d < (i / part_size + 1) * part_size; ++d)
+    largest = std::max(largest, std::abs(prior.entries[n * d + d]));
+  return largest;
+}
+
+// The same information with a share of the size of each part more on its diagonal.
+Prior raised(const Prior& prior, double share) noexcept {
+  Prior sum = prior;
+  for (int i = 0; i < n; ++i) sum.entries[n * i + i] += share * size_of_part(prior, i);
+  return sum;
+}
+
+}  // namespace
+
+bool Prior::read(const double* given) noexcept {
+  if (!std::all_of(given, given + n * n, [](double entry) { return std::isfinite(entry); })) return false;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) entries[n * i + j] = given[n * i + j] / 2 + given[n * j + i] / 2;
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const double tolerated = largest_asymmetry * std::sqrt(size_of_part(*this, i)) * std::sqrt(size_of_part(*this, j));
+      if (!(std::abs(given[n * i + j] - given[n * j + i]) <= tolerated)) return false;
+    }
+  }
+  Prior definite = raised(*this, largest_rounding);
+  for (int i = 0; i < n; ++i) {
+    if (size_of_part(*this, i) == 0) definite.entries[n * i + i] = 1;
+  }
+  return InformationFactor().reset(definite.entries);
+}
+
+// The lower median over the candidates of their largest |entry| in three columns, rounded down to a power of two.
+double PriorMemory::typical_size(const Candidates& candidates, int first_column) noexcept {
+  const std::size_t count = candidates.count;
+  float* const sizes = sizes_;
+  std::fill_n(sizes, count, 0.0F);
+  std::fill(sizes + count, sizes + padded(count), float_infinity);
+  double largest = 0;
+  for (int column = first_column; column < first_column + part_size; ++column) {
+    for (int row = 0; row < candidates.rows; ++row) {
+      const float* const plane = candidates.plane(row, column);
+      for (std::size_t i = 0; i < count; ++i) sizes[i] = std::max(sizes[i], std::abs(plane[i]));
+    }
+    largest = std::max(largest, candidates.column_max[column]);
+  }
+  if (largest == 0) return 1;
+  std::size_t finite;
+  const auto median = static_cast<double>(candidates.kernel->alignment.median(sizes, padded(count), finite));
+  return std::ldexp(1.0, std::ilogb(std::max({median, smallest_size * largest, smallest_size})));
+}
+
+void PriorMemory::add_default(const Candidates& candidates, Prior& prior) noexcept {
+  for (int first = 0; first < n; first += part_size) {
+    const double size = typical_size(candidates, first);
+    for (int i = first; i < first + part_size; ++i) prior.entries[n * i + i] += default_share * size * size;
+  }
+}
+
+bool PriorMemory::start(const double* given, const Candidates& candidates, Prior& prior,
+                        InformationFactor& factor) noexcept {
+  prior = Prior();
+  if (given != nullptr) {
+    if (!prior.read(given)) return false;
+    if (factor.reset(prior.entries) && factor.is_moderate()) return true;
+  }
+  const Prior of_given = prior;
+  for (const double rounding : roundings) {
+    prior = raised(of_given, rounding);
+    add_default(candidates, prior);
+    if (factor.reset(prior.entries)) return true;
+  }
+  return false;
+}
+
+}  // namespace maxlogdet
