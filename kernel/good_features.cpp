@@ -7,6 +7,7 @@
 #include "kernel/blocks/block_checks.hpp"
 #include "kernel/blocks/block_planes.hpp"
 #include "kernel/empty_selection.hpp"
+#include "kernel/information/prior.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/image_cells.hpp>
@@ -15,10 +16,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 namespace maxlogdet {
 namespace {
+
+// The share of the usable matches from which on those without a block are named.
+constexpr double sizeable_share = 0.05;
 
 constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
@@ -26,16 +32,17 @@ constexpr double quantile_of_three = 7.815;
 bool has_right(const FeatureMatch& match) noexcept { return match.u_right >= 0 && match.u_right < infinity; }
 bool has_depth(const FeatureMatch& match) noexcept { return is_positive(match.depth); }
 
-DepthCue cue_of(const FeatureMatch& match) noexcept {
+DepthCue measured_cue(const FeatureMatch& match) noexcept {
   if (has_right(match)) return DepthCue::stereo;
   return has_depth(match) ? DepthCue::depth : DepthCue::none;
 }
 
 bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
-// Squares of numbers far beyond these would overflow.
-bool may_align(const FeatureMatch& match) noexcept {
+// What can be computed with: squares of numbers far beyond these would overflow.
+bool is_sound(const FeatureMatch& match) noexcept {
   const bool is_moderate = std::abs(match.measured[0]) < 1e15 && std::abs(match.measured[1]) < 1e15;
-  return is_measured(match) && is_moderate && match.sigma > 1e-15 && match.sigma < 1e15;
+  return all_finite(match.point, 3) && (is_moderate || !is_measured(match)) && match.sigma > 1e-15 &&
+         match.sigma < 1e15;
 }
 
 }  // namespace
@@ -47,11 +54,17 @@ struct GoodFeatures::State {
 
   void start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept;
   void add(const FeatureMatch& match) noexcept;
+  DepthCue cue_of(std::size_t i) const noexcept { return leaves_out_cues ? DepthCue::none : measured_cue(matches[i]); }
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
   BlockOptions options_of_frame(BlockOptions options) noexcept;
-  void align(const BlockOptions& options, const double* of_pose) noexcept;
+  void align(BlockOptions& options, const double* of_pose) noexcept;
+  void align_by(const BlockOptions& options, const double* of_pose) noexcept;
+  bool cues_misfit(BlockOptions options) const noexcept;
   void forget_alignment() noexcept;
   Error make_blocks(const BlockOptions& options) noexcept;
+  void explain_rejected(const BlockOptions& options) noexcept;
+  bool is_sizeable(std::size_t count) const noexcept;
+  Warning warning() const noexcept;
 
   void clear_answer() noexcept;
   void take(std::size_t i, double gain) noexcept;
@@ -75,7 +88,8 @@ struct GoodFeatures::State {
   std::size_t added = 0, size = 0;
   std::vector<FeatureMatch> matches;
   DepthCue depth_cue = DepthCue::none;
-  bool are_mixed = false;  // some matches with a right column, and some with a depth
+  bool are_mixed = false;        // some matches with a right column, and some with a depth
+  bool leaves_out_cues = false;  // which do not fit
   bool has_covariances = false;
   // What append_blocks and a Selector read as arrays.
   std::vector<double> sigmas, covariances;
@@ -137,7 +151,7 @@ void GoodFeatures::State::start(const Camera* seen_by, std::size_t count, const 
   T_bw = pose;
   added = size = judged = 0;
   depth_cue = DepthCue::none;
-  are_mixed = has_covariances = false;
+  are_mixed = has_covariances = leaves_out_cues = false;
   blocks.clear();
   report = BlockReport();
   forget_alignment();
@@ -153,9 +167,8 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
   sigmas[i] = match.sigma;
   camera_ids[i] = match.camera_id;
   const bool has_camera = match.camera_id < camera_count || camera_count == 0;  // none: an error of the frame
-  const bool is_sound = all_finite(match.point, 3) && all_finite(match.measured, 2) && is_positive(match.sigma);
-  is_usable[i] = is_inlier[i] = is_sound && has_camera ? 1 : 0;
-  is_aligned[i] = is_usable[i] != 0 && may_align(match) ? 1 : 0;
+  is_usable[i] = is_inlier[i] = is_sound(match) && has_camera ? 1 : 0;
+  is_aligned[i] = is_usable[i] != 0 && is_measured(match) ? 1 : 0;
   has_depth_cue[i] = 0;
   if (match.covariance != nullptr) {
     double* const copy = &covariances[9 * i];
@@ -164,7 +177,7 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
   }
   if (is_usable[i] == 0) return;
   has_covariances = has_covariances || match.covariance != nullptr;
-  const DepthCue cue = cue_of(match);
+  const DepthCue cue = measured_cue(match);
   if (cue == DepthCue::none) return;
   has_depth_cue[i] = 1;
   const bool has_both = has_right(match) && has_depth(match);
@@ -176,7 +189,7 @@ void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
 MatchNoise GoodFeatures::State::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
   MatchNoise noise;
   noise.sigma = matches[i].sigma;
-  noise.depth_cue = cue_of(matches[i]);
+  noise.depth_cue = cue_of(i);
   noise.depth_sigma = options.depth_sigma;
   const Weighting weighting = has_covariances ? with_covariances(options.weighting) : options.weighting;
   if (weighting != Weighting::measurement_and_map) return noise;
@@ -199,14 +212,34 @@ BlockOptions GoodFeatures::State::options_of_frame(BlockOptions options) noexcep
 
 void GoodFeatures::State::forget_alignment() noexcept {
   aligner.forget(T_bw, Error::none);
+  leaves_out_cues = false;
   std::copy_n(is_usable.begin(), size, is_inlier.begin());
 }
 
 // Nothing is rejected in a frame with an error.
-void GoodFeatures::State::align(const BlockOptions& options, const double* of_pose) noexcept {
+void GoodFeatures::State::align(BlockOptions& options, const double* of_pose) noexcept {
   forget_alignment();
-  const Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, options, T_bw);
+  Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, options, T_bw);
+  Prior of_start;
+  if (error == Error::none && of_pose != nullptr && !of_start.read(of_pose)) error = Error::invalid_prior;
   if (error != Error::none) return aligner.forget(T_bw, error);
+  const double* const prior_of_start = of_pose != nullptr ? of_start.entries : nullptr;
+  align_by(options, prior_of_start);
+  if (!aligner.doubts_third()) return;
+  const bool fails_with_cues = !aligner.found().is_aligned();
+  BlockOptions without = options;
+  without.depth_cue = DepthCue::none;
+  align_by(without, prior_of_start);
+  leaves_out_cues = aligner.found().is_aligned() && (fails_with_cues || cues_misfit(options));
+  if (leaves_out_cues) {
+    options = without;
+  } else {
+    align_by(options, prior_of_start);
+  }
+}
+
+void GoodFeatures::State::align_by(const BlockOptions& options, const double* of_pose) noexcept {
+  std::copy_n(is_usable.begin(), size, is_inlier.begin());
   FrameToAlign frame;
   frame.cameras = cameras;
   frame.camera_count = camera_count;
@@ -219,6 +252,20 @@ void GoodFeatures::State::align(const BlockOptions& options, const double* of_po
   frame.options = options;
   frame.prior = of_pose;
   aligner.align(frame, is_inlier.data());
+}
+
+// Whether most cues do not fit the pose that u and v alone have found: neither within its scale nor within their own
+// deviations.
+bool GoodFeatures::State::cues_misfit(BlockOptions options) const noexcept {
+  const double scale = std::fmax(aligner.found().scale, 1);
+  const double gate = simd::robust_limits[1].gate * scale * scale;
+  const bool is_whitened = options.weighting == Weighting::measurement_and_map;
+  std::size_t fits = 0, misfits = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (is_aligned[i] == 0 || is_inlier[i] == 0 || has_depth_cue[i] == 0) continue;
+    chi2_of(i, aligner.pose(), options, is_whitened) <= gate ? ++fits : ++misfits;
+  }
+  return misfits > fits;
 }
 
 // Candidate i is match i.
@@ -236,6 +283,45 @@ Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
   if (has_covariances) arrays.map_covariances = covariances.data();
   report = append_blocks(cameras, camera_count, aligner.pose(), arrays, options, blocks);
   return report.error;
+}
+
+bool GoodFeatures::State::is_sizeable(std::size_t count) const noexcept {
+  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(size), 1);
+  return count > 0 && static_cast<double>(count) >= sizeable_share * static_cast<double>(usable);
+}
+
+// Of what was rejected without an error the report says why there is none, as of candidates.
+void GoodFeatures::State::explain_rejected(const BlockOptions& options) noexcept {
+  if (!aligner.found().is_aligned() || !is_sizeable(aligner.without_error())) return;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (is_aligned[i] == 0 || is_inlier[i] != 0) continue;
+    double e[3], omega[9];
+    const bool has_image = residual_of(i, aligner.pose(), e);
+    const Camera& camera = cameras[matches[i].camera_id];
+    if (has_image && match_information(camera, aligner.pose(), matches[i].point, noise_of(i, options), omega)) continue;
+    --report.unusable;
+    ++(has_image ? report.invalid_covariances : report.behind_camera);
+  }
+}
+
+// What is missing of a sizeable share of the usable matches, by its most frequent cause.
+Warning GoodFeatures::State::warning() const noexcept {
+  if (leaves_out_cues)
+    return depth_cue == DepthCue::stereo ? Warning::misfitting_right_columns : Warning::misfitting_depths;
+  const std::size_t missing = report.invalid - report.unusable;
+  const Alignment& found = aligner.found();
+  const bool has_failed = found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= 10;
+  if (!is_sizeable(missing)) return has_failed ? Warning::not_aligned : Warning::none;
+  const std::size_t counted =
+      report.behind_camera + report.too_near + report.singular_rays + report.invalid_covariances;
+  const std::pair<std::size_t, Warning> causes[] = {{report.behind_camera, Warning::behind_camera},
+                                                    {report.too_near, Warning::too_near},
+                                                    {report.singular_rays, Warning::singular_rays},
+                                                    {report.invalid_covariances, Warning::invalid_covariances},
+                                                    {missing - counted, Warning::unbounded_blocks}};
+  return std::max_element(std::begin(causes), std::end(causes),
+                          [](const auto& a, const auto& b) { return a.first < b.first; })
+      ->second;
 }
 
 // The answer
@@ -343,14 +429,15 @@ bool GoodFeatures::State::residual_of(std::size_t i, const RigidTransform& pose,
   const FeatureMatch& match = matches[i];
   if (match.camera_id >= camera_count) return false;
   const Camera& camera = cameras[match.camera_id];
+  const PinholeCamera& pinhole = camera.pinhole;
   double p_b[3], p_c[3], uv[2];
   pose.transform(match.point, p_b);
   camera.T_cb.transform(p_b, p_c);
   if (!project(camera, p_c, uv)) return false;
   for (int d = 0; d < 2; ++d) e[d] = match.measured[d] - uv[d];
-  switch (cue_of(match)) {
+  switch (cue_of(i)) {
     case DepthCue::none: e[2] = 0; break;
-    case DepthCue::stereo: e[2] = match.u_right - (uv[0] - camera.pinhole.bf / p_c[2]); break;
+    case DepthCue::stereo: e[2] = match.u_right - (uv[0] - pinhole.bf / p_c[2] + pinhole.shift_of_right); break;
     case DepthCue::depth: e[2] = match.depth - p_c[2]; break;
   }
   return true;
@@ -422,22 +509,29 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   s.has_prior = options.prior != nullptr;
   if (s.has_prior) std::copy_n(options.prior, state_dimension * state_dimension, s.prior);
   Options settled = options;
-  const BlockOptions of_frame = s.options_of_frame(block_options);
+  BlockOptions of_frame = s.options_of_frame(block_options);
   rejects_outliers ? s.align(of_frame, options.prior) : s.forget_alignment();
   Error error = s.make_blocks(of_frame);
   if (error == Error::none) error = s.settle(options, spread, settled);
   settled.time_limit = time.left();
   error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
   s.fill_up(options, spread);
+  s.explain_rejected(of_frame);
+  s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();
   if (s.is_record_due) s.record(block_options.depth_sigma);
   return selection();
 }
 
 Alignment GoodFeatures::align(const double* prior) noexcept {
-  state_->align(state_->options_of_frame(block_options), prior);
+  BlockOptions of_frame = state_->options_of_frame(block_options);
+  state_->align(of_frame, prior);
   return alignment();
 }
-Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
+Alignment GoodFeatures::alignment() const noexcept {
+  Alignment found = state_->aligner.found();
+  if (state_->leaves_out_cues) found.warning = state_->warning();
+  return found;
+}
 const RigidTransform& GoodFeatures::pose() const noexcept { return state_->aligner.pose(); }
 const double* GoodFeatures::pose_information() const noexcept { return state_->aligner.information(); }
 bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_inlier[i] != 0; }
@@ -469,7 +563,7 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
 double GoodFeatures::chi2(std::size_t i) const noexcept { return i < state_->judged ? state_->chi2[i] : not_a_number; }
 bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
   if (i >= state_->judged) return false;
-  return chi2(i) > (cue_of(state_->matches[i]) == DepthCue::none ? quantile_of_two : quantile_of_three);
+  return chi2(i) > (state_->cue_of(i) == DepthCue::none ? quantile_of_two : quantile_of_three);
 }
 
 bool GoodFeatures::record(const char* folder) noexcept { return state_->recorder.open(folder); }

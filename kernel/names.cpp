@@ -57,4 +57,20 @@ const char* explain(Error error) noexcept {
   return "unknown";
 }
 
+const char* to_string(Warning warning) noexcept {
+#define MAXLOGDET_CASE(name, explanation) \
+  case Warning::name: return #name;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
+  return "unknown";
+}
+
+const char* explain(Warning warning) noexcept {
+#define MAXLOGDET_CASE(name, explanation) \
+  case Warning::name: return explanation;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
+  return "unknown";
+}
+
 }  // namespace maxlogdet

@@ -77,6 +77,8 @@ struct AlignmentFunctions {
   void (*measure_leverage)(const AlignmentInput& input);
   /// plane::error and errors at the pose.
   void (*measure_errors)(const AlignmentInput& input);
+  /// errors at the pose of the third rows alone, which u and v cannot explain; infinite without a third row.
+  void (*measure_third)(const AlignmentInput& input);
   /// The sums at the pose, weighted by plane::error over `scale_squared`, or by plane::is_inlier.
   NormalSums (*normal_equations)(const AlignmentInput& input, RobustWeight weight, double scale_squared);
   /// The lower median of those of `count` values that are finite, rounded up to a float whose last rounded_bits are 1;

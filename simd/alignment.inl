@@ -153,6 +153,19 @@ void measure_errors(const AlignmentInput& input) {
   }
 }
 
+template <DepthCue third, bool by_map>
+void measure_third(const AlignmentInput& input) {
+  const Doubles infinite(std::numeric_limits<double>::infinity());
+  const Doubles largest(static_cast<double>(std::numeric_limits<float>::max()));
+  for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
+    const auto at = whitened_at<third, by_map>(input, i);
+    const Doubles& last = at.e[Linearised<third>::row_count - 1];
+    const Doubles square = xsimd::select(last * last < largest, last * last, largest);
+    const Mask counts = at.exists & at.has_third & (last == last);
+    store_narrow(xsimd::select(counts, square, infinite), input.errors + i);
+  }
+}
+
 // A limit of plane::error, whose unit is the median.
 template <int Rows>
 inline Doubles limit_of(double maxlogdet::simd::RobustLimits::*limit, const Mask& has_third, double scale_squared) {
@@ -337,6 +350,11 @@ void measure_leverage(const AlignmentInput& input) {
 void measure_errors(const AlignmentInput& input) {
   with_third(input, [&](auto third) {
     input.by_map ? measure_errors<third(), true>(input) : measure_errors<third(), false>(input);
+  });
+}
+void measure_third(const AlignmentInput& input) {
+  with_third(input, [&](auto third) {
+    input.by_map ? measure_third<third(), true>(input) : measure_third<third(), false>(input);
   });
 }
 NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {

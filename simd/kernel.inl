@@ -105,7 +105,7 @@ extern const Kernel MAXLOGDET_KERNEL;
 const Kernel MAXLOGDET_KERNEL = {
     MAXLOGDET_ISA_NAME,
     build_blocks,
-    {whiten_matches, measure_leverage, measure_errors, add_normal_equations, median_of_finite},
+    {whiten_matches, measure_leverage, measure_errors, measure_third, add_normal_equations, median_of_finite},
     {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
      layout_functions<factored>()},
     {round_functions<one_row>(), round_functions<two_rows>(), round_functions<three_rows>(),

@@ -12,15 +12,16 @@ enum class AlignmentStatus {
   none,           ///< there was no alignment since the last start(), or the frame has an error
   aligned,        ///< there are inliers, a pose and its information
   few_matches,    ///< fewer than ten matches are measured and have an image at the predicted pose
-  no_consensus,   ///< fewer than half of them fit one pose
+  no_consensus,   ///< fewer than half of them fit one pose, or only as coarsely as one point instead of all would
   singular,       ///< the matches do not determine all six dimensions of the pose
-  not_converged,  ///< the iterations did not come to an end, or to a pose that fits better than the predicted one
+  not_converged,  ///< the iterations diverged, or did not come to a pose that fits better than the predicted one
 };
 
 /// What an alignment found.
 struct Alignment {
   AlignmentStatus status = AlignmentStatus::none;  ///< how it ended
   Error error = Error::none;                       ///< what is wrong with the frame; select() then says the same
+  Warning warning = Warning::none;                 ///< a cue that does not fit, and was left out
   std::size_t measured = 0;                        ///< matches that were aligned: usable, with a measurement
   std::size_t inliers = 0;                         ///< how many of these fit
   double scale = 0;    ///< robust standard deviation of the whitened residuals: 1 if the sigmas are right
@@ -28,7 +29,7 @@ struct Alignment {
 
   /// Returns whether there are inliers, a pose and its information.
   bool is_aligned() const noexcept { return status == AlignmentStatus::aligned; }
-  /// The name of the error, or if there is none, of the status: for a log.
+  /// The name of the error; if there is none, of the warning; if there is none, of the status: for a log.
   const char* reason() const noexcept;
 };
 
@@ -36,7 +37,8 @@ struct Alignment {
 const char* to_string(AlignmentStatus status) noexcept;
 
 inline const char* Alignment::reason() const noexcept {
-  return error != Error::none ? to_string(error) : to_string(status);
+  if (error != Error::none) return to_string(error);
+  return warning != Warning::none ? to_string(warning) : to_string(status);
 }
 
 }  // namespace maxlogdet

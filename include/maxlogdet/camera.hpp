@@ -10,8 +10,8 @@
 // image as the model has it: distorted, unless the tracker has rectified it.
 //
 // A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
-// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite. Any other is refused
-// (Error::invalid_camera).
+// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite, and shift_of_right finite.
+// Any other is refused (Error::invalid_camera).
 //
 // A point has no image
 //   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
@@ -25,16 +25,20 @@ namespace maxlogdet {
 
 /// A rectified pinhole camera: u = fx X / Z + cx, v = fy Y / Z + cy.
 struct PinholeCamera {
-  double fx = 0;  ///< focal length, px
-  double fy = 0;  ///< focal length, px
-  double cx = 0;  ///< principal point, px
-  double cy = 0;  ///< principal point, px
-  double bf = 0;  ///< stereo baseline times fx, px m; 0: monocular
+  double fx = 0;              ///< focal length, px
+  double fy = 0;              ///< focal length, px
+  double cx = 0;              ///< principal point, px
+  double cy = 0;              ///< principal point, px
+  double bf = 0;              ///< stereo baseline times fx, px m; 0: monocular
+  double shift_of_right = 0;  ///< cx of the right image minus cx, px: not 0 if rectification left them different
 
   constexpr PinholeCamera() noexcept = default;
   /// Arguments are in the order of the members.
   constexpr PinholeCamera(double fx_, double fy_, double cx_, double cy_, double bf_ = 0) noexcept
       : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_) {}
+  /// cx_right: cx of the right image, entry (0, 2) of its projection matrix.
+  constexpr PinholeCamera(double fx_, double fy_, double cx_, double cy_, double bf_, double cx_right) noexcept
+      : fx(fx_), fy(fy_), cx(cx_), cy(cy_), bf(bf_), shift_of_right(cx_right - cx_) {}
 };
 
 /// A camera of any model, alone or on the body of a rig. Of a camera alone the body is the camera, T_cb = I.
@@ -49,6 +53,9 @@ struct Camera {
   Camera(const PinholeCamera& rectified) noexcept : pinhole(rectified) {}  // NOLINT(google-explicit-constructor)
   /// Makes a pinhole from fx, fy, cx, cy and, for stereo rows, bf.
   Camera(double fx, double fy, double cx, double cy, double bf = 0) noexcept : pinhole{fx, fy, cx, cy, bf} {}
+  /// The same of a pair whose right image has another cx.
+  Camera(double fx, double fy, double cx, double cy, double bf, double cx_right) noexcept
+      : pinhole{fx, fy, cx, cy, bf, cx_right} {}
 
   /// Takes parameters in OpenCV's order; pinhole.bf is ignored.
   static Camera radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,

@@ -195,6 +195,8 @@ class RigidTransform {
   operator Pose() const {  // NOLINT(google-explicit-constructor)
     return Traits::make(*this);
   }
+  /// The largest |entry| of R R^T - I: transforms beyond 1e-3 are refused. Infinite if some entry is not finite.
+  double rotation_error() const noexcept;
   /// 3 x 4 row-major.
   const double* data() const noexcept { return entries_; }
   /// Writes R p + t to 3 entries that do not overlap p.

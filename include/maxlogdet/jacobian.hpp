@@ -10,10 +10,11 @@
 #include <cstddef>
 
 // From matches to blocks. World points p_w, pose T_cw = [R | t] (world to camera), p_c = R p_w + t = (X, Y, Z), camera
-// frame x right, y down, z forward, m. The measurement z is (u, v), px, as the camera projects p_c (camera.hpp), and
-// optionally one row more:
+// frame x right, y down, z forward, m. Any other unit of length serves as well, if all lengths have it: points, poses,
+// depths, bf, and the deviations and limits of BlockOptions and Options. The measurement z is (u, v), px, as the camera
+// projects p_c (camera.hpp), and optionally one row more:
 //
-//   u_right = u - bf / Z  (stereo, of a pinhole)   or   depth = Z  (m).
+//   u_right = u - bf / Z + shift_of_right  (stereo, of a pinhole)   or   depth = Z  (m).
 //
 // The pose is perturbed on the left, T_cw <- exp(xi^) T_cw, xi = (translation, rotation) in m and rad, so that
 //
@@ -65,8 +66,8 @@ struct BlockOptions {
   DepthCue depth_cue = DepthCue::none;           ///< which third row
   double map_sigma = 0.05;                       ///< m, standard deviation of a map point (measurement_and_map)
   double depth_sigma = 0.05;                     ///< m, standard deviation of a depth measurement
-  double min_depth = 0.01;  ///< m: a nearer match is no candidate. Z for models that end in front of the camera
-                            ///< (pinhole, radial_tangential), else |p_c|; at least 0
+  double min_depth = 0;  ///< m: a nearer match is no candidate. Z for models that end in front of the camera
+                         ///< (pinhole, radial_tangential), else |p_c|; 0: none is too near
 };
 
 /// The result of append_blocks.

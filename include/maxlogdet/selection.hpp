@@ -30,6 +30,7 @@ struct IndexRange {
 struct Selection {
   Status status;                 ///< how the selection ended
   Error error;                   ///< what is wrong; none if status is not error
+  Warning warning;               ///< of GoodFeatures: what is suspicious of the frame
   const std::uint32_t* indices;  ///< `size` candidate indices: required ones, then in order of selection
   std::size_t size;              ///< number selected
   std::size_t searched;          ///< how many of these the search itself selected, the first ones; the rest fill the
@@ -55,8 +56,11 @@ struct Selection {
   /// share of that of the best selection. 0 where next to nothing is known. NaN without upper_bound.
   double certified_efficiency() const noexcept { return std::exp((log_det - upper_bound) / state_dimension); }
 
-  /// The name of the error, or if there is none, of the status: for a log.
-  const char* reason() const noexcept { return status == Status::error ? to_string(error) : to_string(status); }
+  /// The name of the error; if there is none, of the warning; if there is none, of the status: for a log.
+  const char* reason() const noexcept {
+    if (status == Status::error) return to_string(error);
+    return warning != Warning::none ? to_string(warning) : to_string(status);
+  }
   /// Returns whether this is an answer (perhaps cut short by the deadline or a target), not an error.
   bool has_answer() const noexcept { return status != Status::error; }
   /// The first index.

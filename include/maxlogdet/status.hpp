@@ -21,7 +21,9 @@ enum class Status {
   X(capacity_exceeded, "more candidates than the selector's capacity")                                                 \
   X(invalid_strategy, "the strategy is not one of the enumerators")                                                    \
   X(invalid_epsilon, "stochastic.epsilon is not in (0, 1)")                                                            \
-  X(invalid_prior, "the prior is not finite, not symmetric, or not safely positive definite (docs/numerics.md)")       \
+  X(invalid_prior,                                                                                                     \
+    "the prior is not finite, not symmetric to 1e-4, or has a negative eigenvalue beyond the rounding "                \
+    "of float32: check that both triangles are filled, and that it is J^T J or an inverse covariance")                 \
   X(invalid_time_limit, "time_limit is negative or NaN")                                                               \
   X(invalid_threads, "threads is negative")                                                                            \
   X(invalid_groups, "a group is not below groups.count, or the spread is negative or not finite")                      \
@@ -31,11 +33,36 @@ enum class Status {
   X(unsupported_isa, "MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine")  \
   X(invalid_camera, "there are not 1 to 256 cameras, a parameter is out of its range, or a right column needs bf > 0") \
   X(unknown_camera_model, "Camera::model is not an enumerator")                                                        \
-  X(invalid_pose, "a pose is missing, not finite, or not a rotation and a translation")                                \
+  X(invalid_pose,                                                                                                      \
+    "a pose is missing, not finite, or not a rotation and a translation: an entry of R R^T - I is "                    \
+    "above 1e-3 (RigidTransform::rotation_error() tells how far), or R is a reflection")                               \
   X(invalid_block_options, "a deviation or min_depth is out of its range, or an enumerator is unknown")                \
   X(missing_points, "there are matches, but no points")                                                                \
   X(invalid_stride, "the stride is not a whole number of coordinates, three at least, side by side")                   \
   X(mixed_depth_cues, "some matches of the frame have a right column, and some a depth")
+
+/// X(name, what is suspicious, and the usual mistake) for each warning. The names and the Python module use this list.
+#define MAXLOGDET_WARNINGS(X)                                                                                         \
+  X(none, "nothing is suspicious")                                                                                    \
+  X(behind_camera, "matches are behind the camera, or where its model has no image: is the pose T_cw, and not T_wc?") \
+  X(too_near, "matches are nearer than BlockOptions::min_depth, which has the unit of the points")                    \
+  X(singular_rays, "rays are orthogonal to the world's z axis, where map_bias_world has no block")                    \
+  X(invalid_covariances, "covariances are NaN, infinite, negative, or far too large: give none where it is unknown")  \
+  X(unbounded_blocks, "blocks exceed float32: points lie at the centre of the camera, or sigmas are almost zero")     \
+  X(not_aligned, "no pose fits the matches, so that none was rejected: GoodFeatures::alignment() says why")           \
+  X(misfitting_right_columns,                                                                                         \
+    "u and v fit, but most right columns do not: check bf (baseline times fx, in the unit "                           \
+    "of the points) and cx_right; the right columns of this frame were not used")                                     \
+  X(misfitting_depths,                                                                                                \
+    "u and v fit, but most depths do not: check their unit (that of the points, not mm), and "                        \
+    "depth_sigma; the depths of this frame were not used")
+
+/// What is suspicious of a frame that is answered: of at least 5 % of the usable matches, or of most cues.
+enum class Warning {
+#define MAXLOGDET_ENUMERATOR(name, explanation) name,
+  MAXLOGDET_WARNINGS(MAXLOGDET_ENUMERATOR)
+#undef MAXLOGDET_ENUMERATOR
+};
 
 /// What is wrong; explain() says it in words.
 enum class Error {
@@ -48,7 +75,11 @@ enum class Error {
 const char* to_string(Status status) noexcept;
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Error error) noexcept;
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(Warning warning) noexcept;
 /// What is wrong, in one line without a full stop; "unknown" for any other value.
 const char* explain(Error error) noexcept;
+/// What is suspicious, in one line without a full stop; "unknown" for any other value.
+const char* explain(Warning warning) noexcept;
 
 }  // namespace maxlogdet

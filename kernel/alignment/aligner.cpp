@@ -26,10 +26,17 @@ constexpr int most_steps = 10;
 // tracker's noise.
 constexpr double finest_scale = 1e-6;
 constexpr double coarsest_scale = 1.0 / 32;
+// The robust scale over the spread of the inliers in the image: where pixels are in another unit than the camera, the
+// best pose is so far away that all points share a pixel.
+constexpr double coarsest_share = 1.0 / 8;
 // Of |W J|^2 over its median: ten times as near as half of the matches.
 constexpr double most_leverage = 100;
 // At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
 constexpr double tolerated_growth = 1.25;
+
+// Of the median squared error of third rows, over that expected of the scale.
+constexpr double suspicious_ratio = 2;
+constexpr double median_of_one = 0.4549364231195725;  // of chi-squared
 
 constexpr std::size_t error_lanes = 16;  // medians read whole packs of float32
 
@@ -76,6 +83,7 @@ void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcep
   read(frame);
   found_.status = find_pose();
   if (!found_.is_aligned()) {
+    found_.inliers = 0;
     std::fill_n(information_, 36, 0.0);
     return;
   }
@@ -94,6 +102,7 @@ void Aligner::read(const FrameToAlign& frame) noexcept {
     if (frame.is_aligned[i] != 0) ++next[frame.matches[i].camera_id];
   }
   by_map_ = frame.options.weighting == Weighting::measurement_and_map;
+  third_ = frame.options.depth_cue;
   lanes_ = part_count_ = 0;
   for (std::size_t c = 0; c < frame.camera_count; ++c) {
     found_.measured += next[c];
@@ -137,7 +146,9 @@ void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t l
   for (std::size_t d = 0; d < 2; ++d) plane(planes::measured + d)[lane] = match.measured[d];
   plane(planes::sigma)[lane] = match.sigma;
   plane(planes::weight)[lane] = 1 / match.sigma;
-  plane(planes::measured + 2)[lane] = frame.options.depth_cue == DepthCue::stereo ? match.u_right : match.depth;
+  const PinholeCamera& pinhole = frame.cameras[match.camera_id].pinhole;
+  plane(planes::measured + 2)[lane] =
+      frame.options.depth_cue == DepthCue::stereo ? match.u_right - pinhole.shift_of_right : match.depth;
   plane(planes::has_third)[lane] = frame.has_third[i] != 0 ? 1 : 0;
   for (std::size_t e = 0; by_map_ && frame.covariances != nullptr && e < 6; ++e) {
     plane(planes::map_covariance + e)[lane] = frame.covariances[9 * i + simd::upper_triangle[e]];
@@ -159,18 +170,22 @@ AlignmentStatus Aligner::find_pose() noexcept {
   if (finite_ < fewest_matches) return AlignmentStatus::few_matches;
   const double scale_at_start = scale_squared_;
   const std::size_t finite_at_start = finite_;
-  if (!settle(RobustWeight::huber, is_settled_by_huber)) return AlignmentStatus::singular;
-  if (!settle(RobustWeight::tukey, is_settled_by_tukey)) return AlignmentStatus::singular;
+  const auto failed = [this] {  // at the predicted pose, or later
+    return found_.iterations == 0 ? AlignmentStatus::singular : AlignmentStatus::not_converged;
+  };
+  if (!settle(RobustWeight::huber, is_settled_by_huber)) return failed();
+  if (!settle(RobustWeight::tukey, is_settled_by_tukey)) return failed();
   if (by_map_) {  // the noise of the map at the pose found
     whiten();
     measure_errors();
   }
   find_inliers();
   if (2 * found_.inliers < std::max(finite_, finite_at_start) ||
-      scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_)
+      scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_ ||
+      scale_squared_ > coarsest_share * coarsest_share * image_spread())
     return AlignmentStatus::no_consensus;
   for (int i = 0; i < most_steps; ++i) {
-    if (!step(RobustWeight::inliers)) return AlignmentStatus::singular;
+    if (!step(RobustWeight::inliers)) return failed();
     if (length_ < is_converged) {
       const bool fits = scale_squared_ <= tolerated_growth * tolerated_growth * scale_at_start;
       return fits ? AlignmentStatus::aligned : AlignmentStatus::not_converged;
@@ -226,6 +241,35 @@ void Aligner::find_inliers() noexcept {
     is_inlier[lane] = fits ? 1 : 0;
     found_.inliers += fits ? 1 : 0;
   }
+}
+
+// The variance of the inliers' u and v about their means over the cameras, in units of sigma.
+double Aligner::image_spread() noexcept {
+  double sum = 0;
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    double weights = 0, means[2] = {}, squares = 0;
+    for (std::size_t lane = parts_[p].begin; lane < parts_[p].end; ++lane) {
+      const double root = plane(planes::is_inlier)[lane] * plane(planes::weight)[lane];
+      const double weight = root * root;
+      weights += weight;
+      for (std::size_t d = 0; d < 2; ++d) {
+        const double measured = plane(planes::measured + d)[lane];
+        means[d] += weight * measured;
+        squares += weight * measured * measured;
+      }
+    }
+    if (weights > 0) sum += squares - (means[0] * means[0] + means[1] * means[1]) / weights;
+  }
+  return sum / (2 * static_cast<double>(found_.inliers));
+}
+
+bool Aligner::doubts_third() noexcept {
+  if (third_ == DepthCue::none || found_.status == AlignmentStatus::few_matches) return false;
+  if (!found_.is_aligned()) return true;
+  for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_third(parts_[p]);
+  std::size_t finite;
+  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  return finite >= fewest_matches && median > suspicious_ratio * median_of_one * std::max(scale_squared_, 1.0);
 }
 
 void Aligner::whiten() noexcept {

@@ -45,6 +45,11 @@ class Aligner {
   const Alignment& found() const noexcept { return found_; }
   const RigidTransform& pose() const noexcept { return pose_; }
   const double* information() const noexcept { return information_; }
+  /// After align(), whether the frame may fit better without third rows: there is no alignment, or their errors are
+  /// much larger than the others.
+  bool doubts_third() noexcept;
+  /// After an alignment, how many of the matches have no image at the pose, or no valid covariance.
+  std::size_t without_error() const noexcept { return found_.measured - finite_; }
 
  private:
   static constexpr std::uint32_t no_match = 0xFFFFFFFFU;  // of a lane that fills up a pack
@@ -59,6 +64,7 @@ class Aligner {
   AlignmentStatus find_pose() noexcept;
   bool settle(simd::RobustWeight weight, double short_step) noexcept;
   void find_inliers() noexcept;
+  double image_spread() noexcept;
   void whiten() noexcept;
   void measure_errors() noexcept;
   bool step(simd::RobustWeight weight) noexcept;
@@ -69,6 +75,7 @@ class Aligner {
   AlignedArray<float> errors_;
   std::vector<std::uint32_t> match_of_lane_;
   std::vector<simd::AlignmentInput> parts_;  // one for each camera with matches
+  DepthCue third_ = DepthCue::none;
   std::size_t part_count_ = 0, lanes_ = 0, stride_ = 0;
   bool by_map_ = false;
 

@@ -24,18 +24,22 @@ void compose(const double (&R)[3][3], const double (&t)[3], double (&T)[12]) noe
 
 }  // namespace
 
-// R <- (3 R - R R^T R) / 2, a step of Newton's method to the nearest rotation.
+// R <- (3 R - R R^T R) / 2, a step of Newton's method to the nearest rotation: two square an error of 1e-3 twice.
 void RigidMotion::start(const RigidTransform& T) noexcept {
-  const double* const from = T.data();
-  for (std::size_t i = 0; i < 3; ++i) {
-    double dots[3];  // R_i R_j
-    for (std::size_t j = 0; j < 3; ++j) {
-      dots[j] = from[4 * i] * from[4 * j] + from[4 * i + 1] * from[4 * j + 1] + from[4 * i + 2] * from[4 * j + 2];
+  std::copy_n(T.data(), 12, T_);
+  for (int step = 0; step < 2; ++step) {
+    double from[12];
+    std::copy_n(T_, 12, from);
+    for (std::size_t i = 0; i < 3; ++i) {
+      double dots[3];  // R_i R_j
+      for (std::size_t j = 0; j < 3; ++j) {
+        dots[j] = from[4 * i] * from[4 * j] + from[4 * i + 1] * from[4 * j + 1] + from[4 * i + 2] * from[4 * j + 2];
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double cubed = dots[0] * from[k] + dots[1] * from[4 + k] + dots[2] * from[8 + k];
+        T_[4 * i + k] = 1.5 * from[4 * i + k] - 0.5 * cubed;
+      }
     }
-    for (std::size_t k = 0; k < 3; ++k) {
-      T_[4 * i + k] = 1.5 * from[4 * i + k] - 0.5 * (dots[0] * from[k] + dots[1] * from[4 + k] + dots[2] * from[8 + k]);
-    }
-    T_[4 * i + 3] = from[4 * i + 3];
   }
   std::copy_n(T_, 12, start_);
 }

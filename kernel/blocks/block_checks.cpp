@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/blocks/block_checks.hpp"
 
+#include "kernel/base/limits.hpp"
 #include "kernel/blocks/camera_checks.hpp"
 
 #include <algorithm>
@@ -9,27 +10,28 @@
 namespace maxlogdet {
 namespace {
 
-constexpr double rotation_tolerance = 1e-3;  // on entries of R R^T - I: accepts poses stored in float32
+constexpr double rotation_tolerance = 1e-3;  // of rotation_error(): accepts poses stored in float32
 
 }  // namespace
 
-bool is_rigid(const RigidTransform& transform) noexcept {
-  const double* const T_cw = transform.data();
-  if (!all_finite(T_cw, 12)) return false;
-  double r[3][3];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) r[i][j] = T_cw[4 * i + j];
-  }
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const double dot = r[i][0] * r[j][0] + r[i][1] * r[j][1] + r[i][2] * r[j][2];
-      if (std::abs(dot - (i == j ? 1 : 0)) > rotation_tolerance) return false;
+double RigidTransform::rotation_error() const noexcept {
+  if (!all_finite(entries_, 12)) return infinity;
+  double error = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double* const a = entries_ + 4 * i;
+      const double* const b = entries_ + 4 * j;
+      error = std::max(error, std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - (i == j ? 1 : 0)));
     }
   }
-  const double determinant = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) -
-                             r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
-                             r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
-  return determinant > 0;
+  return error;
+}
+
+bool is_rigid(const RigidTransform& transform) noexcept {
+  const double* const r = transform.data();
+  const double determinant =
+      r[0] * (r[5] * r[10] - r[6] * r[9]) - r[1] * (r[4] * r[10] - r[6] * r[8]) + r[2] * (r[4] * r[9] - r[5] * r[8]);
+  return transform.rotation_error() <= rotation_tolerance && determinant > 0;
 }
 
 bool is_identity(const RigidTransform& transform) noexcept {
@@ -56,7 +58,8 @@ Error check(const BlockOptions& options) noexcept {
 
 Error check(const Camera& camera, DepthCue third) noexcept {
   if (!is_known(camera.model)) return Error::unknown_camera_model;
-  const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf);
+  const bool has_stereo = camera.model == CameraModel::pinhole && is_positive(camera.pinhole.bf) &&
+                          std::isfinite(camera.pinhole.shift_of_right);
   if (third == DepthCue::stereo && !has_stereo) return Error::invalid_camera;
   if (!has_valid_parameters(camera)) return Error::invalid_camera;
   return is_rigid(camera.T_cb) ? Error::none : Error::invalid_pose;

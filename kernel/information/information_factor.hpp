@@ -18,8 +18,8 @@ constexpr double hopeless_error = 0.125;
 constexpr double drift_of_error = 2.5;
 
 /// The information M = prior + sum of h^T h over the rows added, kept as the inverse W = L^-1 of its Cholesky factor
-/// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T. Norms are taken in units of the directions,
-/// powers of two near the roots of the prior's diagonal: no bound depends on the caller's units.
+/// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T. Norms are taken in units of the
+/// directions, powers of two near the roots of the prior's diagonal: no bound depends on the caller's units.
 class InformationFactor {
  public:
   static constexpr int n = state_dimension;

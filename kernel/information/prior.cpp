@@ -48,7 +48,8 @@ bool Prior::read(const double* given) noexcept {
   }
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) {
-      const double tolerated = largest_asymmetry * std::sqrt(size_of_part(*this, i)) * std::sqrt(size_of_part(*this, j));
+      const double tolerated =
+          largest_asymmetry * std::sqrt(size_of_part(*this, i)) * std::sqrt(size_of_part(*this, j));
       if (!(std::abs(given[n * i + j] - given[n * j + i]) <= tolerated)) return false;
     }
   }

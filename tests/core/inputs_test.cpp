@@ -157,8 +157,8 @@ TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
         EXPECT_EQ(of_rig.too_near, report.too_near);
         return report.too_near;
       };
-      EXPECT_EQ(near(0), 0U);
-      EXPECT_EQ(near(BlockOptions().min_depth), 1U);
+      EXPECT_EQ(near(BlockOptions().min_depth), 0U);
+      EXPECT_EQ(near(0.01), 1U);
       const bool is_by_map_bias = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
       EXPECT_EQ(near(0.45), c.is_by_z || is_by_map_bias ? 2U : 1U);
       EXPECT_EQ(near(0.6), 2U);
@@ -202,7 +202,6 @@ TEST(Jacobian, points_behind_the_camera_and_broken_matches_are_invalid_candidate
   for (const Weighting weighting : weightings) {
     BlockOptions options;
     options.weighting = weighting;
-    options.min_depth = 0;
     BlockStore blocks;
     const BlockReport report =
         append_blocks(camera, Eigen::Matrix<double, 3, 4>::Identity(), points, matches, options, blocks);

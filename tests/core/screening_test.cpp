@@ -182,7 +182,8 @@ BlockStore nearly_parallel_rows(Random& random) {
 }
 
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
-  for_each_trial(1000, [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), weak_information(), 10); });
+  for_each_trial(1000,
+                 [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), weak_information(), 10); });
 }
 
 // | |W| |h| |^2 of the row of a block for which it is largest.

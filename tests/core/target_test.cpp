@@ -73,6 +73,7 @@ TEST(Target, keeps_to_priors_and_constraints) {
   Tally tally;
   for_each_trial(400, [&](Random& random) {
     Problem problem = constrained_problem(random);
+    if (problem.prior.empty()) problem.set_prior(weak_information());
     if (random.chance(0.5)) problem.set_prior(random_prior(random));
     problem.plain.stochastic.seed = random.seed();
     expect_targets_hold(random, problem, 1e-9L, tally, 2);

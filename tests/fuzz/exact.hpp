@@ -40,9 +40,7 @@ class Exact {
 
   /// Whether the answer has digits, and long double several more: omega a thousandth of the 1e14 in "What to know about
   /// your numbers", and f far from 1/8.
-  bool is_tame() const {
-    return is_known_ && error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L;
-  }
+  bool is_tame() const { return is_known_ && error_ < 1e-3L && omega() < 1e11L && norm() * std::sqrt(trace()) < 1e11L; }
 
   /// Whether the prior is known, and has digits.
   bool has_prior() const { return is_known_ && prior_error_ < 1e-3L; }

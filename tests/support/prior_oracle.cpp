@@ -92,8 +92,7 @@ ExpectedPrior expected_prior(const BlockStore& blocks, const double* given) {
   const Vector sizes = sizes_of_parts(wide);
   Matrix semidefinite = wide;
   for (int i = 0; i < n; ++i) semidefinite(i, i) += sizes(i) == 0 ? 1 : 1e-5L * sizes(i);
-  const Verdict verdict =
-      worse(judge_symmetry(entries.cast<Wide>(), sizes), judge_definite(semidefinite, infinity));
+  const Verdict verdict = worse(judge_symmetry(entries.cast<Wide>(), sizes), judge_definite(semidefinite, infinity));
 
   const Verdict as_given = judge_definite(wide, 1e10L);
   if (as_given == Verdict::good) return {verdict, true, symmetric};
