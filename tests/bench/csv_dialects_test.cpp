@@ -143,6 +143,7 @@ TEST_F(CsvDialects, names_what_it_does_not_read) {
   expect_refused_row("mp_id,X,Y,Z,u,v", "7,\"1,5\",2,3,4,5", "a finite number for X, not '1,5'");
   expect_refused_row("mp_id;X;Y;Z;u;v", "7;1.234,5;2;3;4;5", "a finite number for X, not '1.234,5'");
   expect_error({comments[0], comments[1], "mp_id X Y Z u v"}, ":3: ", "'mp_id' is missing");
+  expect_error({comments[0] + "\r", comments[1] + "\r", "mp_id,X,Y,Z,u\r"}, ":3: ", "'v' is missing");
   std::string utf16 = "\xFF\xFE";
   for (const char c : std::string("# fx\n")) utf16 += std::string{c, '\0'};
   for (const std::string& text : {utf16, utf16.substr(2)}) {
