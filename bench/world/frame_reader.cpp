@@ -117,8 +117,8 @@ class FrameReader {
     if (!has_value(name)) return false;
     const std::string text = lower_case(field(name));
     if (text == "true" || text == "false") return text == "true";
-    const std::optional<std::int64_t> number = whole_number(text);
-    if (number != 0 && number != 1) file_.fail(std::string("0 or 1 for ") + name + ", not " + shown(field(name)));
+    const std::int64_t number = whole_number(text).value_or(-1);
+    if (number < 0 || number > 1) file_.fail(std::string("0 or 1 for ") + name + ", not " + shown(field(name)));
     return number == 1;
   }
 
