@@ -121,6 +121,7 @@ void warn(const std::vector<std::vector<sim::Frame>>& recordings) {
 }
 
 void run(const EvaluateArguments& arguments) {
+  sim::require_input(isa_is_supported(active_isa()), sim::unsupported_isa_message());
   make_output_folder(arguments.output);
   check_inputs(arguments.inputs);
   const auto recordings = read_recordings(arguments.inputs);

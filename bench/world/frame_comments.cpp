@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/frame_comments.hpp"
 
+#include "bench/world/csv.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/text.hpp"
 
@@ -18,15 +19,16 @@ namespace {
 constexpr std::size_t max_cameras = 256;
 constexpr std::int64_t largest_side = 1 << 20;  // of an image, px
 
-std::vector<double> numbers(const TextFile& file, std::string_view text, std::size_t count, const std::string& what) {
-  const auto fields = split_at_commas(text);
-  if (fields.size() != count) file.fail(std::to_string(count) + " numbers for " + what);
-  std::vector<double> values;
-  for (const auto field : fields) values.push_back(file.number(field, what));
-  return values;
+using Values = std::vector<std::string>;
+
+std::vector<double> numbers(const TextFile& file, const Values& values, std::size_t count, const std::string& what) {
+  if (values.size() != count) file.fail(std::to_string(count) + " numbers for " + what);
+  std::vector<double> result;
+  for (const std::string& value : values) result.push_back(file.number(value, what));
+  return result;
 }
 
-PinholeCamera pinhole(const TextFile& file, std::string_view values) {
+PinholeCamera pinhole(const TextFile& file, const Values& values) {
   const auto v = numbers(file, values, 5, "fx,fy,cx,cy,bf");
   if (!(v[0] > 0) || !(v[1] > 0)) file.fail("positive fx and fy");
   if (!(v[4] >= 0)) file.fail("bf of 0 (monocular) or more");
@@ -34,17 +36,16 @@ PinholeCamera pinhole(const TextFile& file, std::string_view values) {
 }
 
 // MODEL,fx,fy,cx,cy and the model's parameters.
-Camera camera_of(const TextFile& file, std::string_view values) {
-  const auto fields = split_at_commas(values);
-  const std::optional<CameraModel> model = find_named(camera_models, std::string(fields[0]));
+Camera camera_of(const TextFile& file, const Values& values) {
+  const std::optional<CameraModel> model = find_named(camera_models, values[0]);
   if (!model)
-    file.fail("a camera model, one of " + joined(names_of(camera_models), ", ") + ", not " + shown(fields[0]));
+    file.fail("a camera model, one of " + joined(names_of(camera_models), ", ") + ", not " + shown(values[0]));
   const std::size_t count = parameter_count(*model);
-  if (fields.size() != 5 + count) {
+  if (values.size() != 5 + count) {
     file.fail(std::string(to_string(*model)) + ",fx,fy,cx,cy and " + std::to_string(count) + " parameters");
   }
   std::vector<double> v;
-  for (std::size_t i = 1; i < fields.size(); ++i) v.push_back(file.number(fields[i], "a camera's parameter"));
+  for (std::size_t i = 1; i < values.size(); ++i) v.push_back(file.number(values[i], "a camera's parameter"));
   Camera camera(v[0], v[1], v[2], v[3]);
   camera.model = *model;
   std::copy(v.begin() + 4, v.end(), camera.parameters);
@@ -59,7 +60,7 @@ Camera camera_of(const TextFile& file, std::string_view values) {
   return camera;
 }
 
-std::array<double, 12> transform_of(const TextFile& file, std::string_view values, const std::string& name) {
+std::array<double, 12> transform_of(const TextFile& file, const Values& values, const std::string& name) {
   const auto v = numbers(file, values, 12, name + " (3 x 4 row-major)");
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(v.data());
   const Eigen::Matrix3d R = T.leftCols<3>();
@@ -70,11 +71,10 @@ std::array<double, 12> transform_of(const TextFile& file, std::string_view value
   return rows;
 }
 
-void read_image(const TextFile& file, std::string_view values, Frame& frame) {
-  const auto fields = split_at_commas(values);
-  if (fields.size() != 2) file.fail("2 integers for image width,height");
-  const auto width = integer(file, fields[0], "image width");
-  const auto height = integer(file, fields[1], "image height");
+void read_image(const TextFile& file, const Values& values, Frame& frame) {
+  if (values.size() != 2) file.fail("2 integers for image width,height");
+  const auto width = integer(file, values[0], "image width");
+  const auto height = integer(file, values[1], "image height");
   if (width < 1 || height < 1 || width > largest_side || height > largest_side)
     file.fail("an image width and height from 1 to 2^20");
   frame.width = static_cast<double>(width);
@@ -98,12 +98,24 @@ bool is_known(const std::string& name) {
 
 }  // namespace
 
-std::string comment_name(std::string_view text) {
-  std::string name;
-  for (const char c : text.substr(0, text.find('('))) {
-    if (c != ' ' && c != '\t') name += c;
-  }
-  return name;
+bool is_comment(std::string_view line) {
+  const auto first = line.find_first_not_of(" \t\"");
+  return first != std::string_view::npos && line[first] == '#' && line.substr(first, 4) != "#N/A";  // a missing value
+}
+
+std::optional<Comment> comment_of(std::string_view line) {
+  std::string text(line);
+  text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
+  text.erase(text.find_last_not_of(" \t,;") + 1);  // a spreadsheet makes every line as long as the header
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos) return std::nullopt;
+  Comment comment;
+  std::string_view name = std::string_view(text).substr(0, colon);
+  name = name.substr(0, name.find('(')).substr(name.find('#') + 1);
+  comment.name = joined(split_csv(trimmed(name)), ",");
+  comment.name.erase(std::remove(comment.name.begin(), comment.name.end(), ' '), comment.name.end());
+  comment.values = split_csv(std::string_view(text).substr(colon + 1));
+  return comment;
 }
 
 std::int64_t integer(const TextFile& file, std::string_view field, const std::string& what) {
@@ -116,7 +128,8 @@ bool FrameComments::decides_rows(const std::string& name) {
   return name == "depth_sigma" || name == "camera" || number_behind("camera", name);
 }
 
-void FrameComments::read(const std::string& name, std::string_view values, const TextFile& file, Frame& frame) {
+void FrameComments::read(const Comment& comment, const TextFile& file, Frame& frame) {
+  const auto& [name, values] = comment;
   if (!is_known(name)) return;
   if (!seen_.insert(name).second) file.fail("one comment '" + name + "', not a second one");
   if (name == "fx,fy,cx,cy,bf") {
@@ -131,7 +144,7 @@ void FrameComments::read(const std::string& name, std::string_view values, const
     frame.camera.depth_sigma = numbers(file, values, 1, name)[0];
     if (!(frame.camera.depth_sigma > 0)) file.fail("a positive depth_sigma, m");
   } else {
-    read_camera_of_rig(name, values, file, frame);
+    read_camera_of_rig(comment, file, frame);
   }
   const bool is_pinhole = has("fx,fy,cx,cy,bf"), is_single = has("camera"), is_rig = has("camera0");
   if ((is_pinhole && is_single) || (is_pinhole && is_rig) || (is_single && is_rig)) {
@@ -139,8 +152,8 @@ void FrameComments::read(const std::string& name, std::string_view values, const
   }
 }
 
-void FrameComments::read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file,
-                                       Frame& frame) const {
+void FrameComments::read_camera_of_rig(const Comment& comment, const TextFile& file, Frame& frame) const {
+  const auto& [name, values] = comment;
   FrameCamera& camera = frame.camera;
   if (name == "camera") {
     const Camera alone = camera_of(file, values);

@@ -5,14 +5,25 @@
 #include "bench/world/text_file.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace maxlogdet::sim {
 
-/// Returns the name in `name (remark)`, without blanks.
-std::string comment_name(std::string_view text);
+/// A comment `# NAME (remark): VALUES`.
+struct Comment {
+  std::string name;  ///< without blanks
+  std::vector<std::string> values;
+};
+
+/// Returns whether a line is a comment, perhaps in quotes.
+bool is_comment(std::string_view line);
+
+/// Returns the comment that a line is, also if a spreadsheet has divided it into fields; nothing if it has no values.
+std::optional<Comment> comment_of(std::string_view line);
 
 /// Returns the integer that a field of the last line is; otherwise fails with a message that names `what`.
 std::int64_t integer(const TextFile& file, std::string_view field, const std::string& what);
@@ -21,7 +32,7 @@ std::int64_t integer(const TextFile& file, std::string_view field, const std::st
 class FrameComments {
  public:
   /// Takes a comment's values into the frame; comments of other names are skipped. Throws InputError.
-  void read(const std::string& name, std::string_view values, const TextFile& file, Frame& frame);
+  void read(const Comment& comment, const TextFile& file, Frame& frame);
 
   /// Returns whether rows depend on the comment, which therefore has to come before them.
   static bool decides_rows(const std::string& name);
@@ -30,7 +41,7 @@ class FrameComments {
   bool has_camera() const { return has("fx,fy,cx,cy,bf") || has("camera") || has("camera0"); }
 
  private:
-  void read_camera_of_rig(const std::string& name, std::string_view values, const TextFile& file, Frame& frame) const;
+  void read_camera_of_rig(const Comment& comment, const TextFile& file, Frame& frame) const;
 
   std::set<std::string> seen_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/frame_reader.hpp"
 
+#include "bench/world/csv.hpp"
 #include "bench/world/frame_comments.hpp"
 #include "bench/world/text.hpp"
 #include "bench/world/text_file.hpp"
@@ -13,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -35,13 +37,14 @@ class FrameReader {
   }
 
   Frame read() {
-    while (const auto text = file_.next()) {
-      if (text->front() == '#') {
-        read_comment(text->substr(1));
+    while (const auto line = file_.next()) {
+      if (is_empty_row(*line)) continue;
+      if (is_comment(*line)) {
+        read_comment(*line);
       } else if (names_.empty()) {
-        read_header(*text);
+        read_header(*line);
       } else {
-        read_match(*text);
+        read_match(*line);
       }
     }
     require(comments_.has_camera(), "a comment '# fx,fy,cx,cy,bf: ...' or '# camera: ...'");
@@ -57,21 +60,26 @@ class FrameReader {
   }
 
   // Comments with other names are skipped.
-  void read_comment(std::string_view text) {
-    const auto colon = text.rfind(':');
-    if (colon == std::string_view::npos) return;
-    const std::string name = comment_name(text.substr(0, colon));
-    if (!names_.empty() && FrameComments::decides_rows(name)) file_.fail("the comment '" + name + "' above the header");
-    comments_.read(name, text.substr(colon + 1), file_, frame_);
+  void read_comment(std::string_view line) {
+    const std::optional<Comment> comment = comment_of(line);
+    if (!comment) return;
+    if (!names_.empty() && FrameComments::decides_rows(comment->name)) {
+      file_.fail("the comment '" + comment->name + "' above the header");
+    }
+    comments_.read(*comment, file_, frame_);
   }
 
-  void read_header(std::string_view text) {
-    const auto names = split_at_commas(text);
-    names_.assign(names.begin(), names.end());
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (!column_.emplace(names[i], i).second) file_.fail("each column once, not " + shown(names[i]) + " twice");
-      if (std::find(std::begin(known_columns), std::end(known_columns), names[i]) == std::end(known_columns)) {
-        frame_.unknown_columns.emplace_back(names[i]);
+  // Columns without a name are the index of pandas or R.
+  void read_header(std::string_view line) {
+    separator_ = separator_of(line);
+    names_ = split_csv(line, separator_);
+    while (!names_.empty() && names_.back().empty()) names_.pop_back();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      const std::string& name = names_[i];
+      if (name.empty()) continue;
+      if (!column_.emplace(name, i).second) file_.fail("each column once, not " + shown(name) + " twice");
+      if (std::find(std::begin(known_columns), std::end(known_columns), name) == std::end(known_columns)) {
+        frame_.unknown_columns.push_back(name);
       }
     }
     for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
@@ -87,56 +95,73 @@ class FrameReader {
 
   bool has_column(const char* name) const { return column_.count(name) != 0; }
 
-  double value(const char* name, double fallback) const {
-    const auto column = column_.find(name);
-    return column == column_.end() ? fallback : values_[column->second];
+  // Of a required column.
+  const std::string& field(const char* name) const { return fields_[column_.find(name)->second]; }
+  double number(const char* name) const { return file_.number(field(name), name); }
+
+  // Of another one, which a file, or a row, may lack.
+  bool has_value(const char* name) const { return has_column(name) && !is_missing(field(name)); }
+  double number_or(const char* name, double fallback) const { return has_value(name) ? number(name) : fallback; }
+  std::int64_t integer_or(const char* name, std::int64_t fallback) const {
+    return has_value(name) ? integer(file_, field(name), name) : fallback;
   }
 
-  std::int64_t whole(const char* name, std::int64_t fallback) const {
-    const auto column = column_.find(name);
-    return column == column_.end() ? fallback : integer(file_, fields_[column->second], name);
-  }
-
-  std::int64_t whole_within(const char* name, std::int64_t low, std::int64_t high, const std::string& expected) const {
-    const std::int64_t number = whole(name, low);
+  std::int64_t integer_within(const char* name, std::int64_t low, std::int64_t high,
+                              const std::string& expected) const {
+    const std::int64_t number = integer_or(name, low);
     if (number < low || number > high) file_.fail(expected);
     return number;
   }
 
-  void read_match(std::string_view text) {
-    fields_ = split_at_commas(text);
-    if (fields_.size() != names_.size()) {
-      file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields_.size()));
-    }
-    values_.clear();
-    for (std::size_t i = 0; i < fields_.size(); ++i) values_.push_back(file_.number(fields_[i], names_[i]));
+  bool is_true(const char* name) const {
+    if (!has_value(name)) return false;
+    const std::string text = lower_case(field(name));
+    if (text == "true" || text == "false") return text == "true";
+    const std::int64_t number = whole_number(text).value_or(-1);
+    if (number < 0 || number > 1) file_.fail(std::string("0 or 1 for ") + name + ", not " + shown(field(name)));
+    return number == 1;
+  }
 
+  void read_fields(std::string_view line) {
+    fields_ = split_csv(line, separator_);
+    while (fields_.size() > names_.size() && fields_.back().empty()) fields_.pop_back();
+    if (fields_.size() == names_.size()) return;
+    const bool has_row_name = fields_.size() == names_.size() + 1;
+    file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields_.size()) +
+               (has_row_name ? " (of R: write.csv, or row.names = FALSE)" : ""));
+  }
+
+  void read_match(std::string_view line) {
+    read_fields(line);
     Match match;
-    match.keypoint = whole("kp", static_cast<std::int64_t>(frame_.matches.size()));
-    match.map_point_id = whole("mp_id", 0);
-    match.point[0] = value("X", 0);
-    match.point[1] = value("Y", 0);
-    match.point[2] = value("Z", 0);
-    match.u = value("u", 0);
-    match.v = value("v", 0);
-    match.octave = static_cast<int>(whole_within("octave", 0, 63, "an octave from 0 to 63"));
-    match.u_right = value("u_right", -1);
-    match.inv_sigma2 = value("inv_sigma2", 1);
+    match.keypoint = integer_or("kp", static_cast<std::int64_t>(frame_.matches.size()));
+    match.map_point_id = integer(file_, field("mp_id"), "mp_id");
+    match.point[0] = number("X");
+    match.point[1] = number("Y");
+    match.point[2] = number("Z");
+    match.u = number("u");
+    match.v = number("v");
+    match.octave = static_cast<int>(integer_within("octave", 0, 63, "an octave from 0 to 63"));
+    match.u_right = number_or("u_right", -1);
+    match.inv_sigma2 = number_or("inv_sigma2", 1);
     if (!(match.inv_sigma2 > 0)) file_.fail("a positive inv_sigma2");
-    match.desc_dist = value("desc_dist", 0);
-    match.keyframe = whole("keyframe", -1);
-    match.is_selected = whole_within("selected", 0, 1, "0 or 1 for selected") == 1;
+    match.desc_dist = number_or("desc_dist", 0);
+    match.keyframe = integer_or("keyframe", -1);
+    match.is_selected = is_true("selected");
     const auto cameras = static_cast<std::int64_t>(std::max<std::size_t>(frame_.camera.rig.size(), 1));
     match.camera_id = static_cast<std::uint8_t>(
-        whole_within("camera", 0, cameras - 1, "a camera from 0 to " + std::to_string(cameras - 1)));
+        integer_within("camera", 0, cameras - 1, "a camera from 0 to " + std::to_string(cameras - 1)));
     read_third(match);
     frame_.matches.push_back(match);
+    frame_.has_quality = frame_.has_quality && has_value("desc_dist");
+    frame_.has_selection = frame_.has_selection && has_value("selected");
     read_covariance();
   }
 
   void read_third(Match& match) const {
     const FrameCamera& camera = frame_.camera;
-    if (camera.depth_sigma > 0) match.depth = value("depth", -1);
+    const double depth = number_or("depth", -1);
+    if (camera.depth_sigma > 0) match.depth = depth;
     if (!match.is_stereo() || camera.is_pinhole()) return;
     file_.fail("a negative u_right, or no such column, with '# depth_sigma', '# camera' or a rig");
   }
@@ -144,9 +169,11 @@ class FrameReader {
   // The upper triangle, row by row; cov_xx < 0: unknown.
   void read_covariance() {
     if (!has_column(covariance_columns[0])) return;
-    const double xx = value("cov_xx", -1), xy = value("cov_xy", 0), xz = value("cov_xz", 0), yy = value("cov_yy", 0),
-                 yz = value("cov_yz", 0), zz = value("cov_zz", 0);
+    const double xx = number_or("cov_xx", -1);
     const bool is_known = xx >= 0;
+    const auto other = [&](const char* name) { return is_known ? number(name) : 0; };
+    const double xy = other("cov_xy"), xz = other("cov_xz"), yy = other("cov_yy"), yz = other("cov_yz"),
+                 zz = other("cov_zz");
     if (is_known && (yy < 0 || zz < 0)) file_.fail("variances cov_yy and cov_zz of 0 or more");
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     covariances_.push_back(is_known ? std::array<double, 9>{xx, xy, xz, xy, yy, yz, xz, yz, zz}
@@ -158,8 +185,8 @@ class FrameReader {
   FrameComments comments_;
   std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
-  std::vector<std::string_view> fields_;  // of a row
-  std::vector<double> values_;
+  char separator_ = ',';
+  std::vector<std::string> fields_;  // of a row
   std::vector<std::array<double, 9>> covariances_;
   bool has_covariances_ = false;
   Frame frame_;

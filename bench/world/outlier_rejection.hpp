@@ -16,7 +16,7 @@ struct RejectionOptions {
   double chi2_monocular = 5.991;  ///< 95 % quantile with 2 degrees of freedom; its root is the Huber threshold
   double chi2_stereo = 7.815;     ///< the same with 3
   bool stereo = true;
-  double step_tolerance = 1e-8;
+  double step_tolerance = 1e-9;
 };
 
 /// Returns whether a match's chi2 at T_cw is within the limit for its rows; `whitening` as in chi2().

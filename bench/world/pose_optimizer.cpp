@@ -59,6 +59,15 @@ struct Linearization {
     return step.allFinite();
   }
 
+  // Translations count in the distance by which the camera has to move to change errors as much as by turning by 1 rad:
+  // so the unit of length does not matter.
+  bool is_small(const Vector6& step, double tolerance) const {
+    const Vector6 information = to_matrix(sums).diagonal();
+    const double distance = std::sqrt(information.tail<3>().sum() / information.head<3>().sum());
+    return step.head<3>().lpNorm<Eigen::Infinity>() <= tolerance * distance &&
+           step.tail<3>().lpNorm<Eigen::Infinity>() <= tolerance;
+  }
+
   Pose T_cw;
   PoseSums sums;
   Scaled equations;
@@ -80,7 +89,7 @@ PoseStatus iterate(const PoseProblem& problem, Linearization& current, int& iter
     ++iterations;
     Vector6 step;
     if (!current.solve(damping, step)) return PoseStatus::singular;
-    if (step.lpNorm<Eigen::Infinity>() <= problem.options.step_tolerance) return PoseStatus::converged;
+    if (current.is_small(step, problem.options.step_tolerance)) return PoseStatus::converged;
     const Linearization next(problem, orthonormal(exp_se3(step) * current.T_cw));
     if (damps && cost_rises(problem, current, next)) {
       damping = std::fmax(10 * damping, min_damping_after_rise);

@@ -22,7 +22,8 @@ struct PoseOptions {
   double huber_monocular = 0;    ///< Huber threshold of |e| in deviations, for 2 rows; 0: squared error
   double huber_stereo = 0;       ///< the same for 3 rows
   int max_iterations = 10;       ///< linearisations from which a step was tried, rejected or not
-  double step_tolerance = 1e-8;  ///< terminates when no entry of a step (m, rad) is larger; such a step is not taken
+  double step_tolerance = 1e-9;  ///< terminates when no entry of a step is larger, rad, and of translation over the
+                                 ///< typical distance of the points; such a step is not taken
 };
 
 enum class PoseStatus {

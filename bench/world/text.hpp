@@ -21,13 +21,6 @@ inline std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// Returns a line without surrounding white space and, on line 1, the byte order mark.
-inline std::string_view text_of_line(std::string_view line, std::size_t line_number) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  const std::string_view text = trimmed(line);
-  return line_number == 1 && text.substr(0, 3) == byte_order_mark ? trimmed(text.substr(3)) : text;
-}
-
 /// Returns the fields between blanks and tabs.
 inline std::vector<std::string_view> split_at_blanks(std::string_view text) {
   constexpr char blanks[] = " \t";
@@ -41,15 +34,11 @@ inline std::vector<std::string_view> split_at_blanks(std::string_view text) {
   return fields;
 }
 
-/// Returns the fields between commas, without the white space around them.
-inline std::vector<std::string_view> split_at_commas(std::string_view text) {
-  std::vector<std::string_view> fields;
-  for (;;) {
-    const auto comma = text.find(',');
-    fields.push_back(trimmed(text.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    text.remove_prefix(comma + 1);
-  }
+/// Returns a text with small letters instead of capital ones, those of ASCII.
+inline std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
 }
 
 /// Returns whether names may contain a character: a letter, a digit, `_`, `-` or `.`, since CSV files and plots contain
@@ -82,12 +71,15 @@ inline std::optional<double> finite_number(std::string_view field) {
   return value;
 }
 
-/// Returns the integer that the entire field is.
+/// Returns the integer that the entire field is; also of 12.0 and 1e3, up to where doubles are exact.
 inline std::optional<std::int64_t> whole_number(std::string_view field) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc() || end != field.data() + field.size()) return std::nullopt;
-  return value;
+  if (error == std::errc() && end == field.data() + field.size()) return value;
+  constexpr double exact_to = 9007199254740992;  // 2^53
+  const std::optional<double> number = finite_number(field);
+  if (!number || std::trunc(*number) != *number || !(std::abs(*number) < exact_to)) return std::nullopt;
+  return static_cast<std::int64_t>(*number);
 }
 
 }  // namespace maxlogdet::sim

@@ -8,19 +8,55 @@
 #include <utility>
 
 namespace maxlogdet::sim {
+namespace {
 
-TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(file)) {
+constexpr std::size_t longest_line = 1 << 16;
+constexpr std::size_t largest_file = std::size_t{1} << 28;
+
+}  // namespace
+
+TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(file)), buffer_(1 << 16) {
   std::error_code error;
   if (std::filesystem::is_directory(file_, error)) throw InputError(file_ + ": is a folder; expected a " + what);
-  stream_.open(file_);
+  stream_.open(file_, std::ios::binary);
   if (!stream_) throw InputError(file_ + ": cannot be opened; expected a readable " + what);
 }
 
+std::optional<char> TextFile::next_byte() {
+  if (next_ == buffered_) {
+    stream_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    buffered_ = static_cast<std::size_t>(stream_.gcount());
+    next_ = 0;
+    size_ += buffered_;
+    if (size_ > largest_file) fail("a file of at most 256 MiB");
+    if (buffered_ == 0) return std::nullopt;
+  }
+  return buffer_[next_++];
+}
+
+// Returns whether there was one.
+bool TextFile::read_line() {
+  line_.clear();
+  ++line_number_;
+  bool has_any = false;
+  while (const auto byte = next_byte()) {
+    const bool is_second_of_two = *byte == '\n' && is_after_return_;
+    is_after_return_ = *byte == '\r';
+    if (is_second_of_two) continue;
+    has_any = true;
+    if (*byte == '\n' || *byte == '\r') break;
+    line_ += *byte;
+    if (line_.size() > longest_line) fail("a line of at most 65536 bytes");
+  }
+  if (!has_any) --line_number_;
+  return has_any;
+}
+
 std::optional<std::string_view> TextFile::next() {
-  while (std::getline(stream_, line_)) {
-    ++line_number_;
-    const std::string_view text = text_of_line(line_, line_number_);
-    if (!text.empty()) return text;
+  while (read_line()) {
+    if (line_.find('\0') != std::string::npos) fail("text in UTF-8, not UTF-16 or binary data; save as UTF-8");
+    if (line_number_ == 1 && line_.compare(0, 3, "\xEF\xBB\xBF") == 0) line_.erase(0, 3);
+    if (!trimmed(line_).empty()) return line_;
   }
   if (stream_.bad()) throw InputError(file_ + ": reading failed after line " + std::to_string(line_number_));
   return std::nullopt;

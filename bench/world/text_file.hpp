@@ -14,14 +14,15 @@
 
 namespace maxlogdet::sim {
 
-/// A text file, line by line, for readers whose errors name the line.
+/// A text file, line by line, for readers whose errors name the line. Lines end in LF, CRLF or CR. Files that are not
+/// UTF-8, and lines and files that never end, are refused.
 class TextFile {
  public:
   /// `what`: its kind, for messages, as in "trajectory file". Throws InputError if the file cannot be opened.
   TextFile(std::string file, const std::string& what);
 
-  /// Returns the next line that has text, without the white space around it, or nothing at the end of the file; valid
-  /// until the next call. Throws InputError if reading fails.
+  /// Returns the next line that has text, or nothing at the end of the file; valid until the next call. Throws
+  /// InputError if reading fails.
   std::optional<std::string_view> next();
 
   /// Throw an InputError about the last line read, or about what is missing at the end.
@@ -32,8 +33,15 @@ class TextFile {
   double number(std::string_view field, const std::string& what) const;
 
  private:
+  std::optional<char> next_byte();
+  bool read_line();
+
   std::string file_;
   std::ifstream stream_;
+  std::vector<char> buffer_;
+  std::size_t buffered_ = 0, next_ = 0;  // bytes of the buffer
+  std::size_t size_ = 0;                 // of the file, as far as it is read
+  bool is_after_return_ = false;         // the last byte was CR: an LF belongs to it
   std::string line_;
   std::size_t line_number_ = 0;
 };

@@ -218,10 +218,34 @@ TEST(EvaluationOfFrames, right_columns_without_a_baseline_do_not_count) {
   EXPECT_EQ(to_json(sim::evaluate({frames}, small_options(), 1)).dump(), expected);
 }
 
+TEST(EvaluationOfFrames, the_unit_of_length_changes_nothing_but_lengths) {
+  TracedRandom random;
+  for (const FrameKind kind : frame_kinds) {
+    const std::vector<Frame> frames = recording(random, kind, 12, 80);
+    for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
+      EvaluationOptions options = small_options();
+      options.weighting = weighting;
+      auto expected = to_json(sim::evaluate({frames}, options, 1));
+      for (const int exponent : {-20, -7, 7, 20}) {
+        SCOPED_TRACE(std::string(to_string(kind)) + ", " + to_string(weighting) + ", 2^" + std::to_string(exponent));
+        const double per_metre = std::exp2(exponent);
+        EvaluationOptions in_that_unit = options;
+        in_that_unit.map_sigma *= per_metre;
+        std::vector<Frame> scaled;
+        for (const Frame& frame : frames) scaled.push_back(in_unit(frame, per_metre));
+        auto json = to_json(sim::evaluate({scaled}, in_that_unit, 1));
+        EXPECT_EQ(json.at("translation_sigma_mm"), per_metre * expected.at("translation_sigma_mm").get<double>());
+        json["translation_sigma_mm"] = expected["translation_sigma_mm"];
+        EXPECT_EQ(json.dump(), expected.dump());
+      }
+    }
+  }
+}
+
 TEST(EvaluationOfFrames, without_noise_cannot_tell) {
   TracedRandom random;
   for (const FrameKind kind : frame_kinds) {
-    for (const double noise : {0.0, 1e-9, 1e-6}) {
+    for (const double noise : {0.0, 1e-9, 1e-6, 1e-4}) {
       SCOPED_TRACE(std::string(to_string(kind)) + " " + std::to_string(noise));
       const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
         if (noise > 0) add_errors(random, frame, noise);
@@ -232,6 +256,39 @@ TEST(EvaluationOfFrames, without_noise_cannot_tell) {
       EXPECT_EQ(text.rfind("These frames cannot tell: their residuals are rounding errors", 0), 0U) << text;
       EXPECT_EQ(text.find('|'), std::string::npos) << "tables of rounding errors";
     }
+  }
+}
+
+// As a tracker in float32 records without noise.
+TEST(EvaluationOfFrames, of_float32_without_noise_cannot_tell) {
+  TracedRandom random;
+  for (const FrameKind kind : {FrameKind::monocular, FrameKind::stereo, FrameKind::depth}) {
+    SCOPED_TRACE(to_string(kind));
+    const auto round = [](double& number) { number = static_cast<float>(number); };
+    const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
+      for (Match& match : frame.matches) {
+        for (double* const number : {&match.point[0], &match.point[1], &match.point[2], &match.u, &match.v})
+          round(*number);
+        if (match.is_stereo()) round(match.u_right);
+        if (match.depth > 0) round(match.depth);
+      }
+    });
+    const std::string text = to_text(sim::evaluate({frames}, small_options(), 1));
+    EXPECT_EQ(text.rfind("These frames cannot tell: their residuals are rounding errors", 0), 0U) << text;
+  }
+}
+
+// Noise far below the modelled one is noise all the same.
+TEST(EvaluationOfFrames, little_noise_is_judged_like_much) {
+  TracedRandom random;
+  for (const double noise : {0.05, 1.0}) {
+    SCOPED_TRACE(noise);
+    const auto frames = simulated_recording(random, FrameKind::stereo, 12, 160,
+                                            [&](Frame& frame) { add_errors(random, frame, noise); });
+    EvaluationOptions options = small_options();
+    options.budgets = {100};
+    const std::string text = to_text(sim::evaluate({frames}, options, 1));
+    EXPECT_EQ(text.rfind("Max-logDet pays: with 100 of some ", 0), 0U) << text;
   }
 }
 

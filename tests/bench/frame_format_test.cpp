@@ -214,7 +214,7 @@ TEST_F(FrameFormat, selections_qualities_keyframes_and_true_poses_are_optional) 
   expect_errors({pinhole, prior, truth, header + ",selected,keyframe", row + ",1,1"},
                 {{5, row + ",2,1", "0 or 1 for selected"},
                  {5, row + ",-1,1", "0 or 1 for selected"},
-                 {5, row + ",yes,1", "a finite number for selected"},
+                 {5, row + ",yes,1", "0 or 1 for selected, not 'yes'"},
                  {5, row + ",1,1.5", "an integer for keyframe"},
                  {3, "# Tcw_true: 1,0,0", "12 numbers for Tcw_true"},
                  {3, "# Tcw_true: 2,0,0,0,0,1,0,0,0,0,1,0", "a rotation in the first 3"}});

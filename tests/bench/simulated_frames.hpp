@@ -150,6 +150,31 @@ inline void add_field(Frame& frame, const sim::ImageGrid& grid, const std::vecto
   }
 }
 
+/// The same frame in another unit of length.
+inline Frame in_unit(Frame frame, double per_metre) {
+  const auto scale = [=](double& length) { length *= per_metre; };
+  const auto scale_pose = [&](std::array<double, 12>& rows) {
+    for (const std::size_t i : {3U, 7U, 11U}) scale(rows[i]);
+  };
+  scale_pose(frame.T_cw_prior);
+  if (frame.T_cw_true) scale_pose(*frame.T_cw_true);
+  for (double* const length : {&frame.camera.bf, &frame.camera.depth_sigma}) scale(*length);
+  for (Camera& camera : frame.camera.rig) {
+    std::array<double, 12> T_cb;
+    std::copy_n(camera.T_cb.data(), 12, T_cb.begin());
+    scale_pose(T_cb);
+    camera.T_cb = RigidTransform::row_major(T_cb.data());
+  }
+  for (Match& match : frame.matches) {
+    for (double& coordinate : match.point) scale(coordinate);
+    if (match.depth > 0) scale(match.depth);
+  }
+  for (auto& covariance : frame.map_covariances) {
+    for (double& entry : covariance) entry *= per_metre * per_metre;
+  }
+  return frame;
+}
+
 inline std::vector<std::uint32_t> all_matches(const Frame& frame) {
   std::vector<std::uint32_t> all(frame.matches.size());
   std::iota(all.begin(), all.end(), 0U);

@@ -216,6 +216,10 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read) {
   for (const auto& [arguments, message] : refusals) {
     expect_refused(run("evaluate" + std::string(arguments)), message);
   }
+  expect_refused(run("evaluate frames", "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
+  for (const char* const command : {"evaluate", "select --input"}) {
+    expect_refused(run(command + std::string(" /dev/zero")), "/dev/zero:1: expected a line of at most 65536 bytes");
+  }
 }
 
 TEST_F(Evaluate, refuses_options_that_it_does_not_understand) {
