@@ -152,6 +152,7 @@ bool FrameRecorder::start(const Camera* cameras, std::size_t count, const RigidT
   text_.clear();
   row_count_ = 0;
   put_cameras(cameras);
+  shift_of_right_ = cameras[0].pinhole.shift_of_right;
   const int size[2] = {details_.width, details_.height};
   if (size[0] > 0 && size[1] > 0) put_line(text_, "# image width,height: ", size, 2);
   const char* const frame = is_rig_ ? "body" : "camera";
@@ -220,7 +221,10 @@ void FrameRecorder::put_match(const FeatureMatch& match, bool is_selected, doubl
   for (const double column_or_row : match.measured) next(column_or_row);
   next(match.id);
   if (is_rig_) next(static_cast<unsigned>(match.camera_id));
-  if (details_.depth_cue == DepthCue::stereo) next(measured_or_none(match.u_right));
+  if (details_.depth_cue == DepthCue::stereo) {
+    const double right = measured_or_none(match.u_right);
+    next(right < 0 ? right : measured_or_none(right - shift_of_right_));
+  }
   if (details_.depth_cue == DepthCue::depth) next(match.depth == 0 ? -1 : measured_or_none(match.depth));
   next(weight_of(match));
   if (details_.has_covariances) {

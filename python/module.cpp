@@ -133,9 +133,9 @@ py::class_<T> class_of(py::module_& module, const char* name, const char* doc) {
   return bound;
 }
 
-Camera camera_of(double fx, double fy, double cx, double cy, double bf, const std::string& model,
-                 const py::object& parameters, const py::object& T_cb) {
-  Camera camera(fx, fy, cx, cy, bf);
+Camera camera_of(double fx, double fy, double cx, double cy, double bf, const py::object& cx_right,
+                 const std::string& model, const py::object& parameters, const py::object& T_cb) {
+  Camera camera(fx, fy, cx, cy, bf, cx_right.is_none() ? cx : cx_right.cast<double>());
   camera.model = named(model, "model", camera_models);
   const auto count = static_cast<py::ssize_t>(parameter_count(camera.model));
   const Array<double> given = array_of<double>(parameters, "parameters", {count});
@@ -152,11 +152,12 @@ py::object answer_of(const Selection& selection) {
   return py::module_::import("maxlogdet")
       .attr("Selection")(
           "indices"_a = to_numpy(indices), "gains"_a = to_numpy(gains), "status"_a = to_string(selection.status),
-          "error"_a = to_string(selection.error), "reason"_a = selection.reason(), "log_det"_a = selection.log_det,
-          "upper_bound"_a = selection.upper_bound, "certified_efficiency"_a = selection.certified_efficiency(),
-          "efficiency"_a = selection.efficiency, "translation_sigma"_a = selection.translation_sigma,
-          "rotation_sigma"_a = selection.rotation_sigma, "searched"_a = selection.searched,
-          "evaluations"_a = selection.evaluations, "invalid_candidates"_a = selection.invalid_candidates);
+          "error"_a = to_string(selection.error), "warning"_a = to_string(selection.warning),
+          "reason"_a = selection.reason(), "log_det"_a = selection.log_det, "upper_bound"_a = selection.upper_bound,
+          "certified_efficiency"_a = selection.certified_efficiency(), "efficiency"_a = selection.efficiency,
+          "translation_sigma"_a = selection.translation_sigma, "rotation_sigma"_a = selection.rotation_sigma,
+          "searched"_a = selection.searched, "evaluations"_a = selection.evaluations,
+          "invalid_candidates"_a = selection.invalid_candidates);
 }
 
 // What select() and select_blocks() are asked for, with the arrays that Options point to.
@@ -169,7 +170,7 @@ struct Asked {
 
 constexpr const char* doc_of_options = R"(
 
-prior: (6, 6), symmetric positive definite; None: 1e-5 I.
+prior: (6, 6), symmetric; where it leaves a direction free, or None, a weak one that follows the blocks.
 strategy: one of maxlogdet.strategies; epsilon and seed are of stochastic_greedy.
 time_limit: s, after which those of most information fill the budget; 0: none.
 groups: (n,) integers, the group of each; at most `maximum` of a group are selected.
@@ -434,7 +435,7 @@ prior: (6, 6), information about the pose of start(); None: none.)")
   };
   def_option("map_sigma", &BlockOptions::map_sigma, "m, standard deviation of a point without a covariance.");
   def_option("depth_sigma", &BlockOptions::depth_sigma, "m, standard deviation of a depth.");
-  def_option("min_depth", &BlockOptions::min_depth, "m: nearer matches are no candidates.");
+  def_option("min_depth", &BlockOptions::min_depth, "m: nearer matches are no candidates; 0: none.");
   def_select(bound, "select", "Returns the Selection of so many matches, or of all usable ones if there are fewer.",
              &select, py::arg("budget") = 200, py::kw_only());
 }
@@ -449,10 +450,11 @@ PYBIND11_MODULE(_core, module) {
 model: 'pinhole' (rectified images), 'radial_tangential' (OpenCV's), 'kannala_brandt' (its fisheye), 'double_sphere'.
 parameters: none; k1, k2, p1, p2, k3; k1, k2, k3, k4; or xi, alpha.
 bf: of a stereo pinhole, baseline times fx, px m.
+cx_right: cx of the right image; None: the same.
 T_cb: body to camera, (3, 4) or (4, 4). None: the camera is the body.)")
       .def(py::init(&camera_of), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("bf") = 0.0,
-           py::kw_only(), py::arg("model") = "pinhole", py::arg("parameters") = py::tuple(),
-           py::arg("T_cb") = py::none());
+           py::kw_only(), py::arg("cx_right") = py::none(), py::arg("model") = "pinhole",
+           py::arg("parameters") = py::tuple(), py::arg("T_cb") = py::none());
   bind_good_features(module);
   def_select(module, "select_blocks", R"(Returns the Selection of `budget` blocks. Raises SelectionError.
 
@@ -471,4 +473,9 @@ required: (n,) bools: selected in any case, and counts towards the budget.)",
   MAXLOGDET_ERRORS(MAXLOGDET_ENTRY)
 #undef MAXLOGDET_ENTRY
   module.attr("errors") = errors;
+  py::dict warnings;
+#define MAXLOGDET_ENTRY(name, explanation) warnings[#name] = explanation;
+  MAXLOGDET_WARNINGS(MAXLOGDET_ENTRY)
+#undef MAXLOGDET_ENTRY
+  module.attr("warnings") = warnings;
 }

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 namespace maxlogdet::sim {
@@ -63,9 +64,12 @@ Camera camera_of(const TextFile& file, const Values& values) {
 std::array<double, 12> transform_of(const TextFile& file, const Values& values, const std::string& name) {
   const auto v = numbers(file, values, 12, name + " (3 x 4 row-major)");
   const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(v.data());
-  const Eigen::Matrix3d R = T.leftCols<3>();
-  if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
-    file.fail("a rotation in the first 3 columns of " + name);
+  const double error = RigidTransform::row_major(v.data()).rotation_error();
+  if (error > 1e-3 || T.leftCols<3>().determinant() < 0) {
+    std::ostringstream found;
+    found << "a rotation in the first 3 columns of " << name << "; an entry of R R^T - I is " << error;
+    file.fail(found.str() + (error > 1e-3 ? ", above 1e-3" : ", but R is a reflection"));
+  }
   std::array<double, 12> rows{};
   std::copy(v.begin(), v.end(), rows.begin());
   return rows;

@@ -30,6 +30,13 @@ constexpr std::string_view known_columns[] = {
 
 constexpr const char* covariance_columns[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
 
+// As numpy.savetxt writes it.
+bool is_header_behind_sign(std::string_view line) {
+  if (!is_comment(line)) return false;
+  const std::vector<std::string> names = split_csv(line.substr(line.find('#') + 1));
+  return std::count(names.begin(), names.end(), "mp_id") + std::count(names.begin(), names.end(), "X") == 2;
+}
+
 class FrameReader {
  public:
   explicit FrameReader(const std::string& file) : file_(file, "frame file") {
@@ -39,7 +46,9 @@ class FrameReader {
   Frame read() {
     while (const auto line = file_.next()) {
       if (is_empty_row(*line)) continue;
-      if (is_comment(*line)) {
+      if (names_.empty() && is_header_behind_sign(*line)) {
+        read_header(line->substr(line->find('#') + 1));
+      } else if (is_comment(*line)) {
         read_comment(*line);
       } else if (names_.empty()) {
         read_header(*line);

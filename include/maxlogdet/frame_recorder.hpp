@@ -27,7 +27,8 @@ struct FrameDetails {
 ///   for (match of the frame) recorder.add(match, is_selected);
 ///   recorder.finish();                                           // writes the file
 ///
-/// Doubles read back as the same double, whatever the locale is. Allocates, does I/O, throws nothing: a problem is said
+/// Right columns are written as if the right image had the cx of the left one. Doubles read back as the same double,
+/// whatever the locale is. Allocates, does I/O, throws nothing: a problem is said
 /// once, in one line on stderr, and ends the recording. Use one per thread.
 class FrameRecorder {
  public:
@@ -75,6 +76,7 @@ class FrameRecorder {
   std::string text_;     // of the frame
   FrameDetails details_;
   std::size_t camera_count_ = 0;
+  double shift_of_right_ = 0;
   std::size_t row_count_ = 0;  // of matches
   bool is_rig_ = false;
   bool is_open_ = false;

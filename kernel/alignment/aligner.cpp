@@ -149,7 +149,7 @@ void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t l
   const PinholeCamera& pinhole = frame.cameras[match.camera_id].pinhole;
   plane(planes::measured + 2)[lane] =
       frame.options.depth_cue == DepthCue::stereo ? match.u_right - pinhole.shift_of_right : match.depth;
-  plane(planes::has_third)[lane] = frame.has_third[i] != 0 ? 1 : 0;
+  plane(planes::has_third)[lane] = third_ != DepthCue::none && frame.has_third[i] != 0 ? 1 : 0;
   for (std::size_t e = 0; by_map_ && frame.covariances != nullptr && e < 6; ++e) {
     plane(planes::map_covariance + e)[lane] = frame.covariances[9 * i + simd::upper_triangle[e]];
   }

@@ -9,9 +9,9 @@ import dataclasses as _dataclasses
 
 import numpy as _numpy
 
-from ._core import Camera, GoodFeatures, __version__, errors, isa, select_blocks, strategies
+from ._core import Camera, GoodFeatures, __version__, errors, isa, select_blocks, strategies, warnings
 
-__all__ = ["Camera", "GoodFeatures", "Selection", "SelectionError", "errors", "isa", "select_blocks", "strategies"]
+__all__ = ["Camera", "GoodFeatures", "Selection", "SelectionError", "errors", "isa", "select_blocks", "strategies", "warnings"]
 
 
 @_dataclasses.dataclass(frozen=True, eq=False)
@@ -22,7 +22,8 @@ class Selection:
     gains: _numpy.ndarray  # (k,): the increase of log det by each after those before it, nats; NaN where it is unknown
     status: str  # 'ok', 'all_selected', 'target_reached', 'deadline_reached', 'few_candidates' or 'error'
     error: str  # a key of `errors`; 'none' unless status is 'error'
-    reason: str  # for a log: the error, or the status
+    warning: str  # a key of `warnings`: what is suspicious of the frame
+    reason: str  # for a log: the error, or the warning, or the status
     log_det: float  # log det(prior + sum of selected H^T H), nats
     upper_bound: float  # no selection that the options allow has a greater log det
     certified_efficiency: float  # (det M / det of the bound)^(1/6)

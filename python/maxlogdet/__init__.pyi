@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 strategies: Tuple[str, ...]
 errors: Dict[str, str]
+warnings: Dict[str, str]
 
 def isa() -> str: ...
 
@@ -25,6 +26,7 @@ class Camera:
         cy: float,
         bf: float = 0.0,
         *,
+        cx_right: Optional[float] = None,
         model: str = 'pinhole',
         parameters: ArrayLike = (),
         T_cb: Optional[ArrayLike] = None,
@@ -36,6 +38,7 @@ class Selection:
     gains: NDArray[np.float64]
     status: str
     error: str
+    warning: str
     reason: str
     log_det: float
     upper_bound: float
