@@ -37,8 +37,8 @@ Prior with_entry(double value, std::size_t i, double other) {
 }
 
 const Prior good_priors[] = {diagonal(1), diagonal(1e-3), diagonal(1e6)};
-// Zero, negative, asymmetric, and not finite.
-const Prior bad_priors[] = {diagonal(0), diagonal(-1), with_entry(1, 1, 0.5), with_entry(1, 0, nan),
+// Negative, indefinite, asymmetric, and not finite.
+const Prior bad_priors[] = {diagonal(-1), with_entry(1, 7, -1), with_entry(1, 1, 0.5), with_entry(1, 0, nan),
                             with_entry(1, 8, infinity)};
 
 void push_copy(const BlockStore& source, std::size_t candidate, BlockStore& store) {

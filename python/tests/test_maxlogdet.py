@@ -101,7 +101,7 @@ def test_good_features_select_from_points(frame):
     ("invalid_pose", CAMERA, 2 * IDENTITY[:3], {}), ("invalid_pose", CAMERA, IDENTITY + np.eye(4, k=-3), {}),
     ("invalid_pose", maxlogdet.Camera(*LENS, T_cb=np.full((3, 4), np.nan)), IDENTITY, {}),
     ("invalid_camera", maxlogdet.Camera(0, 1, 2, 3), IDENTITY, {}), ("invalid_camera", [], IDENTITY, {}),
-    ("invalid_prior", CAMERA, IDENTITY, dict(prior=np.zeros((6, 6)))),
+    ("invalid_prior", CAMERA, IDENTITY, dict(prior=-np.eye(6))),
 ])
 def test_after_an_error_all_usable_matches_are_selected(frame, error, camera, T_cw, options):
     frame[0][3] = np.nan
@@ -127,6 +127,18 @@ def test_alignment_rejects_wrong_matches_and_finds_the_pose(frame):
     assert np.allclose(good.pose, predicted[:3], atol=1e-4)
     selected = list(good.select(50))  # aligns again, without the prior
     assert good.is_inlier[selected].all()
+
+
+def test_what_is_suspicious_is_named(frame):
+    points, pixels = frame
+    right = pixels[:, 0] - LENS[4] / points[:, 2] + 1000
+    good = started(points, pixels + 0.5 * np.random.default_rng(1).normal(size=(N, 2)), u_right=right)
+    selection = good.select(50)
+    assert (selection.status, selection.warning, selection.reason) == ("ok", good.reason, good.reason)
+    assert good.reason == good.alignment["status"] == "misfitting_right_columns"
+    assert "cx_right" in maxlogdet.warnings[good.reason]
+    verged = started(points, pixels, maxlogdet.Camera(*LENS, cx_right=LENS[2] + 1000), u_right=right)
+    assert (verged.select(50).warning, verged.reason, len(verged.outliers(IDENTITY))) == ("none", "ok", 0)
 
 
 def test_outliers_are_those_that_are_far_off(frame):
@@ -216,7 +228,7 @@ def test_other_wrong_arguments_are_refused(frame):
                  lambda: pickle.dumps(good, 0), lambda: good.record(3), lambda: good.add(frame[0], required=[1] * N)):
         pytest.raises(TypeError, call)
     with pytest.raises(maxlogdet.SelectionError, match="^invalid_prior: the prior") as raised:
-        maxlogdet.select_blocks(BLOCKS, prior=np.zeros((6, 6)))
+        maxlogdet.select_blocks(BLOCKS, prior=-np.eye(6))
     assert isinstance(raised.value, ValueError) and pickle.loads(pickle.dumps(raised.value)).error == "invalid_prior"
     assert len(good.select(50)) == 50
 

@@ -49,7 +49,7 @@ TEST_P(AnyAdapter, the_tracker_continues_with_what_a_selector_selects) {
 }
 
 TEST_P(AnyAdapter, few_candidates_and_after_an_error_all_of_them_continue) {
-  const double no_prior[36] = {};
+  const double no_prior[36] = {-1};
   EXPECT_EQ(continued_with(*world_of(90, 100), "all_selected").size(), 90U);
   EXPECT_EQ(continued_with(*world_of(100, 100), "all_selected").size(), 100U);
   auto world = world_of(300, 100);

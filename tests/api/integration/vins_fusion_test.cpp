@@ -23,6 +23,7 @@ class VinsFusionWorld : public AdapterWorld {
  public:
   VinsFusionWorld(Random& random, std::size_t n, std::size_t budget, std::size_t capacity) {
     estimator.good_features = VinsFusion(budget, capacity);
+    estimator.good_features.features.rejects_outliers = false;  // its tracks fit no pose
     const sim::Pose T_bc = random_pose(random);
     estimator.frame_count = WINDOW_SIZE;
     for (int camera = 0; camera < 2; ++camera) {
