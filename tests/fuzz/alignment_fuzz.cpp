@@ -29,7 +29,8 @@ struct Frame {
 };
 
 Camera camera_of(Bytes& bytes) {
-  const PinholeCamera pinhole(400, 410, 320, bytes.chance(16) ? bytes.number() : 240, bytes.chance(128) ? 50 : 0);
+  PinholeCamera pinhole(400, 410, 320, bytes.chance(16) ? bytes.number() : 240, bytes.chance(128) ? 50 : 0);
+  if (bytes.chance(16)) pinhole.shift_of_right = bytes.number();
   const auto parameter = [&] { return bytes.raw<std::int8_t>() / 512.0; };
   switch (bytes.below(6)) {
     case 0: return Camera::radial_tangential(pinhole, parameter(), parameter(), parameter() / 64, parameter() / 64);
@@ -74,7 +75,11 @@ Frame frame_of(Bytes& bytes) {
     frame.prior.assign(36, 0);
     for (std::size_t d = 0; d < 6; ++d) frame.prior[7 * d] = bytes.number();
   }
-  while (!bytes.is_empty() && frame.matches.size() < 80) frame.matches.push_back(match_of(bytes, frame.cameras.size()));
+  const double off = bytes.chance(48) ? bytes.raw<std::int8_t>() : 0;  // of every right column
+  while (!bytes.is_empty() && frame.matches.size() < 80) {
+    frame.matches.push_back(match_of(bytes, frame.cameras.size()));
+    if (frame.matches.back().match.u_right >= 0) frame.matches.back().match.u_right += off;
+  }
   return frame;
 }
 
@@ -113,6 +118,7 @@ void check_alignment(const Frame& frame, const GoodFeatures& good) {
     require(found.scale > 0, "the scale is positive", found.scale);
     for (int e = 0; e < 12; ++e) require(std::isfinite(good.pose().data()[e]), "the pose is finite");
   } else {
+    require(found.inliers == 0, "without an alignment there are no inliers", found.inliers);
     for (int e = 0; e < 12; ++e) {
       require(test::bits_of(good.pose().data()[e]) == test::bits_of(frame.T_bw.data()[e]),
               "the pose is that of start()");
