@@ -14,7 +14,10 @@
 namespace maxlogdet::sim {
 namespace {
 
-constexpr double log_det_prior = 6 * -11.512925464970229;  // of the default prior, 1e-5 I
+constexpr double p = 1e-5;  // the prior p I, of which the recorded results are
+constexpr double prior[36] = {p, 0, 0, 0, 0, 0, 0, p, 0, 0, 0, 0, 0, 0, p, 0, 0, 0,
+                              0, 0, 0, p, 0, 0, 0, 0, 0, 0, p, 0, 0, 0, 0, 0, 0, p};
+constexpr double log_det_prior = 6 * -11.512925464970229;
 
 struct Timed {
   std::set<std::uint32_t> indices;
@@ -40,6 +43,7 @@ Options options_of(std::size_t k, Strategy strategy) {
   search.budget = k;
   search.threads = 1;
   search.strategy = strategy;
+  search.prior = prior;
   return search;
 }
 

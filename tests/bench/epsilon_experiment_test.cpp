@@ -67,7 +67,9 @@ TEST(Epsilon, gap_differing_and_shares_are_those_of_the_selections) {
   ASSERT_EQ(outcomes.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     SCOPED_TRACE(i);
+    const EigenPrior prior(Matrix6(1e-5 * Matrix6::Identity()));
     Options search;
+    search.prior = prior.data();
     search.budget = i < 2 ? 15 : 75;
     search.strategy = Strategy::greedy;
     const Selection greedy = selector.select(blocks, search);
