@@ -221,7 +221,8 @@ void GoodFeatures::State::align(BlockOptions& options, const double* of_pose) no
   forget_alignment();
   Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, options, T_bw);
   Prior of_start;
-  if (error == Error::none && of_pose != nullptr && !of_start.read(of_pose)) error = Error::invalid_prior;
+  if (error == Error::none && of_pose != nullptr && !(of_start.read(of_pose) && of_start.is_semidefinite()))
+    error = Error::invalid_prior;
   if (error != Error::none) return aligner.forget(T_bw, error);
   const double* const prior_of_start = of_pose != nullptr ? of_start.entries : nullptr;
   align_by(options, prior_of_start);

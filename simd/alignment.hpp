@@ -45,9 +45,6 @@ constexpr RobustLimits robust_limits[] = {
 /// but not of its derivative, which may be anything of a point that is wrongly near.
 constexpr double smallest_huber_ratio = 2.25 / 400;
 
-/// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
-constexpr std::uint32_t rounded_bits = 11;
-
 /// How a match counts: by its squared error, or whether it is an inlier.
 enum class RobustWeight { huber, tukey, inliers };
 
@@ -81,9 +78,6 @@ struct AlignmentFunctions {
   void (*measure_third)(const AlignmentInput& input);
   /// The sums at the pose, weighted by plane::error over `scale_squared`, or by plane::is_inlier.
   NormalSums (*normal_equations)(const AlignmentInput& input, RobustWeight weight, double scale_squared);
-  /// The lower median of those of `count` values that are finite, rounded up to a float whose last rounded_bits are 1;
-  /// `count` is a multiple of 16. Values are not negative.
-  float (*median)(const float* values, std::size_t count, std::size_t& finite);
 };
 
 }  // namespace maxlogdet::simd

@@ -367,31 +367,4 @@ NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight
   });
 }
 
-inline std::size_t count_up_to(const float* values, std::size_t count, float limit) {
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < count; i += float_lanes) {
-    found += static_cast<std::size_t>(__builtin_popcount(lane_mask(Floats::load_aligned(values + i) <= Floats(limit))));
-  }
-  return found;
-}
-
-// By bisection of the bits of a float, which are ordered as floats that are not negative: no branch depends on a value.
-float median_of_finite(const float* errors, std::size_t count, std::size_t& finite) {
-  constexpr std::uint32_t steps = 0x7F800000U >> maxlogdet::simd::rounded_bits;
-  const auto end_of = [](std::uint32_t step) {
-    const std::uint32_t bits = ((step + 1) << maxlogdet::simd::rounded_bits) - 1;
-    float value;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-  };
-  finite = count_up_to(errors, count, end_of(steps - 1));
-  std::uint32_t low = 0, high = steps - 1;
-  while (low < high) {
-    const std::uint32_t middle = low + (high - low) / 2;
-    const bool is_enough = 2 * count_up_to(errors, count, end_of(middle)) >= finite;
-    is_enough ? high = middle : low = middle + 1;
-  }
-  return end_of(low);
-}
-
 }  // namespace

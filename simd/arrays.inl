@@ -22,6 +22,46 @@ float largest(const float* values, std::size_t count) {
   return most;
 }
 
+void measure_sizes(const float* planes, std::size_t stride, int rows, std::size_t count, float* sizes) {
+  for (std::size_t i = 0; i < count; i += float_lanes) {
+    Floats size(0.0F);
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        const float* const plane = planes + static_cast<std::size_t>(dimension * row + column) * stride;
+        size = xsimd::max(size, xsimd::abs(Floats::load_unaligned(plane + i)));
+      }
+    }
+    size.store_aligned(sizes + i);
+  }
+}
+
+inline std::size_t count_up_to(const float* values, std::size_t count, float limit) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < count; i += float_lanes) {
+    found += static_cast<std::size_t>(__builtin_popcount(lane_mask(Floats::load_aligned(values + i) <= Floats(limit))));
+  }
+  return found;
+}
+
+// By bisection of the bits of a float, which are ordered as floats that are not negative: no branch depends on a value.
+float median(const float* values, std::size_t count, std::uint32_t rounded_bits, std::size_t& finite) {
+  const std::uint32_t steps = 0x7F800000U >> rounded_bits;
+  const auto end_of = [rounded_bits](std::uint32_t step) {
+    const std::uint32_t bits = ((step + 1) << rounded_bits) - 1;
+    float value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  };
+  finite = count_up_to(values, count, end_of(steps - 1));
+  std::uint32_t low = 0, high = steps - 1;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    const bool is_enough = 2 * count_up_to(values, count, end_of(middle)) >= finite;
+    is_enough ? high = middle : low = middle + 1;
+  }
+  return end_of(low);
+}
+
 float largest_magnitude(const float* values, std::size_t count) {
   Floats magnitudes(0.0F);
   std::size_t i = 0;

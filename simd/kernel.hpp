@@ -107,6 +107,14 @@ struct ArrayFunctions {
 
   /// The largest of -1 and values[0 .. count).
   float (*largest)(const float* values, std::size_t count);
+
+  /// sizes[i]: the largest |entry| of block i in three columns, of which `planes` has the first. `sizes` is aligned;
+  /// reads and writes up to the next multiple of 16.
+  void (*measure_sizes)(const float* planes, std::size_t stride, int rows, std::size_t count, float* sizes);
+
+  /// The lower median of those of `count` values that are finite, rounded up to a float whose last `rounded_bits`
+  /// are 1. `count` is a multiple of 16. Values are aligned, and not negative.
+  float (*median)(const float* values, std::size_t count, std::uint32_t rounded_bits, std::size_t& finite);
 };
 
 struct Kernel {

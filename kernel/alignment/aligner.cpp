@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -205,7 +206,7 @@ void Aligner::measure_radian() noexcept {
     }
   }
   std::size_t finite;
-  const auto angle = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  const double angle = median_error(finite);
   radian_squared_ = 1 / (angle * angle * simd::robust_limits[0].median);
 }
 
@@ -213,7 +214,7 @@ void Aligner::measure_radian() noexcept {
 void Aligner::limit_leverage() noexcept {
   for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_leverage(parts_[p]);
   std::size_t finite;
-  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  const double median = median_error(finite);
   double* const leverage = plane(planes::leverage);
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
     const bool is_large = leverage[lane] > most_leverage * median;
@@ -245,20 +246,24 @@ void Aligner::find_inliers() noexcept {
 
 // The variance of the inliers' u and v about their means over the cameras, in units of sigma.
 double Aligner::image_spread() noexcept {
+  const double *const u = plane(planes::measured), *const v = plane(planes::measured + 1);
+  const double *const weights = plane(planes::weight), *const is_inlier = plane(planes::is_inlier);
   double sum = 0;
   for (std::size_t p = 0; p < part_count_; ++p) {
-    double weights = 0, means[2] = {}, squares = 0;
-    for (std::size_t lane = parts_[p].begin; lane < parts_[p].end; ++lane) {
-      const double root = plane(planes::is_inlier)[lane] * plane(planes::weight)[lane];
-      const double weight = root * root;
-      weights += weight;
-      for (std::size_t d = 0; d < 2; ++d) {
-        const double measured = plane(planes::measured + d)[lane];
-        means[d] += weight * measured;
-        squares += weight * measured * measured;
+    double totals[4][alignment_lanes] = {};  // of w, w u, w v, w (u^2 + v^2), w = 1 / sigma^2
+    for (std::size_t begin = parts_[p].begin; begin < parts_[p].end; begin += alignment_lanes) {
+      for (std::size_t lane = 0; lane < alignment_lanes; ++lane) {
+        const std::size_t i = begin + lane;
+        const double w = is_inlier[i] * weights[i] * weights[i];
+        totals[0][lane] += w;
+        totals[1][lane] += w * u[i];
+        totals[2][lane] += w * v[i];
+        totals[3][lane] += w * (u[i] * u[i] + v[i] * v[i]);
       }
     }
-    if (weights > 0) sum += squares - (means[0] * means[0] + means[1] * means[1]) / weights;
+    double total[4];
+    for (int t = 0; t < 4; ++t) total[t] = std::accumulate(totals[t], totals[t] + alignment_lanes, 0.0);
+    if (total[0] > 0) sum += total[3] - (total[1] * total[1] + total[2] * total[2]) / total[0];
   }
   return sum / (2 * static_cast<double>(found_.inliers));
 }
@@ -268,7 +273,7 @@ bool Aligner::doubts_third() noexcept {
   if (!found_.is_aligned()) return true;
   for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_third(parts_[p]);
   std::size_t finite;
-  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite));
+  const double median = median_error(finite);
   return finite >= fewest_matches && median > suspicious_ratio * median_of_one * std::max(scale_squared_, 1.0);
 }
 
@@ -276,10 +281,15 @@ void Aligner::whiten() noexcept {
   for (std::size_t p = 0; by_map_ && p < part_count_; ++p) kernel_->alignment.whiten(parts_[p]);
 }
 
+// Of those that are finite, with 23 - 11 bits after the first: 2^-12 is far below the error of a median.
+double Aligner::median_error(std::size_t& finite) noexcept {
+  return static_cast<double>(kernel_->arrays.median(errors_, padded(lanes_, error_lanes), 11, finite));
+}
+
 // Errors and their scale at the pose.
 void Aligner::measure_errors() noexcept {
   for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_errors(parts_[p]);
-  const auto median = static_cast<double>(kernel_->alignment.median(errors_, padded(lanes_, error_lanes), finite_));
+  const double median = median_error(finite_);
   scale_squared_ = std::max(median, finest_scale * finest_scale * radian_squared_);
 }
 

@@ -65,6 +65,7 @@ class Aligner {
   bool settle(simd::RobustWeight weight, double short_step) noexcept;
   void find_inliers() noexcept;
   double image_spread() noexcept;
+  double median_error(std::size_t& finite) noexcept;
   void whiten() noexcept;
   void measure_errors() noexcept;
   bool step(simd::RobustWeight weight) noexcept;

@@ -24,10 +24,11 @@ void compose(const double (&R)[3][3], const double (&t)[3], double (&T)[12]) noe
 
 }  // namespace
 
-// R <- (3 R - R R^T R) / 2, a step of Newton's method to the nearest rotation: two square an error of 1e-3 twice.
+// R <- (3 R - R R^T R) / 2, a step of Newton's method to the nearest rotation, squares the error: one suffices for
+// float32.
 void RigidMotion::start(const RigidTransform& T) noexcept {
   std::copy_n(T.data(), 12, T_);
-  for (int step = 0; step < 2; ++step) {
+  for (int steps = T.rotation_error() > 1e-6 ? 2 : 1; steps > 0; --steps) {
     double from[12];
     std::copy_n(T_, 12, from);
     for (std::size_t i = 0; i < 3; ++i) {

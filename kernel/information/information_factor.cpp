@@ -115,10 +115,10 @@ void InformationFactor::narrow() noexcept {
 double InformationFactor::inverse_norm() const noexcept {
   double squares[simd::padded_dimension] = {};  // by columns: independent sums
   for (const auto& row : w_) {
-    for (int d = 0; d < simd::padded_dimension; ++d) squares[d] += (row[d] * unit_[d]) * (row[d] * unit_[d]);
+    for (int d = 0; d < simd::padded_dimension; ++d) squares[d] += row[d] * row[d];
   }
   double sum = 0;
-  for (const double square : squares) sum += square;
+  for (int d = 0; d < simd::padded_dimension; ++d) sum += squares[d] * unit_[d] * unit_[d];
   return std::sqrt(sum);
 }
 

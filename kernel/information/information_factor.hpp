@@ -62,10 +62,10 @@ class InformationFactor {
   bool reset(const double* information, double roundings) noexcept;
   void narrow() noexcept;
 
-  double unit_[simd::padded_dimension];  // of each direction, a power of two
-  double per_unit_[n];
   double w_[n][simd::padded_dimension];
   float narrow_[n][simd::padded_dimension];
+  double unit_[simd::padded_dimension];  // of each direction, a power of two
+  double per_unit_[n];
   double norm_;            // of W, or an upper bound of it
   std::uint32_t added_;    // blocks since the last reset
   double trace_;           // of M, in units

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace maxlogdet {
 namespace {
@@ -12,8 +13,8 @@ namespace {
 constexpr int n = state_dimension;
 constexpr int part_size = 3;  // directions of the translation, and of the rotation
 
-// Of the squared size of a typical block: in every direction less than such blocks have, by ten digits.
-const double default_share = std::ldexp(1.0, -32);
+// Of the squared size of a typical block: too little to matter, and enough for float32 in the first rounds.
+const double default_share = std::ldexp(1.0, -26);
 // No size is taken as smaller than this, nor than this share of the largest: W h stays far within the range of float32.
 const double smallest_size = std::ldexp(1.0, -80);
 
@@ -46,13 +47,17 @@ bool Prior::read(const double* given) noexcept {
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) entries[n * i + j] = given[n * i + j] / 2 + given[n * j + i] / 2;
   }
+  const double roots[] = {std::sqrt(size_of_part(*this, 0)), std::sqrt(size_of_part(*this, part_size))};
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) {
-      const double tolerated =
-          largest_asymmetry * std::sqrt(size_of_part(*this, i)) * std::sqrt(size_of_part(*this, j));
+      const double tolerated = largest_asymmetry * roots[i / part_size] * roots[j / part_size];
       if (!(std::abs(given[n * i + j] - given[n * j + i]) <= tolerated)) return false;
     }
   }
+  return true;
+}
+
+bool Prior::is_semidefinite() const noexcept {
   Prior definite = raised(*this, largest_rounding);
   for (int i = 0; i < n; ++i) {
     if (size_of_part(*this, i) == 0) definite.entries[n * i + i] = 1;
@@ -64,19 +69,15 @@ bool Prior::read(const double* given) noexcept {
 double PriorMemory::typical_size(const Candidates& candidates, int first_column) noexcept {
   const std::size_t count = candidates.count;
   float* const sizes = sizes_;
-  std::fill_n(sizes, count, 0.0F);
+  const double* const columns = candidates.column_max + first_column;
+  const double largest = std::max({columns[0], columns[1], columns[2]});
+  if (count == 0 || largest == 0) return 1;
+  const simd::ArrayFunctions& arrays = candidates.kernel->arrays;
+  arrays.measure_sizes(candidates.plane(0, first_column), candidates.planes.stride, candidates.rows, count, sizes);
   std::fill(sizes + count, sizes + padded(count), float_infinity);
-  double largest = 0;
-  for (int column = first_column; column < first_column + part_size; ++column) {
-    for (int row = 0; row < candidates.rows; ++row) {
-      const float* const plane = candidates.plane(row, column);
-      for (std::size_t i = 0; i < count; ++i) sizes[i] = std::max(sizes[i], std::abs(plane[i]));
-    }
-    largest = std::max(largest, candidates.column_max[column]);
-  }
-  if (largest == 0) return 1;
+  constexpr std::uint32_t mantissa_bits = 23;
   std::size_t finite;
-  const auto median = static_cast<double>(candidates.kernel->alignment.median(sizes, padded(count), finite));
+  const auto median = static_cast<double>(arrays.median(sizes, padded(count), mantissa_bits, finite));
   return std::ldexp(1.0, std::ilogb(std::max({median, smallest_size * largest, smallest_size})));
 }
 
@@ -93,6 +94,7 @@ bool PriorMemory::start(const double* given, const Candidates& candidates, Prior
   if (given != nullptr) {
     if (!prior.read(given)) return false;
     if (factor.reset(prior.entries) && factor.is_moderate()) return true;
+    if (!prior.is_semidefinite()) return false;
   }
   const Prior of_given = prior;
   for (const double rounding : roundings) {

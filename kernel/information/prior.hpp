@@ -13,9 +13,11 @@ namespace maxlogdet {
 struct Prior {
   double entries[state_dimension * state_dimension];
 
-  /// Takes the symmetric part of a matrix, 6 x 6 row-major. Returns whether it is finite, symmetric and positive
-  /// semidefinite, but for the rounding of float32.
+  /// Takes the symmetric part of a matrix, 6 x 6 row-major. Returns whether it is finite, and symmetric but for the
+  /// rounding of float32.
   bool read(const double* given) noexcept;
+  /// But for that rounding.
+  bool is_semidefinite() const noexcept;
 };
 
 /// Memory to find a default prior among up to `capacity` candidates.

@@ -19,7 +19,7 @@ Matrix6 default_information(const BlockStore& blocks) {
     if (!sizes.empty() && sizes.back() > 0)
       size = std::max({sizes[(sizes.size() - 1) / 2], sizes.back() * 0x1p-80, 0x1p-80});
     const double power = std::exp2(std::floor(std::log2(size)));
-    information.block<3, 3>(first, first) *= 0x1p-32 * power * power;
+    information.block<3, 3>(first, first) *= 0x1p-26 * power * power;
   }
   return information;
 }
