@@ -7,6 +7,8 @@
 #include "tests/support/oracle.hpp"
 #include "tests/support/sweeps.hpp"
 
+#include <maxlogdet/point_covariance.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -133,6 +135,27 @@ TEST(Units, of_any_size_select_as_greedy_does) {
       EXPECT_EQ(good.blocks().stored(), 300U);
       EXPECT_LE(gain_given_away(good.blocks(), indices_of(selection)), allowed_loss);
     }
+  });
+}
+
+TEST(Units, scale_the_covariance_of_a_point) {
+  for_each_trial(50, [](Random& random) {
+    const Eigen::Vector3d p(random.uniform(-2, 2), random.uniform(-1, 1), random.uniform(3, 9));
+    const int views = random.integer(1, 5);
+    std::vector<Isometry> poses;
+    for (int i = 0; i < views; ++i) poses.push_back(random_isometry(random, 0.5, 0.1));
+    const auto covariance_in = [&](double unit) {
+      const PinholeCamera camera(458, 457, 367, 248, 50 * unit);
+      const Eigen::Vector3d in_unit = unit * p;
+      PointCovariance point(in_unit.data());
+      for (const Isometry& T_cw : poses) point.observe(camera, scaled(rows_of(T_cw), unit), 1.2, views % 2 == 0);
+      std::vector<double> entries(9);
+      EXPECT_TRUE(point.covariance(entries.data()));
+      for (double& entry : entries) entry /= unit * unit;
+      return bits_of_all(entries);
+    };
+    const std::vector<std::uint64_t> expected = covariance_in(1);
+    for (const int exponent : exponents) EXPECT_EQ(covariance_in(std::exp2(exponent)), expected) << exponent;
   });
 }
 
