@@ -41,35 +41,34 @@ const char* to_string(AlignmentStatus status) noexcept {
   return "unknown";
 }
 
+// Cases of the enumeration `Named`.
+#define MAXLOGDET_NAME(name, explanation)              \
+  case Named::name: return #name;                      \
+                                                       \
+      #define MAXLOGDET_EXPLANATION(name, explanation) \
+  case Named::name: return explanation;
+
 const char* to_string(Error error) noexcept {
-#define MAXLOGDET_CASE(name, explanation) \
-  case Error::name: return #name;
-  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_CASE) }
-#undef MAXLOGDET_CASE
+  using Named = Error;
+  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_NAME) }
   return "unknown";
 }
 
 const char* explain(Error error) noexcept {
-#define MAXLOGDET_CASE(name, explanation) \
-  case Error::name: return explanation;
-  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_CASE) }
-#undef MAXLOGDET_CASE
+  using Named = Error;
+  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_EXPLANATION) }
   return "unknown";
 }
 
 const char* to_string(Warning warning) noexcept {
-#define MAXLOGDET_CASE(name, explanation) \
-  case Warning::name: return #name;
-  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
-#undef MAXLOGDET_CASE
+  using Named = Warning;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_NAME) }
   return "unknown";
 }
 
 const char* explain(Warning warning) noexcept {
-#define MAXLOGDET_CASE(name, explanation) \
-  case Warning::name: return explanation;
-  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
-#undef MAXLOGDET_CASE
+  using Named = Warning;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_EXPLANATION) }
   return "unknown";
 }
 
