@@ -41,34 +41,35 @@ const char* to_string(AlignmentStatus status) noexcept {
   return "unknown";
 }
 
-// Cases of the enumeration `Named`.
-#define MAXLOGDET_NAME(name, explanation)              \
-  case Named::name: return #name;                      \
-                                                       \
-      #define MAXLOGDET_EXPLANATION(name, explanation) \
-  case Named::name: return explanation;
-
 const char* to_string(Error error) noexcept {
-  using Named = Error;
-  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_NAME) }
+#define MAXLOGDET_CASE(name, explanation) \
+  case Error::name: return #name;
+  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 
 const char* explain(Error error) noexcept {
-  using Named = Error;
-  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_EXPLANATION) }
+#define MAXLOGDET_CASE(name, explanation) \
+  case Error::name: return explanation;
+  switch (error) { MAXLOGDET_ERRORS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 
 const char* to_string(Warning warning) noexcept {
-  using Named = Warning;
-  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_NAME) }
+#define MAXLOGDET_CASE(name, explanation) \
+  case Warning::name: return #name;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 
 const char* explain(Warning warning) noexcept {
-  using Named = Warning;
-  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_EXPLANATION) }
+#define MAXLOGDET_CASE(name, explanation) \
+  case Warning::name: return explanation;
+  switch (warning) { MAXLOGDET_WARNINGS(MAXLOGDET_CASE) }
+#undef MAXLOGDET_CASE
   return "unknown";
 }
 
