@@ -23,8 +23,9 @@
 namespace maxlogdet {
 namespace {
 
-// The share of the usable matches from which on those without a block are named.
+// Those without a block are named if they are a twentieth of the usable ones, and not a few by chance.
 constexpr double sizeable_share = 0.05;
+constexpr std::size_t sizeable_count = 5;
 
 constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
@@ -54,15 +55,15 @@ struct GoodFeatures::State {
 
   void start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept;
   void add(const FeatureMatch& match) noexcept;
-  DepthCue cue_of(std::size_t i) const noexcept { return leaves_out_cues ? DepthCue::none : measured_cue(matches[i]); }
+  DepthCue cue_of(std::size_t i) const noexcept {
+    return aligner.leaves_out_third() ? DepthCue::none : measured_cue(matches[i]);
+  }
   MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
   BlockOptions options_of_frame(BlockOptions options) noexcept;
   void align(BlockOptions& options, const double* of_pose) noexcept;
-  void align_by(const BlockOptions& options, const double* of_pose) noexcept;
-  bool cues_misfit(BlockOptions options) const noexcept;
   void forget_alignment() noexcept;
   Error make_blocks(const BlockOptions& options) noexcept;
-  void explain_rejected(const BlockOptions& options) noexcept;
+  void explain_rejected() noexcept;
   bool is_sizeable(std::size_t count) const noexcept;
   Warning warning() const noexcept;
 
@@ -88,8 +89,7 @@ struct GoodFeatures::State {
   std::size_t added = 0, size = 0;
   std::vector<FeatureMatch> matches;
   DepthCue depth_cue = DepthCue::none;
-  bool are_mixed = false;        // some matches with a right column, and some with a depth
-  bool leaves_out_cues = false;  // which do not fit
+  bool are_mixed = false;  // some matches with a right column, and some with a depth
   bool has_covariances = false;
   // What append_blocks and a Selector read as arrays.
   std::vector<double> sigmas, covariances;
@@ -151,7 +151,7 @@ void GoodFeatures::State::start(const Camera* seen_by, std::size_t count, const 
   T_bw = pose;
   added = size = judged = 0;
   depth_cue = DepthCue::none;
-  are_mixed = has_covariances = leaves_out_cues = false;
+  are_mixed = has_covariances = false;
   blocks.clear();
   report = BlockReport();
   forget_alignment();
@@ -212,7 +212,6 @@ BlockOptions GoodFeatures::State::options_of_frame(BlockOptions options) noexcep
 
 void GoodFeatures::State::forget_alignment() noexcept {
   aligner.forget(T_bw, Error::none);
-  leaves_out_cues = false;
   std::copy_n(is_usable.begin(), size, is_inlier.begin());
 }
 
@@ -224,23 +223,6 @@ void GoodFeatures::State::align(BlockOptions& options, const double* of_pose) no
   if (error == Error::none && of_pose != nullptr && !(of_start.read(of_pose) && of_start.is_semidefinite()))
     error = Error::invalid_prior;
   if (error != Error::none) return aligner.forget(T_bw, error);
-  const double* const prior_of_start = of_pose != nullptr ? of_start.entries : nullptr;
-  align_by(options, prior_of_start);
-  if (!aligner.doubts_third()) return;
-  const bool fails_with_cues = !aligner.found().is_aligned();
-  BlockOptions without = options;
-  without.depth_cue = DepthCue::none;
-  align_by(without, prior_of_start);
-  leaves_out_cues = aligner.found().is_aligned() && (fails_with_cues || cues_misfit(options));
-  if (leaves_out_cues) {
-    options = without;
-  } else {
-    align_by(options, prior_of_start);
-  }
-}
-
-void GoodFeatures::State::align_by(const BlockOptions& options, const double* of_pose) noexcept {
-  std::copy_n(is_usable.begin(), size, is_inlier.begin());
   FrameToAlign frame;
   frame.cameras = cameras;
   frame.camera_count = camera_count;
@@ -251,22 +233,9 @@ void GoodFeatures::State::align_by(const BlockOptions& options, const double* of
   frame.has_third = has_depth_cue.data();
   frame.covariances = has_covariances ? covariances.data() : nullptr;
   frame.options = options;
-  frame.prior = of_pose;
+  frame.prior = of_pose != nullptr ? of_start.entries : nullptr;
   aligner.align(frame, is_inlier.data());
-}
-
-// Whether most cues do not fit the pose that u and v alone have found: neither within its scale nor within their own
-// deviations.
-bool GoodFeatures::State::cues_misfit(BlockOptions options) const noexcept {
-  const double scale = std::fmax(aligner.found().scale, 1);
-  const double gate = simd::robust_limits[1].gate * scale * scale;
-  const bool is_whitened = options.weighting == Weighting::measurement_and_map;
-  std::size_t fits = 0, misfits = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    if (is_aligned[i] == 0 || is_inlier[i] == 0 || has_depth_cue[i] == 0) continue;
-    chi2_of(i, aligner.pose(), options, is_whitened) <= gate ? ++fits : ++misfits;
-  }
-  return misfits > fits;
+  if (aligner.leaves_out_third()) options.depth_cue = DepthCue::none;
 }
 
 // Candidate i is match i.
@@ -288,29 +257,23 @@ Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
 
 bool GoodFeatures::State::is_sizeable(std::size_t count) const noexcept {
   const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(size), 1);
-  return count > 0 && static_cast<double>(count) >= sizeable_share * static_cast<double>(usable);
+  return count >= sizeable_count && static_cast<double>(count) >= sizeable_share * static_cast<double>(usable);
 }
 
 // Of what was rejected without an error the report says why there is none, as of candidates.
-void GoodFeatures::State::explain_rejected(const BlockOptions& options) noexcept {
-  if (!aligner.found().is_aligned() || !is_sizeable(aligner.without_error())) return;
-  for (std::size_t i = 0; i < size; ++i) {
-    if (is_aligned[i] == 0 || is_inlier[i] != 0) continue;
-    double e[3], omega[9];
-    const bool has_image = residual_of(i, aligner.pose(), e);
-    const Camera& camera = cameras[matches[i].camera_id];
-    if (has_image && match_information(camera, aligner.pose(), matches[i].point, noise_of(i, options), omega)) continue;
+void GoodFeatures::State::explain_rejected() noexcept {
+  aligner.for_each_without_error([this](std::size_t i) {
+    double e[3];
     --report.unusable;
-    ++(has_image ? report.invalid_covariances : report.behind_camera);
-  }
+    ++(residual_of(i, aligner.pose(), e) ? report.invalid_covariances : report.behind_camera);
+  });
 }
 
 // What is missing of a sizeable share of the usable matches, by its most frequent cause.
 Warning GoodFeatures::State::warning() const noexcept {
-  if (leaves_out_cues)
-    return depth_cue == DepthCue::stereo ? Warning::misfitting_right_columns : Warning::misfitting_depths;
-  const std::size_t missing = report.invalid - report.unusable;
   const Alignment& found = aligner.found();
+  if (found.warning != Warning::none) return found.warning;
+  const std::size_t missing = report.invalid - report.unusable;
   const bool has_failed = found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= 10;
   if (!is_sizeable(missing)) return has_failed ? Warning::not_aligned : Warning::none;
   const std::size_t counted =
@@ -517,7 +480,7 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   settled.time_limit = time.left();
   error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
   s.fill_up(options, spread);
-  s.explain_rejected(of_frame);
+  s.explain_rejected();
   s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();
   if (s.is_record_due) s.record(block_options.depth_sigma);
   return selection();
@@ -528,11 +491,7 @@ Alignment GoodFeatures::align(const double* prior) noexcept {
   state_->align(of_frame, prior);
   return alignment();
 }
-Alignment GoodFeatures::alignment() const noexcept {
-  Alignment found = state_->aligner.found();
-  if (state_->leaves_out_cues) found.warning = state_->warning();
-  return found;
-}
+Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
 const RigidTransform& GoodFeatures::pose() const noexcept { return state_->aligner.pose(); }
 const double* GoodFeatures::pose_information() const noexcept { return state_->aligner.information(); }
 bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_inlier[i] != 0; }

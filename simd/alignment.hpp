@@ -67,6 +67,11 @@ struct NormalSums {
   double moment[3];  ///< p x g
 };
 
+/// How many third rows there are, and how many of them are below -limit and above it.
+struct ThirdRows {
+  std::size_t count, below, above;
+};
+
 struct AlignmentFunctions {
   /// W of matches with noise of the map, at the pose; NaN where there is none.
   void (*whiten)(const AlignmentInput& input);
@@ -74,8 +79,8 @@ struct AlignmentFunctions {
   void (*measure_leverage)(const AlignmentInput& input);
   /// plane::error and errors at the pose.
   void (*measure_errors)(const AlignmentInput& input);
-  /// errors at the pose of the third rows alone, which u and v cannot explain; infinite without a third row.
-  void (*measure_third)(const AlignmentInput& input);
+  /// Counts the third rows, whose errors u and v cannot explain, at the pose.
+  ThirdRows (*count_third)(const AlignmentInput& input, double limit);
   /// The sums at the pose, weighted by plane::error over `scale_squared`, or by plane::is_inlier.
   NormalSums (*normal_equations)(const AlignmentInput& input, RobustWeight weight, double scale_squared);
 };

@@ -8,6 +8,7 @@ using maxlogdet::simd::AlignmentInput;
 using maxlogdet::simd::NormalSums;
 using maxlogdet::simd::robust_limits;
 using maxlogdet::simd::RobustWeight;
+using maxlogdet::simd::ThirdRows;
 namespace plane = maxlogdet::simd::plane;
 static_assert(alignment_lanes % double_lanes == 0, "whole packs");
 
@@ -154,16 +155,24 @@ void measure_errors(const AlignmentInput& input) {
 }
 
 template <DepthCue third, bool by_map>
-void measure_third(const AlignmentInput& input) {
-  const Doubles infinite(std::numeric_limits<double>::infinity());
-  const Doubles largest(static_cast<double>(std::numeric_limits<float>::max()));
+ThirdRows count_third(const AlignmentInput& input, double limit) {
+  const Doubles zero(0.0), one(1.0);
+  Doubles counts[3] = {zero, zero, zero};
   for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
     const auto at = whitened_at<third, by_map>(input, i);
-    const Doubles& last = at.e[Linearised<third>::row_count - 1];
-    const Doubles square = xsimd::select(last * last < largest, last * last, largest);
-    const Mask counts = at.exists & at.has_third & (last == last);
-    store_narrow(xsimd::select(counts, square, infinite), input.errors + i);
+    const Doubles& error = at.e[Linearised<third>::row_count - 1];
+    const Mask exists = at.exists & at.has_third & (error == error);
+    counts[0] += xsimd::select(exists, one, zero);
+    counts[1] += xsimd::select(exists & (error < Doubles(-limit)), one, zero);
+    counts[2] += xsimd::select(exists & (error > Doubles(limit)), one, zero);
   }
+  std::size_t totals[3] = {};
+  for (int c = 0; c < 3; ++c) {
+    alignas(64) double lanes[double_lanes];
+    counts[c].store_aligned(lanes);
+    for (const double lane : lanes) totals[c] += static_cast<std::size_t>(lane);
+  }
+  return {totals[0], totals[1], totals[2]};
 }
 
 // A limit of plane::error, whose unit is the median.
@@ -352,9 +361,9 @@ void measure_errors(const AlignmentInput& input) {
     input.by_map ? measure_errors<third(), true>(input) : measure_errors<third(), false>(input);
   });
 }
-void measure_third(const AlignmentInput& input) {
-  with_third(input, [&](auto third) {
-    input.by_map ? measure_third<third(), true>(input) : measure_third<third(), false>(input);
+ThirdRows count_third(const AlignmentInput& input, double limit) {
+  return with_third(input, [&](auto third) {
+    return input.by_map ? count_third<third(), true>(input, limit) : count_third<third(), false>(input, limit);
   });
 }
 NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {

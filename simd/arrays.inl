@@ -3,6 +3,8 @@
 
 namespace {
 
+using maxlogdet::simd::rounded_bits;
+
 std::size_t list_tiles(const float* values, std::size_t count, float lower, float upper, Tile* list) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < count; i += float_lanes) {
@@ -23,6 +25,7 @@ float largest(const float* values, std::size_t count) {
 }
 
 void measure_sizes(const float* planes, std::size_t stride, int rows, std::size_t count, float* sizes) {
+  const Floats infinite(std::numeric_limits<float>::infinity());
   for (std::size_t i = 0; i < count; i += float_lanes) {
     Floats size(0.0F);
     for (int row = 0; row < rows; ++row) {
@@ -31,7 +34,7 @@ void measure_sizes(const float* planes, std::size_t stride, int rows, std::size_
         size = xsimd::max(size, xsimd::abs(Floats::load_unaligned(plane + i)));
       }
     }
-    size.store_aligned(sizes + i);
+    xsimd::select(size > Floats(0.0F), size, infinite).store_aligned(sizes + i);
   }
 }
 
@@ -44,9 +47,9 @@ inline std::size_t count_up_to(const float* values, std::size_t count, float lim
 }
 
 // By bisection of the bits of a float, which are ordered as floats that are not negative: no branch depends on a value.
-float median(const float* values, std::size_t count, std::uint32_t rounded_bits, std::size_t& finite) {
-  const std::uint32_t steps = 0x7F800000U >> rounded_bits;
-  const auto end_of = [rounded_bits](std::uint32_t step) {
+float median(const float* values, std::size_t count, std::size_t& finite) {
+  constexpr std::uint32_t steps = 0x7F800000U >> rounded_bits;
+  const auto end_of = [](std::uint32_t step) {
     const std::uint32_t bits = ((step + 1) << rounded_bits) - 1;
     float value;
     std::memcpy(&value, &bits, sizeof value);

@@ -100,6 +100,9 @@ struct FactorFunctions {
 };
 
 /// Plain arrays of float32.
+/// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
+constexpr std::uint32_t rounded_bits = 11;
+
 struct ArrayFunctions {
   /// Lists the positions in [0, count) with lower <= values[i] < upper, in order; returns how many. No value reaches an
   /// `upper` of NaN. Reads up to the next multiple of 16; up to 16 more than are listed may be written.
@@ -108,13 +111,13 @@ struct ArrayFunctions {
   /// The largest of -1 and values[0 .. count).
   float (*largest)(const float* values, std::size_t count);
 
-  /// sizes[i]: the largest |entry| of block i in three columns, of which `planes` has the first. `sizes` is aligned;
-  /// reads and writes up to the next multiple of 16.
+  /// sizes[i]: the largest |entry| of block i in three columns, of which `planes` has the first; infinite if that is 0.
+  /// `sizes` is aligned; reads and writes up to the next multiple of 16.
   void (*measure_sizes)(const float* planes, std::size_t stride, int rows, std::size_t count, float* sizes);
 
-  /// The lower median of those of `count` values that are finite, rounded up to a float whose last `rounded_bits`
-  /// are 1. `count` is a multiple of 16. Values are aligned, and not negative.
-  float (*median)(const float* values, std::size_t count, std::uint32_t rounded_bits, std::size_t& finite);
+  /// The lower median of those of `count` values that are finite, rounded up to a float whose last rounded_bits are 1.
+  /// `count` is a multiple of 16. Values are aligned, and not negative.
+  float (*median)(const float* values, std::size_t count, std::size_t& finite);
 };
 
 struct Kernel {

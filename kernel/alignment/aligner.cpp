@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace maxlogdet {
 namespace {
@@ -27,17 +26,19 @@ constexpr int most_steps = 10;
 // tracker's noise.
 constexpr double finest_scale = 1e-6;
 constexpr double coarsest_scale = 1.0 / 32;
-// The robust scale over the spread of the inliers in the image: where pixels are in another unit than the camera, the
-// best pose is so far away that all points share a pixel.
-constexpr double coarsest_share = 1.0 / 8;
+// Of the distance of the points, over that at the predicted pose: where pixels are in another unit than the camera, the
+// pose that fits best is far away, and the points are next to each other.
+constexpr double most_growth = 4;
 // Of |W J|^2 over its median: ten times as near as half of the matches.
 constexpr double most_leverage = 100;
 // At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
 constexpr double tolerated_growth = 1.25;
 
-// Of the median squared error of third rows, over that expected of the scale.
-constexpr double suspicious_ratio = 2;
-constexpr double median_of_one = 0.4549364231195725;  // of chi-squared
+// Third rows are off if they are so by half a deviation; 31 % of normal ones are by chance, on either side.
+constexpr double limit_of_third = 0.5;
+constexpr double most_on_one_side = 0.45;
+constexpr double most_off = 0.75;
+constexpr double gate_of_third = 2.576;  // 1 % of normal ones
 
 constexpr std::size_t error_lanes = 16;  // medians read whole packs of float32
 
@@ -58,6 +59,12 @@ void add(const simd::NormalSums& sums, double factor, double (&H)[6][6], double 
   }
 }
 
+// Of `count`, by more than chance: twice the deviation of a share.
+bool is_above(double share, std::size_t found, std::size_t count) noexcept {
+  const auto all = static_cast<double>(count);
+  return static_cast<double>(found) > share * all + std::sqrt(all);
+}
+
 constexpr std::size_t padded(std::size_t count, std::size_t to) { return (count + to - 1) / to * to; }
 
 }  // namespace
@@ -67,6 +74,7 @@ Aligner::Aligner(std::size_t capacity)
       planes_(planes::count * most_lanes(checked_capacity(capacity))),
       errors_(most_lanes(capacity) + error_lanes),
       match_of_lane_(most_lanes(capacity)),
+      fits_with_third_(capacity),
       parts_(most_parts(capacity)) {}
 
 void Aligner::forget(const RigidTransform& T_bw, Error why) noexcept {
@@ -77,22 +85,51 @@ void Aligner::forget(const RigidTransform& T_bw, Error why) noexcept {
 }
 
 void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
+  align_once(frame, is_inlier);
+  if (!doubts_third()) return;
+  const Alignment found = found_;
+  const RigidTransform pose = pose_;
+  const std::size_t finite = finite_;
+  double information[36];
+  std::copy_n(information_, 36, information);
+  std::copy_n(is_inlier, frame.size, fits_with_third_.begin());
+
+  FrameToAlign without = frame;
+  without.options.depth_cue = DepthCue::none;
+  without.prior = nullptr;  // which may be what does not fit
+  align_once(without, is_inlier);
+  if (found_.is_aligned() && (!found.is_aligned() || third_misfits(frame))) {
+    without.prior = frame.prior;
+    if (frame.prior != nullptr) align_once(without, is_inlier);
+    const bool is_stereo = frame.options.depth_cue == DepthCue::stereo;
+    found_.warning = is_stereo ? Warning::misfitting_right_columns : Warning::misfitting_depths;
+    return;
+  }
+  found_ = found;
+  pose_ = pose;
+  finite_ = finite;
+  std::copy_n(information, 36, information_);
+  std::copy_n(fits_with_third_.begin(), frame.size, is_inlier);
+}
+
+void Aligner::align_once(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
   forget(frame.T_bw, kernel_ == nullptr ? Error::unsupported_isa : Error::none);
   if (kernel_ == nullptr) return;
   motion_.start(frame.T_bw);
   prior_ = frame.prior;
   read(frame);
   found_.status = find_pose();
-  if (!found_.is_aligned()) {
+  const bool is_aligned = found_.is_aligned();
+  if (is_aligned) {
+    pose_ = RigidTransform::row_major(motion_.pose());
+    found_.scale = std::sqrt(scale_squared_);
+  } else {
     found_.inliers = 0;
     std::fill_n(information_, 36, 0.0);
-    return;
   }
-  pose_ = RigidTransform::row_major(motion_.pose());
-  found_.scale = std::sqrt(scale_squared_);
   const double* const fits = plane(planes::is_inlier);
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    if (match_of_lane_[lane] != no_match && fits[lane] == 0) is_inlier[match_of_lane_[lane]] = 0;
+    if (match_of_lane_[lane] != no_match) is_inlier[match_of_lane_[lane]] = is_aligned && fits[lane] == 0 ? 0 : 1;
   }
 }
 
@@ -182,8 +219,7 @@ AlignmentStatus Aligner::find_pose() noexcept {
   }
   find_inliers();
   if (2 * found_.inliers < std::max(finite_, finite_at_start) ||
-      scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_ ||
-      scale_squared_ > coarsest_share * coarsest_share * image_spread())
+      scale_squared_ > coarsest_scale * coarsest_scale * radian_squared_ || is_far_off())
     return AlignmentStatus::no_consensus;
   for (int i = 0; i < most_steps; ++i) {
     if (!step(RobustWeight::inliers)) return failed();
@@ -244,46 +280,73 @@ void Aligner::find_inliers() noexcept {
   }
 }
 
-// The variance of the inliers' u and v about their means over the cameras, in units of sigma.
-double Aligner::image_spread() noexcept {
-  const double *const u = plane(planes::measured), *const v = plane(planes::measured + 1);
-  const double *const weights = plane(planes::weight), *const is_inlier = plane(planes::is_inlier);
-  double sum = 0;
-  for (std::size_t p = 0; p < part_count_; ++p) {
-    double totals[4][alignment_lanes] = {};  // of w, w u, w v, w (u^2 + v^2), w = 1 / sigma^2
-    for (std::size_t begin = parts_[p].begin; begin < parts_[p].end; begin += alignment_lanes) {
-      for (std::size_t lane = 0; lane < alignment_lanes; ++lane) {
-        const std::size_t i = begin + lane;
-        const double w = is_inlier[i] * weights[i] * weights[i];
-        totals[0][lane] += w;
-        totals[1][lane] += w * u[i];
-        totals[2][lane] += w * v[i];
-        totals[3][lane] += w * (u[i] * u[i] + v[i] * v[i]);
-      }
+// The median distance of some of the points from the body at a pose.
+double Aligner::median_distance(const double* T_bw) const noexcept {
+  constexpr std::size_t most = 64;
+  double squares[most + 1];
+  std::size_t count = 0;
+  const double* const p = planes_ + planes::point * stride_;
+  for (std::size_t lane = 0; lane < lanes_; lane += lanes_ / most + 1) {
+    if (match_of_lane_[lane] == no_match) continue;
+    double square = 0;
+    for (int row = 0; row < 3; ++row) {
+      const double* const r = T_bw + 4 * row;
+      const double coordinate = r[0] * p[lane] + r[1] * p[stride_ + lane] + r[2] * p[2 * stride_ + lane] + r[3];
+      square += coordinate * coordinate;
     }
-    double total[4];
-    for (int t = 0; t < 4; ++t) total[t] = std::accumulate(totals[t], totals[t] + alignment_lanes, 0.0);
-    if (total[0] > 0) sum += total[3] - (total[1] * total[1] + total[2] * total[2]) / total[0];
+    if (std::isfinite(square)) squares[count++] = square;
   }
-  return sum / (2 * static_cast<double>(found_.inliers));
+  if (count == 0) return 0;
+  std::nth_element(squares, squares + count / 2, squares + count);
+  return std::sqrt(squares[count / 2]);
 }
 
-bool Aligner::doubts_third() noexcept {
-  if (third_ == DepthCue::none || found_.status == AlignmentStatus::few_matches) return false;
+bool Aligner::is_far_off() const noexcept {
+  const double predicted = median_distance(motion_.start_pose());
+  const double found = median_distance(motion_.pose());
+  return found > most_growth * predicted || predicted > most_growth * found;
+}
+
+simd::ThirdRows Aligner::count_third(double deviations) const noexcept {
+  const double limit = deviations * std::fmax(found_.scale, 1);
+  simd::ThirdRows all{};
+  for (std::size_t p = 0; p < part_count_; ++p) {
+    const simd::ThirdRows rows = kernel_->alignment.count_third(parts_[p], limit);
+    all.count += rows.count;
+    all.below += rows.below;
+    all.above += rows.above;
+  }
+  return all;
+}
+
+// Whether the frame may fit better without third rows.
+bool Aligner::doubts_third() const noexcept {
+  if (third_ == DepthCue::none || found_.measured < fewest_matches) return false;
   if (!found_.is_aligned()) return true;
-  for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_third(parts_[p]);
-  std::size_t finite;
-  const double median = median_error(finite);
-  return finite >= fewest_matches && median > suspicious_ratio * median_of_one * std::max(scale_squared_, 1.0);
+  const simd::ThirdRows rows = count_third(limit_of_third);
+  return rows.count >= fewest_matches && (is_above(most_on_one_side, std::max(rows.below, rows.above), rows.count) ||
+                                          is_above(most_off, rows.below + rows.above, rows.count));
+}
+
+// Whether most third rows are off at the pose that u and v alone have found.
+bool Aligner::third_misfits(const FrameToAlign& frame) noexcept {
+  const Alignment found = found_;
+  read(frame);
+  found_ = found;
+  whiten();
+  const simd::ThirdRows by_half = count_third(limit_of_third);
+  const simd::ThirdRows by_all = count_third(gate_of_third);
+  return is_above(0.5, std::max(by_half.below, by_half.above), by_half.count) ||
+         is_above(0.5, by_all.below + by_all.above, by_all.count);
 }
 
 void Aligner::whiten() noexcept {
   for (std::size_t p = 0; by_map_ && p < part_count_; ++p) kernel_->alignment.whiten(parts_[p]);
 }
 
-// Of those that are finite, with 23 - 11 bits after the first: 2^-12 is far below the error of a median.
+// Of those that are finite.
 double Aligner::median_error(std::size_t& finite) noexcept {
-  return static_cast<double>(kernel_->arrays.median(errors_, padded(lanes_, error_lanes), 11, finite));
+  return static_cast<double>(kernel_->arrays.median(errors_, padded(lanes_, error_lanes), finite));
 }
 
 // Errors and their scale at the pose.

@@ -3,6 +3,7 @@
 
 #include "kernel/alignment/rigid_motion.hpp"
 #include "kernel/base/aligned_array.hpp"
+#include "kernel/base/limits.hpp"
 #include "simd/kernel.hpp"
 
 #include <maxlogdet/alignment.hpp>
@@ -37,22 +38,33 @@ class Aligner {
  public:
   explicit Aligner(std::size_t capacity);
 
-  /// Aligns a frame, which must not change meanwhile. If it is aligned, is_inlier[i] becomes 0 for each match that does
-  /// not fit.
+  /// Aligns a frame, which must not change meanwhile. is_inlier[i] becomes 0 for each match that is
+  /// aligned and does not fit, 1 for the others that are aligned. Third rows that do not fit where u and v do are left
+  /// out, with a warning.
   void align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
   /// Without an alignment there is the predicted pose alone.
   void forget(const RigidTransform& T_bw, Error why) noexcept;
   const Alignment& found() const noexcept { return found_; }
   const RigidTransform& pose() const noexcept { return pose_; }
   const double* information() const noexcept { return information_; }
-  /// After align(), whether the frame may fit better without third rows: there is no alignment, or their errors are
-  /// much larger than the others.
-  bool doubts_third() noexcept;
-  /// After an alignment, how many of the matches have no image at the pose, or no valid covariance.
-  std::size_t without_error() const noexcept { return found_.measured - finite_; }
+  bool leaves_out_third() const noexcept { return found_.warning != Warning::none; }
+  /// Calls visit(i) for each match that had no image when it was judged, or no valid covariance.
+  template <class Visitor>
+  void for_each_without_error(const Visitor& visit) const noexcept {
+    if (!found_.is_aligned() || found_.measured == finite_) return;
+    const double* const errors = planes_ + simd::plane::error * stride_;
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      if (match_of_lane_[lane] != no_match && !(errors[lane] < infinity)) visit(match_of_lane_[lane]);
+    }
+  }
 
  private:
   static constexpr std::uint32_t no_match = 0xFFFFFFFFU;  // of a lane that fills up a pack
+
+  void align_once(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
+  bool doubts_third() const noexcept;
+  bool third_misfits(const FrameToAlign& frame) noexcept;
+  simd::ThirdRows count_third(double deviations) const noexcept;
 
   void read(const FrameToAlign& frame) noexcept;
   simd::AlignmentInput part_of(const FrameToAlign& frame, const Camera& camera, std::size_t begin) noexcept;
@@ -64,7 +76,8 @@ class Aligner {
   AlignmentStatus find_pose() noexcept;
   bool settle(simd::RobustWeight weight, double short_step) noexcept;
   void find_inliers() noexcept;
-  double image_spread() noexcept;
+  double median_distance(const double* T_bw) const noexcept;
+  bool is_far_off() const noexcept;
   double median_error(std::size_t& finite) noexcept;
   void whiten() noexcept;
   void measure_errors() noexcept;
@@ -75,7 +88,8 @@ class Aligner {
   AlignedArray<double> planes_;
   AlignedArray<float> errors_;
   std::vector<std::uint32_t> match_of_lane_;
-  std::vector<simd::AlignmentInput> parts_;  // one for each camera with matches
+  std::vector<unsigned char> fits_with_third_;  // per match, while the frame is aligned without
+  std::vector<simd::AlignmentInput> parts_;     // one for each camera with matches
   DepthCue third_ = DepthCue::none;
   std::size_t part_count_ = 0, lanes_ = 0, stride_ = 0;
   bool by_map_ = false;

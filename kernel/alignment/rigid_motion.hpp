@@ -12,8 +12,9 @@ class RigidMotion {
   void start(const RigidTransform& T) noexcept;
   /// T <- exp(xi^) T up to the third order, by Cayley's rotation; xi = (translation, rotation).
   void move(const double (&xi)[6]) noexcept;
-  /// T, 3 x 4 row-major.
+  /// T, 3 x 4 row-major, now and at the start.
   const double* pose() const noexcept { return T_; }
+  const double* start_pose() const noexcept { return start_; }
   /// Adds a prior about the start, 6 x 6 information, to the normal equations H x = b of a step. Its term of the
   /// objective is xi^T prior xi. With T = D T_start and D = [R | t], xi is t and the vector of (R - R^T) / 2, which is
   /// the logarithm of D up to the third order.

@@ -16,7 +16,6 @@ constexpr int n = InformationFactor::n;
 
 // A Cholesky pivot below this share of its diagonal entry is rounding, not information.
 constexpr double smallest_relative_pivot = 1e-14;
-constexpr double largest_inverse_entry = 1e10;
 
 // A constant of the error analysis in docs/numerics.md, rounded up.
 constexpr double update_error = 192 * double_unit_roundoff;
@@ -77,11 +76,6 @@ bool InformationFactor::reset(const double* information, double roundings) noexc
   narrow();
   relative_error_ = (update_error + n * roundings * double_unit_roundoff) * norm_ * norm_ * trace_;
   return true;
-}
-
-bool InformationFactor::is_moderate() const noexcept {
-  return std::all_of(&w_[0][0], &w_[0][0] + n * simd::padded_dimension,
-                     [](double entry) { return std::abs(entry) <= largest_inverse_entry; });
 }
 
 // The bound is derived in docs/numerics.md.

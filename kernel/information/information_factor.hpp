@@ -35,10 +35,6 @@ class InformationFactor {
   /// not depend on the units of the directions.
   double determinant_error(const double* prior, const double* added, double roundings) const noexcept;
 
-  /// Whether no |W_ij| is above 1e10: W h and the determinant of three rows are then finite in float64 for any float32
-  /// block.
-  bool is_moderate() const noexcept;
-
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative gain of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
 

@@ -2,10 +2,10 @@
 #include "kernel/information/prior.hpp"
 
 #include "kernel/base/limits.hpp"
+#include "kernel/information/whitened_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 namespace maxlogdet {
 namespace {
@@ -24,6 +24,9 @@ constexpr double roundings[] = {0, 1e-12, 1e-5};
 constexpr double largest_rounding = 1e-5;
 // The same of an asymmetry: inverting twice in float32 multiplies it by the condition number.
 constexpr double largest_asymmetry = 1e-4;
+constexpr double nothing = 1e-300;
+// Up to it the determinant of three whitened rows is finite in float64.
+constexpr double longest_row = 1e49;
 
 // The largest |entry| of the part that direction i belongs to, on the diagonal.
 double size_of_part(const Prior& prior, int i) noexcept {
@@ -43,9 +46,11 @@ Prior raised(const Prior& prior, double share) noexcept {
 }  // namespace
 
 bool Prior::read(const double* given) noexcept {
-  if (!std::all_of(given, given + n * n, [](double entry) { return std::isfinite(entry); })) return false;
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) entries[n * i + j] = given[n * i + j] / 2 + given[n * j + i] / 2;
+    for (int j = 0; j < n; ++j) {
+      if (!std::isfinite(given[n * i + j])) return false;
+      entries[n * i + j] = given[n * i + j] / 2 + given[n * j + i] / 2;
+    }
   }
   const double roots[] = {std::sqrt(size_of_part(*this, 0)), std::sqrt(size_of_part(*this, part_size))};
   for (int i = 0; i < n; ++i) {
@@ -58,14 +63,16 @@ bool Prior::read(const double* given) noexcept {
 }
 
 bool Prior::is_semidefinite() const noexcept {
+  InformationFactor factor;
+  if (factor.reset(entries)) return true;
   Prior definite = raised(*this, largest_rounding);
   for (int i = 0; i < n; ++i) {
-    if (size_of_part(*this, i) == 0) definite.entries[n * i + i] = 1;
+    if (size_of_part(*this, i) == 0) definite.entries[n * i + i] = nothing;  // not even with another direction
   }
-  return InformationFactor().reset(definite.entries);
+  return factor.reset(definite.entries);
 }
 
-// The lower median over the candidates of their largest |entry| in three columns, rounded down to a power of two.
+// The lower median over the candidates of their largest |entry| in three columns, of those that have one.
 double PriorMemory::typical_size(const Candidates& candidates, int first_column) noexcept {
   const std::size_t count = candidates.count;
   float* const sizes = sizes_;
@@ -75,10 +82,9 @@ double PriorMemory::typical_size(const Candidates& candidates, int first_column)
   const simd::ArrayFunctions& arrays = candidates.kernel->arrays;
   arrays.measure_sizes(candidates.plane(0, first_column), candidates.planes.stride, candidates.rows, count, sizes);
   std::fill(sizes + count, sizes + padded(count), float_infinity);
-  constexpr std::uint32_t mantissa_bits = 23;
   std::size_t finite;
-  const auto median = static_cast<double>(arrays.median(sizes, padded(count), mantissa_bits, finite));
-  return std::ldexp(1.0, std::ilogb(std::max({median, smallest_size * largest, smallest_size})));
+  const auto median = static_cast<double>(arrays.median(sizes, padded(count), finite));
+  return std::max({median, smallest_size * largest, smallest_size});
 }
 
 void PriorMemory::add_default(const Candidates& candidates, Prior& prior) noexcept {
@@ -93,7 +99,10 @@ bool PriorMemory::start(const double* given, const Candidates& candidates, Prior
   prior = Prior();
   if (given != nullptr) {
     if (!prior.read(given)) return false;
-    if (factor.reset(prior.entries) && factor.is_moderate()) return true;
+    const bool is_definite = factor.reset(prior.entries);
+    if (is_definite &&
+        bound_whitened_rows(factor.inverse(), candidates.column_max).squares <= longest_row * longest_row)
+      return true;
     if (!prior.is_semidefinite()) return false;
   }
   const Prior of_given = prior;

@@ -7,19 +7,28 @@
 
 namespace maxlogdet::test {
 
+namespace {
+
+// To the last float32 that has the same first 13 bits.
+double rounded_up(double size) {
+  const double step = std::exp2(std::floor(std::log2(size)) - 12);
+  return (std::floor(size / step) + 1) * step - step * 0x1p-11;
+}
+
+}  // namespace
+
 Matrix6 default_information(const BlockStore& blocks) {
   Matrix6 information = Matrix6::Identity();
   for (const int first : {0, 3}) {  // translation, rotation
     std::vector<double> sizes;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (blocks.is_valid(i)) sizes.push_back(stored_block(blocks, i).middleCols<3>(first).cwiseAbs().maxCoeff());
+      const double size = blocks.is_valid(i) ? stored_block(blocks, i).middleCols<3>(first).cwiseAbs().maxCoeff() : 0;
+      if (size > 0) sizes.push_back(size);
     }
     std::sort(sizes.begin(), sizes.end());
     double size = 1;
-    if (!sizes.empty() && sizes.back() > 0)
-      size = std::max({sizes[(sizes.size() - 1) / 2], sizes.back() * 0x1p-80, 0x1p-80});
-    const double power = std::exp2(std::floor(std::log2(size)));
-    information.block<3, 3>(first, first) *= 0x1p-26 * power * power;
+    if (!sizes.empty()) size = std::max({rounded_up(sizes[(sizes.size() - 1) / 2]), sizes.back() * 0x1p-80, 0x1p-80});
+    information.block<3, 3>(first, first) *= 0x1p-26 * size * size;
   }
   return information;
 }

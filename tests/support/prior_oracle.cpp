@@ -44,9 +44,9 @@ Verdict judge_pivot(const Matrix& scaled, int i, Matrix& factor, Matrix& inverse
   return Verdict::good;
 }
 
-// Whether a symmetric matrix is safely positive definite, scaled to a diagonal of ones, and |W_ij| is at most
-// `largest_inverse`.
-Verdict judge_definite(const Matrix& information, Wide largest_inverse) {
+// Whether a symmetric matrix is safely positive definite, scaled to a diagonal of ones, and no row of W diag(columns)
+// is longer than 1e49.
+Verdict judge_definite(const Matrix& information, const Vector& columns = Vector::Zero()) {
   if (!(information.diagonal().minCoeff() > 0)) return Verdict::bad;
   const Vector root = information.diagonal().cwiseSqrt();
   const Matrix scaled = root.asDiagonal().inverse() * information * root.asDiagonal().inverse();
@@ -55,10 +55,10 @@ Verdict judge_definite(const Matrix& information, Wide largest_inverse) {
     const Verdict verdict = judge_pivot(scaled, i, factor, inverse);
     if (verdict != Verdict::good) return verdict;
   }
-  const Wide largest = (inverse * root.asDiagonal().inverse()).cwiseAbs().maxCoeff();
+  const Wide longest = ((inverse * root.asDiagonal().inverse()).cwiseAbs() * columns).norm();
   const Wide squared = inverse.squaredNorm();
   const Wide error = std::min(1.0L, 1000 * Wide{unit_roundoff} * squared * std::sqrt(squared));
-  return judge_below(largest, largest_inverse, largest * error);
+  return judge_below(longest, 1e49L, longest * error);
 }
 
 // Of each direction, the largest |entry| on the diagonal of its part, translation or rotation.
@@ -91,15 +91,21 @@ ExpectedPrior expected_prior(const BlockStore& blocks, const double* given) {
   const Matrix wide = symmetric.cast<Wide>();
   const Vector sizes = sizes_of_parts(wide);
   Matrix semidefinite = wide;
-  for (int i = 0; i < n; ++i) semidefinite(i, i) += sizes(i) == 0 ? 1 : 1e-5L * sizes(i);
-  const Verdict verdict = worse(judge_symmetry(entries.cast<Wide>(), sizes), judge_definite(semidefinite, infinity));
+  for (int i = 0; i < n; ++i) semidefinite(i, i) += sizes(i) == 0 ? 1e-300L : 1e-5L * sizes(i);
+  Verdict verdict = worse(judge_symmetry(entries.cast<Wide>(), sizes), judge_definite(semidefinite));
+  if (verdict == Verdict::good && sizes.maxCoeff() > 1e300L) verdict = Verdict::unclear;  // sums may overflow
 
-  const Verdict as_given = judge_definite(wide, 1e10L);
+  Vector columns = Vector::Zero();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (blocks.is_valid(i))
+      columns = columns.cwiseMax(stored_block(blocks, i).cwiseAbs().colwise().maxCoeff().transpose().cast<Wide>());
+  }
+  const Verdict as_given = judge_definite(wide, columns);
   if (as_given == Verdict::good) return {verdict, true, symmetric};
   bool is_known = as_given == Verdict::bad;
   for (const Wide rounding : {0.0L, 1e-12L, 1e-5L}) {
     const Matrix raised = wide + added.cast<Wide>() + Matrix((rounding * sizes).asDiagonal());
-    const Verdict of_raised = judge_definite(raised, infinity);
+    const Verdict of_raised = judge_definite(raised);
     if (of_raised == Verdict::good) return {verdict, is_known, raised.cast<double>()};
     is_known = is_known && of_raised == Verdict::bad;
   }
