@@ -60,7 +60,8 @@ template <DepthCue third>
   return at;
 }
 
-// W of the noise of measurement and map: W (Sigma_z + J Sigma_p J^T) W^T = I.
+// W of the noise of measurement and map: W (Sigma_z + J Sigma_p J^T) W^T = I. A point that is known to no better than a
+// radian tells nothing, and its error nothing of the scale.
 template <DepthCue third>
 void whiten_lanes(const AlignmentInput& input) {
   constexpr int row_count = rows_with(third);
@@ -70,7 +71,10 @@ void whiten_lanes(const AlignmentInput& input) {
       return load(input, plane::map_covariance + static_cast<std::size_t>(e), i);
     });
     Doubles W[row_count][row_count];
-    const Mask valid = whiten(noise, maxlogdet::simd::covariance_by_rows<third>(input.frame, noise, at.J), W);
+    const auto covariance = maxlogdet::simd::covariance_by_rows<third>(input.frame, noise, at.J);
+    const double fx = input.frame.camera.fx;
+    const Mask tells = covariance.entries[0][0] + covariance.entries[1][1] <= Doubles(fx * fx);
+    const Mask valid = tells & whiten(noise, covariance, W);
     const Doubles none(std::numeric_limits<double>::quiet_NaN());
     std::size_t entry = plane::whitening;
     for (int a = 0; a < row_count; ++a) {

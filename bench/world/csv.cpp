@@ -56,7 +56,8 @@ std::vector<std::string> split_csv(std::string_view line) { return split_csv(lin
 bool is_empty_row(std::string_view line) { return line.find_first_not_of(" \t,;\"") == std::string_view::npos; }
 
 bool is_missing(std::string_view field) {
-  constexpr std::string_view markers[] = {"", "na", "n/a", "#n/a", "<na>", "nan", "null", "none"};
+  constexpr std::string_view markers[] = {"",     "na",       "n/a",       "#n/a", "<na>", "nan",
+                                          "-nan", "nan(ind)", "-nan(ind)", "null", "none"};
   return std::find(std::begin(markers), std::end(markers), lower_case(field)) != std::end(markers);
 }
 

@@ -28,6 +28,8 @@ constexpr std::string_view known_columns[] = {
     "cov_yz", "cov_zz",      "inv_sigma2", "desc_dist", "camera",     "keyframe",  "src",
     "n_obs",  "found_ratio", "response",   "selected",  "chi2_prior", "chi2_post", "outlier_post"};
 
+constexpr std::size_t most_matches = 1000000;  // of a file that may never end
+
 constexpr const char* covariance_columns[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
 
 // As numpy.savetxt writes it.
@@ -45,10 +47,10 @@ class FrameReader {
 
   Frame read() {
     while (const auto line = file_.next()) {
-      if (is_empty_row(*line)) continue;
+      if (is_empty_row(*line) || line->substr(0, 4) == "sep=") continue;
       if (names_.empty() && is_header_behind_sign(*line)) {
         read_header(line->substr(line->find('#') + 1));
-      } else if (is_comment(*line)) {
+      } else if (is_comment(*line) && !is_row(*line)) {
         read_comment(*line);
       } else if (names_.empty()) {
         read_header(*line);
@@ -66,6 +68,14 @@ class FrameReader {
  private:
   void require(bool condition, const std::string& expected) const {
     if (!condition) file_.fail_at_end(expected);
+  }
+
+  // Also one that begins with #REF! or another text that is not read.
+  bool is_row(std::string_view line) const {
+    if (names_.empty() || comment_of(line)) return false;
+    const std::vector<std::string> fields = split_csv(line, separator_);
+    return fields.size() >= names_.size() && finite_number(fields[column_.find("X")->second]) &&
+           finite_number(fields[column_.find("u")->second]);
   }
 
   // Comments with other names are skipped.
@@ -125,7 +135,7 @@ class FrameReader {
   bool is_true(const char* name) const {
     if (!has_value(name)) return false;
     const std::string text = lower_case(field(name));
-    if (text == "true" || text == "false") return text == "true";
+    if (text == "true" || text == "false" || text == "t" || text == "f") return text[0] == 't';
     const std::int64_t number = whole_number(text).value_or(-1);
     if (number < 0 || number > 1) file_.fail(std::string("0 or 1 for ") + name + ", not " + shown(field(name)));
     return number == 1;
@@ -142,6 +152,7 @@ class FrameReader {
 
   void read_match(std::string_view line) {
     read_fields(line);
+    if (frame_.matches.size() == most_matches) file_.fail("at most a million matches");
     Match match;
     match.keypoint = integer_or("kp", static_cast<std::int64_t>(frame_.matches.size()));
     match.map_point_id = integer(file_, field("mp_id"), "mp_id");

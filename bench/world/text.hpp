@@ -65,6 +65,7 @@ inline std::string one_line(std::string message) {
 
 /// Returns the number that the entire field is, in any locale; nothing if it is none or not finite.
 inline std::optional<double> finite_number(std::string_view field) {
+  if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || !std::isfinite(value)) return std::nullopt;

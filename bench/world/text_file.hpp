@@ -14,8 +14,8 @@
 
 namespace maxlogdet::sim {
 
-/// A text file, line by line, for readers whose errors name the line. Lines end in LF, CRLF or CR. Files that are not
-/// UTF-8, and lines and files that never end, are refused.
+/// A text file, line by line, for readers whose errors name the line. Lines end in LF, CRLF or CR. UTF-16, other
+/// data with a zero byte, and lines and files that never end, are refused.
 class TextFile {
  public:
   /// `what`: its kind, for messages, as in "trajectory file". Throws InputError if the file cannot be opened.

@@ -51,9 +51,8 @@ struct StochasticOptions {
 struct Options {
   std::size_t budget = 200;       ///< k, how many to select; all, if there are fewer
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric, in the units and the frame of the blocks. Where
-                                  ///< it leaves a direction without information the default is added. nullptr, the
-                                  ///< default: 2^-26 s^2 I of the translation and of the rotation, s the power of two
-                                  ///< below the median over the blocks of their largest entry in these columns
+                                  ///< it leaves a direction without information, the default is added. nullptr, the
+                                  ///< default: a hundred-millionth of what a median block tells (docs/numerics.md)
   double time_limit = 0;  ///< s, after which the budget is filled at once; it is read between rounds, and exceeded by
                           ///< one of them and a pass over all. 0: none
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search

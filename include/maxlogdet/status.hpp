@@ -45,17 +45,17 @@ enum class Status {
 #define MAXLOGDET_WARNINGS(X)                                                                                         \
   X(none, "nothing is suspicious")                                                                                    \
   X(behind_camera, "matches are behind the camera, or where its model has no image: is the pose T_cw, and not T_wc?") \
-  X(too_near, "matches are nearer than BlockOptions::min_depth, which has the unit of the points")                    \
+  X(too_near, "matches are nearer than min_depth, which has the unit of the points")                                  \
   X(singular_rays, "rays are orthogonal to the world's z axis, where map_bias_world has no block")                    \
-  X(invalid_covariances, "covariances are NaN, infinite, negative, or far too large: give none where it is unknown")  \
+  X(invalid_covariances,                                                                                              \
+    "covariances are not finite, negative, or huge, and these matches not used: give none where it is unknown")       \
   X(unbounded_blocks, "blocks exceed float32: points lie at the centre of the camera, or sigmas are almost zero")     \
-  X(not_aligned, "no pose fits the matches, so that none was rejected: GoodFeatures::alignment() says why")           \
+  X(not_aligned, "the matches could not be aligned, so that none was rejected: alignment() of GoodFeatures says why") \
   X(misfitting_right_columns,                                                                                         \
-    "u and v fit, but most right columns do not: check bf (baseline times fx, in the unit "                           \
-    "of the points) and cx_right; the right columns of this frame were not used")                                     \
+    "u and v fit, but most right columns do not, and were not used: check bf (baseline times fx, in the unit of the " \
+    "points) and cx_right")                                                                                           \
   X(misfitting_depths,                                                                                                \
-    "u and v fit, but most depths do not: check their unit (that of the points, not mm), and "                        \
-    "depth_sigma; the depths of this frame were not used")
+    "u and v fit, but most depths do not, and were not used: check their unit, that of the points, and depth_sigma")
 
 /// What is suspicious of a frame that is answered: of at least 5 % of the usable matches, or of most cues.
 enum class Warning {

@@ -79,7 +79,8 @@ TEST_F(CsvDialects, comments_may_be_cells_of_a_spreadsheet) {
 }
 
 TEST_F(CsvDialects, missing_values_are_those_of_missing_columns) {
-  for (const char* const marker : {"", "NA", "NaN", "nan", "null", "NULL", "None", "\"\"", " N/A ", "#N/A"}) {
+  for (const char* const marker :
+       {"", "NA", "NaN", "nan", "null", "NULL", "None", "\"\"", " N/A ", "#N/A", "-nan", "nan(ind)"}) {
     SCOPED_TRACE(marker);
     std::string row = "7,1,2,3,4,5";
     for (int i = 0; i < 14; ++i) row += std::string(",") + marker;
@@ -114,6 +115,26 @@ TEST_F(CsvDialects, columns_without_a_known_name_may_hold_text) {
       read_rows({"\"\",mp_id,image,X,Y,Z,u,v,n_obs", "\"r1\",7,\"a \"\"b\"\",c.png\",1,2,3,4,5,x"});
   EXPECT_EQ(frame.unknown_columns, (Fields{"image"})) << "the index is not misspelt";
   EXPECT_EQ(frame.matches[0].point[0], 1);
+}
+
+TEST_F(CsvDialects, rows_may_begin_with_what_looks_like_a_comment) {
+  const sim::Frame frame = read_rows({"note,mp_id,X,Y,Z,u,v", "#REF!,1,2,3,4,5,6", "\"#12\",2,2,3,4,5,6", "# a comment",
+                                      "# one, with, some, commas, in, it, at all", "#ff0000,3,2,3,4,5,6",
+                                      "# Tcw_true: 1,0,0,0,0,1,0,0,0,0,1,0", ",4,2,3,4,5,6"});
+  ASSERT_EQ(frame.matches.size(), 4U);
+  EXPECT_EQ(frame.matches[1].map_point_id, 2);
+  expect_refused_row("mp_id,X,Y,Z,u,v", "#REF!,1,2,3,4,5", "an integer for mp_id, not '#REF!'");
+}
+
+TEST_F(CsvDialects, a_header_may_be_a_comment_and_the_first_line_name_the_separator) {
+  for (const std::string& header : {std::string("# mp_id,X,Y,Z,u,v"), std::string("#mp_id,X,Y,Z,u,v")}) {
+    const sim::Frame frame = read_rows({header, "1.000000000000000000e+00,+2,3,4,5,6"});
+    ASSERT_EQ(frame.matches.size(), 1U);
+    EXPECT_EQ(frame.matches[0].map_point_id, 1);
+    EXPECT_EQ(frame.matches[0].point[0], 2);
+  }
+  EXPECT_EQ(read_text("sep=;\n" + comments[0] + "\n" + comments[1] + "\nmp_id;X;Y;Z;u;v\n1;2;3;4;5;6\n").matches.size(),
+            1U);
 }
 
 TEST_F(CsvDialects, numbers_and_truths_have_several_spellings) {

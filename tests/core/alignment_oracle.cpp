@@ -62,6 +62,7 @@ AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
       prior_(prior),
       start_(pose),
       omega_(frame.matches.size()),
+      tells_(frame.matches.size(), true),
       is_inlier_(frame.matches.size()) {
   std::vector<long double> angles;
   for (std::size_t i = 0; i < frame.sigmas.size(); ++i) {
@@ -69,7 +70,8 @@ AlignmentOracle::AlignmentOracle(const FeatureFrame& frame, const double* prior)
   }
   radian_squared_ = 1 / (std::pow(median(angles), 2.0L) * medians[0]);
   whiten();
-  for (std::size_t i = 0; i < omega_.size(); ++i) leverages_.push_back(has_image(i) ? leverage(i) : infinity);
+  for (std::size_t i = 0; i < omega_.size(); ++i)
+    leverages_.push_back(has_image(i) && tells_[i] ? leverage(i) : infinity);
   leverage_limit_ = 100 * median(leverages_);
   measure();
   for (int i = 0; i < 10 && step(Weight::huber) >= 3; ++i) {
@@ -114,6 +116,9 @@ void AlignmentOracle::whiten() {
       });
       const Eigen::Map<const Eigen::Matrix3d> covariance(&frame_.covariances[9 * i]);
       noise += wide_product(wide_product(J, covariance.cast<long double>()), J.transpose());
+      const bool is_stereo = frame_.kind.depth_cue == DepthCue::stereo && rows == 3;
+      const long double first = is_stereo ? (noise(0, 0) + noise(2, 2)) / 2 + noise(0, 2) : noise(0, 0);
+      tells_[i] = first + noise(1, 1) <= std::pow(frame_.cameras[frame_.camera_of_match(i)].pinhole.fx, 2);
     }
     omega_[i] = wide_inverse(noise);
   }
@@ -123,7 +128,7 @@ void AlignmentOracle::measure() {
   errors.clear();
   for (std::size_t i = 0; i < omega_.size(); ++i) {
     const WideVector e = residual(i, pose);
-    errors.push_back(has_image(i) ? e.dot(omega_[i] * e) / medians[frame_.has_depth_cue[i]] : infinity);
+    errors.push_back(has_image(i) && tells_[i] ? e.dot(omega_[i] * e) / medians[frame_.has_depth_cue[i]] : infinity);
   }
   scale_squared = std::max(median(errors), 1e-12L * radian_squared_);
 }

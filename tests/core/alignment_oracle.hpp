@@ -36,7 +36,8 @@ struct AlignmentOracle {
   const FeatureFrame& frame_;
   const double* prior_;
   WideIsometry start_;
-  std::vector<WideMatrix> omega_;  // of each match
+  std::vector<WideMatrix> omega_;
+  std::vector<bool> tells_;  // whether a point is known to better than a radian  // of each match
   std::vector<long double> leverages_;
   long double radian_squared_ = 0, leverage_limit_ = 0;
   std::vector<bool> is_inlier_;

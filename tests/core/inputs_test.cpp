@@ -289,6 +289,11 @@ TEST(Jacobian, invalid_cameras_poses_and_options_append_nothing) {
                   two.options.depth_cue = DepthCue::stereo;
                   two.pinhole.bf = 0;
                 }},
+               {Error::invalid_camera,
+                [](TwoMatches& two) {
+                  two.options.depth_cue = DepthCue::stereo;
+                  two.pinhole = PinholeCamera(400, 400, 320, 240, 40, infinity);
+                }},
                {Error::invalid_pose, [](TwoMatches& two) { two.T_cw = nullptr; }},
                {Error::invalid_pose, [](TwoMatches& two) { two.T_cw = RigidTransform(Pose(2 * Pose::Identity())); }},
                {Error::invalid_pose, [](TwoMatches& two) { two.T_cw = RigidTransform(Pose(-Pose::Identity())); }},

@@ -192,6 +192,25 @@ TEST(Prior, that_is_no_information_is_refused) {
   }
 }
 
+TEST(Prior, is_joined_by_the_default_beyond_each_limit) {
+  TracedRandom random;
+  const BlockStore blocks = random_store(random, 20);
+  const auto is_alone = [&](const Matrix6& information) {
+    const EigenPrior prior(information);
+    const double log_det = answer_to(blocks, with_prior(0, prior)).log_det;
+    return std::abs(log_det - static_cast<double>(log_det_of(blocks, {}, information))) < 1e-3;
+  };
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    Matrix6 prior = size * Matrix6::Identity();
+    prior(1, 0) = prior(0, 1) = size * (1 - 1e-13);  // pivot 2e-13
+    EXPECT_TRUE(is_alone(prior));
+    prior(1, 0) = prior(0, 1) = size * (1 - 1e-15);  // pivot 2e-15
+    EXPECT_FALSE(is_alone(prior));
+  }
+  EXPECT_TRUE(is_alone(1e-90 * Matrix6::Identity()));    // omega some 1e45
+  EXPECT_FALSE(is_alone(1e-110 * Matrix6::Identity()));  // 1e55
+}
+
 // The limits that docs/numerics.md states, from both sides.
 TEST(Prior, is_accepted_on_one_side_of_each_limit) {
   const auto expect = [](const Matrix6& prior, Error error) {

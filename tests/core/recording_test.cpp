@@ -124,6 +124,25 @@ TEST(Recording, good_features_records_every_field_bit_for_bit) {
   good.record(nullptr);
 }
 
+TEST(Recording, right_columns_are_those_of_an_image_with_the_same_cx) {
+  const TemporaryFolder folder;
+  GoodFeatures good(200);
+  ASSERT_TRUE(good.record(folder.path().c_str()));
+  good.start(Camera(458, 457, 367, 248, 50, 367 + 32), RigidTransform::identity());
+  for (const double u_right : {300.0, 32.0, 31.0, -1.0}) {
+    const double p_w[3] = {0, 0, 3};
+    FeatureMatch match(p_w, p_w);
+    match.u_right = u_right;
+    good.add(match);
+  }
+  good.select(Options());
+  const RecordedFrame recorded(folder / first_frame);
+  EXPECT_EQ(recorded.at(0, "u_right"), 268);
+  EXPECT_EQ(recorded.at(1, "u_right"), 0);
+  EXPECT_EQ(recorded.at(2, "u_right"), -1) << "no such column";
+  EXPECT_EQ(recorded.at(3, "u_right"), -1);
+}
+
 TEST(Recording, numbers_of_map_points_and_keyframes_are_written_and_frames_numbered) {
   const TemporaryFolder folder;
   GoodFeatures good(200);

@@ -59,7 +59,7 @@ TEST(Warnings, name_why_a_twentieth_of_the_matches_has_no_block) {
        }},
       {Warning::invalid_covariances, [](FeatureFrame& frame, std::size_t i) {
          frame.knows_covariance[i] = 1;
-         std::fill_n(&frame.covariances[9 * i], 9, i % 2 == 0 ? nan : -1.0);
+         frame.covariances[9 * i] = nan;
        }}};
   for (const auto& [warning, spoil] : spoilt) {
     SCOPED_TRACE(to_string(warning));
@@ -77,6 +77,37 @@ TEST(Warnings, name_why_a_twentieth_of_the_matches_has_no_block) {
       EXPECT_EQ(warning_of(frame), warning) << "150 of 300";
     }
   }
+}
+
+// Far too large ones would otherwise decide the scale, and reject all others.
+TEST(Warnings, name_covariances_that_tell_nothing) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::none);
+    scene.spoil(random, 0.15);
+    for (std::size_t i = 0; i < 300; ++i) {
+      scene.frame.knows_covariance[i] = 1;
+      const double deviation = i % 2 == 0 ? 1e3 : 0.01;
+      Eigen::Map<Eigen::Matrix3d>(&scene.frame.covariances[9 * i]) =
+          deviation * deviation * Eigen::Matrix3d::Identity();
+    }
+    GoodFeatures good(300);
+    scene.frame.gather(good);
+    const Selection selection = good.select(50);
+    EXPECT_EQ(selection.warning, Warning::invalid_covariances);
+    EXPECT_GE(good.block_report().invalid_covariances, 140U);
+    EXPECT_LT((pose_of(good).translation() - scene.T_true.translation()).norm(), 0.05);
+    for (const std::uint32_t i : selection) EXPECT_EQ(i % 2, 1U);
+  });
+}
+
+TEST(Warnings, name_rays_without_a_block_of_the_world_frame) {
+  GoodFeatures good(100);
+  good.rejects_outliers = false;
+  good.block_options.weighting = Weighting::map_bias_world;
+  const double T_cw[12] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // a level camera
+  good.start(Camera(458, 457, 367, 248), RigidTransform::row_major(T_cw));
+  for (int i = 0; i < 100; ++i) good.add(Eigen::Vector3d(0.01 * i, 5, i < 10 ? 0 : 1 + 0.01 * i));
+  EXPECT_EQ(good.select(50).warning, Warning::singular_rays);
 }
 
 TEST(Warnings, name_blocks_beyond_float32) {
@@ -147,6 +178,39 @@ TEST(Warnings, follow_neither_from_some_wrong_cues_nor_from_coarse_ones) {
       if (match.depth > 0) match.depth += 0.1 * normal(random);
     }
     EXPECT_EQ(warning_of(scene.frame), Warning::none) << "1.7 times as coarse as they say";
+    scene = scene_with(random, DepthCue::stereo);
+    for (FeatureMatch& match : scene.frame.matches) {
+      if (match.u_right >= 0) match.u_right += 1.5 * match.sigma * normal(random);
+    }
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "coarse right columns";
+  });
+}
+
+// The image of an object may be small, and a camera of a rig see one match.
+TEST(Warnings, are_none_where_pixels_are_near_each_other) {
+  for_each_trial(20, [](Random& random) {
+    GoodFeatures good(100);
+    std::vector<Camera> cameras(20, Camera(458, 457, 367, 248));
+    std::vector<Isometry> poses;
+    for (Camera& camera : cameras) {
+      poses.push_back(random_isometry(random, 0.2, 3));
+      camera.T_cb = rows_of(poses.back());
+    }
+    const auto add = [&](const Isometry& T_cb, const Eigen::Vector3d& p_c, std::uint8_t camera, double noise) {
+      const Eigen::Vector3d p_b = T_cb.inverse() * p_c;
+      FeatureMatch match(p_b, Eigen::Vector2d(367 + 458 * p_c.x() / p_c.z() + noise * normal(random),
+                                              248 + 457 * p_c.y() / p_c.z() + noise * normal(random)));
+      match.camera_id = camera;
+      good.add(match);
+    };
+    good.start(cameras.data(), 20, rows_of(random_isometry(random, 0.02, 0.01)));
+    for (std::uint8_t c = 0; c < 20; ++c) add(poses[c], Eigen::Vector3d(0.1, -0.2, random.uniform(2, 9)), c, 1);
+    EXPECT_EQ(good.select(10).warning, Warning::none) << "a match of each of 20 cameras";
+    good.start(cameras[0].pinhole, rows_of(random_isometry(random, 0.02, 0.01)));
+    for (int i = 0; i < 60; ++i) {
+      add(Isometry::Identity(), Eigen::Vector3d(0, 0, 4) + 0.1 * random_vector(random, 1), 0, 0.5);
+    }
+    EXPECT_EQ(good.select(10).warning, Warning::none) << "an object of 20 px";
   });
 }
 
@@ -185,10 +249,11 @@ TEST(Warnings, name_a_frame_that_no_pose_fits) {
 }
 
 TEST(Warnings, have_names_and_explanations) {
-  for (const Warning warning : {Warning::none, Warning::behind_camera, Warning::misfitting_depths}) {
-    EXPECT_STRNE(to_string(warning), "unknown");
-    EXPECT_STRNE(explain(warning), "unknown");
-  }
+#define MAXLOGDET_EXPECT(name, explanation)      \
+  EXPECT_STREQ(to_string(Warning::name), #name); \
+  EXPECT_STREQ(explain(Warning::name), explanation);
+  MAXLOGDET_WARNINGS(MAXLOGDET_EXPECT)
+#undef MAXLOGDET_EXPECT
   EXPECT_STREQ(to_string(Warning(99)), "unknown");
   EXPECT_STREQ(explain(Warning(99)), "unknown");
 }
