@@ -100,6 +100,10 @@ struct EigenAligner::State {
             of_point * Eigen::Map<const Eigen::Matrix3d>(match.covariance) * of_point.transpose();
         L = (map + match.sigma * match.sigma * Eigen::Matrix<double, rows, rows>::Identity()).llt().matrixL();
       }
+      if (L.template topRows<2>().squaredNorm() > camera.fx * camera.fx) {  // known to no better than a radian
+        at.squared_error = infinity;
+        return;
+      }
       const auto lower = L.template triangularView<Eigen::Lower>();
       lower.solveInPlace(e);
       for (int j = 0; j < 3; ++j) {  // Eigen unrolls the solve for a vector, but not for a small matrix

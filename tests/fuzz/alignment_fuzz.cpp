@@ -104,8 +104,12 @@ std::vector<std::uint64_t> bits_of_alignment(const GoodFeatures& good) {
   return bits;
 }
 
-// Whether no length of the frame is near the ends of float64, where scaling by 2^20 is not exact.
+// Whether no length of the frame is near the ends of float64, where scaling by 2^20 is not exact, and the prior has the
+// units of the blocks.
 bool is_moderate(const Frame& frame) {
+  const bool is_by_map =
+      frame.options.weighting == Weighting::map_bias || frame.options.weighting == Weighting::map_bias_world;
+  if (is_by_map && !frame.prior.empty()) return false;
   const auto fits = [](double length) { return length == 0 || (std::abs(length) > 1e-30 && std::abs(length) < 1e20); };
   bool all_fit = fits(frame.options.depth_sigma) && fits(frame.T_bw.data()[3]) && fits(frame.T_bw.data()[7]) &&
                  fits(frame.T_bw.data()[11]);
