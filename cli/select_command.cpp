@@ -163,7 +163,8 @@ class SelectCommand {
 }  // namespace
 
 void add_select_command(CLI::App& program) {
-  CLI::App* const command = program.add_subcommand("select", "Select matches of frames, and time it");
+  CLI::App* const command =
+      program.add_subcommand("select", "Select from all matches of frames, rejecting none, and time it");
   const auto arguments = std::make_shared<SelectArguments>();
   arguments->add_to(*command);
   command->callback([command, arguments] {

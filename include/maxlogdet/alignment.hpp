@@ -12,7 +12,7 @@ enum class AlignmentStatus {
   none,           ///< there was no alignment since the last start(), or the frame has an error
   aligned,        ///< there are inliers, a pose and its information
   few_matches,    ///< fewer than ten matches are measured and have an image at the predicted pose
-  no_consensus,   ///< fewer than half of them fit one pose, or only as coarsely as one point instead of all would
+  no_consensus,   ///< fewer than half of them fit one pose, or it is at quite another distance from the points
   singular,       ///< the matches do not determine all six dimensions of the pose
   not_converged,  ///< the iterations diverged, or did not come to a pose that fits better than the predicted one
 };

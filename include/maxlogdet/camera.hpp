@@ -30,7 +30,7 @@ struct PinholeCamera {
   double cx = 0;              ///< principal point, px
   double cy = 0;              ///< principal point, px
   double bf = 0;              ///< stereo baseline times fx, px m; 0: monocular
-  double shift_of_right = 0;  ///< cx of the right image minus cx, px: not 0 if rectification left them different
+  double shift_of_right = 0;  ///< cx of the right image minus cx, px, if rectification left them different
 
   constexpr PinholeCamera() noexcept = default;
   /// Arguments are in the order of the members.

@@ -28,8 +28,8 @@ struct FrameDetails {
 ///   recorder.finish();                                           // writes the file
 ///
 /// Right columns are written as if the right image had the cx of the left one. Doubles read back as the same double,
-/// whatever the locale is. Allocates, does I/O, throws nothing: a problem is said
-/// once, in one line on stderr, and ends the recording. Use one per thread.
+/// whatever the locale is. Allocates, does I/O, throws nothing: a problem is said once, in one line on stderr, and ends
+/// the recording. Use one per thread.
 class FrameRecorder {
  public:
   FrameRecorder() = default;
