@@ -264,8 +264,10 @@ bool GoodFeatures::State::is_sizeable(std::size_t count) const noexcept {
 void GoodFeatures::State::explain_rejected() noexcept {
   aligner.for_each_without_error([this](std::size_t i) {
     double e[3];
+    const bool has_image = residual_of(i, aligner.pose(), e);
+    if (has_image && !has_covariances) return;  // the error is beyond all numbers
     --report.unusable;
-    ++(residual_of(i, aligner.pose(), e) ? report.invalid_covariances : report.behind_camera);
+    ++(has_image ? report.invalid_covariances : report.behind_camera);
   });
 }
 
