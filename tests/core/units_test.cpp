@@ -114,7 +114,7 @@ TEST(Units, change_no_selection_by_any_weighting) {
       SCOPED_TRACE(to_string(weighting));
       frame.options.weighting = weighting;
       const bool is_by_map = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
-      expect_unit_free(frame, with_budget(random.integer(1, 60)), nullptr, is_by_map ? -3 : 3);
+      expect_unit_free(frame, with_budget(1 + random.index(60)), nullptr, is_by_map ? -3 : 3);
     }
   });
 }
