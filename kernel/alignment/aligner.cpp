@@ -289,7 +289,7 @@ double Aligner::median_distance(const double* T_bw) const noexcept {
   for (std::size_t lane = 0; lane < lanes_; lane += lanes_ / most + 1) {
     if (match_of_lane_[lane] == no_match) continue;
     double square = 0;
-    for (int row = 0; row < 3; ++row) {
+    for (std::size_t row = 0; row < 3; ++row) {
       const double* const r = T_bw + 4 * row;
       const double coordinate = r[0] * p[lane] + r[1] * p[stride_ + lane] + r[2] * p[2 * stride_ + lane] + r[3];
       square += coordinate * coordinate;
