@@ -20,8 +20,8 @@ const double smallest_size = std::ldexp(1.0, -80);
 
 // What rounding may leave of an information, as a share of the largest entry of its part: nothing, that of float64, and
 // that of float32.
-constexpr double roundings[] = {0, 1e-12, 1e-5};
 constexpr double largest_rounding = 1e-5;
+constexpr double roundings[] = {0, 1e-12, largest_rounding};
 // The same of an asymmetry: inverting twice in float32 multiplies it by the condition number.
 constexpr double largest_asymmetry = 1e-4;
 constexpr double nothing = 1e-300;
