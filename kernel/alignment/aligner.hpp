@@ -39,8 +39,8 @@ class Aligner {
   explicit Aligner(std::size_t capacity);
 
   /// Aligns a frame, which must not change meanwhile. is_inlier[i] becomes 0 for each match that is aligned
-  /// and does not fit, 1 for the others that are aligned. Third rows that do not fit where u and v do are left out, with
-  /// a warning.
+  /// and does not fit, 1 for the others that are aligned. Third rows that do not fit where u and v do are left out,
+  /// with a warning.
   void align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
   /// Without an alignment there is the predicted pose alone.
   void forget(const RigidTransform& T_bw, Error why) noexcept;
