@@ -29,6 +29,16 @@ struct Linearised {
   Mask exists, has_third;
 };
 
+/// Other cameras than pinholes are refused where the third row is a right column.
+template <DepthCue third>
+[[gnu::always_inline]] inline auto image_of(const CameraInput& camera, const Point& p_c) {
+  if constexpr (third == DepthCue::stereo) {
+    return maxlogdet::simd::Model<maxlogdet::CameraModel::pinhole>::project(camera.lens, p_c);
+  } else {
+    return maxlogdet::simd::project(camera, p_c);
+  }
+}
+
 template <DepthCue third>
 [[gnu::always_inline]] inline Linearised<third> linearise_at(const AlignmentInput& input, std::size_t i) {
   const CameraInput& camera = input.frame.camera;
@@ -37,7 +47,7 @@ template <DepthCue third>
                                         load(input, plane::point + 2, i)});
   const Point p = camera.T_cb == nullptr ? at.p_b : transform(camera.T_cb, at.p_b);
   at.p_c = p;
-  const auto image = maxlogdet::simd::project(camera, p);
+  const auto image = image_of<third>(camera, p);
   at.exists = maxlogdet::simd::image_jacobian(camera, image, at.J);
   const Doubles u = Doubles(camera.fx) * image.m_x + Doubles(camera.cx);
   at.e[0] = load(input, plane::measured, i) - u;
