@@ -276,7 +276,8 @@ Warning GoodFeatures::State::warning() const noexcept {
   const Alignment& found = aligner.found();
   if (found.warning != Warning::none) return found.warning;
   const std::size_t missing = report.invalid - report.unusable;
-  const bool has_failed = found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= 10;
+  const bool has_failed =
+      found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= Aligner::fewest_matches;
   if (!is_sizeable(missing)) return has_failed ? Warning::not_aligned : Warning::none;
   const std::size_t counted =
       report.behind_camera + report.too_near + report.singular_rays + report.invalid_covariances;

@@ -15,7 +15,6 @@ namespace planes = simd::plane;
 using simd::alignment_lanes;
 using simd::RobustWeight;
 
-constexpr std::size_t fewest_matches = 10;
 // Lengths of steps, in standard deviations of the pose, below which it has settled with Huber's and with Tukey's
 // weights, and has converged with the inliers.
 constexpr double is_settled_by_huber = 3;

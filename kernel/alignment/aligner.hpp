@@ -36,6 +36,8 @@ struct FrameToAlign {
 /// memory is allocated once.
 class Aligner {
  public:
+  static constexpr std::size_t fewest_matches = 10;  ///< that are aligned
+
   explicit Aligner(std::size_t capacity);
 
   /// Aligns a frame, which must not change meanwhile. is_inlier[i] becomes 0 for each match that is aligned
