@@ -42,6 +42,11 @@ void add_to(CLI::App& program, Arguments& arguments) {
                   "Matches of each frame to select, and to compute the pose from; without it the aligned pose, "
                   "which all inliers determine, is taken")
       ->check(CLI::Range(6, 10000));
+  program
+      .add_option("--spread", arguments.settings.spread,
+                  "At most one selected match in each of SPREAD times --select cells of the image; 0: off")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
   program.add_option("--record", arguments.settings.record, "Folder for the frames that `maxlogdet evaluate` reads");
   program.add_option("--corners", arguments.settings.corners, "Corners of a keyframe")
       ->check(CLI::Range(20, 10000))
@@ -72,16 +77,15 @@ void write_picture(const std::string& file, const cv::Mat& image, const Odometry
   if (!is_written) throw InputError(file + ": cannot be written; expected a file NAME.png in a folder that exists");
 }
 
-void run(const Arguments& arguments) {
+// Returns the exit code.
+int run(const Arguments& arguments) {
   using Clock = std::chrono::steady_clock;
   Sequence sequence(arguments.folder);
   std::ofstream file(arguments.output);
   if (!file) throw InputError(arguments.output + ": cannot be written; expected a file in a folder that exists");
   file << std::setprecision(9);
   Odometry odometry(sequence.calibration(), arguments.settings);
-  if (!arguments.settings.record.empty() && !odometry.is_recording()) {
-    throw InputError(arguments.settings.record + ": cannot be recorded to; expected a folder without recorded frames");
-  }
+  if (!arguments.settings.record.empty() && !odometry.is_recording()) return 2;  // the library has said why
 
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -105,6 +109,7 @@ void run(const Arguments& arguments) {
   if (!arguments.picture.empty()) write_picture(arguments.picture, image, odometry, poses);
   std::printf("%zu images, %d keyframes, %.1f ms an image; the trajectory is in %s\n", poses.size(),
               odometry.keyframes(), 1000 * seconds() / static_cast<double>(poses.size()), arguments.output.c_str());
+  return 0;
 }
 
 }  // namespace
@@ -115,12 +120,11 @@ int main(int argc, char** argv) {
   add_to(program, arguments);
   try {
     program.parse(argc, argv);
-    run(arguments);
+    return run(arguments);
   } catch (const CLI::Success& help) {
     return program.exit(help);
   } catch (const std::exception& error) {  // of arguments, files and images
     std::fprintf(stderr, "stereo_vo: %s\n", error.what());
     return 2;
   }
-  return 0;
 }

@@ -104,7 +104,7 @@ Odometry::Odometry(const Calibration& calibration, const Settings& settings)
       camera_(pinhole_of(calibration)),
       lens_(lens_of(calibration)),
       good_(static_cast<std::size_t>(settings.corners)) {
-  good_.spread = 1.5;  // patches that overlap share errors (docs/guide.md)
+  good_.spread = settings.spread;
   good_.block_options.depth_sigma = depth_sigma;
   is_recording_ = !settings.record.empty() && good_.record(settings.record.c_str());
 }

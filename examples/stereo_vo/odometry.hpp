@@ -18,6 +18,7 @@ struct Settings {
   int corners = 800;       ///< that a keyframe tops up to
   double renewal = 0.6;    ///< a frame with a smaller share of the last keyframe's map points becomes one, too
   std::size_t select = 0;  ///< matches to refine the pose with; 0: the aligned pose is the answer
+  double spread = 0;       ///< GoodFeatures::spread
   std::string record;      ///< folder for `maxlogdet evaluate`; empty: none
 };
 
