@@ -13,6 +13,7 @@
 #include <fstream>
 #include <iomanip>
 #include <opencv2/core/quaternion.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -115,6 +116,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // errors are one line, ours
   CLI::App program("A small visual odometry that takes inliers and poses from maxlogdet.");
   Arguments arguments;
   add_to(program, arguments);
