@@ -1,41 +1,59 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/greedy_metric.hpp"
 
-#include "bench/does_the_paper_hold/block_information.hpp"
-#include "bench/does_the_paper_hold/eigenvalue_search.hpp"
-#include "bench/does_the_paper_hold/eigenvalues.hpp"
+#include "bench/world/se3.hpp"
 
 #include <maxlogdet/eigen.hpp>
-#include <maxlogdet/selector.hpp>
+#include <maxlogdet/maxlogdet.hpp>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace maxlogdet::sim {
 namespace {
 
-// Returns the smallest eigenvalue with which Q reaches `best`. To improve a condition number, lambda_min must be above
-// lambda_max / condition, and lambda_max is at least v^T Q v, v the last round's eigenvector of the largest eigenvalue.
-double needed_eigenvalue(GreedyMetric metric, const Matrix6& Q, double best, const Vector6& v) {
-  if (metric == GreedyMetric::max_min_eigenvalue) return best;
-  return v.dot(Q * v) / -best;
+// Bounds the error of an eigenvalue of Q, relative to its trace; the solver's is about 1e-15.
+constexpr double eigenvalue_rounding = 1e-13;
+
+constexpr double prior = 1e-5;  // times I
+
+Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
+  double entries[max_block_rows * state_dimension];
+  const int rows = blocks.block(i, entries);
+  Matrix6 information = Matrix6::Zero();
+  for (int row = 0; row < rows; ++row) {
+    const Vector6 h(entries + state_dimension * row);
+    information += h * h.transpose();
+  }
+  return information;
+}
+
+// Greater is better.
+double value_of(GreedyMetric metric, const Matrix6& Q) {
+  const Vector6 eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix6>(Q, Eigen::EigenvaluesOnly).eigenvalues();
+  return metric == GreedyMetric::max_min_eigenvalue ? eigenvalues[0] : -eigenvalues[5] / eigenvalues[0];
 }
 
 std::vector<std::uint32_t> select_by_eigenvalues(GreedyMetric metric, const std::vector<Matrix6>& information,
-                                                 std::vector<std::uint32_t> remaining, std::size_t k, Matrix6 Q) {
+                                                 std::vector<std::uint32_t> remaining, std::size_t k) {
   std::vector<std::uint32_t> selected;
+  Matrix6 Q = prior * Matrix6::Identity();
   while (selected.size() < k) {
-    const Vector6 v = largest_eigenvector(Q);
-    const std::size_t winner = best_by_eigenvalues(
-        remaining.size(), Q, [&](std::size_t r) -> const Matrix6& { return information[remaining[r]]; },
-        [&](const Matrix6& with_it) { return value_of(metric, with_it); },
-        [&](const Matrix6& with_it, double best) { return needed_eigenvalue(metric, with_it, best, v); },
-        [&](double best, double slack) {
-          return metric == GreedyMetric::max_min_eigenvalue ? slack : eigenvalue_rounding * best * best;
-        });
-    selected.push_back(remaining[winner]);
-    Q += information[remaining[winner]];
-    remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(winner));
+    auto winner = remaining.begin();
+    double best = value_of(metric, Q + information[*winner]);
+    for (auto candidate = winner + 1; candidate != remaining.end(); ++candidate) {
+      const Matrix6 with_it = Q + information[*candidate];
+      const double value = value_of(metric, with_it);
+      const double scale = metric == GreedyMetric::max_min_eigenvalue ? with_it.trace() : best * best;
+      if (!(value > best + eigenvalue_rounding * scale)) continue;
+      winner = candidate;
+      best = value;
+    }
+    selected.push_back(*winner);
+    Q += information[*winner];
+    remaining.erase(winner);
   }
   return selected;
 }
@@ -48,8 +66,8 @@ std::vector<std::uint32_t> select_by_trace(const std::vector<Matrix6>& informati
   return candidates;
 }
 
-std::vector<std::uint32_t> select_by_log_det(const BlockStore& blocks, std::size_t k, const Matrix6& prior) {
-  const EigenPrior rows(prior);
+std::vector<std::uint32_t> select_by_log_det(const BlockStore& blocks, std::size_t k) {
+  const EigenPrior rows(Matrix6(prior * Matrix6::Identity()));
   Options options;
   options.budget = k;
   options.prior = rows.data();
@@ -71,16 +89,7 @@ const char* to_string(GreedyMetric metric) {
   return "unknown";
 }
 
-double value_of(GreedyMetric metric, const Matrix6& Q) {
-  if (metric == GreedyMetric::max_trace) return Q.trace();
-  const Vector6 eigenvalues = eigenvalues_of(Q);
-  if (metric == GreedyMetric::min_condition) return -eigenvalues[5] / eigenvalues[0];
-  if (metric == GreedyMetric::max_min_eigenvalue) return eigenvalues[0];
-  return eigenvalues.array().log().sum();
-}
-
-std::vector<std::uint32_t> select_greedily(GreedyMetric metric, const BlockStore& blocks, std::size_t k,
-                                           const Matrix6& prior) {
+std::vector<std::uint32_t> select_greedily(GreedyMetric metric, const BlockStore& blocks, std::size_t k) {
   std::vector<Matrix6> information(blocks.size(), Matrix6::Zero());
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t i = 0; i < blocks.size(); ++i) {
@@ -89,9 +98,9 @@ std::vector<std::uint32_t> select_greedily(GreedyMetric metric, const BlockStore
     candidates.push_back(i);
   }
   k = std::min(k, candidates.size());
-  if (metric == GreedyMetric::max_log_det) return select_by_log_det(blocks, k, prior);
+  if (metric == GreedyMetric::max_log_det) return select_by_log_det(blocks, k);
   if (metric == GreedyMetric::max_trace) return select_by_trace(information, std::move(candidates), k);
-  return select_by_eigenvalues(metric, information, std::move(candidates), k, prior);
+  return select_by_eigenvalues(metric, information, std::move(candidates), k);
 }
 
 }  // namespace maxlogdet::sim

@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/se3.hpp"
-
 #include <maxlogdet/block_store.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace maxlogdet::sim {
 
-/// Table I of the paper: metrics that select a subset of rows, Q = M0 + sum of selected H^T H.
+/// Table I of the paper: metrics that select a subset of rows, Q = 1e-5 I + sum of selected H^T H.
 enum class GreedyMetric {
   max_log_det,         ///< log det Q, by this library
   max_trace,           ///< tr Q: modular, so that sorting by tr H^T H is exact
@@ -25,13 +22,9 @@ constexpr GreedyMetric greedy_metrics[] = {GreedyMetric::max_log_det, GreedyMetr
 
 const char* to_string(GreedyMetric metric);
 
-/// Returns the metric of Q; greater is better (the negative condition number).
-double value_of(GreedyMetric metric, const Matrix6& Q);
-
 /// Returns the first `k` (at most all valid) candidates in greedy's order: its first j are the greedy selection of j.
 /// Ties go to the lowest index, and values that differ by less than rounding are ties: the smallest eigenvalue is only
 /// rounding while Q lacks a direction.
-std::vector<std::uint32_t> select_greedily(GreedyMetric metric, const BlockStore& blocks, std::size_t k,
-                                           const Matrix6& prior = 1e-5 * Matrix6::Identity());
+std::vector<std::uint32_t> select_greedily(GreedyMetric metric, const BlockStore& blocks, std::size_t k);
 
 }  // namespace maxlogdet::sim

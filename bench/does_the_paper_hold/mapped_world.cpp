@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace maxlogdet::sim {
 namespace {
@@ -29,31 +28,20 @@ constexpr std::uint32_t memory = 10;  // keyframes until a landmark out of view 
 constexpr double wall_distance = 2.5;
 constexpr double floor_distance = 1.5;
 
-Eigen::Vector3d bearing_of(const PinholeCamera& camera, const Eigen::Vector3d& p_c) {
-  return {camera.fx * p_c.x() / p_c.z() + camera.cx, camera.fy * p_c.y() / p_c.z() + camera.cy, p_c.z()};
+Eigen::Vector2d project(const Eigen::Vector3d& p_c) {
+  return {euroc_camera.fx * p_c.x() / p_c.z() + euroc_camera.cx, euroc_camera.fy * p_c.y() / p_c.z() + euroc_camera.cy};
 }
 
 }  // namespace
 
-Rig euroc_rig() {
-  Rig rig;
-  rig.camera = euroc_camera;
-  rig.width = euroc_width;
-  rig.height = euroc_height;
-  rig.T_bc = pose_of({0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,  //
-                      0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,      //
-                      -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949});
-  return rig;
+Pose euroc_T_bc() {
+  return pose_of({0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,  //
+                  0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,      //
+                  -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949});
 }
 
-Rig forward_rig() {
-  Rig rig = euroc_rig();
-  rig.T_bc = pose_of({0, 0, 1, 0, -1, 0, 0, 0, 0, -1, 0, 0});
-  return rig;
-}
-
-MappedWorld::MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptions& options, std::uint64_t seed)
-    : trajectory_(trajectory), rig_(std::move(rig)), options_(options), draws_(seed) {
+MappedWorld::MappedWorld(const Trajectory& trajectory, const WorldOptions& options, std::uint64_t seed)
+    : trajectory_(trajectory), options_(options), draws_(seed) {
   scatter_landmarks();
 }
 
@@ -96,13 +84,13 @@ void MappedWorld::scatter_landmarks() {
 
 bool MappedWorld::next(Frame& frame) {
   if (frame_ == trajectory_.poses.size()) return false;
-  T_cw_ = (trajectory_.poses[frame_].T_wb * rig_.T_bc).inverse();
+  T_cw_ = (trajectory_.poses[frame_].T_wb * T_bc_).inverse();
   find_visible();
   if (needs_keyframe()) insert_keyframe();
 
-  frame.camera = rig_.camera;
-  frame.width = rig_.width;
-  frame.height = rig_.height;
+  frame.camera = euroc_camera;
+  frame.width = euroc_width;
+  frame.height = euroc_height;
   frame.matches.clear();
   std::vector<std::uint32_t> matched;
   for (const std::uint32_t id : visible_) {
@@ -127,8 +115,8 @@ void MappedWorld::find_visible() {
     Landmark& landmark = landmarks_[id];
     const Eigen::Vector3d p_c = R * landmark.position + t;
     if (p_c.z() < nearest) continue;
-    const Eigen::Vector3d uv = bearing_of(rig_.camera, p_c);
-    if (uv.x() < border || uv.y() < border || uv.x() > rig_.width - border || uv.y() > rig_.height - border) continue;
+    const Eigen::Vector2d uv = project(p_c);
+    if (uv.x() < border || uv.y() < border || uv.x() > euroc_width - border || uv.y() > euroc_height - border) continue;
     visible_.push_back(id);
     if (landmark.batch != 0 && keyframes_ - landmark.last_seen > memory) landmark.batch = 0;
     landmark.last_seen = keyframes_;
@@ -183,7 +171,7 @@ Eigen::Vector3d MappedWorld::as_mapped(const Landmark& landmark, const BatchErro
 
 Match MappedWorld::match_of(std::uint32_t id, const Landmark& landmark) {
   const Eigen::Vector3d p_c = T_cw_ * landmark.position;
-  const Eigen::Vector3d uv = bearing_of(rig_.camera, p_c);
+  const Eigen::Vector2d uv = project(p_c);
   Match match;
   match.keypoint = id;
   match.map_point_id = id;

@@ -12,18 +12,8 @@
 
 namespace maxlogdet::sim {
 
-/// A camera on a body.
-struct Rig {
-  PinholeCamera camera;
-  int width = 0;   ///< px
-  int height = 0;  ///< px
-  Pose T_bc;       ///< camera to body
-};
-
-/// Returns cam0 of the EuRoC MAV, 752 x 480 px, without its distortion; T_bc is the dataset's T_BS.
-Rig euroc_rig();
-/// Returns the same camera looking along the body's x axis, as for analytic_trajectory().
-Rig forward_rig();
+/// Returns the pose of cam0 on the body of the EuRoC MAV: camera to body, the dataset's T_BS.
+Pose euroc_T_bc();
 
 struct WorldOptions {
   std::size_t landmarks = 25000;
@@ -47,8 +37,8 @@ struct WorldOptions {
 /// does not depend on what a tracker estimates: all selectors meet the same frames.
 class MappedWorld {
  public:
-  /// The trajectory must outlive this object. All draws come from `seed`.
-  MappedWorld(const Trajectory& trajectory, Rig rig, const WorldOptions& options, std::uint64_t seed);
+  /// The trajectory, of the body, must outlive this object. All draws come from `seed`.
+  MappedWorld(const Trajectory& trajectory, const WorldOptions& options, std::uint64_t seed);
 
   /// Makes the next frame of the trajectory, in the memory of `frame`; its T_cw_prior is unchanged. Returns false after
   /// the last.
@@ -84,7 +74,7 @@ class MappedWorld {
   Match match_of(std::uint32_t id, const Landmark& landmark);
 
   const Trajectory& trajectory_;
-  Rig rig_;
+  Pose T_bc_ = euroc_T_bc();
   WorldOptions options_;
   Draws draws_;
   std::vector<Landmark> landmarks_;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace maxlogdet::sim {
 namespace {
@@ -15,44 +14,10 @@ namespace {
 constexpr double half_a_microsecond = 0.5e-6;  // a double resolves the seconds since 1970 to half of that
 constexpr double longest_gap = 0.5;            // s, of a window over its length
 
-void require(bool condition, const char* what) {
-  if (!condition) throw std::invalid_argument(what);
-}
-
 // Whether points differ by rounding only.
 bool all_coincide(const Eigen::Matrix3Xd& points) {
   const double spread = (points.colwise() - points.col(0)).cwiseAbs().maxCoeff();
   return spread <= 1e-12 * points.cwiseAbs().maxCoeff();
-}
-
-// The best rotation is the same with and without scale; the best scale follows from it.
-Similarity align(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to, bool with_scale) {
-  require(from.cols() == to.cols(), "an alignment needs as many points from as to");
-  require(from.cols() >= 3, "an alignment needs at least 3 points");
-  require(from.allFinite() && to.allFinite(), "an alignment needs finite points");
-  const Eigen::Vector3d from_mean = from.rowwise().mean();
-  const Eigen::Vector3d to_mean = to.rowwise().mean();
-  Similarity result;
-  if (!all_coincide(from) && !all_coincide(to)) {
-    const Eigen::Matrix3Xd p = from.colwise() - from_mean;
-    const Eigen::Matrix3Xd q = to.colwise() - to_mean;
-    result.R = Eigen::umeyama(p, q, false).topLeftCorner<3, 3>();
-    // Negative only by rounding.
-    if (with_scale) result.scale = std::max(0.0, q.cwiseProduct(result.R * p).sum() / p.squaredNorm());
-  }
-  result.t = to_mean - result.scale * (result.R * from_mean);
-  return result;
-}
-
-void require_correspondence(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth) {
-  require(estimate.size() == truth.size(), "estimate and truth need as many poses");
-  require(truth.size() >= 3, "estimate and truth need at least 3 poses");
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    require(std::abs(estimate[i].time - truth[i].time) <= half_a_microsecond, "estimate and truth need the same times");
-    require(i == 0 || truth[i].time > truth[i - 1].time, "estimate and truth need times that increase");
-    require(estimate[i].T_wb.matrix().allFinite() && truth[i].T_wb.matrix().allFinite(),
-            "estimate and truth need finite poses");
-  }
 }
 
 Eigen::Matrix3Xd positions_of(const std::vector<StampedPose>& poses) {
@@ -63,34 +28,36 @@ Eigen::Matrix3Xd positions_of(const std::vector<StampedPose>& poses) {
   return positions;
 }
 
-// The scale moves positions only: a pose remains rigid.
-void apply(const Similarity& similarity, std::vector<StampedPose>& poses) {
-  for (StampedPose& pose : poses) {
-    const Eigen::Vector3d position = similarity.scale * (similarity.R * pose.T_wb.translation()) + similarity.t;
-    pose.T_wb.linear() = similarity.R * pose.T_wb.linear();
-    pose.T_wb.translation() = position;
-  }
-}
-
 }  // namespace
 
-Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) { return align(from, to, true); }
-
-Similarity align_rigid(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) { return align(from, to, false); }
+// The best rotation is the same with and without scale; the best scale follows from it.
+Similarity align_sim3(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+  const Eigen::Vector3d from_mean = from.rowwise().mean();
+  const Eigen::Vector3d to_mean = to.rowwise().mean();
+  Similarity result;
+  if (!all_coincide(from) && !all_coincide(to)) {
+    const Eigen::Matrix3Xd p = from.colwise() - from_mean;
+    const Eigen::Matrix3Xd q = to.colwise() - to_mean;
+    result.R = Eigen::umeyama(p, q, false).topLeftCorner<3, 3>();
+    result.scale = std::max(0.0, q.cwiseProduct(result.R * p).sum() / p.squaredNorm());  // negative only by rounding
+  }
+  result.t = to_mean - result.scale * (result.R * from_mean);
+  return result;
+}
 
 TrajectoryErrors trajectory_errors(const std::vector<StampedPose>& estimate, const std::vector<StampedPose>& truth,
                                    double window) {
-  require_correspondence(estimate, truth);
-  require(window > half_a_microsecond && std::isfinite(window), "a window needs a positive length");
   const Similarity onto_truth = align_sim3(positions_of(estimate), positions_of(truth));
   std::vector<StampedPose> aligned = estimate;
-  apply(onto_truth, aligned);
+  for (StampedPose& pose : aligned) {  // the scale moves positions only: a pose remains rigid
+    const Eigen::Vector3d position = onto_truth.scale * (onto_truth.R * pose.T_wb.translation()) + onto_truth.t;
+    pose.T_wb.linear() = onto_truth.R * pose.T_wb.linear();
+    pose.T_wb.translation() = position;
+  }
 
   TrajectoryErrors errors;
-  errors.scale = onto_truth.scale;
   const double squares = (positions_of(aligned) - positions_of(truth)).squaredNorm();
   errors.ate_m = std::sqrt(squares / static_cast<double>(truth.size()));
-
   std::size_t j = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     while (j < truth.size() && truth[j].time - truth[i].time < window - half_a_microsecond) ++j;

@@ -4,7 +4,6 @@
 #include "bench/world/executor.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -12,23 +11,6 @@
 
 namespace maxlogdet::sim {
 namespace {
-
-// Returns the smallest maximum for each cell with which `budget` (at most all) candidates can be selected, but at least
-// ceil(slack * budget / cells with a candidate).
-std::size_t maximum_of_cells(const std::vector<std::size_t>& sizes, std::size_t budget, double slack) {
-  budget = std::min(budget, std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}));
-  const auto occupied = std::count_if(sizes.begin(), sizes.end(), [](std::size_t size) { return size > 0; });
-  if (occupied == 0) return 1;
-  const double share = std::ceil(slack * static_cast<double>(budget) / static_cast<double>(occupied));
-  auto maximum = static_cast<std::size_t>(std::max(share, 1.0));
-  const auto places = [&] {
-    std::size_t sum = 0;
-    for (const std::size_t size : sizes) sum += std::min(size, maximum);
-    return sum;
-  };
-  while (places() < budget) ++maximum;
-  return maximum;
-}
 
 bool has_target(const Options& search) {
   return search.target.efficiency > 0 || search.target.translation_sigma > 0 || search.target.rotation_sigma > 0;
@@ -46,8 +28,6 @@ const char* to_string(SelectorKind kind) {
     case SelectorKind::random: return "random";
     case SelectorKind::inl: return "inl";
     case SelectorKind::all: return "all";
-    case SelectorKind::all_weighted: return "all_weighted";
-    case SelectorKind::md_cells: return "md_cells";
     case SelectorKind::md_spread: return "md_spread";
   }
   return "unknown";
@@ -55,16 +35,7 @@ const char* to_string(SelectorKind kind) {
 
 bool has_budget(SelectorKind kind) { return rejects_outliers(kind) && kind != SelectorKind::inl; }
 
-bool rejects_outliers(SelectorKind kind) { return kind != SelectorKind::all && kind != SelectorKind::all_weighted; }
-
-bool uses_strategy(SelectorKind kind) {
-  return kind == SelectorKind::md || kind == SelectorKind::quality_md || kind == SelectorKind::md_cells ||
-         kind == SelectorKind::md_spread;
-}
-
-bool weighs_map_errors(const SelectorSettings& settings) {
-  return settings.kind == SelectorKind::all_weighted || settings.weights == Weighting::measurement_and_map;
-}
+bool rejects_outliers(SelectorKind kind) { return kind != SelectorKind::all; }
 
 FeatureSelector::FeatureSelector(const SelectorSettings& settings)
     : settings_(settings), draws_(settings.seed), selector_(1, executor()) {}
@@ -72,19 +43,15 @@ FeatureSelector::FeatureSelector(const SelectorSettings& settings)
 std::vector<std::uint32_t> FeatureSelector::select(const Frame& frame, const std::vector<std::uint32_t>& candidates) {
   const bool takes_all = candidates.size() <= settings_.budget && !has_target(settings_.search);
   if (!has_budget(settings_.kind) || takes_all) return candidates;
-  const bool has_pool = settings_.kind == SelectorKind::quality_md;
-  if (uses_strategy(settings_.kind)) {
-    build_blocks(frame, has_pool ? best_by_quality(frame, settings_.pool, candidates) : candidates);
-  }
   switch (settings_.kind) {
     case SelectorKind::quality: return best_by_quality(frame, settings_.budget, candidates);
     case SelectorKind::bucket: return spread_over_cells(frame, candidates);
-    case SelectorKind::observability: throw std::invalid_argument("observability needs earlier poses");
-    case SelectorKind::md_cells: return search_cells(frame);
-    case SelectorKind::md_spread: return search_spread(frame);
-    case SelectorKind::md:
-    case SelectorKind::quality_md: return search(settings_.search);
-    default: break;
+    case SelectorKind::md: build_blocks(frame, candidates); return search();
+    case SelectorKind::quality_md:
+      build_blocks(frame, best_by_quality(frame, settings_.pool, candidates));
+      return search();
+    case SelectorKind::random: break;
+    default: throw std::invalid_argument(std::string(to_string(settings_.kind)) + " is selected elsewhere");
   }
   std::vector<std::uint32_t> selected = candidates;
   draws_.shuffle_front(selected, settings_.budget);
@@ -135,44 +102,13 @@ void FeatureSelector::build_blocks(const Frame& frame, const std::vector<std::ui
   if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.error));
 }
 
-std::vector<std::uint32_t> FeatureSelector::search(Options options) {
+std::vector<std::uint32_t> FeatureSelector::search() {
   if (selector_.capacity() < blocks_.size()) selector_ = Selector(2 * blocks_.size(), executor());
+  Options options = settings_.search;
   options.budget = std::min(settings_.budget, blocks_.size());
   const Selection selection = selector_.select(blocks_, options);
   if (!selection.has_answer()) throw std::invalid_argument(std::string("selection: ") + to_string(selection.status));
   return {selection.begin(), selection.end()};
-}
-
-std::vector<std::uint32_t> FeatureSelector::search_cells(const Frame& frame) {
-  std::vector<std::uint32_t> cells;
-  std::vector<std::size_t> sizes(settings_.grid.cells());
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    cells.push_back(settings_.grid.cell_of(frame, frame.matches[i]));
-    if (blocks_.is_valid(i)) ++sizes[cells[i]];
-  }
-  Options options = settings_.search;
-  options.groups.ids = cells.data();
-  options.groups.count = sizes.size();
-  options.groups.maximum = maximum_of_cells(sizes, settings_.budget, settings_.slack);
-  return search(options);
-}
-
-std::vector<std::uint32_t> FeatureSelector::search_spread(const Frame& frame) {
-  const std::size_t n = frame.matches.size();
-  std::vector<double> pixels;
-  std::vector<std::uint8_t> camera_ids;
-  std::vector<unsigned char> usable;
-  for (std::size_t i = 0; i < n; ++i) {
-    pixels.insert(pixels.end(), {frame.matches[i].u, frame.matches[i].v});
-    camera_ids.push_back(frame.matches[i].camera_id);
-    usable.push_back(blocks_.is_valid(i) ? 1 : 0);
-  }
-  const auto count = static_cast<std::size_t>(std::round(settings_.spread * static_cast<double>(settings_.budget)));
-  ImageCells cells(n);
-  cells.assign(pixels.data(), 2, n, count, usable.data(), camera_ids.data());
-  Options options = settings_.search;
-  cells.limit(options);
-  return search(options);
 }
 
 }  // namespace maxlogdet::sim

@@ -23,14 +23,6 @@ std::vector<std::string> names_of(const Enum (&values)[n]) {
   return names;
 }
 
-/// Returns the names of chosen values.
-template <class Enum>
-std::vector<std::string> names_of(const std::vector<Enum>& values) {
-  std::vector<std::string> names;
-  for (const Enum value : values) names.emplace_back(to_string(value));
-  return names;
-}
-
 /// Returns the value of that name, if there is one.
 template <class Enum, std::size_t n>
 std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name) {
@@ -38,14 +30,6 @@ std::optional<Enum> find_named(const Enum (&values)[n], const std::string& name)
     if (name == to_string(value)) return value;
   }
   return std::nullopt;
-}
-
-/// Returns the values of these names, each of which must be in the list.
-template <class Enum, std::size_t n>
-std::vector<Enum> values_named(const Enum (&values)[n], const std::vector<std::string>& names) {
-  std::vector<Enum> found;
-  for (const std::string& name : names) found.push_back(find_named(values, name).value());
-  return found;
 }
 
 /// Returns the instruction sets, narrowest first: all that are built in, and those that this machine supports.

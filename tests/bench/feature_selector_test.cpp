@@ -1,17 +1,58 @@
 // SPDX-License-Identifier: MIT
-// Properties of all selectors, and selectors that use no blocks.
 #include "bench/world/feature_selector.hpp"
 
-#include "tests/bench/selector_cases.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numeric>
+#include <set>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
+
+using Indices = std::vector<std::uint32_t>;
+using sim::FeatureSelector;
+using sim::Frame;
+using sim::SelectorKind;
+using sim::SelectorSettings;
+
+SelectorSettings settings_of(SelectorKind kind, std::size_t budget, std::uint64_t seed = 1) {
+  SelectorSettings settings;
+  settings.kind = kind;
+  settings.budget = budget;
+  settings.seed = seed;
+  return settings;
+}
+
+Indices some_of(Random& random, const Frame& frame, double share = 0.7) {
+  Indices candidates;
+  for (std::uint32_t i = 0; i < frame.matches.size(); ++i) {
+    if (random.chance(share)) candidates.push_back(i);
+  }
+  return candidates;
+}
+
+Indices sorted(Indices indices) {
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+// The definition: sort all by (distance, index).
+Indices by_quality(const Frame& frame, const Indices& candidates, std::size_t count) {
+  std::set<std::pair<double, std::uint32_t>> order;
+  for (const std::uint32_t i : candidates) order.insert({frame.matches[i].desc_dist, i});
+  Indices best;
+  for (const auto& [distance, i] : order) {
+    if (best.size() < count) best.push_back(i);
+  }
+  return best;
+}
 
 TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
   TracedRandom random;
@@ -125,6 +166,67 @@ TEST(FeatureSelector, random_and_bucket_select_uniformly) {
       EXPECT_NEAR(counts[i], runs / 4, 5 * std::sqrt(runs * 3 / 16)) << to_string(kind);
     }
   }
+}
+
+// Calls the library directly, on a frame of these matches alone.
+Indices selected_by_library(const Frame& frame, const Indices& candidates, const SelectorSettings& settings) {
+  Frame alone = frame;
+  alone.matches.clear();
+  for (const std::uint32_t i : candidates) alone.matches.push_back(frame.matches[i]);
+  BlockStore blocks;
+  build_blocks(alone, settings.blocks, blocks);
+  Options options = settings.search;
+  options.budget = settings.budget;
+  Indices selected;
+  for (const std::uint32_t i : select_indices(blocks, options)) selected.push_back(candidates[i]);
+  return selected;
+}
+
+TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
+  TracedRandom random;
+  for (const BlockKind& kind : block_kinds) {
+    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+      SelectorSettings settings = settings_of(SelectorKind::md, 60);
+      settings.blocks.weighting = kind.weighting;
+      settings.blocks.depth_cue = kind.depth_cue;
+      settings.search.strategy = strategy;
+      settings.search.stochastic.epsilon = 0.3;
+      settings.search.stochastic.seed = random.seed();
+      FeatureSelector selector(settings);
+      for (const std::size_t n : {150U, 500U, 300U}) {
+        const Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);
+        const Indices candidates = some_of(random, frame);
+        EXPECT_EQ(selector.select(frame, candidates), selected_by_library(frame, candidates, settings)) << kind.name;
+      }
+    }
+  }
+}
+
+TEST(FeatureSelector, quality_md_is_md_among_the_best_by_quality) {
+  TracedRandom random;
+  for (const std::size_t pool : {60U, 120U, 1000U}) {
+    const Frame frame = make_scene(sim::Scene::euroc_like, 400, random.seed());
+    const Indices candidates = some_of(random, frame);
+    SelectorSettings settings = settings_of(SelectorKind::quality_md, 60);
+    settings.pool = pool;
+    EXPECT_EQ(FeatureSelector(settings).select(frame, candidates),
+              selected_by_library(frame, by_quality(frame, candidates, pool), settings))
+        << pool;
+  }
+}
+
+TEST(FeatureSelector, refuses_unusable_input) {
+  const Frame frame = make_scene(sim::Scene::euroc_like, 100, 1);
+  Indices candidates(100);
+  std::iota(candidates.begin(), candidates.end(), 0U);
+  const SelectorSettings md = settings_of(SelectorKind::md, 10);
+  SelectorSettings epsilon = md;
+  epsilon.search.strategy = Strategy::stochastic_greedy;
+  epsilon.search.stochastic.epsilon = 2;
+  EXPECT_THROW(FeatureSelector(epsilon).select(frame, candidates), std::invalid_argument);
+  Frame broken = frame;
+  broken.camera.fx = 0;
+  EXPECT_THROW(FeatureSelector(md).select(broken, candidates), std::invalid_argument);
 }
 
 }  // namespace

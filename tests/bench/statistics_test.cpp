@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/statistics.hpp"
 
-#include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/table.hpp"
 #include "tests/support/numbers.hpp"
@@ -18,7 +17,6 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::Draws;
-using sim::Estimate;
 
 TEST(Draws, uniform_ones_fill_their_range_evenly) {
   TracedRandom random;
@@ -117,66 +115,6 @@ TEST(Draws, shuffle_front_is_uniform) {
   }
 }
 
-TEST(MeanOf, is_as_computed_by_hand) {
-  const Estimate two = sim::mean_of({1, 2});
-  EXPECT_DOUBLE_EQ(two.value, 1.5);
-  EXPECT_NEAR(two.ci95, 6.3531, 1e-4) << "12.7062 / 2";
-  EXPECT_TRUE(std::isnan(sim::mean_of({7}).ci95)) << "one value has no interval";
-  const Estimate ten = sim::mean_of({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
-  EXPECT_DOUBLE_EQ(ten.value, 5.5);
-  EXPECT_NEAR(ten.ci95, 2.16587, 1e-4) << "2.2622 * 3.02765 / sqrt(10)";
-}
-
-// Of 1, 3, 30, 31, 99 and 100000 degrees of freedom, from tables.
-TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
-  const auto quantile_at = [](std::size_t n) {
-    std::vector<double> values(n, 0.0);
-    for (std::size_t i = 0; i < n; i += 2) values[i] = 1;
-    const double mean = sim::mean_of(values).value;
-    const auto count = static_cast<double>(n);
-    const double deviation = std::sqrt(count * mean * (1 - mean) / (count - 1));
-    return sim::mean_of(values).ci95 * std::sqrt(count) / deviation;
-  };
-  EXPECT_NEAR(quantile_at(2), 12.706204736432, 1e-9);
-  EXPECT_NEAR(quantile_at(4), 3.1824, 1e-4);
-  EXPECT_NEAR(quantile_at(31), 2.0423, 1e-4);
-  EXPECT_NEAR(quantile_at(32), 2.0395, 1e-3);
-  EXPECT_NEAR(quantile_at(100), 1.9842, 1e-3);
-  EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
-}
-
-// The share of intervals that cover the truth.
-template <class Interval>
-double coverage(std::size_t runs, double truth, const Interval& interval) {
-  double covered = 0;
-  for (std::size_t run = 0; run < runs; ++run) {
-    const Estimate estimate = interval();
-    covered += std::abs(estimate.value - truth) <= estimate.ci95 ? 1 : 0;
-  }
-  return covered / static_cast<double>(runs);
-}
-
-double sampling_error(std::size_t runs) { return 5 * std::sqrt(0.95 * 0.05 / static_cast<double>(runs)); }
-
-TEST(RmsOf, is_as_computed_by_hand) {
-  const Estimate estimate = sim::rms_of({3, -4});
-  EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
-  EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
-}
-
-// The delta method is for large samples: with 300 errors the coverage is one per cent less.
-TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t runs = trials(4000);
-  const double covered = coverage(runs, 0.1, [&] {
-    std::vector<double> errors;
-    for (int i = 0; i < 300; ++i) errors.push_back(0.1 * draws.normal());
-    return sim::rms_of(errors);
-  });
-  EXPECT_NEAR(covered, 0.95, sampling_error(runs) + 0.01);
-}
-
 TEST(QuantileOf, is_linear_between_order_statistics) {
   for (const double q : {0.0, 0.25, 0.5, 0.75, 1.0}) EXPECT_DOUBLE_EQ(sim::quantile_of({4, 1, 3, 2}, q), 1 + 3 * q);
   for (const double q : {0.0, 0.3, 1.0}) EXPECT_EQ(sim::quantile_of({7}, q), 7);
@@ -220,8 +158,6 @@ TEST(Fixed, has_that_many_decimals) {
   EXPECT_EQ(sim::fixed(-0.06, 1), "-0.1");
   EXPECT_EQ(sim::fixed(12, 0), "12");
   EXPECT_EQ(sim::fixed(nan, 3), "-");
-  EXPECT_EQ(sim::fixed(Estimate{1.234, 0.056}, 2), "1.23 ± 0.06");
-  EXPECT_EQ(sim::fixed(Estimate{1.234, nan}, 2), "1.23");
   const double large = -std::numeric_limits<double>::max();
   EXPECT_EQ(std::strtod(sim::fixed(large, 3).c_str(), nullptr), large) << "no digit is cut";
 }

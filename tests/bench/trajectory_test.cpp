@@ -1,219 +1,193 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_the_paper_hold/trajectory.hpp"
+#include "bench/does_the_paper_hold/trajectory_error.hpp"
 
+#include "bench/world/angles.hpp"
+#include "tests/bench/flight.hpp"
+#include "tests/support/decompositions.hpp"
+#include "tests/support/linear_algebra.hpp"
 #include "tests/support/text_folder.hpp"
 #include "tests/support/traced_random.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <limits>
-#include <stdexcept>
+#include <utility>
 
 namespace maxlogdet::test {
 namespace {
 
-constexpr double degrees = 180 / 3.14159265358979323846;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Poses = std::vector<sim::StampedPose>;
 
-const Lines good_lines = {
-    "# timestamp tx ty tz qx qy qz qw",
-    "1403636580.83856 4.688319 -1.786938 0.783338 0 0 0 1",
-    "1403636580.88856 4.5 -1.5 0.75 0 0 0.6 0.8",
-    "1403636580.93856 -4 1e-3 0 0.5 -0.5 0.5 -0.5",
-};
+class TrajectoryReader : public TextFolder {};
 
-class TrajectoryReader : public TextFolder {
- protected:
-  sim::Trajectory read(const Lines& lines) const { return sim::read_tum(write("V1_01.txt", lines)); }
-
-  void expect_error(const Lines& lines, const std::string& place, const std::string& expected) const {
-    const std::string file = write("V1_01.txt", lines);
-    expect_input_error([&] { sim::read_tum(file); }, file + place, expected);
-  }
-};
-
-TEST_F(TrajectoryReader, reads_poses) {
-  const sim::Trajectory trajectory = read(good_lines);
-  EXPECT_EQ(trajectory.name, "V1_01");
-  ASSERT_EQ(trajectory.poses.size(), 3U);
-  EXPECT_EQ(trajectory.poses[0].time, 1403636580.83856);
-  EXPECT_EQ(trajectory.poses[0].T_wb.translation(), Eigen::Vector3d(4.688319, -1.786938, 0.783338));
-  EXPECT_TRUE(trajectory.poses[0].T_wb.linear().isIdentity(1e-15));
-  Eigen::Matrix3d turned;  // about z, by twice the angle whose cosine is 0.8
-  turned << 0.28, -0.96, 0, 0.96, 0.28, 0, 0, 0, 1;
-  EXPECT_TRUE(trajectory.poses[1].T_wb.linear().isApprox(turned, 1e-15));
-  EXPECT_EQ(trajectory.poses[2].T_wb.translation(), Eigen::Vector3d(-4, 1e-3, 0));
-  turned << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  EXPECT_TRUE(trajectory.poses[2].T_wb.linear().isApprox(turned, 1e-15));
-}
-
-TEST_F(TrajectoryReader, accepts_comments_white_space_line_ends_and_empty_lines) {
-  const auto expected = read(good_lines).poses;
-  const auto poses = read({"\xEF\xBB\xBF" + good_lines[1] + " # the first\r", "\r", "", " \t ", "  # 1 2 3", "#",
-                           "\t1403636580.88856  4.5\t-1.5 \t 0.75 0 0 0.6 0.8 \t\r", good_lines[3] + "#"})
-                         .poses;
-  ASSERT_EQ(poses.size(), expected.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    EXPECT_EQ(poses[i].time, expected[i].time);
-    EXPECT_EQ(poses[i].T_wb.matrix(), expected[i].T_wb.matrix());
-  }
-}
-
-TEST_F(TrajectoryReader, reads_a_last_line_without_its_end) {
-  const std::string file = folder_ + "/short.txt";
-  std::ofstream(file) << good_lines[1] << '\n' << good_lines[2];
-  EXPECT_EQ(sim::read_tum(file).poses.size(), 2U);
-}
-
-TEST_F(TrajectoryReader, normalises_quaternions) {
-  const auto poses = read({"0 0 0 0 0 0 0 1.009", "1 0 0 0 0.5949 0 0 0.7932"}).poses;
-  EXPECT_TRUE(poses[0].T_wb.linear().isIdentity(1e-15));
-  EXPECT_TRUE(poses[1].T_wb.linear().isUnitary(1e-15));
-  EXPECT_NEAR(poses[1].T_wb.linear()(2, 1), 0.96, 1e-15);
-}
-
-TEST_F(TrajectoryReader, names_the_line_and_what_it_expected) {
-  const std::string rest = " 0 0 0 0 0 0 1", quaternion = "expected a quaternion qx qy qz qw of norm 1 within 0.01";
-  const std::vector<BrokenLine> broken = {
-      {3, "5 0 0 0 0 0 1", "expected 8 fields 'timestamp tx ty tz qx qy qz qw', not 7"},
-      {3, "5 0 0 0 0 0 0 1 2", "expected 8 fields"},
-      {3, "5,0,0,0,0,0,0,1", "8 fields 'timestamp tx ty tz qx qy qz qw', not 1"},
-      {2, "abc" + rest, "expected a finite number for timestamp, not 'abc'"},
-      {2, "1 1.5x 0 0 0 0 0 1", "expected a finite number for tx, not '1.5x'"},
-      {2, "1 0 nan 0 0 0 0 1", "expected a finite number for ty, not 'nan'"},
-      {2, "1 0 0 1e999 0 0 0 1", "expected a finite number for tz, not '1e999'"},
-      {2, "1 0 0 0 0 0 0 -inf", "expected a finite number for qw, not '-inf'"},
-      {2, std::string(1000, 'x') + rest, "not '" + std::string(40, 'x') + "...'"},
-      {3, "1403636580.83856" + rest, "expected a timestamp later than that of the pose before"},
-      {4, "7" + rest, "later than that of the pose before, not '7'"},
-      {2, "1 0 0 0 0 0 0 1.011", quaternion},
-      {2, "1 0 0 0 0 0 0 0.989", "norm '0.989000'"},
-      {2, "1 0 0 0 0 0 0 0", quaternion},
-      {2, "1 0 0 0 0 0 1e150 1", quaternion},
-      {2, "1 0 0 0 0 0 1e300 1", quaternion},
-  };
-  expect_every_one_refused("V1_01.txt", good_lines, broken, [&] { sim::read_tum(path("V1_01.txt")); });
-  expect_error({good_lines[0], good_lines[1], ""}, ":3: end of file", "expected at least 2 lines 'timestamp tx");
-  expect_error({good_lines[0]}, ":1: end of file", "expected at least 2 lines 'timestamp tx");
-  expect_error({}, ":0: end of file", "not 0");
-}
-
-TEST_F(TrajectoryReader, names_what_cannot_be_read_or_written) {
-  const std::string nowhere = folder_ + "/nowhere.txt";
-  expect_input_error([&] { sim::read_tum(folder_); }, folder_, "is a folder; expected a trajectory file");
-  expect_input_error([&] { sim::read_tum(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_input_error([&] { sim::read_trajectories(nowhere); }, nowhere, "cannot be opened; expected");
-  expect_input_error([&] { sim::read_trajectories(folder_); }, folder_, "expected files named *.txt");
-}
-
-TEST_F(TrajectoryReader, reads_a_folder_in_order_and_nothing_else_in_it) {
-  for (const char* const name : {"V2.txt", "MH.txt", "V1.txt"}) write(name, good_lines);
+TEST_F(TrajectoryReader, reads_a_folder_in_order_and_names_the_line_that_is_wrong) {
+  const Lines good = {"# timestamp tx ty tz qx qy qz qw", "1403636580.83856 4.688319 -1.786938 0.783338 0 0 0 1.009",
+                      "\t1403636580.88856  4.5\t-1.5 0.75 0 0 0.6 0.8 # a comment\r",
+                      "1403636580.93856 -4 1e-3 0 0.5 -0.5 0.5 -0.5"};
+  for (const char* const name : {"V2.txt", "V1_01.txt"}) write(name, good);
   write("A.csv", {"not a trajectory"});
   const auto trajectories = sim::read_trajectories(folder_);
-  ASSERT_EQ(trajectories.size(), 3U);
-  EXPECT_EQ(trajectories[0].name, "MH");
-  EXPECT_EQ(trajectories[1].name, "V1");
-  EXPECT_EQ(trajectories[2].name, "V2");
-  EXPECT_EQ(sim::read_trajectories(folder_ + "/V1.txt").size(), 1U) << "one file is a file";
+  ASSERT_EQ(trajectories.size(), 2U);
+  EXPECT_EQ(trajectories[0].name, "V1_01");
+  const Poses& poses = trajectories[0].poses;
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(poses[0].time, 1403636580.83856);
+  EXPECT_EQ(poses[0].T_wb.translation(), Vector3d(4.688319, -1.786938, 0.783338));
+  EXPECT_TRUE(poses[0].T_wb.linear().isIdentity(1e-15));
+  Eigen::Matrix3d turned;  // about z, by twice the angle whose cosine is 0.8
+  turned << 0.28, -0.96, 0, 0.96, 0.28, 0, 0, 0, 1;
+  EXPECT_TRUE(poses[1].T_wb.linear().isApprox(turned, 1e-15));
+  turned << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  EXPECT_TRUE(poses[2].T_wb.linear().isApprox(turned, 1e-15));
+
+  const std::vector<BrokenLine> broken = {
+      {3, "5 0 0 0 0 0 1", "expected 8 fields 'timestamp tx ty tz qx qy qz qw', not 7"},
+      {2, "1 0 nan 0 0 0 0 1", "expected a finite number for ty, not 'nan'"},
+      {3, "1403636580.83856 0 0 0 0 0 0 1", "expected a timestamp later than that of the pose before"},
+      {2, "1 0 0 0 0 0 0 1.011", "expected a quaternion qx qy qz qw of norm 1 within 0.01"},
+  };
+  expect_every_one_refused("V2.txt", good, broken, [&] { sim::read_tum(path("V2.txt")); });
+  write("V2.txt", {good[1], good[2]});
+  expect_input_error([&] { sim::read_tum(path("V2.txt")); }, path("V2.txt") + ":2", "expected at least 3 poses");
 }
 
-TEST(AnalyticTrajectory, has_the_requested_poses) {
-  const sim::Trajectory trajectory = sim::analytic_trajectory();
-  EXPECT_EQ(trajectory.name, "analytic");
-  ASSERT_EQ(trajectory.poses.size(), 1201U);
-  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
-    EXPECT_NEAR(trajectory.poses[i].time, 0.05 * static_cast<double>(i), 1e-13);
-    EXPECT_TRUE(trajectory.poses[i].T_wb.linear().isUnitary(1e-14));
-    EXPECT_GT(trajectory.poses[i].T_wb.linear().determinant(), 0);
-  }
-  EXPECT_EQ(sim::analytic_trajectory(0.5, 10).poses.size(), 6U);
-  EXPECT_EQ(sim::analytic_trajectory(0.29, 100).poses.size(), 30U) << "0.29 * 100 < 29";
-  EXPECT_EQ(sim::analytic_trajectory(0.99, 1).poses.size(), 1U);
-  EXPECT_EQ(sim::analytic_trajectory(0, 20).poses.size(), 1U);
-  EXPECT_THROW(sim::analytic_trajectory(-1, 20), std::invalid_argument);
-  EXPECT_THROW(sim::analytic_trajectory(60, 0), std::invalid_argument);
-  EXPECT_THROW(sim::analytic_trajectory(std::numeric_limits<double>::infinity(), 20), std::invalid_argument);
-  EXPECT_THROW(sim::analytic_trajectory(60, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+Vector3d random_vector(Random& random, double scale = 1) {
+  Vector3d v;
+  for (double& entry : v) entry = scale * random.uniform(-1, 1);  // in this order, unlike arguments of a call
+  return v;
 }
 
-TEST(AnalyticTrajectory, stays_in_its_room_whatever_rate_and_duration) {
-  const auto poses = sim::analytic_trajectory(60, 20).poses, longer = sim::analytic_trajectory(600, 100).poses;
-  for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_TRUE(poses[i].T_wb.isApprox(longer[5 * i].T_wb, 1e-13));
-  Eigen::AlignedBox3d flown;
-  for (const auto& pose : longer) flown.extend(pose.T_wb.translation());
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.7);
-  const Eigen::AlignedBox3d room(Eigen::Vector3d(-4, -3, 0) + margin, Eigen::Vector3d(4, 3, 3) - margin);
-  EXPECT_TRUE(room.contains(flown));
-  EXPECT_TRUE((flown.sizes().array() > Eigen::Array3d(4, 3, 1)).all()) << "and uses it";
+Eigen::Matrix3d random_rotation(Random& random) {
+  Eigen::Vector4d q(0, 0, 0, 0);
+  while (q.norm() < 0.1) q << random_vector(random), random.uniform(-1, 1);
+  return Eigen::Quaterniond(q.normalized()).toRotationMatrix();
 }
 
-// Velocity and angular velocity in the body frame, m/s and deg/s, by differences.
-std::vector<sim::Vector6> body_velocities(const std::vector<sim::StampedPose>& poses) {
-  std::vector<sim::Vector6> velocities;
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const sim::Pose motion = poses[i - 1].T_wb.inverse() * poses[i].T_wb;
-    const Eigen::AngleAxisd turn(motion.linear());
-    sim::Vector6 velocity;
-    velocity << motion.translation(), degrees * turn.angle() * turn.axis();
-    velocities.emplace_back(velocity / (poses[i].time - poses[i - 1].time));
-  }
-  return velocities;
+sim::Similarity random_similarity(Random& random) {
+  return {std::exp(random.uniform(-2, 2)), random_rotation(random), random_vector(random, 10)};
 }
 
-TEST(AnalyticTrajectory, moves_along_and_about_all_axes_as_fast_as_documented) {
-  sim::Vector6 largest = sim::Vector6::Zero();
-  double speed = 0;
-  double rate = 0;
-  for (const sim::Vector6& velocity : body_velocities(sim::analytic_trajectory(60, 200).poses)) {
-    largest = largest.cwiseMax(velocity.cwiseAbs());
-    speed = std::max(speed, velocity.head<3>().norm());
-    rate = std::max(rate, velocity.tail<3>().norm());
-  }
-  EXPECT_GT(speed, 0.9);
-  EXPECT_LT(speed, 1);
-  EXPECT_GT(rate, 35);
-  EXPECT_LT(rate, 40);
-  EXPECT_GT(largest.head<3>().minCoeff(), 0.2);
-  EXPECT_GT(largest.tail<3>().minCoeff(), 5);
+Matrix3Xd transformed(const sim::Similarity& s, const Matrix3Xd& points) {
+  return (s.scale * product(s.R, points)).colwise() + s.t;
 }
 
-TEST(AnalyticTrajectory, is_smooth) {
-  constexpr double rate = 100;
-  auto derivative = body_velocities(sim::analytic_trajectory(60, rate).poses);
-  // Frequencies are near 1 rad/s, so no derivative is much larger than the previous one.
-  for (int order = 2; order <= 4; ++order) {
-    double speed = 0;
-    double turn = 0;
-    for (std::size_t i = 0; i + 1 < derivative.size(); ++i) {
-      derivative[i] = rate * (derivative[i + 1] - derivative[i]);
-      speed = std::max(speed, derivative[i].head<3>().norm());
-      turn = std::max(turn, derivative[i].tail<3>().norm());
+struct HornAlignment {
+  sim::Similarity similarity;
+  double separation = 0;  // relative, of the two largest eigenvalues
+};
+
+// Horn, Closed-form solution of absolute orientation using unit quaternions, 1987.
+HornAlignment horn(const Matrix3Xd& from, const Matrix3Xd& to) {
+  const Vector3d from_mean = from.rowwise().mean(), to_mean = to.rowwise().mean();
+  const Matrix3Xd p = from.colwise() - from_mean, q = to.colwise() - to_mean;
+  const Eigen::Matrix3d M = product(p, q.transpose());
+  Eigen::Matrix4d N;
+  N << M.trace(), M(1, 2) - M(2, 1), M(2, 0) - M(0, 2), M(0, 1) - M(1, 0),                    //
+      M(1, 2) - M(2, 1), M(0, 0) - M(1, 1) - M(2, 2), M(0, 1) + M(1, 0), M(2, 0) + M(0, 2),   //
+      M(2, 0) - M(0, 2), M(0, 1) + M(1, 0), -M(0, 0) + M(1, 1) - M(2, 2), M(1, 2) + M(2, 1),  //
+      M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), -M(0, 0) - M(1, 1) + M(2, 2);
+  const Spectrum4 of_N = spectrum(N);
+  const Eigen::Vector4d w = of_N.vectors.col(3);
+  HornAlignment result;
+  sim::Similarity& s = result.similarity;
+  s.R = Eigen::Quaterniond(w[0], w[1], w[2], w[3]).normalized().toRotationMatrix();
+  s.scale = q.cwiseProduct(product(s.R, p)).sum() / p.squaredNorm();
+  s.t = to_mean - s.scale * s.R * from_mean;
+  result.separation = (of_N.values[3] - of_N.values[2]) / of_N.values[3];
+  return result;
+}
+
+TEST(TrajectoryAlignment, is_that_of_horn) {
+  TracedRandom random;
+  for (std::size_t trial = trials(500); trial > 0; --trial) {
+    const int n = random.integer(20, 60);
+    const Vector3d extents[] = {{3, 2, 1}, {3, 2, 0}, {3, 0.1, 0.1}, {3e-6, 2e-6, 1e-6}};
+    const Vector3d& extent = extents[random.integer(0, 3)];
+    const double noise = random.chance(0.3) ? 0 : random.uniform(0, 0.1) * extent[0];
+    const double mirror = random.chance(0.2) ? -1 : 1;
+    Matrix3Xd from(3, n), to(3, n);
+    for (int i = 0; i < n; ++i) {
+      from.col(i) = extent.cwiseProduct(random_vector(random));
+      to.col(i) = from.col(i).cwiseProduct(Vector3d(1, 1, mirror)) + random_vector(random, noise);
     }
-    derivative.pop_back();
-    EXPECT_LT(speed, 2) << order;
-    EXPECT_LT(turn, 40) << order;
+    to = transformed(random_similarity(random), to);
+    const HornAlignment expected = horn(from, to);
+    const double tolerance = 1e-12 / expected.separation;  // what rounding of the 4 x 4 matrix does to its eigenvector
+    const sim::Similarity found = sim::align_sim3(from, to);
+    EXPECT_GT(found.R.determinant(), 0) << found.R;
+    EXPECT_TRUE(found.R.isApprox(expected.similarity.R, tolerance)) << found.R << "\n\n" << expected.similarity.R;
+    EXPECT_NEAR(found.scale, expected.similarity.scale, 1e-11 * found.scale);
+    EXPECT_NEAR((found.t - expected.similarity.t).norm(), 0, tolerance * (1 + found.t.norm()));
   }
 }
 
-class RealTrajectories : public TrajectoryReader {};
-
-TEST_F(RealTrajectories, are_read_completely_and_as_they_were_written) {
-  const std::string euroc = data_folder() + "/euroc_ground_truth";
-  if (data_folder().empty() || !std::filesystem::is_directory(euroc)) GTEST_SKIP() << no_real_frames;
-  std::vector<std::string> names;
-  for (const auto& trajectory : sim::read_trajectories(euroc)) {
-    SCOPED_TRACE(trajectory.name);
-    names.push_back(trajectory.name);
-    std::ifstream stream(euroc + "/" + trajectory.name + ".txt");
-    std::size_t lines = 0;
-    for (std::string line; std::getline(stream, line);) lines += line.front() == '#' ? 0 : 1;
-    EXPECT_EQ(trajectory.poses.size(), lines);
-    EXPECT_GT(lines, 1000U);
-    for (const auto& pose : trajectory.poses) ASSERT_TRUE(pose.T_wb.linear().isUnitary(4e-15));
+Matrix3Xd positions_of(const Poses& poses) {
+  Matrix3Xd positions(3, static_cast<Eigen::Index>(poses.size()));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    positions.col(static_cast<Eigen::Index>(i)) = poses[i].T_wb.translation();
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"MH_01_easy", "MH_02_easy", "MH_03_medium", "MH_04_difficult",
-                                             "MH_05_difficult", "V1_01_easy", "V1_02_medium", "V1_03_difficult",
-                                             "V2_01_easy", "V2_02_medium", "V2_03_difficult"}));
+  return positions;
+}
+
+// The definition, by 4 x 4 matrices, general inverses, every pair of poses, and Horn's alignment.
+sim::TrajectoryErrors errors_by_definition(const Poses& estimate, const Poses& truth, double window) {
+  const sim::Similarity s = horn(positions_of(estimate), positions_of(truth)).similarity;
+  const Matrix3Xd positions = transformed(s, positions_of(estimate));
+  const auto aligned = [&](std::size_t i) {
+    Eigen::Matrix4d P = Eigen::Matrix4d::Identity();
+    P.topLeftCorner<3, 3>() = s.R * estimate[i].T_wb.linear();
+    P.topRightCorner<3, 1>() = positions.col(static_cast<Eigen::Index>(i));
+    return P;
+  };
+  sim::TrajectoryErrors errors;
+  errors.ate_m = std::sqrt((positions - positions_of(truth)).colwise().squaredNorm().mean());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    for (std::size_t j = i + 1; j < truth.size(); ++j) {
+      const double time = truth[j].time - truth[i].time;
+      if (time < window - 0.5e-6) continue;
+      if (time <= window + 0.5) {
+        const Eigen::Matrix4d true_motion = product(inverse(truth[i].T_wb.matrix()), truth[j].T_wb.matrix());
+        const Eigen::Matrix4d drift = product(inverse(true_motion), product(inverse(aligned(i)), aligned(j)));
+        errors.rpe_m_per_s += drift.topRightCorner<3, 1>().norm() / time;
+        errors.roe_deg_per_s +=
+            sim::degrees * Eigen::AngleAxisd(Eigen::Matrix3d(drift.topLeftCorner<3, 3>())).angle() / time;
+        ++errors.windows;
+      }
+      break;
+    }
+  }
+  errors.rpe_m_per_s /= static_cast<double>(errors.windows);
+  errors.roe_deg_per_s /= static_cast<double>(errors.windows);
+  return errors;
+}
+
+TEST(TrajectoryErrors, are_those_of_the_definition) {
+  TracedRandom random;
+  for (std::size_t trial = trials(20); trial > 0; --trial) {
+    Poses truth = flight(12).poses;
+    for (auto& pose : truth) pose.time += 1403636580.83856 + random.uniform(-0.02, 0.02);
+    // Missing poses: single ones, and several in a row.
+    for (int i = 0; i < 20; ++i) truth.erase(truth.begin() + random.integer(0, static_cast<int>(truth.size()) - 1));
+    const auto gap = truth.begin() + random.integer(60, 120);
+    truth.erase(gap, gap + random.integer(5, 40));
+    const double noise = random.uniform(0, 0.5), window = random.uniform(0.5, 4);
+    const sim::Similarity moved = random_similarity(random);
+    Poses estimate = truth;
+    for (sim::StampedPose& pose : estimate) {
+      const Vector3d off = random_vector(random, noise), turn = random_vector(random, noise);
+      pose.T_wb = Eigen::Translation3d(Vector3d(transformed(moved, Vector3d(pose.T_wb.translation() + off)))) *
+                  Eigen::Quaterniond(Eigen::Matrix3d(moved.R * pose.T_wb.linear())) *
+                  Eigen::AngleAxisd(turn.norm(), turn.normalized());
+    }
+    const auto errors = sim::trajectory_errors(estimate, truth, window);
+    const auto expected = errors_by_definition(estimate, truth, window);
+    EXPECT_NEAR(errors.ate_m, expected.ate_m, 1e-10);
+    EXPECT_NEAR(errors.rpe_m_per_s, expected.rpe_m_per_s, 1e-10);
+    EXPECT_NEAR(errors.roe_deg_per_s, expected.roe_deg_per_s, 1e-8);
+    EXPECT_EQ(errors.windows, expected.windows);
+    EXPECT_GT(errors.windows, 0U);
+  }
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The program of the paper's experiments, from outside: each writes its files, the same for any number of threads.
+// The program of the paper's experiments, from outside: each writes its tables, the same for any number of threads.
 #include "tests/support/program.hpp"
 
-#include <map>
-#include <set>
+#include <cmath>
 
 namespace maxlogdet::test {
 namespace {
@@ -14,78 +13,47 @@ class Simulate : public Program {
     return run_script(MAXLOGDET_SIMULATE " " + arguments + " >out.txt 2>err.txt </dev/null");
   }
 
-  // The cells of a CSV file, the header first, without times: columns whose names begin with ms_ or us.
-  std::vector<std::vector<std::string>> csv(const std::string& file) const {
-    std::istringstream lines(text_of(path(file)));
-    std::vector<std::vector<std::string>> rows;
-    for (std::string line; std::getline(lines, line);) {
-      std::istringstream cells(line);
-      rows.emplace_back();
-      for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
-    }
-    const std::vector<std::string> header = rows.at(0);
-    for (auto& row : rows) {
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        if (header[i].rfind("ms_", 0) == 0 || header[i].rfind("us", 0) == 0) row[i].clear();
-      }
-    }
-    return rows;
-  }
-
-  // Runs an experiment with one thread and with two, and returns what it writes.
-  std::vector<std::vector<std::string>> rows_of(const std::string& experiment, const std::string& arguments) const {
-    const std::string command = experiment + ' ' + arguments;
-    const Outcome outcome = simulate(command + " --threads 1 --output one");
+  // Runs an experiment on one thread and on two, and returns how many lines its table has.
+  long lines_of(const std::string& arguments, const std::string& table, bool has_times = false) const {
+    const Outcome outcome = simulate(arguments + " --threads 1 --output one");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_EQ(simulate(command + " --threads 2 --output two").exit_code, 0);
-    const auto rows = csv("one/" + experiment + ".csv");
-    EXPECT_EQ(csv("two/" + experiment + ".csv"), rows);
-    EXPECT_FALSE(nlohmann::json::parse(text_of(path("one/" + experiment + ".json"))).at("table").empty());
-    EXPECT_NE(text_of(path("one/" + experiment + ".md")), "");
-    return rows;
+    EXPECT_EQ(simulate(arguments + " --threads 2 --output two").exit_code, 0);
+    const std::string text = text_of(path("one/" + table + ".csv"));
+    if (!has_times) {
+      EXPECT_EQ(text_of(path("two/" + table + ".csv")), text);
+    }
+    return std::count(text.begin(), text.end(), '\n');
   }
 };
 
-std::set<std::string> column(const std::vector<std::vector<std::string>>& rows, std::size_t i) {
-  std::set<std::string> values;
-  for (std::size_t row = 1; row < rows.size(); ++row) values.insert(rows[row].at(i));
-  return values;
+TEST_F(Simulate, metrics_and_epsilon_cover_their_grids) {
+  EXPECT_EQ(lines_of("metrics --sizes 15,30,200 --runs 3", "metrics"), 1 + 2 * 3 * 6);
+  const std::string means = text_of(path("one/metrics_means.csv"));
+  EXPECT_EQ(std::count(means.begin(), means.end(), '\n'), 1 + 6 * 2 * 2);
+  EXPECT_EQ(simulate("metrics --sizes 15,30,200 --runs 3 --seed 1 --output one").exit_code, 0);
+  EXPECT_NE(text_of(path("one/metrics_means.csv")), means);
+  EXPECT_EQ(lines_of("epsilon --sizes 60,1000 --runs 1", "epsilon", true), 1 + 2 * 8);
 }
 
-TEST_F(Simulate, metrics_compares_every_metric_with_every_block) {
-  const auto rows = rows_of("metrics", "--points 40 --sizes 15,30 --runs 4");
-  EXPECT_EQ(rows.size(), 1 + 2 * 2 * 3 * 7U);
-  EXPECT_EQ(column(rows, 2), (std::set<std::string>{"map_bias", "measurement", "measurement_and_map"}));
-  EXPECT_EQ(column(rows, 3), (std::set<std::string>{"max_log_det", "max_trace", "min_condition", "max_min_eigenvalue",
-                                                    "random", "all", "all_weighted"}));
-  EXPECT_EQ(csv("one/metrics_aligned.csv").at(0), rows.at(0));
-  ASSERT_EQ(simulate("metrics --points 40 --sizes 15,30 --runs 4 --seed 1 --output three").exit_code, 0);
-  EXPECT_NE(csv("three/metrics.csv"), rows);
-  EXPECT_EQ(draw("one").exit_code, 0);
-  EXPECT_NE(text_of(path("one/metrics_measurement.svg")).find("<svg"), std::string::npos);
-}
-
-TEST_F(Simulate, epsilon_covers_its_grid) {
-  EXPECT_EQ(rows_of("epsilon", "--sizes 60,100 --runs 2").size(), 1 + 2 * 2 * 8 * 8U);
-}
-
-TEST_F(Simulate, euroc_and_budget_track_along_a_trajectory) {
-  const std::string small = "--max-matches 150 --runs 2 --seconds 4 --trajectories '" EUROC_GROUND_TRUTH "'";
-  if (!std::filesystem::exists(EUROC_GROUND_TRUTH)) GTEST_SKIP() << "no trajectories";
-  const auto rows = rows_of("euroc", small + " --sequences V1_01_easy");
-  EXPECT_EQ(column(rows, 1), (std::set<std::string>{"quality", "bucket", "observability", "md", "quality_md", "inl",
-                                                    "all", "all_weighted", "random"}));
-  for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_LT(std::stod(rows[i].at(3)), 1) << "m: it does not lose track";
-  const auto budgets = rows_of("budget", small + " --budgets 20,60");
-  EXPECT_EQ(column(budgets, 2), (std::set<std::string>{"20", "60", "0"}));
+TEST_F(Simulate, trackers_follow_a_trajectory) {
+  Lines circle;
+  for (int i = 0; i < 90; ++i) {
+    const double t = 0.05 * i;
+    circle.push_back(std::to_string(t) + ' ' + std::to_string(std::cos(t)) + ' ' + std::to_string(std::sin(t)) +
+                     " 0 0 0 0 1");
+  }
+  for (const char* const name : {"MH_05_difficult", "V1_01_easy"}) write(std::string("flown/") + name + ".txt", circle);
+  const std::string few = " --runs 2 --seconds 3.5 --trajectories flown";
+  EXPECT_EQ(lines_of("euroc" + few, "euroc_sequences"), 1 + 2 * 8);
+  EXPECT_EQ(lines_of("euroc" + few + " --sequences V1_01_easy", "euroc_differences"), 1 + 2 * 7 * 3);
+  EXPECT_EQ(lines_of("budget" + few, "budget"), 1 + 13 * 3);
+  EXPECT_EQ(lines_of("time" + few, "time", true), 1 + 8);
 }
 
 TEST_F(Simulate, refuses_invalid_values) {
   for (const char* const arguments :
-       {"", "everything", "metrics --runs 0", "metrics --threads -1", "metrics --sizes 4", "metrics --noise nan",
-        "metrics --weightings heavy", "metrics --prior 1e-21", "metrics --map-bias inf", "epsilon --sizes 5",
-        "epsilon --epsilons 2", "euroc --budget 1", "euroc --outliers 0.9", "euroc --trajectories nowhere",
-        "euroc --selectors best"}) {
+       {"", "everything", "metrics --runs 0", "metrics --threads -1", "metrics --sizes 4", "metrics --map-bias inf",
+        "epsilon --sizes 5", "euroc --trajectories nowhere", "time --seed x", "metrics --output /dev/null"}) {
     const Outcome outcome = simulate(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_EQ(outcome.err.rfind("maxlogdet_simulate: ", 0), 0U) << outcome.err;

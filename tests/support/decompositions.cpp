@@ -11,8 +11,6 @@ Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::Vecto
   return a.colPivHouseholderQr().solve(b);
 }
 
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) { return a.completeOrthogonalDecomposition().pseudoInverse(); }
-
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues();
 }

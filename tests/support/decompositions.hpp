@@ -17,8 +17,7 @@ struct Spectrum4 {
 };
 Spectrum4 spectrum(const Eigen::Matrix4d& s);
 
-/// The x that minimises |A x - b| for an A of full column rank, by QR with pivoting; and the matrix that maps b to x.
+/// The x that minimises |A x - b| for an A of full column rank, by QR with pivoting.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
 
 }  // namespace maxlogdet::test

@@ -3,12 +3,20 @@
 the others blue."""
 
 from maxlogdet_tools.gnuplot import Picture, data_block, number, quoted
-from maxlogdet_tools.pictures.quantiles import quantile
 
 # A few points at hundreds of metres would compress all others into a corner: the map view covers this share of them, and
 # the selected ones.
 SHOWN_SHARE = 0.97
 MARGIN = 1.05
+
+
+def quantile(values, share):
+    """Linear between order statistics (R's type 7), as in bench/world/statistics.hpp."""
+    values = sorted(values)
+    at = share * (len(values) - 1)
+    below = int(at)
+    above = min(below + 1, len(values) - 1)
+    return values[below] + (at - below) * (values[above] - values[below])
 
 
 def reach_of(distances, selected):

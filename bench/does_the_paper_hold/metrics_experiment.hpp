@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bench/world/frame.hpp"
+#include "bench/world/se3.hpp"
+#include "bench/world/table.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::sim {
+
+/// Section III of the paper: pose from perfectly matched points of a biased map, with subsets chosen by each metric.
+struct MetricsOptions {
+  std::size_t points = 200;
+  std::vector<double> noises = {1, 2};  ///< px
+  std::vector<std::size_t> sizes = {80, 90, 100, 110, 120, 130, 140, 150, 160, 170, 180, 190, 200};
+  double map_bias = 0.05;       ///< m, mean of the map error, in each of x, y, z
+  double map_deviation = 0.05;  ///< m
+  std::uint64_t seed = 0;
+};
+
+/// The metrics, `random`, and `all` points, whatever the size.
+std::vector<std::string> metrics_selectors();
+
+/// One draw of everything that a run needs. Noises are multiples of the same draw, so that panels differ in noise
+/// alone. The tracker guesses that the camera has not moved from the world's origin.
+struct MetricsScene {
+  Pose true_T_cw = Pose::Identity();
+  std::vector<Match> matches;                ///< map points, and true pixels
+  std::vector<std::array<double, 2>> noise;  ///< of u and v, of deviation 1
+  std::vector<std::uint32_t> random_order;
+};
+MetricsScene draw_metrics_scene(const MetricsOptions& options, std::uint64_t run);
+
+/// Of an estimated pose; NaN without a usable estimate.
+struct PoseError {
+  double translation_m = 0;  ///< of the camera centre
+  double rotation_deg = 0;
+};
+
+/// The errors of a run, by noise, selector and size.
+using MetricsRun = std::vector<std::vector<std::vector<PoseError>>>;
+
+/// Computes a run: deterministic in options and run. Poses are by Gauss-Newton; metrics see the paper's H_c
+/// (Weighting::map_bias).
+MetricsRun run_metrics(const MetricsOptions& options, std::uint64_t run);
+
+/// By noise, size and selector, the root mean square over runs of both errors, with its interval (jackknife).
+Table metrics_table(const MetricsOptions& options, const std::vector<MetricsRun>& runs);
+
+/// By noise, selector and error, the mean over sizes of these, with its interval and the verdict on max_log_det. The
+/// size of all points, where all selectors agree, is left out.
+Table metrics_means(const MetricsOptions& options, const std::vector<MetricsRun>& runs);
+
+}  // namespace maxlogdet::sim
