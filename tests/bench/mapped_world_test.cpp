@@ -72,7 +72,8 @@ TEST(MappedWorld, without_errors_every_point_projects_to_its_pixel_along_the_tra
       ids.insert(match.map_point_id);
       const Sight sight(world, Eigen::Vector3d(match.point[0], match.point[1], match.point[2]));
       ASSERT_TRUE(sight.is_in_view());
-      ASSERT_LT((sight.pixel - Eigen::Vector2d(match.u, match.v)).norm(), 1e-9);
+      // The rotation of EuRoC's camera is given to 12 digits.
+      ASSERT_LT((sight.pixel - Eigen::Vector2d(match.u, match.v)).norm(), 1e-8);
       ASSERT_FALSE(match.is_stereo());
     }
     EXPECT_EQ(ids.size(), frame.matches.size());

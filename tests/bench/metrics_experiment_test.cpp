@@ -148,7 +148,8 @@ TEST(Metrics, a_shifted_map_shifts_the_camera_and_nothing_else) {
   options.map_deviation = 1e-10;
   for (const double bias : {0.0, 0.05, -0.3}) {
     options.map_bias = bias;
-    for (const auto& selector : run_metrics(options, 1).at(0)) {
+    const MetricsRun run = run_metrics(options, 1);
+    for (const auto& selector : run.at(0)) {
       for (const sim::PoseError& error : selector) {
         EXPECT_NEAR(error.translation_m, std::sqrt(3) * std::abs(bias), 1e-8);
         EXPECT_LT(error.rotation_deg, 1e-7);

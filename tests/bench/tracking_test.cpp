@@ -43,7 +43,8 @@ TEST(PoseTracker, is_exact_in_a_perfect_world_and_follows_its_prediction_without
       if (is_blind) frame.matches.resize(poses.size() == 11 ? 0 : PoseTracker::min_inliers - 1);
       if (poses.size() > 1) {
         const Pose &last = poses.back(), &before = poses[poses.size() - 2];
-        EXPECT_LT(distance_between(tracker.predict(), last * before.inverse() * last), 1e-12);
+        // The rotation of EuRoC's camera is given to 12 digits.
+        EXPECT_LT(distance_between(tracker.predict(), last * before.inverse() * last), 1e-11);
       }
       const Pose prediction = tracker.predict();
       const TrackedFrame tracked = tracker.track(frame);
