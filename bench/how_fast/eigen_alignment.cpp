@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/how_fast/eigen_alignment.hpp"
+#include "bench/how_fast/eigen_baselines.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

@@ -2,35 +2,25 @@
 #pragma once
 
 #include <maxlogdet/block_store.hpp>
+#include <maxlogdet/camera.hpp>
+#include <maxlogdet/feature_match.hpp>
+#include <maxlogdet/inputs.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-// The baselines of the benchmarks: the same selection as a competent user would write it with Eigen in float64. Their
-// code is a shared library and this header is free of Eigen, because templates of Eigen compiled with -march=native
-// must not be merged with those compiled without.
+// The baselines of the benchmarks: the same selection and alignment, as a competent user would write them with Eigen in
+// float64. Their code is a shared library and this header is free of Eigen, because templates of Eigen compiled with
+// -march=native must not be merged with those compiled without.
 
 namespace maxlogdet::bench {
 
-enum class EigenMethod {
-  exact,          ///< greedy: one factorisation per round, then det(I + Y Y^T), Y = H L^-T, of every candidate
-  exact_batched,  ///< the same with one matrix product per round for all candidates
-  lazy,           ///< Minoux: a heap of stale gains; only the candidate at its top is evaluated, as above
-  lazy_scan,      ///< the same without a heap: one pass per round over the stale gains
-  stochastic,     ///< the best candidate of a random sample in each round, evaluated as above
-  log_det,  ///< stochastic as the paper's authors do it: log det(M + H^T H), one 6 x 6 factorisation per candidate
-};
-
-constexpr EigenMethod eigen_methods[] = {EigenMethod::exact,     EigenMethod::exact_batched, EigenMethod::lazy,
-                                         EigenMethod::lazy_scan, EigenMethod::stochastic,    EigenMethod::log_det};
-
 #define MAXLOGDET_BENCH_EXPORT __attribute__((visibility("default")))
 
-MAXLOGDET_BENCH_EXPORT const char* to_string(EigenMethod method) noexcept;
-
-/// The constructor and load() convert the blocks; select() allocates nothing.
+/// Selects with the prior 1e-5 I. A gain is det(I + Y Y^T), Y = H L^-T, after one factorisation per round. load()
+/// converts the blocks; selecting allocates nothing.
 class MAXLOGDET_BENCH_EXPORT EigenSelector {
  public:
   virtual ~EigenSelector() = default;
@@ -40,11 +30,12 @@ class MAXLOGDET_BENCH_EXPORT EigenSelector {
   /// Replaces the blocks by others with as many rows; allocates only if there are more than ever before.
   virtual void load(const BlockStore& blocks) = 0;
 
-  /// Selects with the prior 1e-5 I; only the stochastic methods read epsilon and seed.
-  virtual void select(std::size_t budget, double epsilon, std::uint64_t seed) = 0;
+  /// One pass per round over stale gains. A heap of them took 2.5 times as long at n = 2000.
+  virtual void lazy_greedy(std::size_t budget) = 0;
+  /// The best candidate of a random sample in each round.
+  virtual void stochastic_greedy(std::size_t budget, double epsilon, std::uint64_t seed) = 0;
 
   const std::vector<std::uint32_t>& indices() const noexcept { return indices_; }
-  std::size_t evaluations() const noexcept { return evaluations_; }
   /// Log det of the prior and the selected information, nats.
   virtual double log_det() const = 0;
 
@@ -52,9 +43,30 @@ class MAXLOGDET_BENCH_EXPORT EigenSelector {
   EigenSelector() = default;
 
   std::vector<std::uint32_t> indices_;
-  std::size_t evaluations_ = 0;
 };
 
-MAXLOGDET_BENCH_EXPORT std::unique_ptr<EigenSelector> make_eigen_selector(EigenMethod method, const BlockStore& blocks);
+/// `blocks` have two or three rows.
+MAXLOGDET_BENCH_EXPORT std::unique_ptr<EigenSelector> make_eigen_selector(const BlockStore& blocks);
+
+/// The baseline of GoodFeatures::align(): the same weights, limits and steps (docs/alignment.md), for one rectified
+/// pinhole, one match after the other.
+class MAXLOGDET_BENCH_EXPORT EigenAligner {
+ public:
+  EigenAligner();
+  ~EigenAligner();
+  EigenAligner(const EigenAligner&) = delete;
+  EigenAligner& operator=(const EigenAligner&) = delete;
+
+  /// Aligns all matches, which are measured; those with u_right have three rows, and either all have a covariance or
+  /// none. Allocates only if there are more matches than ever before. Returns whether it has converged.
+  bool align(const PinholeCamera& camera, const RigidTransform& T_cw, const std::vector<FeatureMatch>& matches);
+
+  RigidTransform pose() const;
+  bool is_inlier(std::size_t i) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace maxlogdet::bench

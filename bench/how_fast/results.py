@@ -1,110 +1,88 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What the benchmarks measured, from Google Benchmark's JSON: the source of every number in tables and pictures."""
+"""What the benchmarks measured, from Google Benchmark's JSON: the source of every number in tables.
+
+Usage: results.py BENCH.json    Fails with one line if the machine was too noisy to publish.
+"""
 
 import math
-import pathlib
+import statistics
+import sys
 
-from maxlogdet_tools.files import json_of, write_csv
+from maxlogdet_tools.files import json_of
 
-RESULTS = pathlib.Path(__file__).parent / "results"
-BASE = {"family": "euroc_like", "n": "2000", "k": "100", "blocks": "2_rows"}
-SIZES = ["200", "500", "1000", "2000", "5000", "20000", "100000"]
-EPSILONS = ["0.5", "0.1", "0.01"]
-BLOCKS = {
-    "1_row": "1 row",
-    "2_rows": "2 rows",
-    "3_rows": "3 rows",
-    "2_rows_measurement": "2 rows, measurement",
-    "3_rows_measurement": "3 rows, measurement",
-}
-# The baselines, in the order of columns.
-EIGEN = {
-    "eigen_exact": "Eigen exact",
-    "eigen_exact_batched": "Eigen exact, batched",
-    "eigen_lazy": "Eigen lazy, heap",
-    "eigen_lazy_scan": "Eigen lazy, scan",
-    "eigen_stochastic": "Eigen stochastic",
-    "eigen_log_det": "Eigen log det",
-}
-STRATEGIES = ["greedy", "lazy_greedy", "stochastic_greedy"]
-STOCHASTIC = ["stochastic_greedy", "eigen_stochastic", "eigen_log_det"]
+MOST_NOISE = 0.05  # by which the medians of the baseline's first and second half may differ
+BASE = {"kind": "grid", "family": "euroc_like", "n": "2000", "k": "100", "blocks": "2_rows"}
+KINDS = {"stereo_with_covariances": "stereo with covariances", "monocular": "monocular"}
+STEREO, MONOCULAR = KINDS
+CACHES = ["hot", "cold"]
 # How pages write instruction sets.
 ISAS = {"sse2": "SSE2", "avx2": "AVX2", "avx512": "AVX-512", "neon": "NEON"}
-# Columns of the records: the fields of a case, and its counters.
-FIELDS = ["kind", "method", "caches", "family", "blocks", "weighting", "third", "n", "k", "epsilon", "threads", "isa",
-          "slots", "prior"]  # fmt: skip
-COUNTERS = ["median_us", "min_us", "p99_us", "p999_us", "max_us", "undisturbed_p99_us", "calls", "preemptions",
-            "delta_nats", "log_det", "mismatches", "evaluations", "float64_decisions", "inliers",
-            "wrong_percent", "deviation_mm"]  # fmt: skip
+
+
+def fields_of(name):
+    """The fields of KIND/METHOD/KEY:VALUE/..., the names of cases."""
+    parts = name.split("/")
+    words = [part for part in parts if ":" not in part]
+    return {"kind": words[0], "method": words[1], **dict(part.split(":", 1) for part in parts if ":" in part)}
 
 
 class Results:
     def __init__(self, path):
         data = json_of(path)
-        self.context = data["context"]
-        rows = {}
+        self.widest = data["context"]["maxlogdet_isa"]
+        blocks = {}
         for result in data["benchmarks"]:
-            if result["run_type"] != "iteration" or "median_us" not in result:
-                continue
-            row = {**result, **fields_of(result["name"])}
-            # The repetition with the highest number of calls has the samples of all of them.
-            known = rows.get(result["name"])
-            if known is None or known["calls"] < row["calls"]:
-                rows[result["name"]] = row
-        self.rows = list(rows.values())
-        self.widest = self.context["maxlogdet_isa"]
+            if result["run_type"] == "iteration":
+                blocks.setdefault(result["run_name"], []).append(result)
+        self.rows = []
+        for name, found in blocks.items():
+            found.sort(key=lambda block: block["repetition_index"])
+            times = [block["real_time"] for block in found]
+            last = max(found, key=lambda block: block["calls"])
+            self.rows.append({**last, **fields_of(name), "times": times, "us": statistics.median(times)})
 
-    def find(self, method, kind="select", **where):
-        """The row of a method at the base point, changed by `where`; None if it was not measured."""
-        wanted = {**BASE, "method": method, "kind": kind, **where}
-        if method in STOCHASTIC:
-            wanted.setdefault("epsilon", "0.1")
-        wanted.setdefault("isa", "native" if method in EIGEN else self.widest)
-        return self.find_row(**wanted)
+    def has(self, kind):
+        return any(row["kind"] == kind for row in self.rows)
 
-    def find_row(self, **wanted):
-        """The row with these fields (None: without that field); None if it was not measured."""
+    def find(self, **wanted):
+        """The row with these fields; None if it was not measured."""
         return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
-    def find_append(self, kind, third, weighting="map_bias"):
-        return self.find_row(kind=kind, third=third, weighting=weighting)
+    def isa_of(self, method, isa):
+        return "native" if method.startswith("eigen_") else isa or self.widest
 
-    def baseline(self, method, row):
-        """The row of a baseline at the point of `row`."""
-        where = {key: row[key] for key in BASE}
-        if method in STOCHASTIC:
-            where["epsilon"] = row.get("epsilon", "0.1")
-        return self.find(method, **where)
+    def tracker(self, method, matches, n="465", caches="hot", k="100", isa=None):
+        return self.find(kind="tracker", method=method, matches=matches, n=n, caches=caches, k=k,
+                         isa=self.isa_of(method, isa))  # fmt: skip
 
-    def record(self, name, *kinds):
-        """Records all rows of some kinds."""
-        rows = [{**row, **{f: "" for f in FIELDS if not isinstance(row.get(f, ""), str)},
-                 "preemptions": round(row["calls"] * row["preemptions"])}
-                for row in self.rows if row["kind"] in kinds]  # fmt: skip
-        columns = [column for column in [*FIELDS, *COUNTERS] if any(row.get(column, "") != "" for row in rows)]
-        number = lambda text: int(text) if text.isdigit() else 0
-        rows.sort(key=lambda row: [(number(row.get(f, "")), row.get(f, "")) for f in FIELDS])
-        short = lambda value: value if isinstance(value, str) else f"{value:.6g}"
-        write_csv(RESULTS / name, columns, ([short(row.get(column, "")) for column in columns] for row in rows))
+    def grid(self, method, isa=None, **where):
+        """The row of a method at the base point, changed by `where`."""
+        if "stochastic" in method:
+            where.setdefault("epsilon", "0.1")
+        return self.find(**{**BASE, "method": method, "isa": self.isa_of(method, isa), **where})
 
-
-def fields_of(name):
-    """The fields of KIND/METHOD/KEY:VALUE/..., the names in selection_benchmark.cpp."""
-    parts = name.split("/")
-    fields = dict(part.split(":", 1) for part in parts if ":" in part)
-    words = [part for part in parts if ":" not in part]
-    return {"kind": words[0], "method": words[1].removesuffix("manual_time"), **fields}
-
-
-def label_of(method, epsilon=None):
-    text = EIGEN.get(method, method)
-    return f"{text}, ε = {epsilon}" if epsilon is not None else text
+    def noise(self):
+        """The difference between the baseline's two halves, which are interleaved with all cases, as a share."""
+        baseline = self.find(kind="baseline") or sys.exit("expected the case baseline/eigen_lazy_scan among those measured")
+        times = baseline["times"]
+        halves = [statistics.median(half) for half in (times[: len(times) // 2], times[len(times) // 2 :])]
+        return max(halves) / min(halves) - 1
 
 
 def ratio(slow, fast):
-    if slow is None or fast is None:
-        return math.nan
-    return slow["median_us"] / fast["median_us"]
+    return math.nan if slow is None or fast is None else slow["us"] / fast["us"]
+
+
+def us(row, counter="us"):
+    """A time with at least three digits."""
+    if row is None:
+        return "–"
+    return f"{row[counter]:.0f}" if row[counter] >= 1000 else f"{row[counter]:.1f}"
+
+
+def times(value):
+    return "–" if math.isnan(value) else f"{value:.0f}" if value >= 10 else f"{value:.1f}"
 
 
 def printed_ratio(slow, fast):
@@ -112,23 +90,19 @@ def printed_ratio(slow, fast):
     return "–" if "–" in (slow, fast) else times(float(slow) / float(fast))
 
 
-def fastest(rows):
-    rows = [row for row in rows if row is not None]
-    return min(rows, key=lambda row: row["median_us"]) if rows else None
+def lost(row, best):
+    """The loss: how much less log det this row has than the best, in nats."""
+    return "–" if row is None or best is None else f"{round(best['log_det'] - row['log_det'], 3) + 0.0:.3f}"
 
 
-def us(row, counter="median_us"):
-    """A time with at least three digits."""
-    if row is None:
-        return "–"
-    value = row[counter]
-    return f"{value:.0f}" if value >= 1000 else f"{value:.1f}"
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    noise = Results(sys.argv[1]).noise()
+    if noise > MOST_NOISE:
+        sys.exit(f"too noisy to publish: the baseline's two halves differ by {100 * noise:.0f} %, expected at most "
+                 f"{100 * MOST_NOISE:.0f} %")  # fmt: skip
 
 
-def lost(row):
-    """The loss: the log det of exact greedy minus that of this row."""
-    return "–" if row is None else f"{round(-row['delta_nats'], 3) + 0.0:.3f}"
-
-
-def times(value):
-    return "–" if math.isnan(value) else f"{value:.0f}" if value >= 10 else f"{value:.1f}"
+if __name__ == "__main__":
+    main()

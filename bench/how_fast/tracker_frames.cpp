@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "bench/how_fast/tracker_frames.hpp"
 
-#include "bench/how_fast/stereo_covariances.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
+#include "bench/world/projection.hpp"
 #include "bench/world/scene.hpp"
 #include "bench/world/se3.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
+#include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <map>
-#include <numeric>
 #include <string>
-#include <tuple>
+#include <utility>
 
 namespace maxlogdet::bench {
 namespace {
@@ -25,35 +25,44 @@ constexpr double prediction_error[] = {0.02, 0.1 * sim::radians};  // m, rad
 
 }  // namespace
 
-TrackerFrame::TrackerFrame(const Which& which, std::uint64_t seed)
-    : frame(make_scene(sim::Scene::kitti_like, which.slots, seed)) {
-  options.weighting = which.kind.weighting;
-  options.depth_cue = which.kind.depth_cue;
-  if (which.kind.weighting == Weighting::measurement_and_map) {
-    frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
+std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, double distance, double sigma) {
+  sim::Pose T_cw = sim::pose_of(frame.T_cw_prior);
+  T_cw.pretranslate(Eigen::Vector3d(0, 0, distance));
+  std::vector<std::array<double, 9>> covariances(frame.matches.size());
+  for (std::size_t i = 0; i < covariances.size(); ++i) {
+    sim::Match match = frame.matches[i];
+    match.u_right = 0;  // stereo; the Jacobian does not depend on the value
+    covariances[i].fill(std::numeric_limits<double>::quiet_NaN());
+    sim::LinearizedMatch at;
+    if (!linearize(frame.camera, T_cw, match, true, at)) continue;
+    const Eigen::Matrix3d inverse = at.H_p.inverse();
+    Eigen::Map<Eigen::Matrix3d>(covariances[i].data()) =
+        sigma * sigma / match.inv_sigma2 * inverse * inverse.transpose();
   }
-  std::vector<std::uint32_t> order(which.slots);
-  std::iota(order.begin(), order.end(), 0U);
-  sim::Draws(seed).shuffle_front(order, which.n);
-  is_usable.assign(which.slots, 0);
-  for (std::size_t i = 0; i < which.n; ++i) is_usable[order[i]] = 1;
-  if (which.rest == Rest::absent) order.resize(which.n);
-  std::sort(order.begin(), order.end());
-  arrays = std::make_unique<sim::MatchArrays>(frame, order);
-  matches = arrays->view();
-  matches.has_depth_cue = nullptr;  // null: all matches have one
-  if (which.rest == Rest::unusable) matches.usable = is_usable.data();
-  store.reserve(matches.size);
-  build(store);
-  measure(order, seed);
+  return covariances;
 }
 
-void TrackerFrame::measure(const std::vector<std::uint32_t>& order, std::uint64_t seed) {
+TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
+    : frame(make_scene(sim::Scene::kitti_like, n, seed)) {
+  options.weighting = kind.weighting;
+  options.depth_cue = kind.depth_cue;
+  if (kind.weighting == Weighting::measurement_and_map) {
+    frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
+  }
+  arrays = std::make_unique<sim::MatchArrays>(frame);
+  matches = arrays->view();
+  matches.has_depth_cue = nullptr;  // null: all matches have one
+  store.reserve(matches.size);
+  build(store);
+  measure(seed);
+}
+
+void TrackerFrame::measure(std::uint64_t seed) {
   sim::Draws draws(seed, 1);
   sim::Vector6 off;
   for (int i : {0, 1}) off.segment<3>(3 * i) = prediction_error[i] * draws.normal3(1).normalized();
   T_predicted = RigidTransform::row_major(sim::to_rows(sim::exp_se3(off) * sim::pose_of(frame.T_cw_prior)).data());
-  for (const std::uint32_t i : order) {
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
     const sim::Match& match = frame.matches[i];
     const double sigma = 1 / std::sqrt(match.inv_sigma2);
     Eigen::Vector3d point(match.point), noise = draws.normal3(sigma);
@@ -78,11 +87,11 @@ void TrackerFrame::build(BlockStore& blocks) const {
   append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
 }
 
-const TrackerFrames& frames_of(const Which& which) {
-  static std::map<std::tuple<std::string, std::size_t, std::size_t, Rest>, TrackerFrames> kept;
-  TrackerFrames& frames = kept[{which.kind.name, which.n, which.slots, which.rest}];
+const TrackerFrames& frames_of(const Kind& kind, std::size_t n) {
+  static std::map<std::pair<std::string, std::size_t>, TrackerFrames> kept;
+  TrackerFrames& frames = kept[{kind.name, n}];
   for (std::uint64_t seed = 1; frames.size() < frame_count; ++seed) {
-    frames.push_back(std::make_unique<TrackerFrame>(which, seed));
+    frames.push_back(std::make_unique<TrackerFrame>(kind, n, seed));
   }
   return frames;
 }

@@ -5,6 +5,7 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -19,23 +20,18 @@ struct Kind {
   Weighting weighting;
   DepthCue depth_cue;
 };
-constexpr Kind monocular{"2_rows_measurement", Weighting::measurement, DepthCue::none};
-constexpr Kind stereo{"3_rows_measurement", Weighting::measurement, DepthCue::stereo};
-constexpr Kind stereo_map{"3_rows_measurement_and_map", Weighting::measurement_and_map, DepthCue::stereo};
-constexpr Kind kinds[] = {monocular, stereo, stereo_map};
+constexpr Kind monocular{"monocular", Weighting::measurement, DepthCue::none};
+constexpr Kind stereo{"stereo_with_covariances", Weighting::measurement_and_map, DepthCue::stereo};
+constexpr Kind kinds[] = {monocular, stereo};
 
-/// Which frames: each has `slots` matches, of which n may be selected. `rest` says whether the others are left out or
-/// not usable.
-enum class Rest { absent, unusable };
-struct Which {
-  Kind kind;
-  std::size_t n;
-  std::size_t slots;
-  Rest rest = Rest::absent;
-};
+/// Covariances of a frame's points, one per match, 3 x 3, world frame, m^2, if a stereo pair with the frame's camera
+/// triangulated them from `distance` m behind its prior pose with standard deviations of `sigma` px times the match's
+/// own: (J R)^-1 sigma^2 (J R)^-T. NaN for a point that is not in front of that pair.
+std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, double distance, double sigma);
 
+/// A frame of n matches.
 struct TrackerFrame {
-  TrackerFrame(const Which& which, std::uint64_t seed);
+  TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed);
 
   void build(BlockStore& blocks) const;
 
@@ -43,7 +39,6 @@ struct TrackerFrame {
   BlockOptions options;
   std::unique_ptr<sim::MatchArrays> arrays;
   Matches matches;
-  std::vector<unsigned char> is_usable;
   BlockStore store;
 
   // What a tracker has before it aligns: measurements, and points that have covariances, with noise as modelled, 12 %
@@ -53,7 +48,7 @@ struct TrackerFrame {
   RigidTransform T_predicted = nullptr;
 
  private:
-  void measure(const std::vector<std::uint32_t>& order, std::uint64_t seed);
+  void measure(std::uint64_t seed);
 };
 
 using TrackerFrames = std::vector<std::unique_ptr<TrackerFrame>>;
@@ -61,7 +56,7 @@ using TrackerFrames = std::vector<std::unique_ptr<TrackerFrame>>;
 constexpr std::size_t frame_count = 4;  ///< of each kind: branch predictors would learn a single frame
 
 /// The frames are made once and kept.
-const TrackerFrames& frames_of(const Which& which);
+const TrackerFrames& frames_of(const Kind& kind, std::size_t n);
 
 /// The frame that a call selects from: calls cycle through all of them.
 inline const TrackerFrame& frame_of(const TrackerFrames& frames, std::size_t call) {

@@ -5,7 +5,6 @@
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/scene.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -30,15 +29,6 @@ BlockStore blocks_of(const sim::Frame& frame, Blocks kind) {
   return blocks;
 }
 
-BlockStore first_rows(const BlockStore& blocks) {
-  BlockStore rows(blocks.size());
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    double block[max_block_entries];
-    blocks.block(i, block) > 0 ? rows.push_back(block, 1) : rows.push_back_invalid();
-  }
-  return rows;
-}
-
 // n copies of the first candidate: in each round all gains are equal and all bounds stale, and laziness saves nothing.
 // `steps`: changes one entry of each copy by one float32 ulp, so that only float64 can tell the copies apart.
 BlockStore copies_of_first(const BlockStore& blocks, std::size_t n, bool steps) {
@@ -56,11 +46,6 @@ BlockStore copies_of_first(const BlockStore& blocks, std::size_t n, bool steps) 
 }
 
 std::vector<BlockStore> make_stores(const std::string& family, std::size_t n, Blocks blocks) {
-  if (blocks == Blocks::one_row) {
-    std::vector<BlockStore> stores;
-    for (const BlockStore& store : stores_of(family, n, Blocks::two_rows)) stores.push_back(first_rows(store));
-    return stores;
-  }
   if (family != real_frames) return {synthetic_store(family, n, blocks, scene_seed)};
   std::vector<BlockStore> stores;
   for (const sim::Frame& frame : sim::read_frames(real_frames_folder())) stores.push_back(blocks_of(frame, blocks));
@@ -71,7 +56,6 @@ std::vector<BlockStore> make_stores(const std::string& family, std::size_t n, Bl
 
 const char* to_string(Blocks blocks) noexcept {
   switch (blocks) {
-    case Blocks::one_row: return "1_row";
     case Blocks::two_rows: return "2_rows";
     case Blocks::three_rows: return "3_rows";
     case Blocks::two_rows_measurement: return "2_rows_measurement";
@@ -116,21 +100,6 @@ const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t 
   auto found = kept.find(key);
   if (found == kept.end()) found = kept.emplace(key, make_stores(family, n, blocks)).first;
   return found->second;
-}
-
-const std::vector<ExactAnswer>& exact_answers(const std::string& family, std::size_t n, Blocks blocks, std::size_t k) {
-  static std::map<std::pair<Key, std::size_t>, std::vector<ExactAnswer>> kept;
-  std::vector<ExactAnswer>& answers = kept[{Key(family, n, blocks), k}];
-  if (!answers.empty()) return answers;
-  for (const BlockStore& store : stores_of(family, n, blocks)) {
-    Selector selector(std::max(store.size(), k));
-    Options options;
-    options.strategy = Strategy::greedy;
-    options.budget = k;
-    const Selection selection = selector.select(store, options);
-    answers.push_back({{selection.begin(), selection.end()}, selection.log_det});
-  }
-  return answers;
 }
 
 }  // namespace maxlogdet::bench

@@ -10,14 +10,14 @@
 #include <string>
 #include <vector>
 
-// Problems to select from, and their exact answers, which are made once and kept.
+// Problems to select from.
 
 namespace maxlogdet::bench {
 
-enum class Blocks { one_row, two_rows, two_rows_measurement, three_rows, three_rows_measurement };
+enum class Blocks { two_rows, two_rows_measurement, three_rows, three_rows_measurement };
 
-/// 1_row: the first row of each 2-row block, like a photometric residual; 2_rows: map_bias; 2_rows_measurement:
-/// measurement; 3_rows: map_bias, stereo; 3_rows_measurement: measurement, stereo.
+/// 2_rows: map_bias; 2_rows_measurement: measurement; 3_rows: map_bias, stereo; 3_rows_measurement: measurement,
+/// stereo.
 const char* to_string(Blocks blocks) noexcept;
 
 /// Names of families: those of sim::scenes, `equal_gains` (n copies of one block), `nearly_equal_gains` (the same, one
@@ -33,17 +33,10 @@ std::string real_frames_folder();
 
 constexpr std::size_t max_block_entries = std::size_t{max_block_rows} * state_dimension;
 
-/// Makes a store of n candidates. The family may not be `real_frames`, nor the blocks `one_row`.
+/// Makes a store of n candidates. The family may not be `real_frames`.
 BlockStore synthetic_store(const std::string& family, std::size_t n, Blocks blocks, std::uint64_t seed);
 
-/// The stores of a family: one of n candidates, or all recorded frames, whatever n is.
+/// The stores of a family, made once and kept: one of n candidates, or all recorded frames, whatever n is.
 const std::vector<BlockStore>& stores_of(const std::string& family, std::size_t n, Blocks blocks);
-
-/// Exact greedy's answer to each store.
-struct ExactAnswer {
-  std::vector<std::uint32_t> indices;
-  double log_det = 0;
-};
-const std::vector<ExactAnswer>& exact_answers(const std::string& family, std::size_t n, Blocks blocks, std::size_t k);
 
 }  // namespace maxlogdet::bench

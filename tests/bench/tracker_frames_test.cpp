@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The benchmarks' covariances of a stereo map.
-#include "bench/how_fast/stereo_covariances.hpp"
+#include "bench/how_fast/tracker_frames.hpp"
 
 #include "bench/world/scene.hpp"
 #include "bench/world/se3.hpp"
