@@ -17,22 +17,3 @@ build_target() {
   configure_release "$build" -DMAXLOGDET_BUILD_BENCHMARKS=ON -DCMAKE_CXX_FLAGS=-g &&
     cmake --build "$build" --target "$1"
 }
-
-machine() {
-  local model
-  model=$(grep -m1 'model name' /proc/cpuinfo | cut -d: -f2 | xargs || true)
-  echo "${model:-$(uname -m)}, $(nproc) cores"
-}
-
-# record_header COMMAND: prints the machine, compiler, command and date of a record.
-record_header() {
-  echo "# machine: $(machine)"
-  echo "# compiler: $(compiler)"
-  echo "# command: $1"
-  echo "# date: $(date -u +%F)"
-}
-compiler() {
-  sed -nE 's/^set\(CMAKE_CXX_COMPILER_(ID|VERSION) "(.*)"\)$/\2/p' "$build"/CMakeFiles/*/CMakeCXXCompiler.cmake |
-    xargs printf '%s '
-  echo Release
-}
