@@ -100,12 +100,11 @@ struct Arithmetic {
 };
 constexpr Arithmetic arithmetics[] = {{2, 110, 66}, {3, 200, 118}};
 
-// Evaluates the gains of all candidates with one instruction set, in the middle of a selection.
+// Evaluates the gains of all candidates with one instruction set of this machine, in the middle of a selection.
 class FullRound {
  public:
   static constexpr std::size_t candidates = 2000;
 
-  // `isa` is one that this machine supports.
   FullRound(const std::string& isa, int rows) : rows_(rows) {
     for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
       if (isa == (*kernel)->isa) kernel_ = *kernel;
@@ -116,7 +115,9 @@ class FullRound {
     build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, blocks_);
     for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] = static_cast<Tile>(i);
     InformationFactor factor;
-    factor.reset(nullptr);
+    double prior[simd::dimension * simd::dimension] = {};
+    for (std::size_t i = 0; i < std::size(prior); i += simd::dimension + 1) prior[i] = 1e-5;  // weak
+    factor.reset(prior);
     for (std::size_t selected = 0; selected < 50; ++selected) {
       double h[max_block_rows][state_dimension];
       read_rows(all_of(blocks_, *kernel_), static_cast<Candidate>(selected), h);
