@@ -168,7 +168,8 @@ TEST_F(StereoVo, finds_the_paths_of_real_clips) {
   for (const char* clip : {"/kitti_clip_1", "/kitti_0039_a"}) {
     const Poses truth = read_poses(data_folder() + clip + "/poses.txt");
     ASSERT_GE(truth.size(), 50U) << clip;
-    expect_errors_below(std::filesystem::absolute(data_folder() + clip), truth, 0.04, 0.0015);  // OpenCV differs between processors
+    expect_errors_below(std::filesystem::absolute(data_folder() + clip), truth, 0.04,
+                        0.0015);  // OpenCV differs between processors
   }
 }
 
