@@ -44,8 +44,11 @@ TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library
 
 TEST_P(EigenBaselines, select_what_lazy_greedy_selects) {
   const bench::TrackerFrame frame(GetParam(), 465, 1);
+  double prior[36] = {};
+  for (int i = 0; i < 6; ++i) prior[7 * i] = 1e-5;  // Eigen's
   Options options;
   options.budget = 100;
+  options.prior = prior;
   Selector selector(frame.store.size());
   const Selection selection = selector.select(frame.store, options);
   const auto eigen = bench::make_eigen_selector(frame.store);
