@@ -96,7 +96,7 @@ struct Arithmetic {
   int vector_operations;
 
   // Read and written: the entries of a block, whether it remains, and the gain.
-  double bytes() const { return static_cast<double>((6 * rows + 2) * sizeof(float)); }
+  double bytes() const { return static_cast<double>(static_cast<std::size_t>(6 * rows + 2) * sizeof(float)); }
 };
 constexpr Arithmetic arithmetics[] = {{2, 110, 66}, {3, 200, 118}};
 
