@@ -43,6 +43,37 @@ TEST(Csv, reads_decimal_commas_where_commas_do_not_separate) {
   EXPECT_EQ(sim::split_csv("\"1,5\",2", ','), (Fields{"1,5", "2"})) << "perhaps 15 or 1500";
 }
 
+std::vector<double> numbers_of(const sim::Match& match) {
+  return {match.point[0], match.point[1], match.point[2],   match.u,         match.v,
+          match.u_right,  match.depth,    match.inv_sigma2, match.desc_dist, static_cast<double>(match.octave)};
+}
+
+std::vector<std::int64_t> integers_of(const sim::Match& match) {
+  return {match.map_point_id, match.keypoint, match.keyframe, match.is_selected ? 1 : 0, match.camera_id};
+}
+
+void expect_same_frame(const sim::Frame& a, const sim::Frame& b) {
+  ASSERT_EQ(a.matches.size(), b.matches.size());
+  for (std::size_t i = 0; i < a.matches.size(); ++i) {
+    EXPECT_EQ(numbers_of(a.matches[i]), numbers_of(b.matches[i])) << i;
+    EXPECT_EQ(integers_of(a.matches[i]), integers_of(b.matches[i])) << i;
+  }
+  EXPECT_EQ(a.camera.fx, b.camera.fx);
+  EXPECT_EQ(a.camera.bf, b.camera.bf);
+  EXPECT_EQ(a.T_cw_prior, b.T_cw_prior);
+  EXPECT_EQ(a.width, b.width);
+  EXPECT_EQ(a.has_quality, b.has_quality);
+  EXPECT_EQ(a.has_selection, b.has_selection);
+  ASSERT_EQ(a.map_covariances.size(), b.map_covariances.size());
+  for (std::size_t i = 0; i < a.map_covariances.size(); ++i) {
+    if (std::isnan(b.map_covariances[i][0])) {
+      EXPECT_TRUE(std::isnan(a.map_covariances[i][0])) << i;
+    } else {
+      EXPECT_EQ(a.map_covariances[i], b.map_covariances[i]) << i;
+    }
+  }
+}
+
 class CsvDialects : public FrameFiles {
  protected:
   const Lines comments = {"# fx,fy,cx,cy,bf: 458.5,457,367,248,50", "# Tcw_prior: 1,0,0,0.5,0,1,0,0,0,0,1,0"};
@@ -87,18 +118,9 @@ TEST_F(CsvDialects, missing_values_are_those_of_missing_columns) {
     const std::string header =
         "mp_id,X,Y,Z,u,v,kp,octave,u_right,inv_sigma2,desc_dist,depth,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,"
         "keyframe,selected";
-    const sim::Frame frame = read_rows({header, row, row}), plain = read_rows({"mp_id,X,Y,Z,u,v", "7,1,2,3,4,5"});
-    ASSERT_EQ(frame.matches.size(), 2U);
-    const sim::Match &match = frame.matches[1], &expected = plain.matches[0];
-    EXPECT_EQ(match.keypoint, 1);
-    EXPECT_EQ(match.octave, expected.octave);
-    EXPECT_EQ(match.u_right, expected.u_right);
-    EXPECT_EQ(match.inv_sigma2, expected.inv_sigma2);
-    EXPECT_EQ(match.depth, expected.depth);
-    EXPECT_EQ(match.keyframe, expected.keyframe);
+    const sim::Frame frame = read_rows({header, row, row});
     EXPECT_FALSE(frame.has_quality) << "a missing distance is not the best one";
-    EXPECT_FALSE(frame.has_selection);
-    EXPECT_TRUE(frame.map_covariances.empty());
+    expect_same_frame(frame, read_rows({"mp_id,X,Y,Z,u,v", "7,1,2,3,4,5", "7,1,2,3,4,5"}));
     for (const char* const column : {"mp_id", "X", "Y", "Z", "u", "v"}) {
       Fields values = {"7", "1", "2", "3", "4", "5"};
       const Fields names = {"mp_id", "X", "Y", "Z", "u", "v"};
@@ -153,10 +175,7 @@ TEST_F(CsvDialects, numbers_and_truths_have_several_spellings) {
     expect_refused_row(header, std::string(id) + ",1,2,3,4,5,0,1",
                        "an integer for mp_id, not '" + std::string(id) + "'");
   }
-  for (const char* const truth : {"yes", "2", "0.5"}) {
-    expect_refused_row(header, std::string("1,1,2,3,4,5,0,") + truth,
-                       "0 or 1 for selected, not '" + std::string(truth));
-  }
+  expect_refused_row(header, "1,1,2,3,4,5,0,0.5", "0 or 1 for selected, not '0.5'");
 }
 
 TEST_F(CsvDialects, names_what_it_does_not_read) {
@@ -164,7 +183,6 @@ TEST_F(CsvDialects, names_what_it_does_not_read) {
   expect_refused_row("mp_id,X,Y,Z,u,v", "7,\"1,5\",2,3,4,5", "a finite number for X, not '1,5'");
   expect_refused_row("mp_id;X;Y;Z;u;v", "7;1.234,5;2;3;4;5", "a finite number for X, not '1.234,5'");
   expect_error({comments[0], comments[1], "mp_id X Y Z u v"}, ":3: ", "'mp_id' is missing");
-  expect_error({comments[0] + "\r", comments[1] + "\r", "mp_id,X,Y,Z,u\r"}, ":3: ", "'v' is missing");
   std::string utf16 = "\xFF\xFE";
   for (const char c : std::string("# fx\n")) utf16 += std::string{c, '\0'};
   for (const std::string& text : {utf16, utf16.substr(2)}) {
@@ -303,42 +321,6 @@ class Dialect {
   std::string line_end_;
   std::vector<std::size_t> order_;  // of the columns
 };
-
-void expect_same_matches(const std::vector<sim::Match>& a, const std::vector<sim::Match>& b) {
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    SCOPED_TRACE(i);
-    EXPECT_EQ(a[i].map_point_id, b[i].map_point_id);
-    EXPECT_EQ(a[i].keypoint, b[i].keypoint);
-    EXPECT_EQ(a[i].octave, b[i].octave);
-    EXPECT_EQ(a[i].keyframe, b[i].keyframe);
-    EXPECT_EQ(a[i].is_selected, b[i].is_selected);
-    for (std::size_t j = 0; j < 3; ++j) EXPECT_EQ(a[i].point[j], b[i].point[j]);
-    EXPECT_EQ(a[i].u, b[i].u);
-    EXPECT_EQ(a[i].v, b[i].v);
-    EXPECT_EQ(a[i].u_right, b[i].u_right);
-    EXPECT_EQ(a[i].inv_sigma2, b[i].inv_sigma2);
-    EXPECT_EQ(a[i].desc_dist, b[i].desc_dist);
-  }
-}
-
-void expect_same_frame(const sim::Frame& a, const sim::Frame& b) {
-  expect_same_matches(a.matches, b.matches);
-  EXPECT_EQ(a.camera.fx, b.camera.fx);
-  EXPECT_EQ(a.camera.bf, b.camera.bf);
-  EXPECT_EQ(a.T_cw_prior, b.T_cw_prior);
-  EXPECT_EQ(a.width, b.width);
-  EXPECT_EQ(a.has_quality, b.has_quality);
-  EXPECT_EQ(a.has_selection, b.has_selection);
-  ASSERT_EQ(a.map_covariances.size(), b.map_covariances.size());
-  for (std::size_t i = 0; i < a.map_covariances.size(); ++i) {
-    if (std::isnan(b.map_covariances[i][0])) {
-      EXPECT_TRUE(std::isnan(a.map_covariances[i][0])) << i;
-    } else {
-      EXPECT_EQ(a.map_covariances[i], b.map_covariances[i]) << i;
-    }
-  }
-}
 
 TEST_F(CsvDialects, all_read_to_the_same_frame) {
   for (std::uint64_t repetition = 0; repetition < 300; ++repetition) {
