@@ -150,35 +150,5 @@ TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
   EXPECT_TRUE(std::isnan(correlation_of({0, 0, 0, 10, 1, 5}))) << "no pairs";
 }
 
-// With twelve matches the fit takes a quarter of the freedom of their residuals, mostly what neighbours share.
-TEST(FrameNoise, correlation_of_independent_noise_is_zero_however_few_matches_there_are) {
-  TracedRandom random;
-  const std::size_t n = trials(4000);
-  PairSums sums;
-  double squares = 0;  // of the pairs' part of single frames, for the standard error
-  const NoiseCase exact = noise_case(random, FrameKind::monocular, 12);
-  for (std::size_t trial = 0; trial < n; ++trial) {
-    NoiseCase given = exact;
-    given.frame = simulated_frame(random, trial % 2 == 0 ? FrameKind::monocular : FrameKind::stereo, 12, 1);
-    // All in four cells of the image's middle: hardly any is alone.
-    given.frame.width = 4 * 752;
-    given.frame.height = 4 * 480;
-    add_errors(random, given.frame);
-    given.whitenings.assign(12, Whitening());
-    given.all = optimize_pose(given.frame.camera, given.frame.matches, given.inliers,
-                              sim::pose_of(given.frame.T_cw_prior), precise());
-    if (!given.all.is_usable()) continue;
-    const PairSums of_frame = noise_of(given.frame, given.all, given.inliers, given.whitenings).pairs;
-    sums = sums + of_frame;
-    squares += std::pow(of_frame.products + of_frame.fitted, 2);
-  }
-  const double standard_error = std::sqrt(squares) / (2 * sums.pairs);
-  EXPECT_NEAR(correlation_of(sums), 0, 4 * standard_error);
-  EXPECT_NEAR(sums.squares / (2 * sums.matches - sums.fitted_self), 1, 8 / std::sqrt(24 * static_cast<double>(n)));
-  const double without_correction = sums.products / sums.squares * sums.matches / sums.pairs;
-  EXPECT_LT(without_correction, -8 * standard_error) << "the correction matters";
-  EXPECT_LT(standard_error, 0.1);
-}
-
 }  // namespace
 }  // namespace maxlogdet::test
