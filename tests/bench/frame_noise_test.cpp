@@ -5,7 +5,6 @@
 #include "tests/bench/noisy_frame.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <numeric>
 
