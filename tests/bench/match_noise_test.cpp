@@ -28,18 +28,6 @@ TEST(MatchNoise, without_errors_of_the_map_residuals_are_divided_by_their_deviat
   }
 }
 
-TEST(MatchNoise, a_map_without_covariances_has_one_deviation_for_all) {
-  TracedRandom random;
-  Frame frame = simulated_frame(random, FrameKind::stereo, 50);
-  const std::vector<Whitening> alike = whitenings_of(frame, pose_of(frame), true, 0.05);
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    set_covariance(frame, i, 0.05 * 0.05 * Eigen::Matrix3d::Identity());
-  }
-  const std::vector<Whitening> given = whitenings_of(frame, pose_of(frame), true, 7);
-  ASSERT_EQ(alike.size(), given.size());
-  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_EQ(alike[i].matrix(), given[i].matrix());
-}
-
 // Matches that can be whitened, but for their covariances; camera_frame_test.cpp has those that cannot without one.
 TEST(MatchNoise, what_cannot_be_whitened_is_left_out) {
   TracedRandom random;
@@ -76,33 +64,6 @@ TEST(MatchNoise, what_cannot_be_whitened_is_left_out) {
     const auto rejection = reject_outliers(frame.camera, frame.matches, all, T_cw, options, whitenings);
     EXPECT_EQ(rejection.inliers, expected.inliers);
     EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), sim::to_rows(expected.estimate.T_cw));
-  }
-}
-
-// A good match with a bad whitening.
-TEST(MatchNoise, a_whitening_that_is_not_finite_leaves_its_match_out) {
-  TracedRandom random;
-  Frame frame = simulated_frame(random, FrameKind::stereo, 40);
-  for (Match& match : frame.matches) {
-    match.u_right = match.u - frame.camera.bf / in_camera(frame, match)[2];  // all have three rows
-    match.v += 0.5 * normal(random);
-  }
-  const Pose T_cw = pose_of(frame);
-  const std::vector<Whitening> whitenings = whitenings_of(frame, T_cw, true, 0.05);
-  const Subset all = all_matches(frame);
-  const Subset others(all.begin() + 1, all.end());
-  for (const PoseMethod method : pose_methods) {
-    const PoseOptions options = precise(method);
-    const PoseEstimate expected = optimize_pose(frame.camera, frame.matches, others, T_cw, options, whitenings);
-    for (double Whitening::*const entry :
-         {&Whitening::w00, &Whitening::w10, &Whitening::w11, &Whitening::w20, &Whitening::w21, &Whitening::w22}) {
-      for (const double bad : {nan, infinity, -infinity}) {
-        std::vector<Whitening> spoilt = whitenings;
-        spoilt[0].*entry = bad;
-        EXPECT_EQ(chi2(frame.camera, T_cw, frame.matches[0], true, spoilt.data()), infinity);
-        expect_same(optimize_pose(frame.camera, frame.matches, all, T_cw, options, spoilt), expected);
-      }
-    }
   }
 }
 

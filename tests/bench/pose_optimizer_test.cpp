@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How the pose optimiser goes on and ends, on frames of a stereo camera; camera_frame_test.cpp compares its answers.
+// How the pose optimiser goes on and ends, on frames of a stereo camera; camera_frame_test.cpp compares its answers,
+// and evaluation_frames_test.cpp changes the unit of length.
 #include "bench/world/pose_optimizer.hpp"
 
 #include "bench/world/angles.hpp"
@@ -67,27 +68,6 @@ TEST_F(PoseOptimizer, rotations_stay_rotations) {
   options.max_iterations = 200;
   const Eigen::Matrix3d R = optimize(options, start).T_cw.linear();
   EXPECT_LT(largest_difference(gram(R.transpose()), Eigen::Matrix3d::Identity()), 1e-15);
-}
-
-TEST(LevenbergMarquardt, takes_the_same_steps_in_any_unit_of_length) {
-  TracedRandom random;
-  for (const FrameKind kind : frame_kinds) {
-    Frame frame = simulated_frame(random, kind, 60);
-    add_errors(random, frame);
-    frame.T_cw_prior = sim::to_rows(random_pose(random, 0.1, 0.02) * pose_of(frame));
-    const auto estimate_of = [](const Frame& of) {
-      return optimize_pose(of.camera, of.matches, all_matches(of), pose_of(of), PoseOptions());
-    };
-    const PoseEstimate expected = estimate_of(frame);
-    for (const int exponent : {-20, -3, 3, 20}) {
-      SCOPED_TRACE(std::string(to_string(kind)) + ", 2^" + std::to_string(exponent));
-      const PoseEstimate estimate = estimate_of(in_unit(frame, std::exp2(exponent)));
-      EXPECT_EQ(estimate.status, expected.status);
-      EXPECT_EQ(estimate.iterations, expected.iterations);
-      EXPECT_EQ(estimate.T_cw.linear(), expected.T_cw.linear());
-      EXPECT_EQ(estimate.T_cw.translation(), std::exp2(exponent) * expected.T_cw.translation());
-    }
-  }
 }
 
 TEST(LevenbergMarquardt, never_raises_the_cost) {
