@@ -5,6 +5,7 @@
 #include "bench/does_it_help/report.hpp"
 #include "tests/bench/precise_pose.hpp"
 #include "tests/bench/simulated_evaluation.hpp"
+#include "tests/support/numbers.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <set>
@@ -242,54 +243,66 @@ TEST(EvaluationOfFrames, the_unit_of_length_changes_nothing_but_lengths) {
   }
 }
 
+void round_to_float32(Frame& frame) {
+  for (Match& match : frame.matches) {
+    for (double* const number :
+         {match.point, match.point + 1, match.point + 2, &match.u, &match.v, &match.u_right, &match.depth}) {
+      *number = static_cast<float>(*number);
+    }
+  }
+}
+
 TEST(EvaluationOfFrames, without_noise_cannot_tell) {
   TracedRandom random;
   for (const FrameKind kind : frame_kinds) {
-    for (const double noise : {0.0, 1e-9, 1e-6, 1e-4}) {
+    for (const double noise : {0.0, 1e-9, 1e-6, 1e-4, nan}) {
+      const bool is_float32 = std::isnan(noise);  // as a tracker in float32 records without noise
+      if (is_float32 && (kind == FrameKind::fisheye || kind == FrameKind::rig)) continue;
       SCOPED_TRACE(std::string(to_string(kind)) + " " + std::to_string(noise));
       const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
         if (noise > 0) add_errors(random, frame, noise);
+        if (is_float32) return round_to_float32(frame);
         frame.matches[0].v += 100;  // a wrong one
       });
-      const Evaluation evaluation = sim::evaluate({frames}, small_options(), 1);
-      const std::string text = to_text(evaluation);
+      const std::string text = to_text(sim::evaluate({frames}, small_options(), 1));
       EXPECT_EQ(text.rfind("These frames cannot tell: their residuals are rounding errors", 0), 0U) << text;
       EXPECT_EQ(text.find('|'), std::string::npos) << "tables of rounding errors";
     }
   }
 }
 
-// As a tracker in float32 records without noise.
-TEST(EvaluationOfFrames, of_float32_without_noise_cannot_tell) {
+TEST(EvaluationOfFrames, noise_far_below_the_modelled_one_is_noise_all_the_same) {
   TracedRandom random;
-  for (const FrameKind kind : {FrameKind::monocular, FrameKind::stereo, FrameKind::depth}) {
-    SCOPED_TRACE(to_string(kind));
-    const auto round = [](double& number) { number = static_cast<float>(number); };
-    const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
-      for (Match& match : frame.matches) {
-        for (double* const number : {&match.point[0], &match.point[1], &match.point[2], &match.u, &match.v})
-          round(*number);
-        if (match.is_stereo()) round(match.u_right);
-        if (match.depth > 0) round(match.depth);
-      }
-    });
-    const std::string text = to_text(sim::evaluate({frames}, small_options(), 1));
-    EXPECT_EQ(text.rfind("These frames cannot tell: their residuals are rounding errors", 0), 0U) << text;
-  }
+  const auto frames =
+      simulated_recording(random, FrameKind::stereo, 12, 160, [&](Frame& frame) { add_errors(random, frame, 0.05); });
+  EvaluationOptions options = small_options();
+  options.budgets = {100};
+  const std::string text = to_text(sim::evaluate({frames}, options, 1));
+  EXPECT_EQ(text.rfind("Max-logDet pays: with 100 of some ", 0), 0U) << text;
 }
 
-// Noise far below the modelled one is noise all the same.
-TEST(EvaluationOfFrames, little_noise_is_judged_like_much) {
+// frame_noise_test.cpp has the noise of a frame.
+TEST(EvaluationOfFrames, chi2_of_a_decile_is_the_sum_of_its_frames) {
   TracedRandom random;
-  for (const double noise : {0.05, 1.0}) {
-    SCOPED_TRACE(noise);
-    const auto frames = simulated_recording(random, FrameKind::stereo, 12, 160,
-                                            [&](Frame& frame) { add_errors(random, frame, noise); });
-    EvaluationOptions options = small_options();
-    options.budgets = {100};
-    const std::string text = to_text(sim::evaluate({frames}, options, 1));
-    EXPECT_EQ(text.rfind("Max-logDet pays: with 100 of some ", 0), 0U) << text;
+  std::vector<FrameEvaluation> evaluated;
+  for (const Frame& frame : recording(random, FrameKind::stereo, 4, 60)) {
+    evaluated.push_back(evaluate_frame(frame, evaluated.size(), short_options()));
   }
+  double chi2 = 0, freedom = 0;
+  for (std::size_t f = 0; f < evaluated.size(); ++f) {
+    for (std::size_t d = 0; d < sim::leverage_classes; ++d) {
+      evaluated[f].noise.freedom[d] = static_cast<double>(f + 1);
+      evaluated[f].noise.chi2[d] = static_cast<double>((f + 1) * (d + 1));
+      freedom += evaluated[f].noise.freedom[d];
+      chi2 += evaluated[f].noise.chi2[d];
+    }
+  }
+  const Evaluation evaluation = summarize(evaluated, {4}, std::vector<std::optional<Pose>>(4), short_options());
+  constexpr double within_limits = 0.975;  // of inliers' chi2
+  for (std::size_t d = 0; d < sim::leverage_classes; ++d) {
+    EXPECT_NEAR(evaluation.chi2_by_leverage[d].value, static_cast<double>(d + 1) / within_limits, 1e-12);
+  }
+  EXPECT_NEAR(evaluation.chi2, chi2 / freedom / within_limits, 1e-12);
 }
 
 }  // namespace

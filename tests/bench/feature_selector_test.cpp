@@ -1,58 +1,20 @@
 // SPDX-License-Identifier: MIT
+// Properties of all selectors; selectors of blocks, against direct calls of the library.
 #include "bench/world/feature_selector.hpp"
 
+#include "tests/bench/selector_cases.hpp"
+#include "tests/support/linear_algebra.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <iterator>
 #include <map>
 #include <numeric>
-#include <set>
 #include <stdexcept>
-#include <utility>
-#include <vector>
 
 namespace maxlogdet::test {
 namespace {
-
-using Indices = std::vector<std::uint32_t>;
-using sim::FeatureSelector;
-using sim::Frame;
-using sim::SelectorKind;
-using sim::SelectorSettings;
-
-SelectorSettings settings_of(SelectorKind kind, std::size_t budget, std::uint64_t seed = 1) {
-  SelectorSettings settings;
-  settings.kind = kind;
-  settings.budget = budget;
-  settings.seed = seed;
-  return settings;
-}
-
-Indices some_of(Random& random, const Frame& frame, double share = 0.7) {
-  Indices candidates;
-  for (std::uint32_t i = 0; i < frame.matches.size(); ++i) {
-    if (random.chance(share)) candidates.push_back(i);
-  }
-  return candidates;
-}
-
-Indices sorted(Indices indices) {
-  std::sort(indices.begin(), indices.end());
-  return indices;
-}
-
-// The definition: sort all by (distance, index).
-Indices by_quality(const Frame& frame, const Indices& candidates, std::size_t count) {
-  std::set<std::pair<double, std::uint32_t>> order;
-  for (const std::uint32_t i : candidates) order.insert({frame.matches[i].desc_dist, i});
-  Indices best;
-  for (const auto& [distance, i] : order) {
-    if (best.size() < count) best.push_back(i);
-  }
-  return best;
-}
 
 TEST(FeatureSelector, selects_distinct_candidates_up_to_its_budget) {
   TracedRandom random;
@@ -103,6 +65,14 @@ TEST(FeatureSelector, quality_takes_the_lowest_distances_and_of_equal_ones_the_l
   }
 }
 
+// Counts indices by group.
+template <class GroupOf>
+std::map<std::int64_t, std::size_t> counts_of(const Indices& indices, const GroupOf& group_of) {
+  std::map<std::int64_t, std::size_t> counts;
+  for (const std::uint32_t i : indices) ++counts[group_of(i)];
+  return counts;
+}
+
 TEST(FeatureSelector, bucket_spreads_over_cells) {
   TracedRandom random;
   for (std::size_t trial = trials(100); trial > 0; --trial) {
@@ -112,74 +82,68 @@ TEST(FeatureSelector, bucket_spreads_over_cells) {
     SelectorSettings settings = settings_of(SelectorKind::bucket, static_cast<std::size_t>(random.integer(1, 200)));
     settings.grid = {random.integer(1, 12), random.integer(1, 9)};
     settings.seed = trial;
-    std::map<std::uint32_t, int> there, taken;
-    for (const std::uint32_t i : candidates) ++there[settings.grid.cell_of(frame, frame.matches[i])];
-    for (const std::uint32_t i : FeatureSelector(settings).select(frame, candidates)) {
-      ++taken[settings.grid.cell_of(frame, frame.matches[i])];
-    }
-    int largest = 0;
+    const auto cell_of = [&](std::uint32_t i) -> std::int64_t {
+      return settings.grid.cell_of(frame, frame.matches[i]);
+    };
+    auto taken = counts_of(FeatureSelector(settings).select(frame, candidates), cell_of);
+    std::size_t largest = 0;
     for (const auto& [cell, count] : taken) largest = std::max(largest, count);
-    for (const auto& [cell, count] : there) {
+    for (const auto& [cell, count] : counts_of(candidates, cell_of)) {
       if (taken[cell] < count) {
-        EXPECT_GE(taken[cell], largest - 1) << "cell " << cell;
+        EXPECT_GE(taken[cell] + 1, largest) << "cell " << cell;
       }
     }
   }
 }
 
-TEST(FeatureSelector, bucket_prefers_no_cell) {
-  Frame frame = make_scene(sim::Scene::euroc_like, 24, 3);
+// Random, and bucket: with a single cell it is as uniform, and of several cells it prefers none.
+TEST(FeatureSelector, random_and_bucket_select_uniformly) {
+  Frame frame = make_scene(sim::Scene::euroc_like, 40, 3);
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    frame.matches[i].u = i < 12 ? 10 : 700;
+    frame.matches[i].u = i % 4 < 2 ? 10 : 700;
     frame.matches[i].v = i % 2 == 0 ? 10 : 400;
   }
-  Indices candidates(24);
-  std::iota(candidates.begin(), candidates.end(), 0U);
-  SelectorSettings settings = settings_of(SelectorKind::bucket, 2);
-  settings.grid = {2, 2};
-  FeatureSelector selector(settings);
-  std::vector<int> counts(4, 0);
-  const auto runs = static_cast<double>(trials(4000));
-  for (std::size_t run = trials(4000); run > 0; --run) {
-    for (const std::uint32_t i : selector.select(frame, candidates)) {
-      ++counts[settings.grid.cell_of(frame, frame.matches[i])];
-    }
-  }
-  for (const int count : counts) EXPECT_NEAR(count, runs / 2, 5 * std::sqrt(runs) / 2);
-}
-
-// Bucket with a single cell is as uniform as random.
-TEST(FeatureSelector, random_and_bucket_select_uniformly) {
-  const Frame frame = make_scene(sim::Scene::euroc_like, 40, 3);
   Indices candidates(20);
   std::iota(candidates.begin(), candidates.end(), 10U);
-  for (const SelectorKind kind : {SelectorKind::random, SelectorKind::bucket}) {
-    SelectorSettings settings = settings_of(kind, 5);
-    settings.grid = {1, 1};
+  const struct {
+    SelectorKind kind;
+    sim::ImageGrid grid;
+    std::size_t budget;
+  } cases[] = {{SelectorKind::random, {1, 1}, 5}, {SelectorKind::bucket, {1, 1}, 5}, {SelectorKind::bucket, {2, 2}, 2}};
+  for (const auto& [kind, grid, budget] : cases) {
+    SCOPED_TRACE(std::string(to_string(kind)) + " " + std::to_string(grid.cells()));
+    SelectorSettings settings = settings_of(kind, budget);
+    settings.grid = grid;
     FeatureSelector selector(settings);
     std::vector<int> counts(40, 0);
     const auto runs = static_cast<double>(trials(10000));
     for (std::size_t run = trials(10000); run > 0; --run) {
       for (const std::uint32_t i : selector.select(frame, candidates)) ++counts[i];
     }
+    const double share = static_cast<double>(budget) / static_cast<double>(candidates.size());
     for (const std::uint32_t i : candidates) {
-      EXPECT_NEAR(counts[i], runs / 4, 5 * std::sqrt(runs * 3 / 16)) << to_string(kind);
+      EXPECT_NEAR(counts[i], runs * share, 5 * std::sqrt(runs * share * (1 - share)));
     }
   }
 }
 
 // Calls the library directly, on a frame of these matches alone.
-Indices selected_by_library(const Frame& frame, const Indices& candidates, const SelectorSettings& settings) {
+Indices selected_by_library(const Frame& frame, const Indices& candidates, const BlockOptions& block_options,
+                            const Options& options) {
   Frame alone = frame;
   alone.matches.clear();
   for (const std::uint32_t i : candidates) alone.matches.push_back(frame.matches[i]);
   BlockStore blocks;
-  build_blocks(alone, settings.blocks, blocks);
-  Options options = settings.search;
-  options.budget = settings.budget;
+  build_blocks(alone, block_options, blocks);
   Indices selected;
   for (const std::uint32_t i : select_indices(blocks, options)) selected.push_back(candidates[i]);
   return selected;
+}
+
+Indices selected_by_library(const Frame& frame, const Indices& candidates, const SelectorSettings& settings) {
+  Options options = settings.search;
+  options.budget = settings.budget;
+  return selected_by_library(frame, candidates, settings.blocks, options);
 }
 
 TEST(FeatureSelector, md_is_the_library_on_the_blocks_of_the_candidates) {
@@ -212,6 +176,47 @@ TEST(FeatureSelector, quality_md_is_md_among_the_best_by_quality) {
     EXPECT_EQ(FeatureSelector(settings).select(frame, candidates),
               selected_by_library(frame, by_quality(frame, candidates, pool), settings))
         << pool;
+  }
+}
+
+// The definition, by incrementing.
+std::size_t maximum_for(const std::map<std::int64_t, std::size_t>& sizes, std::size_t budget, double slack) {
+  auto maximum =
+      static_cast<std::size_t>(std::ceil(slack * static_cast<double>(budget) / static_cast<double>(sizes.size())));
+  for (;; ++maximum) {
+    std::size_t places = 0;
+    for (const auto& [group, size] : sizes) places += std::min(size, maximum);
+    if (places >= budget) return maximum;
+  }
+}
+
+TEST(FeatureSelector, md_with_a_maximum_is_the_library_with_groups) {
+  TracedRandom random;
+  for (std::size_t trial = trials(60); trial > 0; --trial) {
+    const sim::Scene scene = random.chance(0.5) ? sim::Scene::euroc_like : sim::Scene::clustered;
+    const Frame frame = make_scene(scene, 300, random.seed() + trial);
+    const Indices candidates = some_of(random, frame);
+    SelectorSettings settings = settings_of(SelectorKind::md_cells, static_cast<std::size_t>(random.integer(1, 150)));
+    settings.grid = {random.integer(1, 10), random.integer(1, 8)};
+    settings.slack = random.uniform(0.1, 3);
+    settings.search.strategy = strategies[random.index(std::size(strategies))];
+    const auto group_of = [&](std::uint32_t i) -> std::int64_t {
+      return settings.grid.cell_of(frame, frame.matches[i]);
+    };
+    const std::size_t maximum = maximum_for(counts_of(candidates, group_of), settings.budget, settings.slack);
+    const Indices selected = FeatureSelector(settings).select(frame, candidates);
+    EXPECT_EQ(selected.size(), settings.budget);
+    for (const auto& [group, count] : counts_of(selected, group_of)) EXPECT_LE(count, maximum) << group;
+    if (settings.search.strategy == Strategy::stochastic_greedy) continue;
+
+    Indices groups;
+    for (const std::uint32_t i : candidates) groups.push_back(static_cast<std::uint32_t>(group_of(i)));
+    Options options;
+    options.budget = settings.budget;
+    options.groups.ids = groups.data();
+    options.groups.count = 1000;
+    options.groups.maximum = maximum;
+    EXPECT_EQ(selected, selected_by_library(frame, candidates, settings.blocks, options));
   }
 }
 

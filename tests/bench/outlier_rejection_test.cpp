@@ -1,45 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The rejection of outliers, against planted outliers and ORB-SLAM2's own poses.
+// The rejection of outliers, against ORB-SLAM2's own poses; camera_frame_test.cpp plants outliers.
 #include "bench/world/outlier_rejection.hpp"
 
 #include "bench/world/angles.hpp"
 #include "bench/world/frame_reader.hpp"
 #include "tests/bench/pose_oracle.hpp"
 #include "tests/bench/simulated_frames.hpp"
+#include "tests/support/recording.hpp"
 #include "tests/support/traced_random.hpp"
 
 #include <array>
-#include <fstream>
-#include <sstream>
 #include <string>
 
 namespace maxlogdet::test {
 namespace {
-
-TEST(OutlierRejection, finds_planted_outliers_and_keeps_the_rest) {
-  TracedRandom random;
-  for (std::size_t trial = trials(30); trial > 0; --trial) {
-    Frame frame = simulated_frame(random, random.chance(0.3) ? FrameKind::monocular : FrameKind::stereo, 200);
-    Subset expected, disordered = all_matches(frame);
-    for (const std::uint32_t i : disordered) {
-      Match& match = frame.matches[i];
-      const double sigma = 1 / std::sqrt(match.inv_sigma2);
-      match.u += random.uniform(-1, 1) * sigma;  // chi2 is at most 3: none of these may be rejected
-      match.v += random.uniform(-1, 1) * sigma;
-      if (match.is_stereo()) match.u_right += random.uniform(-1, 1) * sigma;
-      const bool is_outlier = random.chance(0.25);
-      if (is_outlier) match.v += (random.chance(0.5) ? 1 : -1) * random.uniform(10, 60) * sigma;
-      if (!is_outlier) expected.push_back(i);
-    }
-    std::reverse(disordered.begin(), disordered.end());
-    const Pose start = random_pose(random, 0.05, 0.01) * pose_of(frame);
-    const sim::Rejection rejection = reject_outliers(frame.camera, frame.matches, disordered, start, {});
-    EXPECT_EQ(rejection.estimate.status, PoseStatus::converged);
-    EXPECT_EQ(rejection.inliers, expected);
-    const PoseEstimate optimum = optimize_pose(frame.camera, frame.matches, expected, start, precise());
-    EXPECT_LT(largest(difference(rejection.estimate.T_cw, optimum.T_cw)), 1e-6);
-  }
-}
 
 TEST(OutlierRejection, uses_whitenings_with_errors_of_the_map) {
   TracedRandom random;
@@ -78,42 +52,6 @@ TEST(OutlierRejection, a_round_that_fails_is_the_last) {
   EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), frame.T_cw_prior);
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-// ORB-SLAM2's result for a frame.
-struct Tracked {
-  Pose T_cw;
-  std::vector<bool> is_outlier;
-};
-
-Tracked read_tracked(const std::string& file) {
-  Tracked tracked;
-  std::ifstream stream(file);
-  std::size_t column = 0;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.rfind("# Tcw_post", 0) == 0) {
-      const std::vector<std::string> numbers = split(line.substr(line.rfind(':') + 1));
-      std::array<double, 12> rows{};
-      for (std::size_t i = 0; i < 12; ++i) rows[i] = std::stod(numbers.at(i));
-      tracked.T_cw = sim::pose_of(rows);
-    }
-    if (line.empty() || line[0] == '#') continue;
-    const std::vector<std::string> cells = split(line);
-    const auto found = std::find(cells.begin(), cells.end(), "outlier_post");
-    if (found != cells.end()) {
-      column = static_cast<std::size_t>(found - cells.begin());
-    } else {
-      tracked.is_outlier.push_back(cells.at(column) == "1");
-    }
-  }
-  return tracked;
-}
-
 TEST(OutlierRejection, reproduces_orb_slam2) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   double metres = 0;
@@ -122,20 +60,25 @@ TEST(OutlierRejection, reproduces_orb_slam2) {
   std::size_t differing = 0;
   for (const sim::Frame& frame : real_frames()) {
     SCOPED_TRACE(frame.name);
-    const Tracked tracked = read_tracked(data_folder() + "/orb_slam2_frames/" + frame.name + ".csv");
-    ASSERT_EQ(tracked.is_outlier.size(), frame.matches.size());
+    const RecordedFrame tracked(data_folder() + "/orb_slam2_frames/" + frame.name + ".csv");
+    ASSERT_EQ(tracked.rows.size(), frame.matches.size());
+    std::array<double, 12> rows{};
+    const std::vector<double> numbers = tracked.numbers("Tcw_post");
+    ASSERT_EQ(numbers.size(), rows.size());
+    std::copy(numbers.begin(), numbers.end(), rows.begin());
+    const Pose tracked_pose = sim::pose_of(rows);
     Subset all(frame.matches.size());
     std::iota(all.begin(), all.end(), 0U);
     const sim::RejectionOptions options;
     const auto rejection = reject_outliers(frame.camera, frame.matches, all, sim::pose_of(frame.T_cw_prior), options);
     EXPECT_TRUE(rejection.estimate.is_usable());
     const Pose& T_cw = rejection.estimate.T_cw;
-    metres = std::max(metres, (T_cw.inverse().translation() - tracked.T_cw.inverse().translation()).norm());
-    degrees = std::max(degrees, sim::rotation_angle(T_cw.linear() * tracked.T_cw.linear().transpose()) * 180 / sim::pi);
+    metres = std::max(metres, (T_cw.inverse().translation() - tracked_pose.inverse().translation()).norm());
+    degrees = std::max(degrees, sim::rotation_angle(T_cw.linear() * tracked_pose.linear().transpose()) * 180 / sim::pi);
     for (const std::uint32_t i : all) {
       ++matches;
       const bool is_inlier = std::binary_search(rejection.inliers.begin(), rejection.inliers.end(), i);
-      if (is_inlier != tracked.is_outlier[i]) continue;
+      if (is_inlier != (tracked.at(i, "outlier_post") == 1)) continue;
       ++differing;
       const Match& match = frame.matches[i];
       const double limit = match.is_stereo() ? options.chi2_stereo : options.chi2_monocular;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// How the pose optimiser goes on and ends, on frames of a stereo camera; camera_frame_test.cpp compares its answers,
-// and evaluation_frames_test.cpp changes the unit of length.
+// How the pose optimiser goes on and ends, and which matches it leaves out, on frames of a stereo camera;
+// camera_frame_test.cpp compares its answers, and evaluation_frames_test.cpp changes the unit of length.
 #include "bench/world/pose_optimizer.hpp"
 
 #include "bench/world/angles.hpp"
+#include "bench/world/outlier_rejection.hpp"
 #include "tests/bench/pose_oracle.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/traced_random.hpp"
@@ -144,6 +145,45 @@ TEST_F(PoseOptimizer, reports_a_singular_problem) {
 TEST_F(PoseOptimizer, reports_overflow) {
   for (Match& match : frame_.matches) match.inv_sigma2 = 1e307;
   for (const PoseMethod method : pose_methods) EXPECT_EQ(optimize(precise(method)).status, PoseStatus::singular);
+}
+
+// Matches that can be whitened, but for their covariances; camera_frame_test.cpp has others.
+TEST(WhitenedMatches, what_cannot_be_whitened_is_left_out) {
+  TracedRandom random;
+  Frame frame = simulated_frame(random, FrameKind::stereo, 40);
+  add_errors(random, frame, 0.5);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) set_covariance(frame, i, random_covariance(random, 0.1));
+  const Pose T_cw = pose_of(frame);
+  const Subset good = all_matches(frame);
+  const Eigen::Matrix3d negative = -10 * Eigen::Matrix3d::Identity();
+  for (const Eigen::Matrix3d& bad :
+       {Eigen::Matrix3d::Constant(nan).eval(), Eigen::Matrix3d::Constant(infinity).eval(), negative}) {
+    frame.matches.push_back(frame.matches[0]);
+    set_covariance(frame, frame.matches.size() - 1, bad);
+  }
+  frame.matches.push_back(frame.matches[0]);
+  frame.matches.back().inv_sigma2 = 1e-310;  // a variance beyond float64
+  set_covariance(frame, frame.matches.size() - 1, covariance_of(frame, 0));
+  const Subset all = all_matches(frame);
+  for (const bool stereo : {false, true}) {
+    const std::vector<Whitening> whitenings = whitenings_of(frame, T_cw, stereo);
+    for (const std::uint32_t i : all) {
+      EXPECT_EQ(whitenings[i].matrix().allFinite(), i < good.size()) << i;
+      EXPECT_EQ(chi2(frame.camera, T_cw, frame.matches[i], stereo, &whitenings[i]) < infinity, i < good.size()) << i;
+    }
+    for (const PoseMethod method : pose_methods) {
+      PoseOptions options = precise(method);
+      options.stereo = stereo;
+      expect_same(optimize_pose(frame.camera, frame.matches, all, T_cw, options, whitenings),
+                  optimize_pose(frame.camera, frame.matches, good, T_cw, options, whitenings));
+    }
+    sim::RejectionOptions options;
+    options.stereo = stereo;
+    const auto expected = reject_outliers(frame.camera, frame.matches, good, T_cw, options, whitenings);
+    const auto rejection = reject_outliers(frame.camera, frame.matches, all, T_cw, options, whitenings);
+    EXPECT_EQ(rejection.inliers, expected.inliers);
+    EXPECT_EQ(sim::to_rows(rejection.estimate.T_cw), sim::to_rows(expected.estimate.T_cw));
+  }
 }
 
 }  // namespace

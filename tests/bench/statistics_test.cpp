@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/statistics.hpp"
 
+#include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/table.hpp"
 #include "tests/support/numbers.hpp"
@@ -17,6 +18,7 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::Draws;
+using sim::Estimate;
 
 TEST(Draws, uniform_ones_fill_their_range_evenly) {
   TracedRandom random;
@@ -85,34 +87,72 @@ TEST(Draws, streams_share_no_number) {
   EXPECT_EQ(Draws(3, 4).bits(), Draws(3, 4).bits());
 }
 
-TEST(Draws, shuffle_front_keeps_all_values) {
+TEST(Draws, shuffle_front_is_uniform_and_keeps_all_values) {
   TracedRandom random;
   Draws draws(random.seed());
-  for (std::size_t trial = trials(500); trial > 0; --trial) {
-    std::vector<std::uint32_t> values(static_cast<std::size_t>(random.integer(0, 20)));
-    std::iota(values.begin(), values.end(), 100U);
-    std::vector<std::uint32_t> shuffled = values;
-    draws.shuffle_front(shuffled, static_cast<std::size_t>(random.integer(0, 25)));
-    std::sort(shuffled.begin(), shuffled.end());
-    ASSERT_EQ(shuffled, values);
+  constexpr std::size_t n = 8;
+  const auto runs = static_cast<double>(trials(20000));
+  for (const std::size_t front : {0U, 3U, 8U, 25U}) {
+    std::vector<std::vector<int>> counts(std::min(front, n), std::vector<int>(n, 0));
+    for (std::size_t run = trials(20000); run > 0; --run) {
+      std::vector<std::uint32_t> values(n);
+      std::iota(values.begin(), values.end(), 0U);
+      const std::vector<std::uint32_t> all = values;
+      draws.shuffle_front(values, front);
+      for (std::size_t place = 0; place < counts.size(); ++place) ++counts[place][values[place]];
+      std::sort(values.begin(), values.end());
+      ASSERT_EQ(values, all);
+    }
+    for (const auto& of_place : counts) {
+      for (const int count : of_place) EXPECT_NEAR(count, runs / n, 5 * std::sqrt(runs / n * (1 - 1.0 / n)) + 1);
+    }
   }
 }
 
-TEST(Draws, shuffle_front_is_uniform) {
+TEST(MeanOf, is_as_computed_by_hand) {
+  const Estimate ten = sim::mean_of({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
+  EXPECT_DOUBLE_EQ(ten.value, 5.5);
+  EXPECT_NEAR(ten.ci95, 2.16587, 1e-4) << "2.2622 * 3.02765 / sqrt(10)";
+  EXPECT_TRUE(std::isnan(sim::mean_of({7}).ci95)) << "one value has no interval";
+}
+
+// Of 1, 3, 30, 31, 99 and 100000 degrees of freedom, from tables.
+TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
+  const auto quantile_at = [](std::size_t n) {
+    std::vector<double> values(n, 0.0);
+    for (std::size_t i = 0; i < n; i += 2) values[i] = 1;
+    const double mean = sim::mean_of(values).value;
+    const auto count = static_cast<double>(n);
+    const double deviation = std::sqrt(count * mean * (1 - mean) / (count - 1));
+    return sim::mean_of(values).ci95 * std::sqrt(count) / deviation;
+  };
+  EXPECT_NEAR(quantile_at(2), 12.706204736432, 1e-9);
+  EXPECT_NEAR(quantile_at(4), 3.1824, 1e-4);
+  EXPECT_NEAR(quantile_at(31), 2.0423, 1e-4);
+  EXPECT_NEAR(quantile_at(32), 2.0395, 1e-3);
+  EXPECT_NEAR(quantile_at(100), 1.9842, 1e-3);
+  EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
+}
+
+TEST(RmsOf, is_as_computed_by_hand) {
+  const Estimate estimate = sim::rms_of({3, -4});
+  EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
+  EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
+}
+
+// The delta method is for large samples: with 300 errors the coverage is one per cent less.
+TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
   TracedRandom random;
   Draws draws(random.seed());
-  constexpr std::size_t n = 8, front = 3;
-  std::vector<std::vector<int>> counts(front, std::vector<int>(n, 0));
-  const auto runs = static_cast<double>(trials(20000));
-  for (std::size_t run = trials(20000); run > 0; --run) {
-    std::vector<std::uint32_t> values(n);
-    std::iota(values.begin(), values.end(), 0U);
-    draws.shuffle_front(values, front);
-    for (std::size_t place = 0; place < front; ++place) ++counts[place][values[place]];
+  const auto runs = static_cast<double>(trials(4000));
+  double covered = 0;
+  for (double run = 0; run < runs; ++run) {
+    std::vector<double> errors;
+    for (int i = 0; i < 300; ++i) errors.push_back(0.1 * draws.normal());
+    const Estimate estimate = sim::rms_of(errors);
+    if (std::abs(estimate.value - 0.1) <= estimate.ci95) covered += 1 / runs;
   }
-  for (const auto& of_place : counts) {
-    for (const int count : of_place) EXPECT_NEAR(count, runs / n, 5 * std::sqrt(runs / n * (1 - 1.0 / n)) + 1);
-  }
+  EXPECT_NEAR(covered, 0.95, 5 * std::sqrt(0.95 * 0.05 / runs) + 0.01);
 }
 
 TEST(QuantileOf, is_linear_between_order_statistics) {
@@ -158,6 +198,8 @@ TEST(Fixed, has_that_many_decimals) {
   EXPECT_EQ(sim::fixed(-0.06, 1), "-0.1");
   EXPECT_EQ(sim::fixed(12, 0), "12");
   EXPECT_EQ(sim::fixed(nan, 3), "-");
+  EXPECT_EQ(sim::fixed(Estimate{1.234, 0.056}, 2), "1.23 ± 0.06");
+  EXPECT_EQ(sim::fixed(Estimate{1.234, nan}, 2), "1.23");
   const double large = -std::numeric_limits<double>::max();
   EXPECT_EQ(std::strtod(sim::fixed(large, 3).c_str(), nullptr), large) << "no digit is cut";
 }

@@ -122,9 +122,8 @@ TEST_F(Program, stops_at_targets) {
 TEST_F(Program, refuses_a_malformed_row_and_prints_nothing_of_the_frames_before_it) {
   write_frame("frame_001.csv", 50);
   write_frame("frame_002.csv", 50, "7,1,2,oops,4,5,-1,1\n");
-  for (const char* const json : {"", " --json"}) {
-    const Outcome outcome = run(std::string("select --input frames") + json);
-    expect_refused(outcome, "frames/frame_002.csv:55: expected a finite number for Z, not 'oops'");
+  for (const char* const select : {"select --input frames", "select --input frames --json"}) {
+    expect_refused(run(select), "frames/frame_002.csv:55: expected a finite number for Z, not 'oops'");
   }
 }
 
@@ -151,6 +150,7 @@ TEST_F(Program, refuses_invalid_arguments) {
 
 // Options, their bad values, and a part of the error.
 TEST_F(Program, refuses_invalid_values) {
+  write_frame("frame_001.csv", 20);
   const struct {
     std::string option;
     std::vector<std::string> values;
@@ -169,6 +169,12 @@ TEST_F(Program, refuses_invalid_values) {
        "--seed '"},
       {"select --weighting measurement_and_map --map-sigma", {"-1", "inf", "nan"}, "a finite --map-sigma of 0 or more"},
       {"evaluate frames --map-sigma", {"-1", "inf", "nan"}, "--map-sigma: expected a finite number of 0 or more"},
+      {"evaluate frames --budgets", {"5", "0", "-30", "ten"}, "--budgets"},
+      {"evaluate frames --repeats", {"0", "1001"}, "--repeats"},
+      {"evaluate frames --weighting", {"map_bias", "heavy"}, "--weighting"},
+      {"evaluate frames --threads", {"-1", "2000"}, "--threads"},
+      {"evaluate frames --seed", {"-1", "x", "18446744073709551616"}, "--seed"},
+      {"evaluate frames --budget", {"30"}, "--budget"},
       {"select --target-translation-sigma", {"-1", "inf", "nan"}, "0 (none) or a positive finite number for --target-"},
       {"select --target-rotation-sigma",
        {"-1", "inf", "nan"},
