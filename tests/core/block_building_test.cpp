@@ -253,21 +253,5 @@ TEST(BlockBuilding, rows_are_zero_below_the_diagonal) {
   }
 }
 
-TEST(BlockBuilding, reads_the_upper_triangle_of_a_covariance_alone) {
-  for_each_trial(20, [&](Random& random) {
-    const DepthCue depth_cue = thirds[random.integer(0, 2)];
-    Batch batch = random_batch(random, 100, Weighting::measurement_and_map, depth_cue);
-    batch.matches.map_covariances = batch.covariances.data();
-    BlockStore whole, upper;
-    batch.append_to(whole);
-    ASSERT_GT(whole.stored(), 0U);
-    for (std::size_t i = 0; i < 100; ++i) {
-      for (const std::size_t below : {3U, 6U, 7U}) batch.covariances[9 * i + below] = nan;
-    }
-    batch.append_to(upper);
-    EXPECT_EQ(bytes_of(upper), bytes_of(whole));
-  });
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: MIT
+// The memory of a store, and Eigen's matrices in it. empty_slots_test.cpp shows that a store holds what it was given.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/support/stores.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <new>
+#include <utility>
 
 namespace maxlogdet::test {
 namespace {
-
-void expect_holds(const BlockStore& blocks, std::size_t i, const Block& expected) {
-  Block padded = Block::Zero(blocks.rows(), 6);
-  padded.topRows(expected.rows()) = rounded(expected);
-  EXPECT_EQ(stored_block(blocks, i), padded) << "candidate " << i;
-}
 
 TEST(BlockStore, planes_are_aligned_to_64_bytes) {
   for (const std::size_t capacity : {1U, 15U, 16U, 17U, 1000U, 2048U}) {
@@ -30,157 +24,19 @@ TEST(BlockStore, planes_are_aligned_to_64_bytes) {
   }
 }
 
-TEST(BlockStore, grows_keeps_and_clears) {
-  Random random;
-  BlockStore blocks(2);
-  const Block first = random_block(random, 2);
-  push_back(blocks, first);
-  blocks.reserve(1000);
-  EXPECT_EQ(blocks.capacity(), 1000U);
-  blocks.reserve(10);
-  EXPECT_EQ(blocks.capacity(), 1000U) << "never shrinks";
-  expect_holds(blocks, 0, first);
-  blocks.push_back_invalid();
-  push_back(blocks, first);
-  blocks.reserve(5000);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(blocks.is_valid(i), i != 1) << "after growing";
-  blocks.clear();
-  EXPECT_EQ(blocks.size(), 0U);
-  EXPECT_EQ(blocks.rows(), 0);
-  EXPECT_EQ(blocks.invalid_count(), 0U);
-  for (int column = 0; column < 6; ++column) EXPECT_EQ(planes_of(blocks).column_max()[column], 0);
-  EXPECT_EQ(blocks.capacity(), 5000U);
-  const Block tall = random_block(random, 3);
-  push_back(blocks, first);
-  push_back(blocks, tall);
-  expect_holds(blocks, 0, first);
-  expect_holds(blocks, 1, tall);
-}
-
-TEST(BlockStore, keeps_what_it_cannot_hold_as_invalid_at_its_index) {
-  BlockStore blocks;
-  const double good[18] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18};
-  double bad[18];
-  std::copy(good, good + 18, bad);
-  bad[11] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(blocks.push_back(good, 2), 0U);
-  EXPECT_EQ(blocks.push_back(bad, 2), 1U);
-  EXPECT_EQ(blocks.push_back(bad, 1), 2U) << "the NaN is beyond its one row";
-  EXPECT_EQ(blocks.push_back(good, 0), 3U);
-  EXPECT_EQ(blocks.push_back(good, 4), 4U);
-  EXPECT_EQ(blocks.push_back(good, -1), 5U);
-  EXPECT_EQ(blocks.push_back(nullptr, 2), 6U);
-  EXPECT_EQ(blocks.push_back_invalid(), 7U);
-  bad[11] = 3.5e38;
-  EXPECT_EQ(blocks.push_back(bad, 2), 8U);
-  bad[11] = 3.4e38;
-  EXPECT_EQ(blocks.push_back(bad, 2), 9U);
-  const bool expected[] = {true, false, true, false, false, false, false, false, false, true};
-  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(blocks.is_valid(i), expected[i]) << i;
-  EXPECT_EQ(blocks.invalid_count(), 7U);
-  EXPECT_EQ(blocks.rows(), 2);
-}
-
-TEST(BlockStore, copies_are_independent_and_moves_leave_an_empty_store) {
-  Random random;
-  BlockStore blocks = awkward_blocks(random, 50);
-  blocks.push_back_invalid();
-  const BlockStore copy = blocks;
-  const Block kept = stored_block(blocks, 7);
-  blocks.clear();
-  push_back(blocks, random_block(random, 1));
-  ASSERT_EQ(copy.size(), 51U);
-  EXPECT_EQ(stored_block(copy, 7), kept);
-  EXPECT_EQ(copy.invalid_count(), 1U);
-  EXPECT_FALSE(copy.is_valid(50));
-
-  BlockStore assigned(3);
-  assigned = copy;
-  const BlockStore& self = assigned;
-  assigned = self;
-  EXPECT_EQ(stored_block(assigned, 7), kept);
-  BlockStore moved = std::move(assigned);
-  EXPECT_EQ(stored_block(moved, 7), kept);
-  EXPECT_EQ(assigned.size(), 0U);  // NOLINT(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
-  EXPECT_EQ(assigned.capacity(), 0U);
-  push_back(assigned, kept);
-  expect_holds(assigned, 0, kept);
-  moved = std::move(assigned);
-  EXPECT_EQ(moved.size(), 1U);
-}
-
-TEST(BlockStore, reads_a_block_as_stored) {
-  Random random;
-  BlockStore blocks;
-  const Block pushed[] = {random_block(random, 1), random_block(random, 2)};
-  push_back(blocks, pushed[0]);
-  blocks.push_back_invalid();
-  push_back(blocks, pushed[1]);
-  double entries[max_block_rows * state_dimension];
-  std::fill(std::begin(entries), std::end(entries), 7.0);
-  EXPECT_EQ(blocks.block(1, entries), 0);
-  EXPECT_EQ(blocks.block(3, entries), 0);
-  EXPECT_FALSE(blocks.is_valid(3));
-  for (const double entry : entries) EXPECT_EQ(entry, 7) << "written to";
-  for (const std::size_t i : {0U, 2U}) {
-    ASSERT_EQ(blocks.block(i, entries), 2);
-    Block expected = Block::Zero(2, 6);
-    expected.topRows(pushed[i / 2].rows()) = rounded(pushed[i / 2]);
-    EXPECT_EQ(Eigen::Map<const Block>(entries, 2, 6), expected) << i;
-    EXPECT_EQ(entries[12], 7) << "written beyond its rows";
+// Of a store that holds a block, and of one that was moved from.
+TEST(BlockStore, more_candidates_than_indices_are_refused) {
+  constexpr std::size_t max_index = std::numeric_limits<std::uint32_t>::max();
+  BlockStore blocks = copies_of(Block::Ones(2, 6), 1), empty;
+  const BlockStore moved = std::move(empty);
+  for (const std::size_t capacity : {max_index + 1, 2 * max_index, std::numeric_limits<std::size_t>::max()}) {
+    EXPECT_THROW(blocks.reserve(capacity), std::bad_alloc) << capacity;
+    EXPECT_THROW(empty.reserve(capacity), std::bad_alloc);  // NOLINT(bugprone-use-after-move)
+    EXPECT_THROW(BlockStore{capacity}, std::bad_alloc) << capacity;
   }
-}
-
-// Each in turn, as the first call after the move.
-TEST(BlockStore, takes_any_call_once_moved_from) {
-  Random random;
-  const Block block = random_block(random, 2);
-  const auto after_a_move = [&](const auto& call) {
-    BlockStore blocks = store_of({block});
-    const BlockStore moved = std::move(blocks);
-    EXPECT_EQ(moved.size(), 1U);
-    call(blocks);  // NOLINT(bugprone-use-after-move)
-    EXPECT_EQ(blocks.size(), blocks.stored() + blocks.invalid_count());
-    blocks.clear();
-    push_back(blocks, block);
-    expect_holds(blocks, 0, block);
-  };
-  after_a_move([](BlockStore& blocks) {
-    double entries[max_block_rows * state_dimension];
-    EXPECT_EQ(blocks.size() + blocks.capacity() + blocks.stored() + blocks.invalid_count(), 0U);
-    EXPECT_EQ(blocks.rows(), 0);
-    EXPECT_FALSE(blocks.is_valid(0));
-    EXPECT_EQ(blocks.block(0, entries), 0);
-  });
-  after_a_move([](BlockStore& blocks) { blocks.reserve(0); });
-  after_a_move([](BlockStore& blocks) {
-    EXPECT_THROW(blocks.reserve(std::numeric_limits<std::size_t>::max()), std::bad_alloc);
-    EXPECT_EQ(blocks.capacity(), 0U);
-  });
-  after_a_move([](BlockStore& blocks) { EXPECT_EQ(blocks.push_back_invalid(), 0U); });
-  after_a_move([](BlockStore& blocks) {
-    BlockStore copy = blocks;
-    BlockStore moved = std::move(blocks);
-    EXPECT_EQ(copy.size() + moved.size(), 0U);
-    moved = copy;
-    blocks = std::move(moved);
-    blocks = copy;
-    EXPECT_EQ(blocks.size(), 0U);
-  });
-  after_a_move([](BlockStore& blocks) {
-    Selector selector(1);
-    EXPECT_EQ(selector.select(blocks, with_budget(1)).status, Status::ok);
-  });
-  after_a_move([](BlockStore& blocks) {
-    const double p_w[] = {0.1, 0.2, 3};
-    Matches matches;
-    matches.points = Points(p_w);
-    matches.size = 1;
-    EXPECT_EQ(
-        append_blocks(Camera(500, 500, 320, 240), RigidTransform::identity(), matches, BlockOptions(), blocks).invalid,
-        0U);
-    EXPECT_EQ(blocks.stored(), 1U);
-  });
+  EXPECT_EQ(stored_block(blocks, 0), Block::Ones(2, 6));
+  EXPECT_EQ(blocks.capacity(), 64U);
+  EXPECT_EQ(empty.capacity(), 0U);
 }
 
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {

@@ -27,16 +27,6 @@ TEST(RecordedAnswers, of_every_strategy_are_the_recorded_ones) {
   EXPECT_EQ(hash.value(), 6618130281619646114U);
 }
 
-TEST(RecordedAnswers, of_stochastic_greedy_are_the_recorded_ones) {
-  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 2000, 1), block_kinds[0]);
-  Options options = recorded_options(20, Strategy::stochastic_greedy);
-  options.stochastic.epsilon = 0.1;
-  options.stochastic.seed = 42;
-  const std::vector<std::uint32_t> recorded = {1628, 1887, 352,  616,  755,  940, 732, 833,  1954, 1905,
-                                               458,  1852, 1949, 1616, 1551, 770, 437, 1893, 1819, 798};
-  EXPECT_EQ(select_indices(blocks, options), recorded);
-}
-
 TEST(RecordedAnswers, to_targets_stop_at_the_recorded_places) {
   sim::Hash hash;  // over the sizes
   for_every_recorded(500, [&](const BlockStore& blocks) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The same answer, bit for bit, on every instruction set and from a selector that has been used before: for every
 // strategy and whatever else is asked for. threading_test.cpp has the same of threads.
-#include "tests/core/targets.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/flushed_denormals.hpp"
 #include "tests/support/pool_executor.hpp"

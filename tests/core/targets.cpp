@@ -2,7 +2,6 @@
 #include "tests/core/targets.hpp"
 
 #include "tests/support/numbers.hpp"
-#include "tests/support/stores.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,31 +17,7 @@ Reached reached_by(const GreedyOracle<long double>& oracle, long double log_det_
           inverse.bottomRows<3>().norm()};
 }
 
-}  // namespace
-
-Problem constrained_problem(Random& random) {
-  const BlockStore made = awkward_blocks(random, static_cast<std::size_t>(random.integer(1, 120)));
-  Problem problem = problem_of(scaled(random, made, 1, random.chance(0.3) ? 0.1 : 0), 0);
-  constrain(random, problem, random.chance(0.4));
-  return problem;
-}
-
-Options full_of(const Request& request) {
-  Options without = request.options();
-  without.target.efficiency = without.target.translation_sigma = without.target.rotation_sigma = 0;
-  return without;
-}
-
-long double slack(const Reached& reached, const Options& options) {
-  long double slack = infinity;
-  if (options.target.efficiency > 0) slack = std::min(slack, reached.efficiency / options.target.efficiency);
-  if (options.target.translation_sigma > 0)
-    slack = std::min(slack, options.target.translation_sigma / reached.translation_sigma);
-  if (options.target.rotation_sigma > 0)
-    slack = std::min(slack, options.target.rotation_sigma / reached.rotation_sigma);
-  return slack;
-}
-
+// Groups do not restrict what efficiency compares with.
 long double log_det_of_all(const Problem& problem) {
   GreedyOracle<long double> oracle(problem.blocks, problem.information());
   for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
@@ -51,94 +26,105 @@ long double log_det_of_all(const Problem& problem) {
   return oracle.log_det();
 }
 
-std::vector<Reached> reached_by_prefixes(const Problem& problem, const std::vector<std::uint32_t>& indices,
-                                         long double all) {
-  GreedyOracle<long double> oracle(problem.blocks, problem.information());
-  std::vector<Reached> reached(1, reached_by(oracle, all));
-  for (const std::uint32_t i : indices) {
-    oracle.take(i);
-    reached.push_back(reached_by(oracle, all));
-  }
-  return reached;
+// At least 1 where all targets are met.
+long double slack(const Reached& reached, const TargetOptions& target) {
+  long double slack = infinity;
+  if (target.efficiency > 0) slack = std::min(slack, reached.efficiency / target.efficiency);
+  if (target.translation_sigma > 0) slack = std::min(slack, target.translation_sigma / reached.translation_sigma);
+  if (target.rotation_sigma > 0) slack = std::min(slack, target.rotation_sigma / reached.rotation_sigma);
+  return slack;
 }
 
-void expect_conclusive(const Tally& tally) {
+// Nothing is reported that no target is about.
+void expect_reported(double reported, double target, long double expected, long double tolerance) {
+  if (target > 0) {
+    EXPECT_NEAR(reported, static_cast<double>(expected), static_cast<double>(expected * tolerance));
+  } else {
+    EXPECT_TRUE(std::isnan(reported)) << reported;
+  }
+}
+
+TargetOptions draw_targets(Random& random, const std::vector<Reached>& reached) {
+  const auto one_of = [&] {
+    const Reached& some = reached[random.index(reached.size())];
+    const auto off = static_cast<long double>(random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02));
+    const auto below_one = static_cast<long double>(random.uniform(0.5, 0.99));
+    const long double share = some.efficiency * off;
+    return Reached{share < 1 ? share : below_one, some.translation_sigma * off, some.rotation_sigma * off};
+  };
+  const int which = random.integer(1, 7);
+  TargetOptions target;
+  if ((which & 1) != 0) target.efficiency = static_cast<double>(one_of().efficiency);
+  if ((which & 2) != 0) target.translation_sigma = static_cast<double>(one_of().translation_sigma);
+  if ((which & 4) != 0) target.rotation_sigma = static_cast<double>(one_of().rotation_sigma);
+  return target;
+}
+
+}  // namespace
+
+void expect_conclusive(const Tally& tally, double tie_share) {
   std::printf("%d selections, %d of them shorter than the budget, %d too near to a target to tell\n", tally.selections,
               tally.cut, tally.ties);
   if (tally.selections < 50) return;  // a share of the trials
   EXPECT_GT(3 * tally.cut, tally.selections);
-  EXPECT_LE(100 * tally.ties, tally.selections);
+  EXPECT_LE(tally.ties, tie_share * tally.selections);
 }
 
-void expect_shortest(const Problem& problem, const std::vector<std::uint32_t>& full,
-                     const std::vector<Reached>& reached, long double tolerance, const Selection& selection,
+Prefixes::Prefixes(Selector& selector, const Problem& problem) {
+  Problem without = problem;
+  without.plain.target = TargetOptions();
+  full = indices_of(selector.select(problem.blocks, without.options()));
+  const long double all = log_det_of_all(problem);
+  GreedyOracle<long double> oracle(problem.blocks, problem.information());
+  reached.assign(1, reached_by(oracle, all));
+  for (const std::uint32_t i : full) {
+    oracle.take(i);
+    reached.push_back(reached_by(oracle, all));
+  }
+}
+
+void expect_shortest(Selector& selector, const Problem& problem, const Prefixes& prefixes, long double tolerance,
                      Tally& tally) {
+  const TargetOptions& target = problem.plain.target;
   SCOPED_TRACE(std::string(to_string(problem.plain.strategy)) + ", budget " + std::to_string(problem.plain.budget) +
-               ", targets " + std::to_string(problem.plain.target.efficiency) + " " +
-               std::to_string(problem.plain.target.translation_sigma) + " " +
-               std::to_string(problem.plain.target.rotation_sigma));
-  ASSERT_TRUE(selection.has_answer()) << to_string(selection.status);
-  const auto size = selection.size;
-  ASSERT_LE(size, full.size());
-  EXPECT_EQ(indices_of(selection), std::vector<std::uint32_t>(full.begin(), full.begin() + static_cast<long>(size)));
-  const std::size_t required = problem.required_count();
+               ", targets " + std::to_string(target.efficiency) + " " + std::to_string(target.translation_sigma) + " " +
+               std::to_string(target.rotation_sigma));
+  const Selection selection = selector.select(problem.blocks, problem.options());
+  ASSERT_TRUE(selection.has_answer()) << selection.reason();
+  const std::size_t size = selection.size, required = problem.required_count();
+  ASSERT_LE(size, prefixes.full.size());
+  EXPECT_TRUE(std::equal(selection.begin(), selection.end(), prefixes.full.begin()));
   EXPECT_GE(size, required);
   bool is_tie = false;
   for (std::size_t j = required; j < size; ++j) {
-    const long double now = slack(reached[j], problem.plain);
-    is_tie = is_tie || std::abs(now - 1) <= tolerance;
-    EXPECT_LT(now, 1 + tolerance) << j << " met the targets already";
+    const long double before = slack(prefixes.reached[j], target);
+    is_tie = is_tie || std::abs(before - 1) <= tolerance;
+    EXPECT_LT(before, 1 + tolerance) << j << " met the targets already";
   }
-  const long double at_end = slack(reached[size], problem.plain);
-  is_tie = is_tie || std::abs(at_end - 1) <= tolerance;
-  tally.ties += is_tie ? 1 : 0;
-  const bool is_reached = selection.status == Status::target_reached;
-  if (is_reached) {
+  const Reached& end = prefixes.reached[size];
+  const long double at_end = slack(end, target);
+  if (selection.status == Status::target_reached) {
     EXPECT_GE(at_end, 1 - tolerance);
   } else {
     EXPECT_LT(at_end, 1 + tolerance);
-    EXPECT_EQ(size, full.size());
+    EXPECT_EQ(size, prefixes.full.size());
   }
+  const long double of_report = std::max(tolerance, 1e-9L);
+  expect_reported(selection.efficiency, target.efficiency, end.efficiency, of_report);
+  expect_reported(selection.translation_sigma, target.translation_sigma, end.translation_sigma, of_report);
+  expect_reported(selection.rotation_sigma, target.rotation_sigma, end.rotation_sigma, of_report);
   ++tally.selections;
-  tally.cut += size < full.size() ? 1 : 0;
+  tally.cut += size < prefixes.full.size() ? 1 : 0;
+  tally.ties += is_tie || std::abs(at_end - 1) <= tolerance ? 1 : 0;
 }
 
-void draw_targets(Random& random, const std::vector<Reached>& reached, Options& options) {
-  const int which = random.integer(1, 7);
-  const auto one_of = [&] {
-    const Reached& some = reached[random.index(reached.size())];
-    const auto off = static_cast<long double>(random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02));
-    const long double below_one = static_cast<long double>(random.uniform(0.5, 0.99));
-    const long double share = some.efficiency * off;
-    return Reached{share < 1 ? share : below_one, some.translation_sigma * off, some.rotation_sigma * off};
-  };
-  options.target.efficiency = (which & 1) != 0 ? static_cast<double>(one_of().efficiency) : 0;
-  options.target.translation_sigma = (which & 2) != 0 ? static_cast<double>(one_of().translation_sigma) : 0;
-  options.target.rotation_sigma = (which & 4) != 0 ? static_cast<double>(one_of().rotation_sigma) : 0;
-}
-
-BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
-  const double scale = std::pow(10.0, random.uniform(-3, 7));
-  const double spread = random.chance(0.3) ? 0 : std::pow(10.0, random.uniform(-12, 0));
-  const Block basis = random_block(random, random.integer(1, 5));
-  return store_of(n, [&](std::size_t) {
-    const int rows = random.integer(1, 3);
-    const Block mixture = random_block(random, rows, scale).leftCols(basis.rows()) * basis;
-    return Block(mixture + random_block(random, rows, scale * spread));
-  });
-}
-
-Axes::Axes()
-    : blocks(store_of(600, [](std::size_t i) {
-        Block block = Block::Zero(1, 6);
-        block(0, static_cast<int>(i % 6)) = 1;
-        return block;
-      })) {}
-
-Options Axes::options(std::size_t budget) const {
-  Options result = with_budget(budget);
-  result.prior = eigen_prior.data();
-  return result;
+void expect_drawn_targets_hold(Random& random, Problem problem, long double tolerance, Tally& tally, int repetitions) {
+  Selector selector(problem.capacity());
+  const Prefixes prefixes(selector, problem);
+  for (int repetition = 0; repetition < repetitions; ++repetition) {
+    problem.plain.target = draw_targets(random, prefixes.reached);
+    ASSERT_NO_FATAL_FAILURE(expect_shortest(selector, problem, prefixes, tolerance, tally));
+  }
 }
 
 }  // namespace maxlogdet::test

@@ -36,44 +36,35 @@ struct Executors {
   Executor* all[6] = {&alone, &afterwards, &idle, &one, &several, &late};
 };
 
-void expect_each_chunk_once(Executor& executor, int workers) {
-  threading::Team team;
-  team.run(&executor, workers, [&] {
-    for (std::uint32_t loop = 0; loop < 300; ++loop) {
-      const std::size_t count = 1 + loop % threading::Team::max_chunks;
-      std::vector<int> calls(count);  // not atomic: a chunk is one worker's
-      const std::uint32_t chunks =
-          team.in_chunks(count, 1, [&](std::size_t, std::size_t, std::uint32_t chunk) { ++calls[chunk]; });
-      calls.resize(chunks);
-      ASSERT_EQ(calls, std::vector<int>(chunks, 1)) << "loop " << loop;
-    }
-  });
-  EXPECT_EQ(team.workers(), 1) << "outside of a region";
+// Every element of [0, count) in one chunk.
+void expect_covered_once(threading::Team& team, std::size_t count, std::size_t min_size) {
+  SCOPED_TRACE(std::to_string(count) + " in chunks of " + std::to_string(min_size));
+  std::vector<int> seen(count), calls(threading::Team::max_chunks);  // not atomic: a chunk is one worker's
+  const std::uint32_t chunks =
+      team.in_chunks(count, min_size, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
+        for (std::size_t i = first; i < first + size; ++i) ++seen[i];
+        ++calls[chunk];
+      });
+  ASSERT_LE(chunks, threading::Team::max_chunks);
+  calls.resize(chunks);
+  ASSERT_EQ(calls, std::vector<int>(chunks, 1));
+  ASSERT_EQ(seen, std::vector<int>(count, 1));
 }
 
-TEST(Team, runs_each_chunk_once_whoever_comes) {
+TEST(Team, chunks_cover_everything_once_whoever_comes) {
   Executors executors;
   for (Executor* const executor : executors.all) {
-    for (const int workers : {1, 2, 3, 6, 16, 1000}) expect_each_chunk_once(*executor, workers);
-  }
-}
-
-TEST(Team, chunks_cover_everything_without_overlap) {
-  PoolExecutor pool(2);
-  threading::Team team;
-  team.run(&pool, 3, [&] {
-    for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U, 1000U, 4097U}) {
-      for (const std::size_t min_size : {1U, 7U, 64U, 5000U}) {
-        std::vector<int> seen(count);
-        const std::uint32_t chunks =
-            team.in_chunks(count, min_size, [&](std::size_t first, std::size_t size, std::uint32_t) {
-              for (std::size_t i = first; i < first + size; ++i) ++seen[i];
-            });
-        EXPECT_EQ(seen, std::vector<int>(count, 1));
-        EXPECT_LE(chunks, threading::Team::max_chunks);
-      }
+    for (const int workers : {1, 2, 3, 6, 16, 1000}) {
+      threading::Team team;
+      team.run(executor, workers, [&] {
+        for (std::size_t count = 1; count <= 200; ++count) expect_covered_once(team, count, 1);
+        for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 1000U, 4097U}) {
+          for (const std::size_t min_size : {1U, 7U, 64U, 5000U}) expect_covered_once(team, count, min_size);
+        }
+      });
+      EXPECT_EQ(team.workers(), 1) << "outside of a region";
     }
-  });
+  }
 }
 
 // The caller stays in its first chunk until a helper is in another, which may take a while on a busy machine.
@@ -180,22 +171,6 @@ TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
   for (Executor* const executor : executors.all) expect_independent_of_threads(blocks, 40, *executor);
   CallingThread empty(1, -1);
   expect_independent_of_threads(blocks, 40, empty);
-}
-
-TEST(Threads, real_frames_do_not_depend_on_their_number) {
-  if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
-  PoolExecutor pool(2);
-  for_real_frames(10, [&pool](const BlockStore& blocks) {
-    expect_independent_of_threads(blocks, std::min<std::size_t>(60, blocks.size()), pool);
-  });
-}
-
-TEST(Threads, a_negative_number_is_refused) {
-  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 50, 5), block_kinds[0]);
-  Selector selector(50);
-  Options options = with_budget(5);
-  options.threads = -1;
-  EXPECT_EQ(selector.select(blocks, options).error, Error::invalid_threads);
 }
 
 // What is selected from, and every strategy's answer on one thread.

@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/stores.hpp"
 
+#include <cmath>
 #include <iterator>
 
 namespace maxlogdet::test {
 
 BlockStore random_store(Random& random, std::size_t n, double scale, int rows) {
   return store_of(n, [&](std::size_t) { return random_block(random, rows > 0 ? rows : random.integer(1, 3), scale); });
+}
+
+BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
+  const double scale = std::pow(10.0, random.uniform(-3, 7));
+  const double spread = random.chance(0.3) ? 0 : std::pow(10.0, random.uniform(-12, 0));
+  const Block basis = random_block(random, random.integer(1, 5));
+  return store_of(n, [&](std::size_t) {
+    const int rows = random.integer(1, 3);
+    const Block mixture = random_block(random, rows, scale).leftCols(basis.rows()) * basis;
+    return Block(mixture + random_block(random, rows, scale * spread));
+  });
 }
 
 BlockStore scaled(Random& random, const BlockStore& blocks, double scale, double invalid_share) {

@@ -31,6 +31,10 @@ inline BlockStore copies_of(const Block& block, std::size_t n) {
 /// Blocks of `rows` rows, or of 1 to 3, with entries uniform in [-scale, scale].
 BlockStore random_store(Random& random, std::size_t n, double scale = 1, int rows = 0);
 
+/// Blocks of any size that leave directions unobserved or nearly so: the information has a condition number of up to
+/// 1e30, and its sum in float64 is singular, so that it is computed row by row.
+BlockStore ill_conditioned_blocks(Random& random, std::size_t n);
+
 /// The blocks times `scale`; a share of them becomes invalid.
 BlockStore scaled(Random& random, const BlockStore& blocks, double scale, double invalid_share = 0);
 
