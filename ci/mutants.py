@@ -9,14 +9,6 @@ from maxlogdet_tools.project import ROOT
 KEYWORDS = re.compile(
     r"(return|const|constexpr|auto|using|typedef|namespace|template|static|static_assert|for|while|break|continue|case|"
     r"default|throw|struct|class|enum|friend|virtual|explicit|inline|public|private|else|extern|alignas)\b")
-
-
-def masked(text):
-    """The text with comments, strings and preprocessor lines blanked, character for character."""
-    pattern = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ \t]*#[^\n]*', re.S | re.M)
-    return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m.group()), text)
-
-
 SWAPS = {
     "comparison": {" < ": " <= ", " <= ": " < ", " > ": " >= ", " >= ": " > ", " == ": " != ", " != ": " == "},
     "arithmetic": {" + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " += ": " -= ", " -= ": " += ",
@@ -32,6 +24,12 @@ REAL = re.compile(r"(?<![\w.])(\d+\.\d*|\d+(?:\.\d*)?e[-+]?\d+)(F|f|)(?![\w.])")
 NOT = re.compile(r"!(?=[\w(])")
 IF = re.compile(r"\bif \(")
 DROPPED = re.compile(r"[\w:.\[\]>*&()-]+( (=|\+=|-=|\*=|/=|\|=|&=) |\().*;$|if \(.*\) [^{}]*;$")
+
+
+def masked(text):
+    """The text with comments, strings and preprocessor lines blanked, character for character."""
+    pattern = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ \t]*#[^\n]*', re.S | re.M)
+    return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m.group()), text)
 
 
 def condition_end(line, begin):
@@ -83,25 +81,19 @@ def source_files(folders):
 
 
 def mutants_of(file):
-    lines = (ROOT / file).read_text().split("\n")
-    code = masked((ROOT / file).read_text()).split("\n")
-    for number, (line, line_code) in enumerate(zip(lines, code)):
-        for kind, mutated in mutants_of_line(line, line_code):
+    text = (ROOT / file).read_text()
+    for number, (line, code) in enumerate(zip(text.split("\n"), masked(text).split("\n"))):
+        for kind, mutated in mutants_of_line(line, code):
             yield {"file": file, "line": number + 1, "kind": kind, "before": line.strip(), "after": mutated.strip(),
                    "text": mutated}
 
 
-def key(mutant):
-    return (mutant["file"], mutant["before"], mutant["after"])
-
-
 def drawn(folders, sample, seed):
-    """(mutants, number of all): a random sample from each file in proportion to its mutants; all for a sample of 0."""
-    by_file = {file: list(mutants_of(file)) for file in source_files(folders)}
-    total = sum(len(m) for m in by_file.values())
-    chosen = []
-    for file, mutants in by_file.items():
-        order = sorted(mutants, key=lambda m: hashlib.sha256(f"{seed} {key(m)} {m['line']}".encode()).digest())
-        share = len(mutants) if sample == 0 else round(sample * len(mutants) / total)
-        chosen += order[:share]
-    return chosen, total
+    """(mutants, number of all): a random sample of all mutants in these folders; all for a sample of 0."""
+    mutants = [mutant for file in source_files(folders) for mutant in mutants_of(file)]
+
+    def order(mutant):
+        return hashlib.sha256(f"{seed} {mutant['file']} {mutant['line']} {mutant['after']}".encode()).digest()
+
+    chosen = sorted(mutants, key=order)[:sample or len(mutants)]
+    return sorted(chosen, key=lambda m: (m["file"], m["line"])), len(mutants)

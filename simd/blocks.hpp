@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/cameras/model.hpp"
+#include "simd/camera_models.hpp"
 
 #include <maxlogdet/weighting.hpp>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "simd/blocks.hpp"
-#include "simd/cameras/models.hpp"
+#include "simd/camera_models.hpp"
 
 // J = d z / d p of a match, p its point in the frame of the camera or of the body: of packs for blocks, of a double for
 // the weight of a match. C++14, as kernel/.

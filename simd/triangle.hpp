@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/cameras/model.hpp"
+#include "simd/camera_models.hpp"
 
 // Rows rotated among themselves to a triangle: of packs for blocks, of a double for the weight of a match. C++14, as
 // kernel/.
