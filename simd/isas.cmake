@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The instruction sets: sets simd_isas, their names, and simd_rows, their rows of simd/isas.hpp.
 
-# maxlogdet_isa(NAME BASELINE FEATURE...): simd/NAME.cpp is compiled for BASELINE and every FEATURE, as -march and -m name
+# maxlogdet_isa(NAME BASELINE FEATURE...): simd/kernel.cpp is compiled for BASELINE and every FEATURE, as -march and -m name
 # them, and picked where the processor has them all. From the baseline up, so that an -march=native of a surrounding
 # project does not widen it.
 function(maxlogdet_isa name baseline)
@@ -31,5 +31,5 @@ maxlogdet_isa(neon armv8-a)
 
 if(NOT simd_isas)
   message(FATAL_ERROR "maxlogdet: no kernel for ${CMAKE_SYSTEM_PROCESSOR}; x86-64 and AArch64 are supported. Another one "
-                      "is a row of simd/isas.cmake and a file of simd/.")
+                      "is a row of simd/isas.cmake.")
 endif()
