@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The adapter of VINS-Fusion and the guide's lines for it: body poses, depths in the first frame of a track, places in
-// para_Feature.
-#include "tests/api/integration/vins_fusion_snippets.hpp"
-
+// The adapter of VINS-Fusion and the lines of docs/trackers.md for it: body poses, depths in the first frame of a
+// track, places in para_Feature.
 #include "tests/api/integration/adapter_world.hpp"
-#include "tests/support/numbers.hpp"
+#include "tests/api/integration/trackers.hpp"
 
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -61,12 +60,12 @@ class VinsFusionWorld : public AdapterWorld {
     return estimator.good_features.leaves_out(static_cast<std::uint64_t>(feature.feature_id));
   }
 
-  std::vector<Matrix6> informations() const override {
-    std::vector<Matrix6> all;
+  std::vector<SeenPoint> seen() const override {
+    const auto measured = [](const Eigen::Vector3d& p) { return seen_by_pinhole(p, 1, 1, 0); };
+    std::vector<SeenPoint> all;
     for (const FeaturePerId* const feature : candidates) {
       const Eigen::Vector3d in_first = feature->feature_per_frame[0].point * feature->estimated_depth;
-      const Eigen::Vector3d p_c = T_wc(WINDOW_SIZE).inverse() * (T_wc(feature->start_frame) * in_first);
-      all.push_back(information_of({p_c, 0, 1, 1, 1.5 / 460}));
+      all.push_back({measured, T_wc(WINDOW_SIZE).inverse() * (T_wc(feature->start_frame) * in_first), 1.5 / 460});
     }
     return all;
   }
@@ -87,7 +86,12 @@ class VinsFusionWorld : public AdapterWorld {
 
   // VINS-Fusion's own chain: camera to body by ric, tic; body to world by Rs, Ps.
   sim::Pose T_wc(int frame) const {
-    return transform(estimator.Rs[frame], estimator.Ps[frame]) * transform(estimator.ric[0], estimator.tic[0]);
+    sim::Pose T_wb = sim::Pose::Identity(), T_bc = sim::Pose::Identity();
+    T_wb.linear() = estimator.Rs[frame];
+    T_wb.translation() = estimator.Ps[frame];
+    T_bc.linear() = estimator.ric[0];
+    T_bc.translation() = estimator.tic[0];
+    return T_wb * T_bc;
   }
 
   Estimator estimator;
@@ -107,12 +111,14 @@ class VinsFusionWorld : public AdapterWorld {
   }
 };
 
-constexpr AdapterCase of_vins_fusion[] = {{"VinsFusion", make_world<VinsFusionWorld>, 1e-5}};
-INSTANTIATE_TEST_SUITE_P(VinsFusion, AnyAdapter, ::testing::ValuesIn(of_vins_fusion), name_of);
+std::unique_ptr<AdapterWorld> make_world(Random& random, std::size_t n, std::size_t budget, std::size_t capacity) {
+  return std::make_unique<VinsFusionWorld>(random, n, budget, capacity);
+}
+INSTANTIATE_TEST_SUITE_P(VinsFusion, AnyAdapter, ::testing::Values(AdapterCase{"VinsFusion", make_world, 1e-5}),
+                         name_of);
 
 TEST(VinsFusionAdapter, a_depth_that_was_never_optimised_is_not_left_out) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   VinsFusionWorld world(random, 200, 100, 200);
   const std::set<std::size_t> before = world.run();
   std::set<std::size_t> fresh;
@@ -126,8 +132,7 @@ TEST(VinsFusionAdapter, a_depth_that_was_never_optimised_is_not_left_out) {
 }
 
 TEST(VinsFusionAdapter, features_without_a_depth_stay_in_and_are_no_candidates) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   VinsFusionWorld world(random, 200, 50, 200);
   for (std::size_t i = 0; i < 200; i += 10) world.candidates[i]->estimated_depth = -1;
   const std::set<std::size_t> kept = world.run();
@@ -137,8 +142,7 @@ TEST(VinsFusionAdapter, features_without_a_depth_stay_in_and_are_no_candidates) 
 }
 
 TEST(VinsFusionAdapter, what_is_left_out_keeps_its_place_in_para_feature_and_is_not_removed_for_its_error) {
-  Random random;
-  SCOPED_TRACE(random.name());
+  TracedRandom random;
   VinsFusionWorld world(random, 200, 100, 200);
   EXPECT_EQ(world.run().size(), 100U);
   std::vector<std::pair<int, int>> expected;

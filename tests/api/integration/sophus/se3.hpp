@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The part of Sophus::SE3 that ORB-SLAM3 uses, under its names.
+// The part of Sophus::SE3 that ORB-SLAM3, the adapters and the tests use, under its names.
 
 #include <Eigen/Geometry>
 
@@ -19,17 +19,11 @@ class SE3 {
   SE3(const Eigen::Quaternion<Scalar>& rotation, const Vector3& translation)
       : SE3(Matrix3(rotation.toRotationMatrix()), translation) {}
 
-  Matrix3 rotationMatrix() const { return matrix_.template leftCols<3>(); }
-  Vector3 translation() const { return matrix_.col(3); }
   Eigen::Matrix<Scalar, 3, 4> matrix3x4() const { return matrix_; }
-  SE3 inverse() const {
-    const Matrix3 transposed = rotationMatrix().transpose();
-    return SE3(transposed, -(transposed * translation()));
-  }
   SE3 operator*(const SE3& other) const {
-    return SE3(rotationMatrix() * other.rotationMatrix(), *this * other.translation());
+    const Matrix3 rotation = matrix_.template leftCols<3>();
+    return SE3(rotation * other.matrix_.template leftCols<3>(), rotation * other.matrix_.col(3) + matrix_.col(3));
   }
-  Vector3 operator*(const Vector3& point) const { return rotationMatrix() * point + translation(); }
 
  private:
   Eigen::Matrix<Scalar, 3, 4> matrix_;

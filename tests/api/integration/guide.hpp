@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The guide's code that belongs to no tracker, where it would stand in one.
-
-#include "tests/api/integration/sophus_stand_in.hpp"
+// The code of docs/guide.md and of docs/trackers.md that belongs to no tracker, where it would stand in one.
 
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
@@ -16,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <sophus/se3.hpp>
 #include <vector>
 
 /// The types of a tracker that nobody else knows.
@@ -67,26 +66,14 @@ struct Slot {
   bool is_outlier;
 };
 
-struct MapPoint {
-  Eigen::Vector3d point;
-};
-
 inline void mark_outliers(const maxlogdet::GoodFeatures& good, std::vector<Slot>& slots) {
 #include "by_number.inc"
 }
 
-/// `good` starts four times; `after` is called after each.
-template <class Isometry, class After>
-void start_by_all(maxlogdet::GoodFeatures& good_features, const maxlogdet::Camera& camera, const Isometry& isometry,
-                  const float* rows, const double* columns, const double* R, const double* t, const After& after) {
-  struct Good {
-    maxlogdet::GoodFeatures& it;
-    const After& after;
-    void start(const maxlogdet::Camera& of_frame, const maxlogdet::RigidTransform& T_cw) {
-      it.start(of_frame, T_cw);
-      after(T_cw);
-    }
-  } good{good_features, after};
+/// `good`, which has a start() as GoodFeatures, starts four times.
+template <class Good, class Isometry>
+void start_by_all(Good& good, const maxlogdet::Camera& camera, const Isometry& isometry, const float* rows,
+                  const double* columns, const double* R, const double* t) {
 #include "poses.inc"
 }
 
