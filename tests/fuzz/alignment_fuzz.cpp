@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Any matches of any cameras: what GoodFeatures promises of its alignment and of a selection after it, and the same
 // bits on every instruction set.
-#include "tests/fuzz/bytes.hpp"
-#include "tests/fuzz/require.hpp"
+#include "tests/fuzz/fuzz.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/forced_isa.hpp"
 

@@ -4,8 +4,7 @@
 #include "bench/world/image_grid.hpp"
 #include "bench/world/input_error.hpp"
 #include "bench/world/names.hpp"
-#include "tests/fuzz/bytes.hpp"
-#include "tests/fuzz/require.hpp"
+#include "tests/fuzz/fuzz.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -104,42 +103,29 @@ void check_blocks(sim::Frame frame) {
   }
 }
 
-// A file of this process alone.
-class InputFile {
- public:
-  InputFile() {
-    std::string folder = (std::filesystem::temp_directory_path() / "maxlogdet_fuzz_XXXXXX").string();
-    require(mkdtemp(folder.data()) != nullptr, "a folder can be made as", folder);
-    path_ = folder + "/frame_1.csv";
-  }
-  ~InputFile() {
+// Of this process alone; where TMPDIR says, which ci/fuzz sets to memory.
+struct Folder {
+  Folder() { require(mkdtemp(path.data()) != nullptr, "a folder can be made as", path); }
+  ~Folder() {
     std::error_code error;
-    std::filesystem::remove_all(std::filesystem::path(path_).parent_path(), error);
+    std::filesystem::remove_all(path, error);
   }
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
-
-  const std::string& path() const { return path_; }
-  void write(std::string_view bytes) const {
-    std::ofstream stream(path_, std::ios::binary | std::ios::trunc);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    require(!stream.fail(), "a file can be written:", path_);
-  }
-
- private:
-  std::string path_;
+  std::string path = (std::filesystem::temp_directory_path() / "maxlogdet_fuzz_XXXXXX").string();
 };
 
-void check_file(Bytes bytes) {
-  static const InputFile file;
-  file.write(bytes.rest());
+void check_file(const char* bytes, std::size_t size) {
+  static const Folder folder;
+  const std::string path = folder.path + "/frame_1.csv";
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  stream.write(bytes, static_cast<std::streamsize>(size));
+  stream.close();
+  require(!stream.fail(), "a file can be written:", path);
   sim::Frame frame;
   try {
-    frame = sim::read_frame(file.path());
+    frame = sim::read_frame(path);
   } catch (const sim::InputError& error) {
     const std::string message = error.what();
-    require(message.rfind(file.path() + ":", 0) == 0, "an error begins with the file's name:", message);
+    require(message.rfind(path + ":", 0) == 0, "an error begins with the file's name:", message);
     require(message.find('\n') == std::string::npos, "an error is one line:", message);
     require(message.find("expected") != std::string::npos, "an error tells what was expected:", message);
     return;
@@ -154,6 +140,6 @@ void check_file(Bytes bytes) {
 }  // namespace maxlogdet::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  maxlogdet::fuzz::check_file(maxlogdet::fuzz::Bytes(data, size));
+  maxlogdet::fuzz::check_file(reinterpret_cast<const char*>(data), size);
   return 0;
 }

@@ -6,10 +6,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
+#include <iostream>
 #include <iterator>
 #include <limits>
-#include <string_view>
+#include <sstream>
+#include <stdexcept>
 #include <type_traits>
+
+// What all targets use: input as values, and properties that have to hold.
 
 namespace maxlogdet::fuzz {
 
@@ -67,16 +72,6 @@ class Bytes {
   /// A factor from 1e-40 to 1e40.
   double times_power_of_ten(double factor) { return factor * std::pow(10.0, raw<std::int8_t>() % 41); }
 
-  /// The remaining bytes.
-  std::string_view rest() const { return {reinterpret_cast<const char*>(data_), left_}; }
-
-  /// The text before the next `separator`, or the rest; consumes the separator, too.
-  std::string_view text_until(char separator) {
-    const std::string_view text = rest().substr(0, rest().find(separator));
-    skip(std::min(text.size() + 1, left_));
-    return text;
-  }
-
  private:
   void skip(std::size_t size) {
     if (size > 0) data_ += size;
@@ -86,5 +81,27 @@ class Bytes {
   const std::uint8_t* data_;
   std::size_t left_;
 };
+
+/// Of a property. A fuzz target lets it escape, which ends the program, so that a fuzzer takes it for a finding.
+class Violation : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+/// Reports a property that does not hold in one line.
+template <class... Details>
+[[noreturn]] void fail(const char* property, const Details&... details) {
+  std::ostringstream line;
+  line.precision(17);
+  line << "does not hold: " << property;
+  (void)std::initializer_list<int>{((line << ' ' << details), 0)...};
+  std::cerr << line.str() << std::endl;  // NOLINT(performance-avoid-endl): abort() flushes nothing
+  throw Violation(line.str());
+}
+
+template <class... Details>
+void require(bool holds, const char* property, const Details&... details) {
+  if (!holds) fail(property, details...);
+}
 
 }  // namespace maxlogdet::fuzz
