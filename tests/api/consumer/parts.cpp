@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The parts below GoodFeatures, for trackers with Jacobians of their own, benchmarks and research: each once.
+// The parts below GoodFeatures, for trackers with Jacobians of their own, benchmarks and research: each once. Then a
+// tracker in a library of its own.
 // Usage: parts FOLDER   (where a frame is recorded)
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
@@ -8,7 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <vector>
+
+bool tracks(const std::vector<Eigen::Vector3d>& points);  // of tracker.cpp
 
 namespace {
 
@@ -91,6 +95,8 @@ int main(int count, char** arguments) {
   select(frame, blocks);
   weigh(frame);
   record(frame, count > 1 ? arguments[1] : nullptr);
+  expect(tracks(frame.points), "the tracker");
+  expect(std::strcmp(maxlogdet::version(), MAXLOGDET_VERSION) == 0, "the version");
   std::printf("instruction sets:");
   for (int i = 0; const char* const isa = maxlogdet::built_in_isa(i); ++i) {
     std::printf(" %s%s", isa, maxlogdet::isa_is_supported(isa) ? "" : " (not here)");

@@ -1,49 +1,44 @@
 // SPDX-License-Identifier: MIT
+// A tracker in small: a shared library that selects, with Eigen and with threads of its own.
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "pool_executor.hpp"  // of docs/threading.md
 
-#include "tracker.hpp"
+namespace {
 
-std::vector<std::uint32_t> select_matches(const std::vector<double>& points) {
+bool selects_in_any_thread(const std::vector<Eigen::Vector3d>& points) {
   thread_local maxlogdet::GoodFeatures good(2000);
   good.start(maxlogdet::Camera(458.654, 457.296, 367.215, 248.375), Eigen::Isometry3d::Identity());
-  for (std::size_t i = 0; i + 2 < points.size(); i += 3) good.add(&points[i]);
+  for (const Eigen::Vector3d& point : points) good.add(point);
   const maxlogdet::Selection selection = good.select(200);
-  return std::vector<std::uint32_t>(selection.begin(), selection.end());
+  return std::set<std::uint32_t>(selection.begin(), selection.end()).size() == 200;
 }
 
 // An Eigen type of the consumer's own alignment (-march=native) next to the library's baseline code.
-double log_det_with_eigen() {
+bool has_the_log_det_of_eigen() {
   maxlogdet::BlockStore store(1);
   const Eigen::Matrix<double, 2, 6> block = Eigen::Matrix<double, 2, 6>::Ones();
   maxlogdet::push_back(store, block);
   const Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Identity();
   const maxlogdet::EigenPrior prior(information);
-  maxlogdet::Options options;
-  options.budget = 1;
+  maxlogdet::Options options(1);
   options.prior = prior.data();
   maxlogdet::Selector one(1);
-  return one.select(store, options).log_det;  // log det(I + 2 * ones) = log 13
+  return std::abs(one.select(store, options).log_det - std::log(13.0)) < 1e-12;  // det(I + 2 * ones)
 }
 
-// The same answer with help from the executor of docs/threading.md.
-bool helpers_change_nothing(const std::vector<double>& points) {
-  maxlogdet::Matches matches;
-  matches.size = points.size() / 3;
-  matches.points = points.data();
-  maxlogdet::PinholeCamera camera;
-  camera.fx = camera.fy = 450;
-  const maxlogdet::RigidTransform T_cw = maxlogdet::RigidTransform::identity();
+bool helpers_change_nothing(const std::vector<Eigen::Vector3d>& points) {
   PoolExecutor executor(1);
-  maxlogdet::BlockStore store(matches.size);
-  append_blocks(camera, T_cw, matches, maxlogdet::BlockOptions(), store);
-  maxlogdet::Selector helped(matches.size, &executor);
-  maxlogdet::Selector alone(matches.size);
+  maxlogdet::BlockStore store(points.size());
+  append_blocks(maxlogdet::Camera(450, 450, 0, 0), maxlogdet::RigidTransform::identity(), points, maxlogdet::Matches(),
+                maxlogdet::BlockOptions(), store);
+  maxlogdet::Selector helped(points.size(), &executor), alone(points.size());
   maxlogdet::Options options;
   options.threads = 2;
   bool is_same = true;
@@ -53,4 +48,10 @@ bool helpers_change_nothing(const std::vector<double>& points) {
     is_same = is_same && a.threads == 2 && a.size == b.size && std::equal(a.begin(), a.end(), b.begin());
   }
   return is_same;
+}
+
+}  // namespace
+
+bool tracks(const std::vector<Eigen::Vector3d>& points) {
+  return selects_in_any_thread(points) && has_the_log_det_of_eigen() && helpers_change_nothing(points);
 }
